@@ -29,7 +29,7 @@ from pathlib import Path
 from eai.base.errors import DataError
 from eai.benchmarks.generator.census import count_prior
 from eai.benchmarks.generator.generator import Generator, generate
-from eai.benchmarks.generator.prior import Prior, find_uses
+from eai.benchmarks.generator.prior import Prior, find_argument_uses
 from eai.benchmarks.generator.sets import fingerprint_task, make_seeds
 from eai.benchmarks.generator.spec import Generated, Spec, TaskKind, Tier
 from eai.benchmarks.registry import PAPER_BENCHMARKS, find_benchmark
@@ -127,7 +127,7 @@ def find_set_faults(file: Path, like: str) -> dict[str, object]:
 
 def _unknown(task: Task, prior: Prior) -> Iterator[Sequence[object]]:
     for action in task.script:
-        yield [kind for kind in find_uses(action, task.scene) if kind not in prior.uses][:1]
+        yield [kind for kind in find_argument_uses(action, task.scene) if kind not in prior.uses][:1]
 
 
 def validate_certificates(file: Path, like: str, number: int) -> dict[str, object]:

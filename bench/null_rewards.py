@@ -33,7 +33,7 @@ from eai.agents.command import DONE
 from eai.agents.gym import TextEnvironment, make
 from eai.agents.rules import Observe
 from eai.benchmarks.copied_answers import open_copy_book, open_empty_book, open_lookup_book
-from eai.benchmarks.gold_answers import AnswerBook, join_operators
+from eai.benchmarks.gold_answers import AnswerBook, join_operators_as_answer
 from eai.benchmarks.prompt_library import Library
 from eai.benchmarks.random_answers import open_random_answers
 from eai.benchmarks.suite import Suite, open_suite
@@ -103,7 +103,7 @@ def all_operators(suite: Suite, task_id: str) -> str:
         )
         effect = Both(tuple(map(Add, atoms)))
         written.append(write_action(replace(operator, precondition=And(atoms), effect=effect)))
-    return join_operators(written)
+    return join_operators_as_answer(written)
 
 
 def make_declining_answers(suite: Suite) -> Iterator[tuple[str, Callable[[str], str]]]:

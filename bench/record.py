@@ -26,7 +26,7 @@ from bench.result import (
     with_figures,
     with_rows,
 )
-from eai.benchmarks.registry import title_of
+from eai.benchmarks.registry import get_title
 
 
 def add_write_option(parser: ArgumentParser) -> None:
@@ -38,7 +38,7 @@ def add_write_option(parser: ArgumentParser) -> None:
 
 def suite_title(domain: str, ability: str) -> str:
     """Return a suite's name in tables, such as "BEHAVIOR, action sequencing"."""
-    return f"{title_of(domain)}, {ability.replace('_', ' ')}"
+    return f"{get_title(domain)}, {ability.replace('_', ' ')}"
 
 
 def write_figures(name: str, figures: Mapping[str, Figure]) -> None:

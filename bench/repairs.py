@@ -24,7 +24,7 @@ from bench.result import Figure
 from differential.oracle_answers import model_files, oracle_answers, require_oracle
 from eai.abilities.repair import DEFAULT_EFFORT
 from eai.abilities.verdict import PlanVerdict, Verdict
-from eai.benchmarks.registry import PAPER_BENCHMARKS, title_of
+from eai.benchmarks.registry import PAPER_BENCHMARKS, get_title
 from eai.benchmarks.suite import Suite
 from eai.results.collector import reduce_garbage_collection
 
@@ -75,7 +75,7 @@ def _print(household: str, found: list[_TimedBounds]) -> list[Figure]:
         f"median {statistics.median(times):.3f} CPU s, {late} above {_IN_TIME:g} s, dearest {times[-1]:.1f} s"
     )
     shares = [round(100 * share, 1) for share in (exact, near)]
-    return [title_of(household), len(found), *shares, round(statistics.median(times), 3)]
+    return [get_title(household), len(found), *shares, round(statistics.median(times), 3)]
 
 
 def main() -> None:

@@ -5,7 +5,7 @@ from __future__ import annotations
 from pathlib import Path
 
 from eai.benchmarks.errata import _Erratum, load_all_errata
-from eai.benchmarks.registry import title_of
+from eai.benchmarks.registry import get_title
 
 PAGE = Path(__file__).resolve().parents[1] / "docs" / "errata.md"
 BEGIN, END = "<!-- errata: tools/errata_page.py -->\n", "<!-- end -->\n"
@@ -42,7 +42,7 @@ def _row(entry: _Erratum) -> str:
     (correction,) = entry.corrections
     cells = (
         f"`{entry.id}`",
-        f"{title_of(entry.domain)}, {abilities}: {named}",
+        f"{get_title(entry.domain)}, {abilities}: {named}",
         " ".join(entry.wrong.split()),
         " ".join(entry.evidence.split()),
         CORRECTIONS[correction],

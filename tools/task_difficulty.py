@@ -16,7 +16,7 @@ import numpy as np
 from scipy.stats import spearmanr
 
 from eai.abilities.protocol import Ability
-from eai.benchmarks.generator.measures import FEATURES, FILE, features_of
+from eai.benchmarks.generator.measures import FEATURES, FILE, compute_difficulty_features
 from eai.benchmarks.registry import PAPER_BENCHMARKS, find_benchmark
 from eai.extensions.adaptive.difficulties import item_difficulties
 from eai.tasks.source import Source
@@ -37,7 +37,7 @@ def fit(name: str) -> dict[str, Any]:
     tasks = find_benchmark(name).tasks(Source())
     difficulty_of = item_difficulties(name, Ability.ACTION_SEQUENCING)
     planned = [task_id for task_id in difficulty_of if tasks[task_id].script]
-    features = np.array([features_of(tasks[task_id]) for task_id in planned])
+    features = np.array([compute_difficulty_features(tasks[task_id]) for task_id in planned])
     difficulties = np.array([difficulty_of[task_id] for task_id in planned])
     titles = np.array([tasks[task_id].title for task_id in planned])
     predicted, mean = np.zeros(len(planned)), np.zeros(len(planned))

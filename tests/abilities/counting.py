@@ -15,7 +15,7 @@ from eai.abilities.declaration import (
 from eai.abilities.explanation import Explanation
 from eai.abilities.protocol import Ability
 from eai.abilities.scorer import Assessment, Scorer
-from eai.abilities.verdict import Credit, Verdict, share_of_one
+from eai.abilities.verdict import Credit, Verdict, make_share_of_one
 from eai.tasks.task import Task
 
 
@@ -49,7 +49,7 @@ COUNTING = AbilityDeclaration(
     title="Counting",
     short_title="count",
     verdict=CountVerdict,
-    contributions=lambda verdict: {"right": share_of_one(verdict.right)},
+    contributions=lambda verdict: {"right": make_share_of_one(verdict.right)},
     outcome=lambda verdict: AnswerOutcome.SUCCESS if verdict.right else AnswerOutcome.GOAL_MISSED,
     columns=(MetricColumn("right", "Success", "Right"),),
     terminal_metrics=("right",),

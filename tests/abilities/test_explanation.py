@@ -18,7 +18,7 @@ from eai.abilities.explanation import (
     find_predicate_names,
     parse_statement,
 )
-from eai.abilities.reports import report_parts, report_steps
+from eai.abilities.reports import report_goal_parts, report_steps
 from eai.logic.formula import Atom, Constant, Occurs, Or, Then
 from eai.logic.ltl import parse
 from eai.logic.rewriting import rename_variables
@@ -127,11 +127,11 @@ def test_parts_of_a_temporal_goal_are_dated_by_step_numbers() -> None:
     name = Constant("fridge.10")
     closed, opened = Atom("CLOSED", (name,)), Atom("OPEN", (name,))
     near = Atom("NEXT_TO", (Constant("character.65"), name))
-    reports = report_parts(Then((closed, near, opened)), course)
+    reports = report_goal_parts(Then((closed, near, opened)), course)
     assert [part.when for part in reports] == ["at the start", "after step 2", "after step 4"]
-    reports = report_parts(Then((near, Occurs("OPEN", (name,)), opened)), course)
+    reports = report_goal_parts(Then((near, Occurs("OPEN", (name,)), opened)), course)
     assert [part.when for part in reports] == ["after step 2", "", ""], "it is opened in the state of part 1"
-    reports = report_parts(Then((closed, Occurs("OPEN", (name,)), Occurs("OPEN") | opened)), course)
+    reports = report_goal_parts(Then((closed, Occurs("OPEN", (name,)), Occurs("OPEN") | opened)), course)
     assert [part.when for part in reports] == ["at the start", "at step 4", "after step 4"]
 
 

@@ -6,14 +6,17 @@ from dataclasses import replace
 
 from eai.abilities.declaration import MetricColumn
 from eai.abilities.protocol import Ability
-from eai.abilities.verdict import Share, share_of_one
+from eai.abilities.verdict import Share, make_share_of_one
 from eai.agents.declaration import ACTING
 from eai.agents.verdict import ActingVerdict
 
 
 def contributions(verdict: ActingVerdict) -> dict[str, Share]:
     possible = sum(turn.fault is None for turn in verdict.actions)
-    return {"won": share_of_one(bool(verdict.success)), "possible": Share(possible, len(verdict.actions))}
+    return {
+        "won": make_share_of_one(bool(verdict.success)),
+        "possible": Share(possible, len(verdict.actions)),
+    }
 
 
 WALKING = replace(

@@ -5,7 +5,7 @@ from __future__ import annotations
 import pytest
 
 from eai.abilities.notation.subgoals import SubgoalNotation
-from eai.benchmarks.copied_answers import copy_goal
+from eai.benchmarks.copied_answers import write_goals_as_one_subgoal
 from eai.logic.formula import Constant, Exactly, Exists, ForAll, Formula, ForPairs, Not, Occurs, Or, Variable
 from eai.logic.ltl_printer import print_ltl
 from eai.tasks.goal_text import make_task
@@ -40,5 +40,5 @@ def task(*goals: Formula) -> Task:
     ],
 )
 def test_a_goal_is_copied_as_one_subgoal(goals: list[Formula], copied: str) -> None:
-    written = print_ltl(copy_goal(task(*goals), SubgoalNotation(toy.DOMAIN)))
+    written = print_ltl(write_goals_as_one_subgoal(task(*goals), SubgoalNotation(toy.DOMAIN)))
     assert written.replace("(", "").replace(")", "") == copied.replace("(", "").replace(")", "")

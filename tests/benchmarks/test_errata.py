@@ -351,7 +351,7 @@ def test_only_the_default_protocol_uses_errata(data_store: Store, domain: str, a
     for protocol, suite in opened.items():
         is_default = protocol is Protocol.STRICT
         assert suite.errata.version == (version if is_default else "")
-        used = suite.errata.find_use(ability, suite.task_ids[0])
+        used = suite.errata.find_errata_use(ability, suite.task_ids[0])
         assert used == (ErrataUse(version) if is_default else None)
 
 

@@ -11,7 +11,7 @@ from eai import make_task
 from eai.abilities.protocol import Ability
 from eai.abilities.verdict import PlanVerdict
 from eai.base.store import Store
-from eai.benchmarks.copied_answers import LookupTable, open_lookup_book
+from eai.benchmarks.copied_answers import SimilarTaskTable, open_lookup_book
 from eai.benchmarks.registry import find_benchmark
 from eai.benchmarks.suite import open_suite
 from eai.results.summary import compute_metric_rates
@@ -61,7 +61,7 @@ BOTH = task(
     make_atom("lit", "l2"),
     make_atom("warm", "o1"),
 )
-TABLE = LookupTable([LAMP, BOTH], DOMAIN)
+TABLE = SimilarTaskTable([LAMP, BOTH], DOMAIN)
 
 
 def look_up(new_task: Task) -> list[tuple[str, str]]:
@@ -78,7 +78,7 @@ def test_the_plan_of_the_most_similar_goals_is_adapted_to_the_tasks_objects() ->
 def test_steps_about_missing_objects_are_left_out() -> None:
     new_task = task("new", {"a": "lamp"}, (), make_atom("lit", "a"), make_atom("warm", "a"))
     assert look_up(new_task) == [("LIGHT", "a")]
-    assert LookupTable([], DOMAIN).adapt_plan(new_task) == ()
+    assert SimilarTaskTable([], DOMAIN).adapt_plan(new_task) == ()
 
 
 def test_a_task_is_not_looked_up_by_itself() -> None:
@@ -132,7 +132,7 @@ def test_the_lookup_table_solves_most_public_tasks(data_store: Store) -> None:
 @pytest.mark.parametrize("like", HOUSEHOLDS)
 def test_the_lookup_table_solves_no_generated_task(like: str) -> None:
     benchmark = find_benchmark(like)
-    table = LookupTable(benchmark.tasks(Source()).values(), benchmark.domain)
+    table = SimilarTaskTable(benchmark.tasks(Source()).values(), benchmark.domain)
     from eai.abilities.action_sequencing.scorer import ActionSequencing
 
     for made in tasks(like):

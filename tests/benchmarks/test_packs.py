@@ -26,12 +26,12 @@ from eai.benchmarks.packs import (
     fetch,
     find_packs,
     get_pack_statuses,
-    is_at_hand,
+    is_stored,
     open_pack,
     validate_packs,
 )
 from eai.benchmarks.reference_wheel import BEHAVIOR_PDDL, PROMPTS, RESOURCES, TEMPLATES
-from eai.benchmarks.virtualhome.benchmark import check_tasks
+from eai.benchmarks.virtualhome.benchmark import check_stored_tasks
 from eai.benchmarks.virtualhome.records import PACK as VIRTUALHOME
 from eai.benchmarks.virtualhome.records import VirtualHomeRecords
 from eai.tasks.source import Source
@@ -267,7 +267,7 @@ def find_problems(store: Store, packs: Sequence[Pack]) -> list[str]:
 
 def check_counts(packs: Sequence[Pack], **counts: int) -> list[Pack]:
     """Return the packs with other expected counts for VirtualHome."""
-    return [replace(packs[0], check=partial(check_tasks, counts=counts)), *packs[1:]]
+    return [replace(packs[0], check=partial(check_stored_tasks, counts=counts)), *packs[1:]]
 
 
 def test_a_fetched_store_is_valid(store: Store, packs: Sequence[Pack]) -> None:
@@ -321,6 +321,6 @@ def test_registered_packs_have_the_order_of_the_paper_without_repeats() -> None:
 def test_a_benchmark_is_at_hand_if_its_packs_exist(store: Store, benchmark: str, read: Sequence[str]) -> None:
     for pack in find_packs():
         if pack.name in read:
-            assert not is_at_hand(store, benchmark)
+            assert not is_stored(store, benchmark)
             store.write(pack.name, pack.pins, {})
-    assert is_at_hand(store, benchmark)
+    assert is_stored(store, benchmark)

@@ -8,7 +8,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 from typing import Any
 
-from eai.benchmarks.behavior.evidence import GroundRelation, load_evidence
+from eai.benchmarks.behavior.evidence import GroundRelation, load_unpublished_facts
 from eai.benchmarks.behavior.tasks import BehaviorTask, collect_initial_relations, yield_initial_states
 from eai.extensions.reference.behavior_quirks import list_truncated_options
 from eai.logic.formula import Atom, Formula, Not
@@ -20,7 +20,7 @@ ALSO_IMPORTED = ("networkx", "pyyaml")
 
 def described(task: BehaviorTask, relations: Sequence[GroundRelation] | None = None) -> dict[str, Any]:
     """Return the scene of a task, with its own or other initial relations."""
-    record, evidence = task.record, load_evidence()
+    record, evidence = task.record, load_unpublished_facts()
     relations = collect_initial_relations(record, evidence) if relations is None else relations
     true = set(yield_initial_states(record, evidence))
     instances = {thing.name: thing.instance for thing in record.objects}

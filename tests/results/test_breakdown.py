@@ -19,7 +19,7 @@ from eai.abilities.transition_modeling.verdict import (
     OperatorReport,
     OperatorStatus,
     OperatorVerdict,
-    clause_content,
+    classify_clause,
 )
 from eai.abilities.verdict import Confusion, PlanVerdict
 from eai.benchmarks.behavior.tasks import BehaviorTasks
@@ -129,7 +129,9 @@ def test_operators_are_broken_down_by_f1() -> None:
     side = SideMatch(("(on ?o)", "(forall (?o - object) (when (on ?o) (on ?o)))"), ("near",), ("(off ?o)",))
     verdict = OperatorVerdict(
         operators=(OperatorReport("open", OperatorStatus.COMPARED, side),),
-        clauses={part: clause_content(part, {}) for part in (*side.matched, *side.additional, *side.missing)},
+        clauses={
+            part: classify_clause(part, {}) for part in (*side.matched, *side.additional, *side.missing)
+        },
     )
     written = record("1", verdict, ability=Ability.TRANSITION_MODELING)
     found = break_down_records([written], Ability.TRANSITION_MODELING)

@@ -4,7 +4,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from eai.abilities.verdict import Confusion, add_confusions, confusion_shares, share_of_one
+from eai.abilities.verdict import Confusion, add_confusions, make_confusion_shares, make_share_of_one
 from eai.results.rate import NOTHING, Rate, compute_rates
 from eai.tasks.share import Share
 
@@ -18,7 +18,7 @@ def test_a_rate_without_cases_is_none_and_not_zero() -> None:
 
 
 def test_total_sums_numerators_and_denominators() -> None:
-    assert compute_rates([{"a": Share(1, 1)}, {"a": Share(0, 3), "b": share_of_one(True)}]) == {
+    assert compute_rates([{"a": Share(1, 1)}, {"a": Share(0, 3), "b": make_share_of_one(True)}]) == {
         "a": Rate(1, 4),
         "b": Rate(1, 1),
     }
@@ -27,13 +27,15 @@ def test_total_sums_numerators_and_denominators() -> None:
 @given(st.lists(st.tuples(counts, counts, counts), min_size=1))
 def test_rates_do_not_depend_on_the_parts_in_which_they_are_summed(rows: list[tuple[int, int, int]]) -> None:
     confusions = [Confusion(*row) for row in rows]
-    whole = {name: Rate(*share) for name, share in confusion_shares("x", add_confusions(confusions)).items()}
-    assert compute_rates(confusion_shares("x", c) for c in confusions) == whole
+    whole = {
+        name: Rate(*share) for name, share in make_confusion_shares("x", add_confusions(confusions)).items()
+    }
+    assert compute_rates(make_confusion_shares("x", c) for c in confusions) == whole
 
 
 @given(st.integers(1, 50), counts, counts)
 def test_f1_is_the_harmonic_mean(hits: int, extra: int, missed: int) -> None:
-    shares = confusion_shares("x", Confusion(hits, extra, missed))
+    shares = make_confusion_shares("x", Confusion(hits, extra, missed))
     precision, recall, f1 = (Rate(*shares[f"x.{name}"]).percent for name in ("precision", "recall", "f1"))
     assert precision
     assert recall

@@ -18,7 +18,7 @@ import eai.logic.formula as f
 from eai.benchmarks.behavior_1k import predicates as p
 from eai.benchmarks.behavior_1k.kinds import ACTIVITIES, KINDS, PACK, PLANS, RULES, Kinds
 from eai.benchmarks.behavior_1k.operators import build_domain
-from eai.benchmarks.behavior_1k.scene import SetUp, make_set_up
+from eai.benchmarks.behavior_1k.scene import SetUp, make_scene_setup
 from eai.benchmarks.packs import open_pack
 from eai.logic.traversal import walk_subformulas
 from eai.planning.planner import drop_needless_actions
@@ -192,11 +192,11 @@ class _Regression(Products):
     def _bring_into_state(self, state: str, name: str) -> None:
         match state:
             case "cooked":
-                self._heat(name, self._find_sources(p.cooks, name))
+                self._heat(name, self._find_sources_of(p.cooks, name))
             case "hot":
-                self._heat(name, self._find_things(p.heat_source))
+                self._heat(name, self._find_objects_with(p.heat_source))
             case "frozen":
-                sources = self._find_sources(p.chills, name)
+                sources = self._find_sources_of(p.chills, name)
                 self._with_any(partial(self._expose, "FREEZE", name), sources, f"nothing freezes {name}")
             case "open":
                 self._opened(name)
@@ -207,7 +207,9 @@ class _Regression(Products):
                 self._free_hand()
                 self._do("FOLD" if state == "folded" else "UNFOLD", name)
             case "on_fire":
-                self._with_any(partial(self._ignite, name), self._find_things(p.lighter), "nothing lights it")
+                self._with_any(
+                    partial(self._ignite, name), self._find_objects_with(p.lighter), "nothing lights it"
+                )
             case _:
                 raise NoWayError(f"no method makes {state} true")
 
@@ -259,11 +261,16 @@ class _Regression(Products):
             case "covered", name, substance:
                 self._uncover(name, substance)
             case (("contains" | "filled"), name, _):
-                places = [*self._find_things(p.sink), *self._vessels(name), *self._find_things(p.floor)]
+                places = [
+                    *self._find_objects_with(p.sink),
+                    *self._vessels(name),
+                    *self._find_objects_with(p.floor),
+                ]
                 self._with_any(partial(self._empty, name), places, f"{name} cannot be emptied")
             case "saturated", name, _:
                 dryers = [
-                    partial(self._run_closed, "DRY", name, machine) for machine in self._find_things(p.dryer)
+                    partial(self._run_closed, "DRY", name, machine)
+                    for machine in self._find_objects_with(p.dryer)
                 ]
                 self._first_of((*dryers, lambda: self._do("WAIT")), f"{name} cannot be dried")
             case "attached", name, other:
@@ -294,7 +301,9 @@ class _Regression(Products):
     def _take_away(self, name: str, place: str) -> None:
         self._get(name)
         if self._has(p.floor, place):
-            places = [o for o in self._find_things(p.fixed) if o != place and not self._has(p.openable, o)]
+            places = [
+                o for o in self._find_objects_with(p.fixed) if o != place and not self._has(p.openable, o)
+            ]
             self._with_any(
                 partial(self._do, "PLACE_ONTOP", name), places, f"there is nowhere else to put {name}"
             )
@@ -315,7 +324,7 @@ def opened(source: Source | None = None) -> tuple[Sequence[str], SetUp]:
     """Return the names of all activities, and a function that sets up an activity."""
     pack = open_pack(PACK, source)
     texts = dict(line.split("\t") for line in pack.read(ACTIVITIES).decode().splitlines())
-    return list(texts), make_set_up(Kinds(pack.read_json(KINDS), pack.read_json(RULES)), texts)
+    return list(texts), make_scene_setup(Kinds(pack.read_json(KINDS), pack.read_json(RULES)), texts)
 
 
 def line_of(set_up: SetUp, name: str) -> str:

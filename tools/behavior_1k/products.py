@@ -26,24 +26,24 @@ class Products(Ways):
     def _ways_to_make(self, name: str, inside: str | None) -> Iterator[Way]:
         yield from (partial(self._slice, w) for w in self._find_targets(p.part_of, name))
         yield from (
-            lambda w=w: self._dice(w, inside, cooked=False) for w in self._find_sources(p.diced_as, name)
+            lambda w=w: self._dice(w, inside, cooked=False) for w in self._find_sources_of(p.diced_as, name)
         )
         yield from (
             lambda w=w: self._dice(w, inside, cooked=True)
-            for w in self._find_sources(p.diced_cooked_as, name)
+            for w in self._find_sources_of(p.diced_cooked_as, name)
         )
         yield from (
-            lambda s=s: self._cook_in_pot(s, name, inside) for s in self._find_sources(p.cooks_to, name)
+            lambda s=s: self._cook_in_pot(s, name, inside) for s in self._find_sources_of(p.cooks_to, name)
         )
         yield from (
-            lambda s=s: self._boil_in_pot(s, name, inside) for s in self._find_sources(p.boils_to, name)
+            lambda s=s: self._boil_in_pot(s, name, inside) for s in self._find_sources_of(p.boils_to, name)
         )
-        yield from (lambda w=w: self._melt(w, name, inside) for w in self._find_sources(p.melts_to, name))
-        for recipe in self._find_sources(p.makes, name):
+        yield from (lambda w=w: self._melt(w, name, inside) for w in self._find_sources_of(p.melts_to, name))
+        for recipe in self._find_sources_of(p.makes, name):
             yield from self._follow(recipe, inside)
 
     def _tool(self, ability: Predicate) -> str:
-        found = [tool for tool in self._find_things(ability) if self._is("real", tool)]
+        found = [tool for tool in self._find_objects_with(ability) if self._is("real", tool)]
         if not found:
             raise NoWayError(f"there is no {ability.name}")
         return found[0]
@@ -62,7 +62,7 @@ class Products(Ways):
     def _dice(self, whole: str, inside: str | None, *, cooked: bool) -> None:
         self._produce(whole)
         if cooked and not self._has(p.is_cooked, whole):
-            self._heat(whole, self._find_sources(p.cooks, whole))
+            self._heat(whole, self._find_sources_of(p.cooks, whole))
         vessels = [v for v in (inside, *self._vessels()) if v and not self._is("carried_by", v, whole)]
         boards = [o for o in self._category if not self._has(p.fixed, o) and "board" in o]
 
@@ -86,7 +86,9 @@ class Products(Ways):
         holding = [] if substance is None else self._holders(substance)
         wanted = [] if inside is None or self._has(p.fixed, inside) else [inside]
         others = [
-            v for v in self._find_things(p.fillable) if self._is("real", v) and not self._has(p.fixed, v)
+            v
+            for v in self._find_objects_with(p.fillable)
+            if self._is("real", v) and not self._has(p.fixed, v)
         ]
         return [*dict.fromkeys((*wanted, *(v for v in holding if v in others), *self._vessels(), *others))]
 
@@ -97,7 +99,7 @@ class Products(Ways):
     def _cook_in_pot(self, substance: str, made: str, inside: str | None) -> None:
         def cook(pot: str) -> None:
             self._have_in(pot, substance)
-            self._heat(pot, self._find_sources(p.cooks, substance))
+            self._heat(pot, self._find_sources_of(p.cooks, substance))
             self._expect_in(pot, made)
 
         if not self._holders(substance, movable=False):
@@ -105,17 +107,17 @@ class Products(Ways):
         self._with_any(cook, self._pots(substance, inside), f"no pot for {substance}")
 
     def _boil_in_pot(self, substance: str, made: str, inside: str | None) -> None:
-        boiled = self._find_things(p.boiled_water)
+        boiled = self._find_objects_with(p.boiled_water)
         if not boiled:
             raise NoWayError("there is no boiled water")
 
         def boil(pot: str) -> None:
             if not self._has(p.has_in, pot, boiled[0]):
-                for water in self._find_sources(p.cooks_to, boiled[0])[:1]:
+                for water in self._find_sources_of(p.cooks_to, boiled[0])[:1]:
                     self._have_in(pot, water)
-                    self._heat(pot, self._find_sources(p.cooks, water))
+                    self._heat(pot, self._find_sources_of(p.cooks, water))
             self._have_in(pot, substance)
-            self._heat(pot, self._find_sources(p.cooks, substance))
+            self._heat(pot, self._find_sources_of(p.cooks, substance))
             self._expect_in(pot, made)
 
         self._with_any(boil, self._pots(substance, inside), f"no pot for {substance}")
@@ -125,11 +127,11 @@ class Products(Ways):
 
         def melt(place: str) -> None:
             self._put_at(thing, place)
-            self._heat(place, self._find_sources(p.melts, thing))
+            self._heat(place, self._find_sources_of(p.melts, thing))
             if not (self._has(p.has_in, place, made) or self._has(p.has_cover, place, made)):
                 raise NoWayError(f"there is no {made} in or on {place}")
 
-        unfit = (*self._find_things(p.fixed), *self._find_things(p.substance), thing)
+        unfit = (*self._find_objects_with(p.fixed), *self._find_objects_with(p.substance), thing)
         trays = [o for o in self._category if o not in unfit]
         places = list(dict.fromkeys((*self._pots(None, inside), *trays)))
         ordered = places[::-1] if self._backwards else places
@@ -153,7 +155,7 @@ class Products(Ways):
             if not self._has(p.substance, each):
                 self._produce(each)
             if self._has(p.cooked_first, recipe, each) and not self._has(p.is_cooked, each):
-                self._heat(each, self._find_sources(p.cooks, each))
+                self._heat(each, self._find_sources_of(p.cooks, each))
         for each in (*things, *toppings):
             if self._has(p.substance, each) and not (self._holders(each, movable=False) or self._taps(each)):
                 self._produce(each)

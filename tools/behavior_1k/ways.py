@@ -141,7 +141,7 @@ class Ways(SceneReader):
     # Hands, doors and switches. Objects in `keep` stay in the hand.
 
     def _free_hand(self, *keep: str) -> None:
-        holding = self._find_things(p.held)
+        holding = self._find_objects_with(p.held)
         if len(holding) < 2:
             return
         free = [name for name in holding if name not in keep]
@@ -208,18 +208,18 @@ class Ways(SceneReader):
 
     def _holders(self, substance: str, *, movable: bool = True) -> list[str]:
         """Return objects from which a substance can be taken: sources and containers before surfaces."""
-        filled = [o for how in (p.gives, p.full_of, p.has_in) for o in self._find_sources(how, substance)]
+        filled = [o for how in (p.gives, p.full_of, p.has_in) for o in self._find_sources_of(how, substance)]
         if movable and not self._has(p.visual, substance):
-            filled += self._find_sources(p.has_cover, substance)
+            filled += self._find_sources_of(p.has_cover, substance)
         found = dict.fromkeys(filled)
         return [o for o in found if self._is("real", o) and not (movable and self._has(p.fixed, o))]
 
     def _taps(self, substance: str) -> list[str]:
-        return [source for source in self._find_sources(p.gives, substance) if self._has(p.fixed, source)]
+        return [source for source in self._find_sources_of(p.gives, substance) if self._has(p.fixed, source)]
 
     def _vessels(self, *without: str) -> list[str]:
         """Return the empty containers."""
-        empty = [v for v in self._find_things(p.fillable) if not self._find_targets(p.has_in, v)]
+        empty = [v for v in self._find_objects_with(p.fillable) if not self._find_targets(p.has_in, v)]
         return [v for v in empty if self._is("real", v) and not self._has(p.fixed, v) and v not in without]
 
     def _supply(self, substance: str, *without: str) -> str:
@@ -282,16 +282,19 @@ class Ways(SceneReader):
         tools = [
             (tool, manner)
             for manner in (p.removes_dry, p.removes_running, p.removes_soaked)
-            for tool in self._find_sources(manner, substance)
+            for tool in self._find_sources_of(manner, substance)
             if tool != name and self._is("real", tool) and not self._has(p.fixed, tool)
         ]
         dirty = [each for each in tools if self._was_dirty(each[0])]
         ways = [partial(self._wipe, name, substance, *each) for each in tools if each not in dirty]
         if not self._has(p.fixed, name):
-            ways += [partial(self._wash, name, substance, machine) for machine in self._find_things(p.washer)]
-            ways += [partial(self._rinse, name, substance, sink) for sink in self._find_things(p.sink)]
             ways += [
-                partial(self._run_closed, "DRY", name, machine) for machine in self._find_things(p.dryer)
+                partial(self._wash, name, substance, machine) for machine in self._find_objects_with(p.washer)
+            ]
+            ways += [partial(self._rinse, name, substance, sink) for sink in self._find_objects_with(p.sink)]
+            ways += [
+                partial(self._run_closed, "DRY", name, machine)
+                for machine in self._find_objects_with(p.dryer)
             ]
         ways += [partial(self._clean_and_wipe, name, substance, *each) for each in dirty]
         ways += [partial(self._wipe, name, substance, *each) for each in dirty]
@@ -390,7 +393,7 @@ class Ways(SceneReader):
         self._with_any(partial(self._expose, "HEAT", name), able, f"no source of heat for {name}")
 
     def _thaw(self, name: str) -> None:
-        if any(self._is("exposed_to", name, source) for source in self._find_things(p.cold_source)):
+        if any(self._is("exposed_to", name, source) for source in self._find_objects_with(p.cold_source)):
             self._get(name)
             self._do("RELEASE", name)
         self._do("WAIT")

@@ -30,7 +30,7 @@ from dataclasses import dataclass
 from itertools import pairwise
 from typing import Generic, NamedTuple, Protocol, TypeVar
 
-from eai.abilities.reasoning import blank_out, thoughts_in
+from eai.abilities.reasoning import blank_out_thoughts, find_thoughts
 from eai.abilities.verdict import Span, SpanKind, Unreadable
 
 MAX_LENGTH = 1_000_000
@@ -243,9 +243,9 @@ class _AnswerReader(Generic[T]):
     def __init__(self, text: str, form: AnswerFormat[T]) -> None:
         self.form = form
         self.strays: list[_BracketedText] = []
-        self.thoughts = thoughts_in(text)
+        self.thoughts = find_thoughts(text)
         self.removed: tuple[str, ...] = ("reasoning",) if self.thoughts else ()
-        self.text = blank_out(self.thoughts, text)
+        self.text = blank_out_thoughts(self.thoughts, text)
         if "<|" in self.text and _SPECIAL_TOKENS.search(self.text):
             self.text = _SPECIAL_TOKENS.sub(lambda token: " " * len(token[0]), self.text)
             self.removed = (*self.removed, "special_tokens")

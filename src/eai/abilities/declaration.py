@@ -19,7 +19,7 @@ from typing import TYPE_CHECKING, Any, Generic, TypeAlias, TypeVar
 
 from eai.abilities.experiment import Experiment
 from eai.abilities.protocol import PAPER_ABILITIES, Ability, find_abilities
-from eai.abilities.verdict import EMPTY_SHARE, Confusion, PlanVerdict, Shares, Verdict, share_of_one
+from eai.abilities.verdict import EMPTY_SHARE, Confusion, PlanVerdict, Shares, Verdict, make_share_of_one
 from eai.base.errors import InputError
 from eai.tasks.share import Share
 from eai.tasks.task import GoalKind
@@ -397,7 +397,7 @@ def compute_goal_shares(verdict: PlanVerdict) -> Shares:
     shares: tuple[Share, ...] = (EMPTY_SHARE,) * len(KINDS) if goals is None else goals
     whole = Share(sum(share.numerator for share in shares), sum(share.denominator for share in shares))
     partial = verdict.partial
-    met = EMPTY_SHARE if partial is None else share_of_one(partial.numerator / partial.denominator)
+    met = EMPTY_SHARE if partial is None else make_share_of_one(partial.numerator / partial.denominator)
     return {**dict(zip(GOAL_METRICS, (*shares, whole), strict=True)), PARTIAL: met}
 
 

@@ -6,7 +6,7 @@ from functools import cached_property, lru_cache
 
 from eai.abilities.notation.plan_form import WrittenPlan, WrittenStep
 from eai.abilities.notation.plans import PlanNotation
-from eai.abilities.repair import DEFAULT_EFFORT, EDIT_KINDS, Edit, EditKind, Repair, find_blame
+from eai.abilities.repair import DEFAULT_EFFORT, EDIT_KINDS, Edit, EditKind, Repair, find_common_blame
 from eai.abilities.reports import action_text
 from eai.abilities.verdict import PlanVerdict
 from eai.logic.traversal import find_object_names
@@ -170,7 +170,7 @@ class PlanRepairer:
         singles = sorted(single_edits, key=rank_edit)
         told = [self._to_edit(edit, plan, steps) for edit in singles]
         kinds = {edit.kind for edit in told}
-        blame, blamed = find_blame(told)
+        blame, blamed = find_common_blame(told)
         return Repair(
             1,
             1,

@@ -62,13 +62,13 @@ class _Thought(NamedTuple):
     is_finished: bool = True
 
 
-def thoughts_in(text: str) -> tuple[_Thought, ...]:
+def find_thoughts(text: str) -> tuple[_Thought, ...]:
     """Return each continuous text of reasoning in an output, in order and without overlap."""
     if not _HINT.search(text):
         return ()
     thoughts: list[_Thought] = []
     opening: re.Match[str] | None = None
-    start = _end_of_template(text)
+    start = _find_template_end(text)
     for mark in _MARK.finditer(text, start):
         if mark["opening"] is not None:
             opening = opening or mark
@@ -80,7 +80,7 @@ def thoughts_in(text: str) -> tuple[_Thought, ...]:
     return (_Thought(0, start, _MARK.sub(" ", text[:start])), *thoughts) if start else tuple(thoughts)
 
 
-def _end_of_template(text: str) -> int:
+def _find_template_end(text: str) -> int:
     """Return the position after the last closing mark of reasoning that has no opening mark, or 0."""
     end, is_open = 0, False
     for mark in _MARK.finditer(text):
@@ -92,7 +92,7 @@ def _end_of_template(text: str) -> int:
     return end
 
 
-def blank_out(thoughts: Iterable[_Thought], text: str) -> str:
+def blank_out_thoughts(thoughts: Iterable[_Thought], text: str) -> str:
     """Replace reasoning by blanks of the same length, so that positions in the text stay valid."""
     pieces, position = [], 0
     for thought in thoughts:
@@ -103,7 +103,7 @@ def blank_out(thoughts: Iterable[_Thought], text: str) -> str:
 
 def split_reasoning(text: str) -> tuple[str, str]:
     """Return the answer and the reasoning in a model's output, without marks. Either text may be empty."""
-    thoughts = thoughts_in(text)
+    thoughts = find_thoughts(text)
     if not thoughts:
         return text, ""
     answer, position = [], 0

@@ -92,7 +92,7 @@ class Repair:
         return self.at_least if self.why_null is None and self.at_least == self.at_most else None
 
 
-def repair_lines(repair: Repair) -> Iterator[str]:
+def describe_repair(repair: Repair) -> Iterator[str]:
     """Yield a description of a repair, one sentence a line."""
     if repair.why_null is not None:
         yield f"smallest repair: not known ({repair.why_null.replace('_', ' ')})"
@@ -106,10 +106,10 @@ def repair_lines(repair: Repair) -> Iterator[str]:
     others = "" if not repair.ties or repair.ties == 1 else f" ({repair.ties - 1} other single edits do, too)"
     yield f"a smallest repair found, {number} edit{'s' * (number != '1')}{others}:"
     yield from (f"  {edit.text}" for edit in repair.edits)
-    yield from _blame(repair)
+    yield from _describe_blame(repair)
 
 
-def _blame(repair: Repair) -> Iterator[str]:
+def _describe_blame(repair: Repair) -> Iterator[str]:
     """Yield the sentence that blames a step, if all single edits concern this step."""
     if repair.blame == "step" and repair.blamed is not None:
         missing = all(kind == "insert" for kind in repair.kinds)
@@ -119,7 +119,7 @@ def _blame(repair: Repair) -> Iterator[str]:
         yield f"{repair.edits[0].action} is missing, from step {repair.blamed + 1} on at the earliest"
 
 
-def find_blame(edits: Sequence[Edit]) -> tuple[str, int | None]:
+def find_common_blame(edits: Sequence[Edit]) -> tuple[str, int | None]:
     """Return the common property of sufficient single edits (`Repair.blame`), and their step."""
     steps = [edit.step for edit in edits if edit.step is not None]
     if len(set(steps)) == 1:

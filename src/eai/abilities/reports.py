@@ -32,16 +32,16 @@ from eai.world.state import Fact, Scene, State, compare_states
 
 def report_steps(task: Task, domain: Domain, trajectory: Trajectory) -> tuple[StepReport, ...]:
     """Return a report on each tried step of a trajectory."""
-    focus = _Focus.from_task(task)
+    focus = _FactFilter.from_task(task)
     reports = []
     carried_out: list[int] = []
     for number, (action, fault, slipped) in enumerate(trajectory.steps):
         before = trajectory.states[len(carried_out)]
         if fault is not None:
             tries = fault.check not in domain.compiled[action.operator].operator.checks
-            undone = _describe_undone(domain, action, before, before) if tries else ""
-            reason = undone or _fault_text(fault.check, domain, action, before)
-            earlier = _describe_earlier(fault, trajectory, carried_out, task.scene)
+            undone = _describe_failed_tries(domain, action, before, before) if tries else ""
+            reason = undone or _describe_fault(fault.check, domain, action, before)
+            earlier = _describe_earlier_state(fault, trajectory, carried_out, task.scene)
             text, call = action_text(action, task.scene), to_statement(action, task.scene)
             reports.append(StepReport(text, fault.kind.value, reason, earlier, call=call))
         elif slipped:
@@ -55,7 +55,7 @@ def report_steps(task: Task, domain: Domain, trajectory: Trajectory) -> tuple[St
 
 
 @dataclass(frozen=True, slots=True)
-class _Focus:
+class _FactFilter:
     """Selects the changed facts that a report shows. It hides relations of the agent to itself.
 
     Attributes:
@@ -72,7 +72,7 @@ class _Focus:
     goals: frozenset[int]
 
     @classmethod
-    def from_task(cls, task: Task) -> _Focus:
+    def from_task(cls, task: Task) -> _FactFilter:
         scene = task.scene
         visible = frozenset(p.name for p in scene.vocabulary.predicates if p.visible)
         named: set[int] = set()
@@ -89,7 +89,7 @@ class _Focus:
         itself = (self.scene.agent,) * 2
         return [fact for fact in facts if fact.predicate in self.predicates and fact.arguments != itself]
 
-    def visible_texts(self, facts: Sequence[Fact], handled: Collection[int]) -> tuple[str, ...]:
+    def write_visible_facts(self, facts: Sequence[Fact], handled: Collection[int]) -> tuple[str, ...]:
         """Return the facts that the report on an action shows, as texts.
 
         These facts are about objects that matter to the task. If a relation holds in both directions, its
@@ -110,17 +110,17 @@ class _Focus:
 
 
 def _report_executed(
-    focus: _Focus, domain: Domain, action: Action, before: State, after: State
+    focus: _FactFilter, domain: Domain, action: Action, before: State, after: State
 ) -> StepReport:
     difference = compare_states(before, after)
     added, removed = focus.filter_visible(difference.added), focus.filter_visible(difference.removed)
     placed = [fact.arguments[0] for fact in removed if len(fact.arguments) == 1]
-    added_texts = focus.visible_texts(added, {*action.arguments, *placed})
-    removed_texts = focus.visible_texts(removed, action.arguments)
+    added_texts = focus.write_visible_facts(added, {*action.arguments, *placed})
+    removed_texts = focus.write_visible_facts(removed, action.arguments)
     return StepReport(
         action_text(action, focus.scene),
         EXECUTED,
-        reason=_describe_undone(domain, action, before, after),
+        reason=_describe_failed_tries(domain, action, before, after),
         added=added_texts,
         removed=removed_texts,
         hidden_changes=len(added) + len(removed) - len(added_texts) - len(removed_texts),
@@ -128,7 +128,7 @@ def _report_executed(
     )
 
 
-def _describe_undone(domain: Domain, action: Action, before: State, after: State) -> str:
+def _describe_failed_tries(domain: Domain, action: Action, before: State, after: State) -> str:
     """Describe the effects that an action tried and did not reach; empty for an action with fixed effects."""
     operator = domain.compiled[action.operator]
     if not operator.tries:
@@ -139,19 +139,23 @@ def _describe_undone(domain: Domain, action: Action, before: State, after: State
     }
     undone = operator.find_failed_alternatives(before, after, operator.bind(before, action.arguments))
     return "; ".join(
-        f"{print_ltl(substitute_terms(unmet, objects))} remains: {_fault_text(check, domain, action, before)}"
-        for unmet, check in undone
+        f"{print_ltl(substitute_terms(unmet, objects))} remains: {fault}"
+        for unmet, fault in (
+            (unmet, _describe_fault(check, domain, action, before)) for unmet, check in undone
+        )
     )
 
 
-def _fault_text(check: Check, domain: Domain, action: Action, state: State) -> str:
+def _describe_fault(check: Check, domain: Domain, action: Action, state: State) -> str:
     """Describe the fault of an action in a state. Objects that the reason does not name are added."""
     reason = check.reason.format_map(map_parameters_to_names(action, domain, state.scene))
     witnesses = find_check_witnesses(check, domain, action, state)
     return f"{reason}: {', '.join(witnesses)}" if witnesses else reason
 
 
-def _describe_earlier(fault: Fault, trajectory: Trajectory, carried_out: Sequence[int], scene: Scene) -> str:
+def _describe_earlier_state(
+    fault: Fault, trajectory: Trajectory, carried_out: Sequence[int], scene: Scene
+) -> str:
     """Describe the moment at which the missing condition of an action held before.
 
     ``carried_out`` has the numbers of the executed steps, from 0.
@@ -204,13 +208,13 @@ def report_goals(
             ""
             if held or trajectory is None or not goal.is_over_time
             else _describe_violation(goal.formula, trajectory),
-            _find_names(goal.formula),
+            _find_predicate_names(goal.formula),
         )
         for kind, goal, held in zip(kinds, task.goals, satisfied, strict=True)
     )
 
 
-def _find_names(formula: f.Formula) -> tuple[str, ...]:
+def _find_predicate_names(formula: f.Formula) -> tuple[str, ...]:
     names: dict[str, None] = {}
     for part in walk_subformulas(formula):
         match part:
@@ -231,7 +235,7 @@ def _describe_violation(formula: f.Formula, trajectory: Trajectory) -> str:
     return f"violated after {action}: {what}"
 
 
-def report_parts(goal: f.Formula | None, trajectory: Trajectory) -> tuple[GoalPartReport, ...]:
+def report_goal_parts(goal: f.Formula | None, trajectory: Trajectory) -> tuple[GoalPartReport, ...]:
     """Return reports on the parts of a task's temporal goal, with the domain's names."""
     if goal is None:
         return ()

@@ -1,7 +1,8 @@
 """Scorers of the answers to one task. An answer is read only once for its verdict and its explanation.
 
-`error_report` turns the fault that ended an answer into the error in its verdict, for all abilities.
-`assess_or_fail` fails an answer whose scorer raises an exception, so that all other answers are still scored.
+`make_error_report` turns the fault that ended an answer into the error in its verdict, for all abilities.
+`assess_or_report_failure` fails an answer whose scorer raises an exception, so that all other answers are
+still scored.
 """
 
 from __future__ import annotations
@@ -126,7 +127,7 @@ _MAX_MESSAGE = 200
 R = TypeVar("R")
 
 
-def assess_or_fail(scorer: Scorer, empty: Verdict, assess: Callable[[], Assessment]) -> Assessment:
+def assess_or_report_failure(scorer: Scorer, empty: Verdict, assess: Callable[[], Assessment]) -> Assessment:
     """Return the assessment of an answer, which fails and reaches no goal if the scorer raises an exception.
 
     Exceptions that do not concern the answer are raised again: missing data, missing packages and interrupts.
@@ -141,12 +142,12 @@ def assess_or_fail(scorer: Scorer, empty: Verdict, assess: Callable[[], Assessme
     except Exception as error:
         if _is_unrelated_to_answer(error):
             raise
-        return _fail(scorer, empty, error)
+        return _assess_scorer_failure(scorer, empty, error)
     looked_back = None if look_back is None else partial(_compute_or_default, look_back, verdict)
     return Assessment(verdict, partial(_compute_or_default, explain, Explanation()), looked_back)
 
 
-def exception_text(error: Exception) -> str:
+def describe_exception(error: Exception) -> str:
     """Return the type, the file and line, and the message of an exception, as text."""
     *_, frame = extract_tb(error.__traceback__)
     place = f"{PurePath(frame.filename).name}:{frame.lineno}"
@@ -158,12 +159,12 @@ def _is_unrelated_to_answer(error: Exception) -> bool:
     return isinstance(error, EaiError) and not isinstance(error, InputError)
 
 
-def _fail(scorer: Scorer, empty: Verdict, error: Exception) -> Assessment:
+def _assess_scorer_failure(scorer: Scorer, empty: Verdict, error: Exception) -> Assessment:
     try:
         verdict = scorer.score_missing_answer()
     except Exception:  # the scorer raises even for a missing answer
         verdict = empty.as_missing_answer()
-    reason = f"the scorer raised {exception_text(error)}"
+    reason = f"the scorer raised {describe_exception(error)}"
     if verdict.excluded is None:
         verdict = replace(verdict, error=ErrorReport(FaultKind.UNCATEGORISED, None, reason, RAISED))
     return Assessment(verdict, lambda: Explanation((reason,)))
@@ -179,11 +180,11 @@ def _compute_or_default(compute: Callable[..., R], default: R, *arguments: int) 
     except Exception as error:
         if _is_unrelated_to_answer(error):
             raise
-        _LOG.warning("a verdict lacks its explanation: %s", exception_text(error))
+        _LOG.warning("a verdict lacks its explanation: %s", describe_exception(error))
         return default
 
 
-def error_report(fault: Fault, number: int, domain: Domain, action: Action, scene: Scene) -> ErrorReport:
+def make_error_report(fault: Fault, number: int, domain: Domain, action: Action, scene: Scene) -> ErrorReport:
     """Return the error that a verdict reports for the fault of an action.
 
     Args:

@@ -10,7 +10,7 @@ from eai.abilities.attempt_options import AttemptOptions
 from eai.abilities.explanation import GoalReport
 from eai.abilities.notation.plans import Execution
 from eai.abilities.reports import report_goals
-from eai.abilities.scorer import PlanScorer, assess_or_fail
+from eai.abilities.scorer import PlanScorer, assess_or_report_failure
 from eai.abilities.verdict import PlanVerdict
 from eai.base.errors import DomainError
 from eai.logic.traversal import find_object_names
@@ -85,7 +85,7 @@ class Trial:
         return replace(
             task,
             initial=self.episode.state,
-            goals=remaining_goals(task, _operator_names(self.executed_actions)),
+            goals=remaining_goals(task, _get_operator_names(self.executed_actions)),
         )
 
     def try_answer(self, text: str) -> Attempt:
@@ -100,7 +100,9 @@ class Trial:
             self.episode = self.start_episode()
         start = len(self.episode.trajectory.steps)
         scorer, empty = self.scorer, PlanVerdict()
-        assessment = assess_or_fail(scorer, empty, lambda: scorer.assess_execution(text, self.execute_plan))
+        assessment = assess_or_report_failure(
+            scorer, empty, lambda: scorer.assess_execution(text, self.execute_plan)
+        )
         explanation, verdict = assessment.explain(), assessment.verdict
         if not isinstance(verdict, PlanVerdict):
             raise TypeError(f"{self.task.id}: expected the verdict on a plan, since only plans are executed")
@@ -129,20 +131,22 @@ class Trial:
         ended = self.episode.run(actions, until)
         trajectory, slipped = self.episode.trajectory_from(start), isinstance(ended, Slip)
         return Execution(
-            trajectory, _operator_names(before), slipped=slipped, whole_trajectory=self.episode.trajectory
+            trajectory, _get_operator_names(before), slipped=slipped, whole_trajectory=self.episode.trajectory
         )
 
     def is_goal_reached(self, episode: Episode) -> bool:
         """Whether all goals hold in an episode now."""
         trajectory = episode.trajectory
         return all(
-            self.scorer.goals.find_reached(episode.state, _operator_names(trajectory.executed), trajectory)
+            self.scorer.goals.find_reached(
+                episode.state, _get_operator_names(trajectory.executed), trajectory
+            )
         )
 
     def _find_goal_step(self, start: int) -> int | None:
         """Return the number of steps after ``start`` until all goals first held; None if they never did."""
         whole, goals = self.episode.trajectory, self.scorer.goals
-        taken = _operator_names(whole.executed)
+        taken = _get_operator_names(whole.executed)
         executed = [step.executed for step in self.episode.trajectory_from(start).steps]
         done = len(taken) - sum(executed)
         for number in [0, *[number for number, is_done in enumerate(executed, 1) if is_done]]:
@@ -153,7 +157,7 @@ class Trial:
         return None
 
 
-def _operator_names(actions: Sequence[Action]) -> tuple[str, ...]:
+def _get_operator_names(actions: Sequence[Action]) -> tuple[str, ...]:
     return tuple([action.operator for action in actions])
 
 
@@ -180,7 +184,7 @@ class _QuestionGoals:
     def report(self, episode: Episode) -> list[GoalReport]:
         """Return a report on each goal. A goal with an unknown name is never met."""
         trajectory = episode.trajectory
-        reached = self.test.find_reached(episode.state, _operator_names(trajectory.executed), trajectory)
+        reached = self.test.find_reached(episode.state, _get_operator_names(trajectory.executed), trajectory)
         met = dict(zip(self.known_task.goals, reached, strict=True))
         stated = replace(self.known_task, goals=self.goals)
         return [*report_goals(stated, [met.get(goal, False) for goal in self.goals], trajectory)]

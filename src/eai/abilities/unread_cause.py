@@ -16,7 +16,7 @@ from typing import Literal, NamedTuple, TypeAlias, TypeVar
 from eai.abilities.answer_text import is_unclosed
 from eai.abilities.explanation import Explanation
 from eai.abilities.protocol import Ability
-from eai.abilities.reasoning import blank_out, thoughts_in
+from eai.abilities.reasoning import blank_out_thoughts, find_thoughts
 from eai.abilities.scorer import Assessment
 from eai.abilities.verdict import Verdict
 from eai.world.fault import FaultKind
@@ -104,10 +104,10 @@ def find_cause(
     if looped:
         quoted = shorten(looped, _MAX_QUOTED, placeholder=" ...")
         return _CauseInWords("loop", f"the answer repeats the same text again and again: {quoted}")
-    thoughts = thoughts_in(text)
+    thoughts = find_thoughts(text)
     if thoughts and not thoughts[-1].is_finished:
         return _CauseInWords("unfinished_thought", "the reasoning does not end, so no answer follows")
-    body = _TOKENS.sub(" ", blank_out(thoughts, text)).strip()
+    body = _TOKENS.sub(" ", blank_out_thoughts(thoughts, text)).strip()
     if not re.search(r"\w", _KEY.sub("", body)):
         return _CauseInWords("empty", "the answer is empty: it holds no words")
     is_json = _JSON.search(body) is not None

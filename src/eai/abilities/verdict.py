@@ -160,7 +160,7 @@ def compute_condition_gain(partial: Share, at_start: Share, of_goals: float) -> 
     return max(0.0, (met * total_at_start - met_at_start * total) / (total * to_gain))
 
 
-def credit_actions(
+def compute_plan_credit(
     reached: Sequence[bool], at_start: Sequence[bool], *, ended: bool, faults: Mapping[FaultKind, int]
 ) -> Credit | None:
     """Return the credit for a plan or for the actions of an episode, or None if no goal can be gained.
@@ -175,7 +175,7 @@ def credit_actions(
     return None if gained is None else Credit(gained, gained == 1 and not ended, ended, faults)
 
 
-def credit_parts(
+def compute_parts_credit(
     counts: tuple[int, int, int],
     error: ErrorReport | None,
     faults: Mapping[FaultKind, int],
@@ -331,7 +331,7 @@ class PlanVerdict(Verdict):
         if self.refused is not None:
             return Credit(float(self.success or 0), bool(self.success), ended=False, faults={})
         ended = not self.executable
-        earned = credit_actions(self.goals_satisfied, at_start, ended=ended, faults=self.faults())
+        earned = compute_plan_credit(self.goals_satisfied, at_start, ended=ended, faults=self.faults())
         if earned is None:
             return None
         return replace(earned, success=bool(self.success) and earned.gain == 1)
@@ -382,14 +382,14 @@ ZERO_SHARE, FULL_SHARE = Share(0.0, 1), Share(1.0, 1)
 """Contribution of a failure to a share of all answers; `FULL_SHARE` is that of a full success."""
 
 
-def share_of_one(counted: bool | float | None) -> Share:
+def make_share_of_one(counted: bool | float | None) -> Share:
     """Return the contribution of one answer to the share of answers for which something holds."""
     if not counted:
         return ZERO_SHARE
     return FULL_SHARE if counted == 1 else Share(float(counted), 1)
 
 
-def confusion_shares(prefix: str, confusion: Confusion) -> dict[str, Share]:
+def make_confusion_shares(prefix: str, confusion: Confusion) -> dict[str, Share]:
     """Return what one answer's counts add to precision, recall and F1, which are ratios of sums.
 
     F1 is ``2 TP / (2 TP + FP + FN)``, the harmonic mean of precision and recall.

@@ -24,7 +24,7 @@ from eai.abilities.declaration import (
 )
 from eai.abilities.experiment import Experiment
 from eai.abilities.protocol import Ability
-from eai.abilities.verdict import EMPTY_SHARE, UNREPLAYABLE, share_of_one
+from eai.abilities.verdict import EMPTY_SHARE, UNREPLAYABLE, make_share_of_one
 from eai.agents.verdict import ActingVerdict
 from eai.tasks.share import Share
 from eai.world.fault import FaultKind
@@ -59,27 +59,27 @@ def compute_rate_contributions(verdict: ActingVerdict) -> dict[str, Share]:
         any(turn.fault is None for turn in actions[i + 1 : i + 1 + _MAX_RECOVERY_TURNS]) for i in faulty
     )
     return {
-        "success": share_of_one(won),
+        "success": make_share_of_one(won),
         **{
             name: EMPTY_SHARE
             if shortest is None
-            else share_of_one(won and tried <= max(1, floor(most * shortest)))
+            else make_share_of_one(won and tried <= max(1, floor(most * shortest)))
             for name, most in WITHIN.items()
         },
         "spl": EMPTY_SHARE
         if shortest is None
-        else share_of_one(_weight_success_by_path_length(won, tried, shortest)),
+        else make_share_of_one(_weight_success_by_path_length(won, tried, shortest)),
         "impossible": Share(len(faulty), tried),
         **{kind: Share(kinds.count(kind), tried) for kind in KINDS},
         "additional_step": Share(kinds.count(FaultKind.ADDITIONAL_STEP.value), tried),
-        "won_after_fault": share_of_one(won) if faulty else EMPTY_SHARE,
+        "won_after_fault": make_share_of_one(won) if faulty else EMPTY_SHARE,
         "recovered": Share(recovered, len(faulty)),
         "loops": Share(sum(turn.same_as is not None for turn in actions), tried),
-        "undeclared": share_of_one(verdict.reached and not won),
-        "declared_early": share_of_one(verdict.declared and not verdict.reached),
-        UNREPLAYABLE: share_of_one(verdict.is_unreplayable),
-        "lost_for_good": share_of_one(verdict.outlook == "lost") if is_known else EMPTY_SHARE,
-        "outlook_unknown": EMPTY_SHARE if verdict.outlook is None else share_of_one(not is_known),
+        "undeclared": make_share_of_one(verdict.reached and not won),
+        "declared_early": make_share_of_one(verdict.declared and not verdict.reached),
+        UNREPLAYABLE: make_share_of_one(verdict.is_unreplayable),
+        "lost_for_good": make_share_of_one(verdict.outlook == "lost") if is_known else EMPTY_SHARE,
+        "outlook_unknown": EMPTY_SHARE if verdict.outlook is None else make_share_of_one(not is_known),
         **compute_goal_shares(verdict),
     }
 

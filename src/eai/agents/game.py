@@ -11,8 +11,8 @@ from typing import Literal, NamedTuple, TypeAlias
 from typing_extensions import TypedDict, assert_never
 
 from eai.abilities.declining import ASK, REFUSE, is_question, read_refusal_command
-from eai.abilities.scorer import exception_text
-from eai.abilities.verdict import Credit, ErrorReport, compute_condition_gain, credit_actions
+from eai.abilities.scorer import describe_exception
+from eai.abilities.verdict import Credit, ErrorReport, compute_condition_gain, compute_plan_credit
 from eai.agents.command import DONE, CommandMeaning, is_look_command
 from eai.agents.game_setup import GameSetup
 from eai.agents.observation import AgentMemory, make_manual
@@ -176,7 +176,7 @@ class Game:
         if self.task.has_no_plan:  # no plan reaches all goals, so reached goals earn nothing
             return None
         ended = self._failed or self._is_undeclared(is_last=is_last)
-        earned = credit_actions(self.reached, self._at_start, ended=ended, faults=self._faults)
+        earned = compute_plan_credit(self.reached, self._at_start, ended=ended, faults=self._faults)
         if earned is None or self._rules.reward is not Shaping.PARTIAL:
             return earned
         partial = self.stage.goals.find_partial_success(self.state, self.taken, self.reached)
@@ -216,7 +216,7 @@ class Game:
         except EaiError:
             raise
         except Exception as error:
-            _LOG.warning("an action in %s fails: %s", self.task.id, exception_text(error))
+            _LOG.warning("an action in %s fails: %s", self.task.id, describe_exception(error))
             self._turns, self.tried = turns + 1, tried + 1
             kind = FaultKind.UNCATEGORISED
             self._failed, self._memory.has_looked = True, False

@@ -40,7 +40,7 @@ from pydantic import AnyHttpUrl
 from starlette.applications import Starlette
 
 from eai import __version__
-from eai.abilities.scorer import exception_text
+from eai.abilities.scorer import describe_exception
 from eai.agents.episode_server import EpisodeServer
 from eai.agents.tools import make_tools, read_tool_call
 from eai.base.errors import EaiError, InputError
@@ -99,7 +99,7 @@ def make_mcp_server(worlds: EpisodeServer, domain: Domain, *, open_to_all: bool 
             told = TextContent(text=worlds.play_command(place, command))
             return CallToolResult(content=[told, *map(_encode_image, worlds.draw_pictures(place))])
         except Exception as error:  # the message names files, which the agent must not know
-            _LOG.error("%s", error if isinstance(error, EaiError) else exception_text(error))
+            _LOG.error("%s", error if isinstance(error, EaiError) else describe_exception(error))
             raise MCPError(INTERNAL_ERROR, "the world is out of order") from None
 
     return Server(

@@ -31,7 +31,7 @@ if TYPE_CHECKING:
 FOLDER = "formats"
 
 
-def read_formats(package: str) -> Mapping[Ability, str]:
+def read_answer_formats(package: str) -> Mapping[Ability, str]:
     """Return texts from the folder ``formats`` of a package, by ability. They describe forms of answers."""
     folder = files(package) / FOLDER
     files_by_ability = {ability: folder / f"{ability.value}.txt" for ability in find_abilities()}
@@ -148,7 +148,7 @@ class Benchmark:
         """Return all tasks in the order of the data set."""
         return self.get_errata(source).correct_tasks(self.open_tasks(source))
 
-    def with_changed(self, change: Callable[[Task], Task]) -> Benchmark:
+    def with_changed_tasks(self, change: Callable[[Task], Task]) -> Benchmark:
         """Return a copy of the benchmark whose tasks a function has changed, after errata were corrected."""
 
         def open_tasks(source: Source) -> TaskSet[Task]:

@@ -41,12 +41,12 @@ _LIMITS = Limits(looks=150_000)
 """Limits of the search for a task's plan: about a second on a usual processor."""
 
 
-def _report_nothing(checked: int) -> None:
+def _ignore_progress(checked: int) -> None:
     """Ignore the number of checked tasks: the default for `progressed`."""
 
 
 def check_benchmark(
-    benchmark: Benchmark, source: Source, progressed: Callable[[int], None] = _report_nothing
+    benchmark: Benchmark, source: Source, progressed: Callable[[int], None] = _ignore_progress
 ) -> tuple[list[Finding], Counter[SearchEnd]]:
     """Return all problems of a benchmark, and how often each way of ending a search for a plan occurred.
 
@@ -61,15 +61,15 @@ def check_benchmark(
     initial_states = [tasks[task_id].initial for task_id in list(tasks)[:WALKS]]
     findings = [Finding(domain.name, defect) for defect in check_domain(domain, initial_states)]
     kinds = {obj.category for task in tasks.values() for obj in task.scene.objects}
-    for subject, formulas in _list_formulas(domain):
-        for kind in dict.fromkeys(chain.from_iterable(map(_list_kinds, formulas))):
+    for subject, formulas in _list_domain_formulas(domain):
+        for kind in dict.fromkeys(chain.from_iterable(map(_list_named_kinds, formulas))):
             if kind not in kinds:
                 problem = f"no task has an object of the kind {kind}{did_you_mean(kind, kinds)}"
                 findings.append(Finding(domain.name, f"{subject}: {problem}"))
     planner, ends = Planner(domain), Counter[SearchEnd]()
     for number, (task_id, task) in enumerate(tasks.items()):
         progressed(number)
-        problems = list(_find_problems(task, domain))
+        problems = list(_find_task_problems(task, domain))
         if not problems and not task.script and task.unsolvable is None:
             end = find_plan(task, planner, _LIMITS).end
             ends[end] += 1
@@ -78,7 +78,7 @@ def check_benchmark(
     return findings, ends
 
 
-def _find_problems(task: Task, domain: Domain) -> Iterator[str]:
+def _find_task_problems(task: Task, domain: Domain) -> Iterator[str]:
     """Yield the problems of a task, such as a plan that misses the goals."""
     if not task.goals:
         yield NO_GOALS
@@ -92,7 +92,7 @@ def _find_problems(task: Task, domain: Domain) -> Iterator[str]:
     yield from find_false_statements(task, domain)
 
 
-def _list_formulas(domain: Domain) -> Iterator[tuple[str, Iterable[f.Formula]]]:
+def _list_domain_formulas(domain: Domain) -> Iterator[tuple[str, Iterable[f.Formula]]]:
     for operator in domain.operators:
         yield f"operator {operator.name}", conditions_of(operator)
     for derived in domain.vocabulary.derived:
@@ -100,7 +100,7 @@ def _list_formulas(domain: Domain) -> Iterator[tuple[str, Iterable[f.Formula]]]:
             yield f"derived predicate {derived.name}", [derived.definition]
 
 
-def _list_kinds(formula: f.Formula) -> Iterator[str]:
+def _list_named_kinds(formula: f.Formula) -> Iterator[str]:
     for subformula in walk_subformulas(formula):
         yield from filter(None, [variable.category for variable in get_bound_variables(subformula)])
 

@@ -23,7 +23,7 @@ from eai.abilities.protocol import Ability
 from eai.abilities.verdict import Unreadable
 from eai.base.grouping import group_pairs
 from eai.benchmarks.benchmark import Benchmark
-from eai.benchmarks.gold_answers import AnswerBook, make_answer_book, no_answer_error, open_answer_book
+from eai.benchmarks.gold_answers import AnswerBook, make_answer_book, make_no_answer_error, open_answer_book
 from eai.logic.choice import Literal, build_choice_tree, generate_tree_options
 from eai.logic.ltl_printer import print_ltl
 from eai.logic.rewriting import rename_objects, rename_variables, substitute_terms
@@ -53,7 +53,7 @@ _AchieverMatch: TypeAlias = tuple[Achiever, Mapping[str, int]]
 """An action schema that achieves a fact, and the schema's variables that the fact binds to objects."""
 
 
-def copy_goal(task: Task, notation: SubgoalNotation) -> f.Formula:
+def write_goals_as_one_subgoal(task: Task, notation: SubgoalNotation) -> f.Formula:
     """Return all goals of a task as one subgoal: first the actions in order, then the final conditions.
 
     Quantifiers are expanded, because not every notation has them. A goal about pairs of objects becomes a
@@ -128,7 +128,7 @@ def open_copy_book(benchmark: Benchmark, ability: Ability, source: Source = USUA
         DataError: the data cannot be obtained.
     """
     if ability not in _COPIERS:
-        raise no_answer_error("copy", benchmark, ability)
+        raise make_no_answer_error("copy", benchmark, ability)
     return make_answer_book(benchmark, ability, source, partial(_COPIERS[ability], benchmark))
 
 
@@ -144,9 +144,9 @@ def open_empty_book(benchmark: Benchmark, ability: Ability, source: Source = USU
 
 def find_mentions(words: Sequence[str], name: str) -> list[int]:
     """Return the positions in a list of words at which a name begins. Word endings are ignored."""
-    stem = _stem("".join(_WORD.findall(name.lower())))
+    stem = _remove_word_ending("".join(_WORD.findall(name.lower())))
     spans = [(i, n) for i in range(len(words)) for n in range(1, _MAX_NAME_WORDS + 1) if i + n <= len(words)]
-    return [i for i, n in spans if stem and _stem("".join(words[i : i + n])) == stem]
+    return [i for i, n in spans if stem and _remove_word_ending("".join(words[i : i + n])) == stem]
 
 
 def list_instruction_words(task: Task) -> list[str]:
@@ -154,7 +154,7 @@ def list_instruction_words(task: Task) -> list[str]:
     return _WORD.findall(f"{task.title} {task.instruction}".lower())
 
 
-def _stem(word: str) -> str:
+def _remove_word_ending(word: str) -> str:
     """Return a word without its ending: ``slice`` for ``sliced`` and ``slices``."""
     for ending in ("ing", "ed", "es", "s", "e"):
         if word.endswith(ending) and len(word) > len(ending) + 2:
@@ -162,7 +162,7 @@ def _stem(word: str) -> str:
     return word
 
 
-def _copy_goals(benchmark: Benchmark, task: Task) -> Iterable[str]:
+def _copy_mentioned_goals(benchmark: Benchmark, task: Task) -> Iterable[str]:
     """Return goals that words of an instruction state: states and relations of objects, and actions."""
     task = task.without_goals_over_time
     notation, words = benchmark.notation.goals, list_instruction_words(task)
@@ -185,9 +185,9 @@ def _copy_goals(benchmark: Benchmark, task: Task) -> Iterable[str]:
     return notation.write(goals)
 
 
-def _copy_subgoals(benchmark: Benchmark, task: Task) -> Iterable[str]:
+def _copy_goal_as_subgoal(benchmark: Benchmark, task: Task) -> Iterable[str]:
     task = task.without_goals_over_time
-    return [print_ltl(copy_goal(task, benchmark.subgoals()))] if task.goals else []
+    return [print_ltl(write_goals_as_one_subgoal(task, benchmark.subgoals()))] if task.goals else []
 
 
 _achievers = lru_cache(maxsize=8)(Achievers)
@@ -201,18 +201,19 @@ def _copy_plan(benchmark: Benchmark, task: Task) -> Iterable[str]:
     """
     task, achievers = task.without_goals_over_time, _achievers(benchmark.domain)
     plan = [
-        _choose_action(_find_achievers(literal, task, achievers), task) for literal in _list_literals(task)
+        _find_first_action(_find_achievers(literal, task, achievers), task)
+        for literal in _list_goal_conditions(task)
     ]
     actions = [
         achievers.make_operator_achievers(alternative_actions(goal))
         for goal in task.goals_of(GoalKind.ACTION)
     ]
-    plan += [_choose_action([(achiever, {}) for achiever in ways], task) for ways in actions]
+    plan += [_find_first_action([(achiever, {}) for achiever in ways], task) for ways in actions]
     steps = dict.fromkeys(action for action in plan if action is not None)
     return benchmark.notation.plans.write(tuple(steps), task.scene)
 
 
-def _list_literals(task: Task) -> Iterator[Literal]:
+def _list_goal_conditions(task: Task) -> Iterator[Literal]:
     """Yield the conditions of each goal about states. For a goal with several options, the first is used."""
     for goal in task.goals:
         if goal.kind is not GoalKind.ACTION:
@@ -241,7 +242,7 @@ def _find_achievers(literal: Literal, task: Task, achievers: Achievers) -> Itera
                     yield achiever, scope
 
 
-def _choose_action(matches: Iterable[_AchieverMatch], task: Task) -> Action | None:
+def _find_first_action(matches: Iterable[_AchieverMatch], task: Task) -> Action | None:
     """Return the first matching action with objects of the task, possible or not, or None."""
     usable = sum(1 << index for index in task.relevant)
     for achiever, scope in matches:
@@ -263,12 +264,12 @@ def _copy_operators(benchmark: Benchmark, task: TransitionTask) -> Iterable[str]
         subformula.predicate for subformula in subformulas if isinstance(subformula, f.Atom)
     )
     declared = {predicate.name: predicate.parameters for predicate in task.domain.header.predicates}
-    effects = [_apply_to_all(n, declared[n], adds=n not in denied) for n in wanted if n in declared]
+    effects = [_make_effect_on_all(n, declared[n], adds=n not in denied) for n in wanted if n in declared]
     effect = Both(tuple(effects))
     return [write_action(replace(gold, precondition=f.TRUE, effect=effect)) for gold in task.gold.values()]
 
 
-def _apply_to_all(name: str, parameters: Sequence[f.Variable], *, adds: bool) -> PddlEffect:
+def _make_effect_on_all(name: str, parameters: Sequence[f.Variable], *, adds: bool) -> PddlEffect:
     """Return the effect that makes a predicate true, or false, for all parameters of fitting types."""
     atom = f.Atom(name, tuple([f.Variable(parameter.name) for parameter in parameters]))
     effect: PddlEffect = Add(atom) if adds else Delete(atom)
@@ -276,8 +277,8 @@ def _apply_to_all(name: str, parameters: Sequence[f.Variable], *, adds: bool) ->
 
 
 _COPIERS: dict[Ability, Callable[[Benchmark, Any], Iterable[str]]] = {
-    Ability.GOAL_INTERPRETATION: _copy_goals,
-    Ability.SUBGOAL_DECOMPOSITION: _copy_subgoals,
+    Ability.GOAL_INTERPRETATION: _copy_mentioned_goals,
+    Ability.SUBGOAL_DECOMPOSITION: _copy_goal_as_subgoal,
     Ability.ACTION_SEQUENCING: _copy_plan,
     Ability.TRANSITION_MODELING: _copy_operators,
 }
@@ -303,13 +304,13 @@ def open_lookup_book(benchmark: Benchmark, ability: Ability, source: Source = US
             benchmark, ability, source, _make_operator_copier(benchmark.operators(source))
         )
     if ability not in _LOOKED_UP_ABILITIES:
-        raise no_answer_error("lookup", benchmark, ability)
+        raise make_no_answer_error("lookup", benchmark, ability)
     public_benchmark = replace(benchmark, open_tasks=benchmark.data.open_public or benchmark.open_tasks)
     public = public_benchmark.tasks_for(ability, source).values()
     if ability is Ability.GOAL_INTERPRETATION:
         texts = [(task, Counter(list_instruction_words(task))) for task in public]
         return make_answer_book(benchmark, ability, source, partial(_adapt_goals, benchmark, texts))
-    table = LookupTable(public, benchmark.domain)
+    table = SimilarTaskTable(public, benchmark.domain)
     if ability is Ability.SUBGOAL_DECOMPOSITION:
         answers = open_answer_book(public_benchmark, ability, source)
         return make_answer_book(
@@ -321,7 +322,7 @@ def open_lookup_book(benchmark: Benchmark, ability: Ability, source: Source = US
     )
 
 
-class LookupTable:
+class SimilarTaskTable:
     """Finds the most similar task that has a plan, and adapts this plan to another task.
 
     Args:
@@ -330,7 +331,7 @@ class LookupTable:
     """
 
     def __init__(self, public: Iterable[Task], domain: Domain) -> None:
-        self._entries = [(task, _lift_goals(task)) for task in public if task.script]
+        self._entries = [(task, _count_goals_by_category(task)) for task in public if task.script]
         numbered = enumerate(self._entries)
         self._of_goal = group_pairs((text, number) for number, (_, goals) in numbered for text in goals)
         self._domain = domain
@@ -351,14 +352,14 @@ class LookupTable:
 
     def find_nearest(self, task: Task) -> Task | None:
         """Return the other task with the largest share of equal goals, or else the first other task."""
-        goals = _lift_goals(task)
+        goals = _count_goals_by_category(task)
         sharing = sorted({number for text in goals for number in self._of_goal.get(text, ())})
         alike = _find_most_similar(goals, task, map(self._entries.__getitem__, sharing))
         return alike or next((other for other, _ in self._entries if other.id != task.id), None)
 
 
 def _adapt_subgoals(
-    benchmark: Benchmark, table: LookupTable, answers: AnswerBook, task: Task
+    benchmark: Benchmark, table: SimilarTaskTable, answers: AnswerBook, task: Task
 ) -> Sequence[str]:
     """Return the subgoals of the most similar task, with objects renamed to this task's objects.
 
@@ -399,7 +400,7 @@ def _make_operator_copier(tasks: TaskSet[TransitionTask]) -> Callable[[Transitio
     return lambda task: [task.domain.operators[name].pddl for name in task.operators if uses[name] > 1]
 
 
-def _lift_goals(task: Task) -> Counter[str]:
+def _count_goals_by_category(task: Task) -> Counter[str]:
     """Return the goals of a task as texts in which categories replace objects, with their counts."""
     return Counter([text for _, text in _write_goals_by_category(task)])
 

@@ -39,23 +39,25 @@ def ask_for_scored_operators(task: TransitionTask, question: str) -> str:
     """Return a copy of a question that asks for the scored operators instead of those that it lists."""
     before, mark, rest = question.rpartition(_HEADS_START)
     _, end, behind = rest.partition(_HEADS_END)
-    return "".join((before, mark, *(_write_head(task, name) for name in task.operators), end, behind))
+    return "".join(
+        (before, mark, *(_write_operator_head(task, name) for name in task.operators), end, behind)
+    )
 
 
-def _write_head(task: TransitionTask, name: str) -> str:
+def _write_operator_head(task: TransitionTask, name: str) -> str:
     """Return an operator with empty precondition and effect, as questions list the operators to finish."""
     parameters = task.domain.operators[name].parameters
     return f"(:action {name})\n:parameters {parameters}\n:precondition ()\n:effect ()\n)\n"
 
 
-class _Replacement(Options):
+class _TextReplacement(Options):
     """A passage of the data (`was`), and its replacement (`now`)."""
 
     was: str
     now: str
 
 
-class _StepEdit(Options):
+class _ScriptEdit(Options):
     """Steps of the data set's plan from number `step` on, counted from 0, and the steps that replace them."""
 
     step: int
@@ -91,9 +93,9 @@ class _Erratum(Options):
     evidence: str
     exclude: str | None = None
     renamed: Mapping[str, str] | None = None
-    problem: _Replacement | None = None
-    plan: tuple[_StepEdit, ...] = ()
-    question: _Replacement | None = None
+    problem: _TextReplacement | None = None
+    plan: tuple[_ScriptEdit, ...] = ()
+    question: _TextReplacement | None = None
     asks_scored: bool = False
 
     @property
@@ -121,15 +123,17 @@ class Errata:
     version: str = ""
     entries: tuple[_Erratum, ...] = ()
 
-    def find_use(self, ability: Ability, task_id: str) -> ErrataUse | None:
+    def find_errata_use(self, ability: Ability, task_id: str) -> ErrataUse | None:
         """Return the version of the table, and ids of the errata that can change verdicts on a task.
 
         A record stores them. Returns None if there is no table.
         """
-        return ErrataUse(self.version, self._deciding.get((ability, task_id), ())) if self.version else None
+        return (
+            ErrataUse(self.version, self._deciding_ids.get((ability, task_id), ())) if self.version else None
+        )
 
     @cached_property
-    def _deciding(self) -> Mapping[tuple[Ability, str], tuple[str, ...]]:
+    def _deciding_ids(self) -> Mapping[tuple[Ability, str], tuple[str, ...]]:
         """Ids of the errata that can change verdicts, by ability and task.
 
         Errata that change only questions or the data set's plans are left out.
@@ -139,37 +143,37 @@ class Errata:
         return {key: tuple(ids) for key, ids in group_pairs(pairs).items()}
 
     def correct_tasks(self, tasks: TaskSet[TaskT]) -> TaskSet[TaskT]:
-        """Return the tasks of plans and goals, each with its errata corrected."""
+        """Return the tasks of plans and goals, each with its errata correct_task."""
         by_task = self._group_by_task(Ability.ACTION_SEQUENCING)
 
-        def corrected(task_id: str) -> TaskT:
+        def correct_task(task_id: str) -> TaskT:
             task = tasks[task_id]
             for entry in by_task.get(task_id, ()):
                 if entry.exclude is not None:
                     task = replace(task, unsolvable=entry.exclude)
-                task = replace(task, script=_edit_script(task.script, entry, task.scene))
+                task = replace(task, script=_correct_script(task.script, entry, task.scene))
             return task
 
-        return TaskSet(tasks, corrected, tasks.sha256) if by_task else tasks
+        return TaskSet(tasks, correct_task, tasks.sha256) if by_task else tasks
 
     def correct_operators(self, tasks: TaskSet[TransitionTask]) -> TaskSet[TransitionTask]:
-        """Return the tasks of transition modeling, each with its errata corrected."""
+        """Return the tasks of transition modeling, each with its errata correct_operator_task."""
         by_task = self._group_by_task(Ability.TRANSITION_MODELING)
         names = {was: now for entry in self.entries for was, now in (entry.renamed or {}).items()}
 
         @cache
-        def library() -> OperatorLibrary:
+        def load_library() -> OperatorLibrary:
             return _rename_operators(next(iter(tasks.values())).domain, names)
 
-        def corrected(task_id: str) -> TransitionTask:
+        def correct_operator_task(task_id: str) -> TransitionTask:
             task, problem = tasks[task_id], tasks[task_id].problem_text
             for entry in by_task.get(task_id, ()):
                 if entry.problem is not None:
                     problem = _replace_once(problem, entry.problem, entry.id)
             operators = tuple([names.get(name, name) for name in task.operators])
-            return replace(task, domain=library(), operators=operators, problem_text=problem)
+            return replace(task, domain=load_library(), operators=operators, problem_text=problem)
 
-        return TaskSet(tasks, corrected, tasks.sha256) if by_task else tasks
+        return TaskSet(tasks, correct_operator_task, tasks.sha256) if by_task else tasks
 
     def make_question_corrector(
         self, ability: Ability, operators: Callable[[], Mapping[str, TransitionTask]]
@@ -185,7 +189,7 @@ class Errata:
             return None
         by_task = self._group_by_task(ability)
 
-        def corrected(task_id: str, question: str) -> str:
+        def correct_question(task_id: str, question: str) -> str:
             for entry in by_task.get(task_id, ()):
                 if entry.question is not None:
                     question = _replace_once(question, entry.question, entry.id)
@@ -193,7 +197,7 @@ class Errata:
                     question = ask_for_scored_operators(operators()[task_id], question)
             return question
 
-        return corrected
+        return correct_question
 
     def find_corrected_tasks(self, ability: Ability) -> frozenset[str]:
         """Return the ids of tasks whose official questions are corrected."""
@@ -246,7 +250,7 @@ def read_errata(text: str) -> Errata:
     return Errata(f"{number}+{digest[:8]}", entries)
 
 
-def _edit_script(script: tuple[Action, ...], entry: _Erratum, scene: Scene) -> tuple[Action, ...]:
+def _correct_script(script: tuple[Action, ...], entry: _Erratum, scene: Scene) -> tuple[Action, ...]:
     """Return a plan with the corrections of an erratum.
 
     The last is made first, so that step numbers stay right.
@@ -265,7 +269,7 @@ def _parse_action(text: str, scene: Scene) -> Action:
     return Action(operator, tuple(scene.index[name] for name in names))
 
 
-def _replace_once(text: str, change: _Replacement, entry: str) -> str:
+def _replace_once(text: str, change: _TextReplacement, entry: str) -> str:
     if text.count(change.was) != 1:
         raise DataError(f"erratum {entry}: expected its passage once in the data; run `eai data fetch`")
     return text.replace(change.was, change.now)

@@ -76,7 +76,7 @@ def yield_corrupted_versions(
     The last is the gold answer.
     """
     answer = book[task_id]
-    segments = list(_corrupt_parts(book, answer.parts, rate, make_random(seed, task_id)))
+    segments = list(_corrupt_answer_parts(book, answer.parts, rate, make_random(seed, task_id)))
     yield _join_segments(segments, answer)
     for number, (gold, corrupted) in enumerate(segments):
         if gold != corrupted:
@@ -88,7 +88,7 @@ def _join_segments(segments: Iterable[_Segment], answer: WrittenAnswer) -> Writt
     return WrittenAnswer(tuple([part for _, parts in segments for part in parts]), answer.join)
 
 
-def _corrupt_parts(
+def _corrupt_answer_parts(
     book: AnswerBook, parts: Iterable[str], rate: float, rng: random.Random
 ) -> Iterator[_Segment]:
     pending = list(parts)
@@ -147,11 +147,11 @@ def make_answer_book(
 
     A function makes its parts, which are joined as the ability requires.
     """
-    tasks, join = benchmark.tasks_for(ability, source), get_joiner(benchmark, ability)
+    tasks, join = benchmark.tasks_for(ability, source), get_part_joiner(benchmark, ability)
     return TaskSet(tasks, lambda task_id: WrittenAnswer(tuple(parts(tasks[task_id])), join), tasks.sha256)
 
 
-def get_joiner(benchmark: Benchmark, ability: Ability) -> Callable[[Iterable[str]], str]:
+def get_part_joiner(benchmark: Benchmark, ability: Ability) -> Callable[[Iterable[str]], str]:
     """Return the function that joins parts to an answer.
 
     An answer of an ability without notation has one part.
@@ -164,7 +164,7 @@ def get_joiner(benchmark: Benchmark, ability: Ability) -> Callable[[Iterable[str
         case Ability.ACTION_SEQUENCING:
             return benchmark.notation.plans.join
         case Ability.TRANSITION_MODELING:
-            return join_operators
+            return join_operators_as_answer
         case _:
             return "".join
 
@@ -223,10 +223,10 @@ def open_planned_book(
         case Ability.SUBGOAL_DECOMPOSITION:
             return _open_plan_book(benchmark, ability, source)
         case _:
-            raise no_answer_error("planner", benchmark, ability)
+            raise make_no_answer_error("planner", benchmark, ability)
 
 
-def no_answer_error(model: str, benchmark: Benchmark, ability: Ability) -> InputError:
+def make_no_answer_error(model: str, benchmark: Benchmark, ability: Ability) -> InputError:
     """Return the error that a built-in model has no answers to a suite."""
     return InputError(f"eai/{model} has no answer to {benchmark.name} {ability.value}")
 
@@ -244,10 +244,10 @@ def replace_goals(benchmark: Benchmark, stated: Mapping[str, str]) -> Benchmark:
         goals = read_stated_goals(answer, task, benchmark.domain, benchmark.notation.goals)
         return replace(task, goals=goals.meaningful)
 
-    return benchmark.with_changed(change_goals)
+    return benchmark.with_changed_tasks(change_goals)
 
 
-def execute_actions(benchmark: Benchmark, task_id: str, done: Sequence[Action]) -> Benchmark:
+def start_after_actions(benchmark: Benchmark, task_id: str, done: Sequence[Action]) -> Benchmark:
     """Return a copy of the benchmark in which one task starts after some executed actions."""
 
     def change_initial(task: Task) -> Task:
@@ -255,7 +255,7 @@ def execute_actions(benchmark: Benchmark, task_id: str, done: Sequence[Action]) 
             return task
         return replace(task, initial=execute(benchmark.domain, task.initial, done).final)
 
-    return benchmark.with_changed(change_initial)
+    return benchmark.with_changed_tasks(change_initial)
 
 
 def drop_reached_goals(benchmark: Benchmark, task_id: str, done: Sequence[Action]) -> Benchmark:
@@ -265,7 +265,7 @@ def drop_reached_goals(benchmark: Benchmark, task_id: str, done: Sequence[Action
     def drop_goals(task: Task) -> Task:
         return task if task.id != task_id else replace(task, goals=remaining_goals(task, names))
 
-    return benchmark.with_changed(drop_goals)
+    return benchmark.with_changed_tasks(drop_goals)
 
 
 def _open_plan_book(
@@ -281,7 +281,7 @@ def _open_plan_book(
 
     If ``scripts`` is true, the data set's own plans are used. Plans that it lacks are searched.
     """
-    planner, join = Planner(benchmark.domain), get_joiner(benchmark, ability)
+    planner, join = Planner(benchmark.domain), get_part_joiner(benchmark, ability)
     tasks, plans = benchmark.tasks_for(ability, source), benchmark.notation.plans
 
     def write(task: Task, plan: Sequence[Action]) -> Sequence[str]:
@@ -289,7 +289,7 @@ def _open_plan_book(
             return tuple(benchmark.subgoals().write(task, plan))
         return plans.write(plan, task.scene)
 
-    def answer(task_id: str) -> WrittenAnswer:
+    def make_answer(task_id: str) -> WrittenAnswer:
         task = tasks[task_id]
         may_decline = scripts and ability is Ability.ACTION_SEQUENCING
         if may_decline and (declining := write_right_declining_answer(task, plans)) is not None:
@@ -299,9 +299,9 @@ def _open_plan_book(
         search = find(task, planner, limits)
         return WrittenAnswer(tuple(write(task, search.plan)), join, why_no_plan(search.end))
 
-    return TaskSet(tasks, answer, tasks.sha256)
+    return TaskSet(tasks, make_answer, tasks.sha256)
 
 
-def join_operators(operators: Iterable[str]) -> str:
+def join_operators_as_answer(operators: Iterable[str]) -> str:
     """Return one answer that contains these operators."""
     return json.dumps({"output": "\n".join(operators)})

@@ -44,6 +44,6 @@ def suite_name(domain: str, ability: Ability) -> str:
     return f"{domain}_{ability.value}"
 
 
-def plain_name(name: str) -> str:
+def remove_prompt_variant(name: str) -> str:
     """Return the name of the benchmark whose tasks these are: without an ending for different prompts."""
     return name.removesuffix(OBFUSCATED).removesuffix(WITH_RULES)

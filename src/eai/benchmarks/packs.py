@@ -138,7 +138,7 @@ def fetch(
             return ()
         store.remove_partial_files()
         with ExitStack() as stack:
-            paths = _obtain_archives(wanted, place, report, stack)
+            paths = _open_archives(wanted, place, report, stack)
             wanted = [pack for pack in wanted if paths.keys() >= set(pack.archives)]
             if place is not None and not wanted:
                 files = ", ".join(sorted({archive.filename for pack in packs for archive in pack.archives}))
@@ -157,7 +157,7 @@ def get_pack_statuses(store: Store, *, packs: Sequence[Pack]) -> tuple[_PackStat
     return tuple(_get_status(store, pack) for pack in packs)
 
 
-def is_at_hand(store: Store, benchmark: str) -> bool:
+def is_stored(store: Store, benchmark: str) -> bool:
     """Whether a store has the packs of a benchmark, so that its tasks open without a download.
 
     A benchmark without own packs uses the packs of a benchmark whose name begins its own name. If there are
@@ -181,11 +181,11 @@ def validate_packs(store: Store, packs: Sequence[Pack] | None = None) -> tuple[F
     if packs is None:
         needed = {pack.name for pack in find_packs(list_paper_benchmarks())}
         packs = [pack for pack in find_packs() if pack.name in needed or store.has(pack.name)]
-    broken = tuple(finding for pack in packs for finding in _check_files(store, pack))
+    broken = tuple(finding for pack in packs for finding in _check_pack_files(store, pack))
     return broken or tuple(Finding(pack.name, problem) for pack in packs for problem in pack.check(store))
 
 
-def _check_files(store: Store, pack: Pack) -> Iterator[Finding]:
+def _check_pack_files(store: Store, pack: Pack) -> Iterator[Finding]:
     try:
         opened = store.open(pack.name)
     except DataError as error:
@@ -237,7 +237,7 @@ def _lock_folder(folder: Path, report: ReportProgress) -> Iterator[None]:
         lock.release()
 
 
-def _obtain_archives(
+def _open_archives(
     packs: Sequence[Pack], place: Path | None, report: ReportProgress, stack: ExitStack
 ) -> dict[PackageArchive, Path]:
     """Return the path of each verified archive, in `place` or in a temporary folder that `stack` removes."""

@@ -93,13 +93,13 @@ class Library:
         """
         beliefs = beliefs or {}
         if self.folder is not None:
-            _check_files(self.folder, benchmark)
+            _check_prompt_folder(self.folder, benchmark)
         official = self.prompts == "official"
         published = benchmark.official_prompts(ability, self.source) if official else None
         if published is not None:
             prompts = self._replace_prompts(published, benchmark, ability)
             return _insert_beliefs(prompts, benchmark, ability, beliefs)
-        prompts = self._render(benchmark, ability, beliefs)
+        prompts = self._render_prompts(benchmark, ability, beliefs)
         replaced = self._replace_prompts(prompts, benchmark, ability)
         for task_id in beliefs.keys() & prompts.keys():
             if replaced[task_id].user != prompts[task_id].user:
@@ -110,7 +110,7 @@ class Library:
 
     def corrected(self, benchmark: Benchmark, ability: Ability, task_ids: Iterable[str]) -> int:
         """Return how many of these tasks have an official question that errata correct."""
-        if self.prompts != "official" or self._has_own_file(benchmark, ability):
+        if self.prompts != "official" or self._has_user_file(benchmark, ability):
             return 0
         return len(benchmark.get_errata(self.source).find_corrected_tasks(ability).intersection(task_ids))
 
@@ -134,11 +134,11 @@ class Library:
         """
         rendered = self.prompts != "official" or benchmark.data.prompts is None
         templates, restate = self.templates, None
-        if rendered and not self._has_own_file(benchmark, ability):
+        if rendered and not self._has_user_file(benchmark, ability):
             restate = partial(render_task, self._make_questions(benchmark, ability, {}), templates=templates)
         return QuestionWriter(prompts.__getitem__, benchmark.wording(ability), restate, templates, look)
 
-    def _render(
+    def _render_prompts(
         self, benchmark: Benchmark, ability: Ability, beliefs: Mapping[str, Belief]
     ) -> Mapping[str, Prompt]:
         """Return our prompts, rendered from templates, or written by the ability if it defines their form."""
@@ -189,7 +189,7 @@ class Library:
             beliefs,
         )
 
-    def _has_own_file(self, benchmark: Benchmark, ability: Ability) -> bool:
+    def _has_user_file(self, benchmark: Benchmark, ability: Ability) -> bool:
         return self.folder is not None and (self.folder / f"{benchmark.name}_{ability.value}.json").exists()
 
     def _replace_prompts(
@@ -233,7 +233,7 @@ def _insert_beliefs(
     }
 
 
-def _check_files(folder: Path, benchmark: Benchmark) -> None:
+def _check_prompt_folder(folder: Path, benchmark: Benchmark) -> None:
     """Raise InputError if the path is not a folder, or has a file that replaces no prompt and no template."""
     if not folder.is_dir():
         raise InputError(f"{folder}: expected a folder of prompts")

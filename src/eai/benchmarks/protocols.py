@@ -78,7 +78,9 @@ def find_preset(name: str) -> Implementation:
     return implementation
 
 
-def preset_attempts(name: str, slip: float, slip_seed: int, replans: int) -> AttemptOptions | None:
+def make_preset_attempt_options(
+    name: str, slip: float, slip_seed: int, replans: int
+) -> AttemptOptions | None:
     """Return the options of a published script for several attempts at a task, or None for an empty name.
 
     Raises:

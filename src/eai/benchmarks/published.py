@@ -29,7 +29,7 @@ def make_prompt_reader(name: str, rendered: Mapping[Ability, Render] | None = No
         rendered: renderers by ability, for abilities whose prompts the data set has only as a template.
     """
 
-    def files(ability: Ability, source: Source) -> PromptFiles:
+    def open_prompt_files(ability: Ability, source: Source) -> PromptFiles:
         if rendered is not None and ability in rendered:
             texts = rendered[ability](source)
             return PromptFiles.from_prompts({i: Prompt(text) for i, text in texts.items()})
@@ -38,7 +38,7 @@ def make_prompt_reader(name: str, rendered: Mapping[Ability, Render] | None = No
         system = pack.read(setup) if setup in pack.members else None
         return PromptFiles(pack.read(f"{name}/{ability.value}.json"), system)
 
-    return files
+    return open_prompt_files
 
 
 TransitionTasks: TypeAlias = "TaskSet[TransitionTask]"
@@ -96,13 +96,13 @@ def _build_transition_tasks(pack: PackFile, header: str, actions_of: ActionsOf) 
     problems, operators = pack.read_json(packs.PROBLEMS_MEMBER), pack.read_json("id2action.json")
     categories = pack.read_json("id2category_2.json")
 
-    def build(task_id: str) -> TransitionTask:
+    def build_task(task_id: str) -> TransitionTask:
         kinds = tuple(map(_read_category, categories[task_id]))
         return TransitionTask(
             task_id, library, tuple(operators[task_id]), kinds, problems[task_id], actions_of
         )
 
-    tasks = {task_id: build(task_id) for task_id in pack.read_json("success_task.json")}
+    tasks = {task_id: build_task(task_id) for task_id in pack.read_json("success_task.json")}
     return TaskSet(tasks, tasks.__getitem__, pack.sha256)
 
 

@@ -18,10 +18,10 @@ from eai.abilities.protocol import Ability
 from eai.benchmarks.benchmark import Benchmark
 from eai.benchmarks.gold_answers import (
     WrittenAnswer,
-    get_joiner,
-    join_operators,
+    get_part_joiner,
+    join_operators_as_answer,
+    make_no_answer_error,
     make_random,
-    no_answer_error,
 )
 from eai.logic.choice import Literal
 from eai.logic.formula import And, Atom, Constant, Not, Variable
@@ -68,22 +68,22 @@ def open_random_answers(
         DataError: the data cannot be obtained.
     """
     if ability is Ability.TRANSITION_MODELING:
-        return _open_operators(benchmark.operators(source))
+        return _open_random_operators(benchmark.operators(source))
     if ability not in _WRITERS:
-        raise no_answer_error("random", benchmark, ability)
+        raise make_no_answer_error("random", benchmark, ability)
     tasks = benchmark.tasks_for(ability, source)
     public = tasks if benchmark.data.open_public is None else benchmark.data.open_public(source)
     lengths = [len(task.script) for task in public.values() if task.script] or [_DEFAULT_STEPS]
-    write, join = _WRITERS[ability], get_joiner(benchmark, ability)
+    write, join = _WRITERS[ability], get_part_joiner(benchmark, ability)
 
-    def answer(task_id: str, seed: str, done: Sequence[Action] = ()) -> WrittenAnswer:
+    def make_answer(task_id: str, seed: str, done: Sequence[Action] = ()) -> WrittenAnswer:
         task = tasks[task_id]
         task = replace(task, initial=execute(benchmark.domain, task.initial, done).final) if done else task
         rng = make_random(seed, task_id)
         steps = list(random_walk(benchmark.domain, task.initial, task.relevant, rng, rng.choice(lengths)))
         return WrittenAnswer(tuple(write(benchmark, task, steps, rng)), join)
 
-    return answer
+    return make_answer
 
 
 def random_walk(
@@ -133,7 +133,7 @@ def _write_subgoals(benchmark: Benchmark, task: Task, steps: _Steps, rng: random
     lexicon = benchmark.subgoals().make_formula_lexicon(task.scene)
     states = [task.initial, *[state for _, state in steps]]
     wording = benchmark.wording(Ability.SUBGOAL_DECOMPOSITION)
-    changes = [list(_list_changes(wording, task, *pair)) for pair in pairwise(states)]
+    changes = [list(_list_changed_facts(wording, task, *pair)) for pair in pairwise(states)]
     return [print_ltl(lexicon.to_text_names(rng.choice(of_step))) for of_step in changes if of_step]
 
 
@@ -142,13 +142,13 @@ def _write_goals(benchmark: Benchmark, task: Task, steps: _Steps, rng: random.Ra
     lexicon = GoalLexicon(task, benchmark.domain, benchmark.notation.goals)
     final = steps[-1][1] if steps else task.initial
     wording = benchmark.wording(Ability.GOAL_INTERPRETATION)
-    changes = _list_changes(wording, task, task.initial, final)
+    changes = _list_changed_facts(wording, task, task.initial, final)
     return benchmark.notation.goals.write(
         [lexicon.to_answer_goal(change) for change in changes if isinstance(change, Atom)]
     )
 
 
-def _list_changes(wording: Wording, task: Task, before: State, after: State) -> Iterator[Literal]:
+def _list_changed_facts(wording: Wording, task: Task, before: State, after: State) -> Iterator[Literal]:
     """Yield negated facts that ended between two states, then facts that began.
 
     Only facts that prompts show count.
@@ -159,15 +159,15 @@ def _list_changes(wording: Wording, task: Task, before: State, after: State) -> 
         )
         for state in (before, after)
     )
-    yield from (Not(_make_atom(fact, task)) for fact in facts_before if fact not in facts_after)
-    yield from (_make_atom(fact, task) for fact in facts_after if fact not in facts_before)
+    yield from (Not(_make_named_atom(fact, task)) for fact in facts_before if fact not in facts_after)
+    yield from (_make_named_atom(fact, task) for fact in facts_after if fact not in facts_before)
 
 
-def _make_atom(fact: Fact, task: Task) -> Atom:
+def _make_named_atom(fact: Fact, task: Task) -> Atom:
     return Atom(fact.predicate, tuple([Constant(task.scene.objects[i].name) for i in fact.arguments]))
 
 
-def _open_operators(tasks: TaskSet[TransitionTask]) -> RandomAnswers:
+def _open_random_operators(tasks: TaskSet[TransitionTask]) -> RandomAnswers:
     gold = [action for task in tasks.values() for action in task.gold.values()]
     lengths = [
         len([formula for formula in walk_subformulas(action.precondition) if isinstance(formula, Atom)])
@@ -175,11 +175,11 @@ def _open_operators(tasks: TaskSet[TransitionTask]) -> RandomAnswers:
     ]
     changes = [len(list(m.find_effect_atoms(action.effect))) for action in gold]
 
-    def answer(task_id: str, seed: str, done: Sequence[Action] = ()) -> WrittenAnswer:
+    def make_answer(task_id: str, seed: str, done: Sequence[Action] = ()) -> WrittenAnswer:
         task, rng = tasks[task_id], make_random(seed, task_id)
         written = []
         for action in task.gold.values():
-            predicates = list(_list_predicates(task, action))
+            predicates = list(_list_predicates_with_arguments(task, action))
             needed, changed = [
                 [
                     _draw_atom(*rng.choice(predicates), rng)
@@ -190,12 +190,14 @@ def _open_operators(tasks: TaskSet[TransitionTask]) -> RandomAnswers:
             needs = And(tuple([atom if rng.random() < _HALF else Not(atom) for atom in needed]))
             does = tuple([m.Add(atom) if rng.random() < _HALF else m.Delete(atom) for atom in changed])
             written.append(write_action(replace(action, precondition=needs, effect=m.Both(does))))
-        return WrittenAnswer(tuple(written), join_operators)
+        return WrittenAnswer(tuple(written), join_operators_as_answer)
 
-    return answer
+    return make_answer
 
 
-def _list_predicates(task: TransitionTask, action: m.PddlAction) -> Iterator[tuple[str, list[list[str]]]]:
+def _list_predicates_with_arguments(
+    task: TransitionTask, action: m.PddlAction
+) -> Iterator[tuple[str, list[list[str]]]]:
     """Yield predicates with, for each of their arguments, the operator's parameters whose type fits."""
     above = m.parents(task.domain.header.types)
     kinds = {given.name: m.supertypes(above, m.get_variable_type(given)) for given in action.parameters}

@@ -44,13 +44,13 @@ def find_published_id(identifier: str) -> str | None:
 
 
 @cache
-def _load_tables() -> Mapping[str, Mapping[str, str]]:
+def _load_id_tables() -> Mapping[str, Mapping[str, str]]:
     return parse_toml((files("eai.benchmarks") / "packs.toml").read_text(encoding="utf-8"))
 
 
 def get_pack_files(pack: str) -> Mapping[str, str]:
     """Return a mapping from the member files of a pack to their paths in the wheel."""
-    return _load_tables()[pack]
+    return _load_id_tables()[pack]
 
 
 PROBLEMS_MEMBER = "problems.json"
@@ -79,7 +79,7 @@ def _read_template(wheel: ArchiveFiles, report: ReportProgress) -> dict[str, byt
     raise DataError(f"{TEMPLATE_SOURCE}: expected a constant named prompt; run `eai data fetch --force`")
 
 
-def _copy_with_problems(
+def _copy_pack_files_with_problems(
     pack: str, household: str, wheel: ArchiveFiles, report: ReportProgress
 ) -> dict[str, bytes]:
     """Return the files of a pack by name, with all PDDL problems of a household joined into one file."""
@@ -89,10 +89,10 @@ def _copy_with_problems(
         for name in sorted(wheel.names)
         if name.startswith(folder) and name.endswith(".pddl")
     }
-    return {**_copy(pack, wheel, report), PROBLEMS_MEMBER: json.dumps(problems).encode()}
+    return {**_copy_pack_files(pack, wheel, report), PROBLEMS_MEMBER: json.dumps(problems).encode()}
 
 
-def _copy(pack: str, wheel: ArchiveFiles, report: ReportProgress) -> dict[str, bytes]:
+def _copy_pack_files(pack: str, wheel: ArchiveFiles, report: ReportProgress) -> dict[str, bytes]:
     return {member: wheel.read(path) for member, path in get_pack_files(pack).items()}
 
 
@@ -119,9 +119,9 @@ TEMPLATES = "prompt_templates"
 """Name of the pack with the official template, from which prompts of goal interpretation are rendered."""
 
 PUBLISHED = (
-    Pack(RESOURCES, (EAI_EVAL,), partial(_copy_with_problems, RESOURCES, "virtualhome")),
-    Pack(PROMPTS, (EAI_EVAL,), partial(_copy, PROMPTS)),
-    Pack(BEHAVIOR_PDDL, (EAI_EVAL,), partial(_copy_with_problems, BEHAVIOR_PDDL, "behavior")),
+    Pack(RESOURCES, (EAI_EVAL,), partial(_copy_pack_files_with_problems, RESOURCES, "virtualhome")),
+    Pack(PROMPTS, (EAI_EVAL,), partial(_copy_pack_files, PROMPTS)),
+    Pack(BEHAVIOR_PDDL, (EAI_EVAL,), partial(_copy_pack_files_with_problems, BEHAVIOR_PDDL, "behavior")),
     Pack(TEMPLATES, (EAI_EVAL,), _read_template),
 )
 """The packs of VirtualHome and BEHAVIOR that are made only from the reference's wheel."""

@@ -90,10 +90,10 @@ def find_benchmark(reference: str) -> Benchmark:
     Raises:
         InputError: there is no such benchmark, or it cannot be loaded.
     """
-    return _find(reference, tuple(_list_versions(reference)))
+    return _load_benchmark(reference, tuple(_list_file_versions(reference)))
 
 
-def _list_versions(reference: str) -> Iterator[tuple[str, int, int]]:
+def _list_file_versions(reference: str) -> Iterator[tuple[str, int, int]]:
     """Yield path, time of change and size of each file of a reference.
 
     If these values differ from earlier values, a file has changed.
@@ -108,7 +108,7 @@ def _list_versions(reference: str) -> Iterator[tuple[str, int, int]]:
                 yield str(file.resolve()), status.st_mtime_ns, status.st_size
 
 
-def title_of(name: str) -> str:
+def get_title(name: str) -> str:
     """Return the title of a benchmark in tables and pages, or its name if the benchmark is unknown."""
     if name in TITLES or name not in list_benchmarks():
         return TITLES.get(name, name)
@@ -116,18 +116,18 @@ def title_of(name: str) -> str:
 
 
 @cache
-def _find(reference: str, versions: tuple[tuple[str, int, int], ...]) -> Benchmark:
+def _load_benchmark(reference: str, versions: tuple[tuple[str, int, int], ...]) -> Benchmark:
     if reference in _get_entry_points():
-        return _as_benchmark(_get_entry_points()[reference].load(), reference)
+        return _require_benchmark(_get_entry_points()[reference].load(), reference)
     module, separator, name = reference.partition(":")
-    if _has_opener(reference):
+    if _has_registered_opener(reference):
         opener: Callable[[str], Benchmark] = get_entry_points(OPENERS)[module].load()
         return replace(opener(name), reference=reference)
-    if is_task_files(reference):
+    if is_path_of_task_files(reference):
         path = Path(reference)
-        return replace(_open_own_tasks(path) or _open_tasks(path), reference=reference)
+        return replace(_open_single_ability_file(path) or _open_task_files(path), reference=reference)
     if separator:
-        return _as_benchmark(load_object(reference), reference)
+        return _require_benchmark(load_object(reference), reference)
     names = list_benchmarks()
     expected = (
         f"{', '.join(names)}, module:object, pddl:DOMAIN,PROBLEMS, pddl:FOLDER or a folder of task files"
@@ -135,16 +135,16 @@ def _find(reference: str, versions: tuple[tuple[str, int, int], ...]) -> Benchma
     raise InputError(f"{reference!r} is not a benchmark: expected {expected}{did_you_mean(reference, names)}")
 
 
-def is_task_files(reference: str) -> bool:
+def is_path_of_task_files(reference: str) -> bool:
     """Whether a reference is the path of a task file, or of a folder of task files."""
     from eai.tasks.task_files import ENDINGS
 
-    if _has_opener(reference):
+    if _has_registered_opener(reference):
         return False
     return reference.endswith((*ENDINGS, "/")) or Path(reference).is_dir()
 
 
-def _has_opener(reference: str) -> bool:
+def _has_registered_opener(reference: str) -> bool:
     word, separator, _ = reference.partition(":")
     return bool(separator) and word in get_entry_points(OPENERS)
 
@@ -169,18 +169,18 @@ def open_pddl(files: str) -> Benchmark:
     return Benchmark(declared.name, declared, lambda source: tasks, notation, data)
 
 
-def _open_own_tasks(path: Path) -> Benchmark | None:
+def _open_single_ability_file(path: Path) -> Benchmark | None:
     """Return the benchmark of a file whose tasks are made for one ability, or None for other files."""
     from eai.abilities.declaration import get_declaration
 
     for ability in find_abilities() if path.is_file() else ():
         opener = get_declaration(ability).interaction.open_file
         if opener is not None and (tasks := opener(path)) is not None:
-            return _make_benchmark(ability, *tasks)
+            return _make_single_ability_benchmark(ability, *tasks)
     return None
 
 
-def _make_benchmark(ability: Ability, name: str, tasks: TaskSet[Any]) -> Benchmark:
+def _make_single_ability_benchmark(ability: Ability, name: str, tasks: TaskSet[Any]) -> Benchmark:
     from eai.benchmarks.benchmark import Benchmark, DataSet
     from eai.tasks.source import given
     from eai.world.domain import Domain
@@ -190,7 +190,7 @@ def _make_benchmark(ability: Ability, name: str, tasks: TaskSet[Any]) -> Benchma
     return Benchmark(name, Domain(name, Vocabulary(()), ()), given(), data=data)
 
 
-def _open_tasks(path: Path) -> Benchmark:
+def _open_task_files(path: Path) -> Benchmark:
     """Return the benchmark of task files: new tasks in another benchmark's world, scored under ``strict``.
 
     A task is asked for goals or subgoals only if its right answer states them. It is not asked if the right
@@ -261,7 +261,7 @@ def load_object(reference: str) -> Any:
             sys.path.remove(here)
 
 
-def _as_benchmark(value: object, reference: str) -> Benchmark:
+def _require_benchmark(value: object, reference: str) -> Benchmark:
     from eai.benchmarks.benchmark import Benchmark
 
     benchmark = value if isinstance(value, Benchmark) or not callable(value) else value()

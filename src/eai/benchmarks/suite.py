@@ -8,7 +8,7 @@ from functools import cached_property, partial
 
 from eai.abilities.declaration import get_declaration
 from eai.abilities.protocol import DEFAULT_PROTOCOL, PAPER_ABILITIES, Ability, Protocol, find_protocols
-from eai.abilities.scorer import Assessment, Scorer, assess_or_fail
+from eai.abilities.scorer import Assessment, Scorer, assess_or_report_failure
 from eai.abilities.task_features import TaskFeatures
 from eai.abilities.unread_cause import add_cause, find_cause
 from eai.abilities.verdict import Unreadable, Verdict
@@ -71,7 +71,7 @@ class Suite:
         return self.scorers.sha256
 
     @cached_property
-    def _known(self) -> frozenset[str]:
+    def _known_task_ids(self) -> frozenset[str]:
         return frozenset(self.task_ids)
 
     @property
@@ -115,7 +115,7 @@ class Suite:
         Raises:
             InputError: the suite has no such task.
         """
-        if task_id not in self._known:
+        if task_id not in self._known_task_ids:
             hint = did_you_mean(task_id, self.task_ids)
             raise InputError(f"{self.domain} {self.ability.value} has no task {task_id!r}{hint}")
         return self.scorers[task_id]
@@ -138,7 +138,7 @@ class Suite:
             InputError: there is no such task.
         """
         scorer, empty = self.scorer(task_id), get_declaration(self.ability).verdict()
-        assessment = assess_or_fail(scorer, empty, lambda: scorer.assess(text))
+        assessment = assess_or_report_failure(scorer, empty, lambda: scorer.assess(text))
         error = assessment.verdict.error
         is_unread = error is not None and error.kind is FaultKind.PARSING and error.step is None
         if not is_unread or self.protocol is not DEFAULT_PROTOCOL:
@@ -181,7 +181,7 @@ def open_suite(
     source = source or Source()
     if protocol is not DEFAULT_PROTOCOL:
         source = replace(source, errata=ErrataChoice.NONE)
-    scorers = (opener or _get_opener(protocol))(benchmark_, ability, source)
+    scorers = (opener or _get_suite_opener(protocol))(benchmark_, ability, source)
     tasks = benchmark_.tasks(source)
     source = replace(source, report=ignore_progress)
     reopen = partial(
@@ -216,7 +216,7 @@ def find_answered_ability(benchmark: Benchmark, asked: Ability, text: str) -> Ab
     return Ability.GOAL_INTERPRETATION if is_goal and asked is not Ability.GOAL_INTERPRETATION else None
 
 
-def _get_opener(protocol: Protocol) -> Opener:
+def _get_suite_opener(protocol: Protocol) -> Opener:
     """Return the function that opens scorers under a protocol.
 
     Raises:

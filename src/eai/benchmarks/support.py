@@ -47,12 +47,12 @@ def make_carrying_predicates(
     """Return the predicates ``carries``, ``carried_by`` and ``within``. The first relation is containment."""
     names = [relation.name for relation in supports]
 
-    def carriers(state: State, arguments: tuple[int, ...]) -> int:
+    def find_carriers(state: State, arguments: tuple[int, ...]) -> int:
         """Return all direct and indirect supports of an object, as a bit mask."""
         return reduce(or_, _follow_supports(state, names, arguments[0]), 0)
 
-    def containers(state: State, arguments: tuple[int, ...]) -> int:
-        """Return all containers of an object or of its supports, as a bit mask."""
+    def find_containers(state: State, arguments: tuple[int, ...]) -> int:
+        """Return all find_containers of an object or of its supports, as a bit mask."""
         chain = _follow_supports(state, names, arguments[0])
         return reduce(or_, [support for support, is_in in chain.items() if is_in], 0)
 
@@ -60,8 +60,8 @@ def make_carrying_predicates(
     above, within = [f.Exists(Z, carries(Z, X) & f.Atom(name, (Z, Y))) for name in ("carried_by", "within")]
     return (
         carries,
-        DefinedPredicate("carried_by", (X, Y), carries(Y, X) | above, carriers),
-        DefinedPredicate("within", (X, Y), supports[0](X, Y) | within, containers),
+        DefinedPredicate("carried_by", (X, Y), carries(Y, X) | above, find_carriers),
+        DefinedPredicate("within", (X, Y), supports[0](X, Y) | within, find_containers),
     )
 
 
@@ -82,7 +82,7 @@ def make_floor_predicate(
 def make_floor_lookup(supports: Sequence[str], of_root: Callable[[State, int], int]) -> LookupFunction:
     """Return a function that finds an object's floor, as a bit mask. `of_root` finds the floor of a root."""
 
-    def values(state: State, arguments: tuple[int, ...]) -> int:
+    def find_values(state: State, arguments: tuple[int, ...]) -> int:
         (root,) = arguments
         floors = state.mask("floor")
         for support in (1 << root, *_follow_supports(state, supports, root)):
@@ -91,7 +91,7 @@ def make_floor_lookup(supports: Sequence[str], of_root: Callable[[State, int], i
             root = support.bit_length() - 1
         return of_root(state, root)
 
-    return values
+    return find_values
 
 
 def invert_lookup(values: LookupFunction) -> LookupFunction:
@@ -101,18 +101,18 @@ def invert_lookup(values: LookupFunction) -> LookupFunction:
     """
     cached: tuple[State | None, Mapping[int, int]] = None, {}
 
-    def sources(state: State, arguments: tuple[int, ...]) -> int:
+    def find_sources(state: State, arguments: tuple[int, ...]) -> int:
         nonlocal cached
         cached_state, by_value = cached
         if cached_state is not state:
-            by_value = _invert(values, state)
+            by_value = _invert_relation(values, state)
             cached = state, by_value
         return by_value.get(arguments[0], 0)
 
-    return sources
+    return find_sources
 
 
-def _invert(values: LookupFunction, state: State) -> Mapping[int, int]:
+def _invert_relation(values: LookupFunction, state: State) -> Mapping[int, int]:
     """Return a mapping from each object to a bit mask of the objects that the function maps to it."""
     sources: dict[int, int] = {}
     for obj in bits(state.scene.everything):

@@ -14,7 +14,7 @@ from rich.text import Text
 from eai.abilities.declaration import get_declaration
 from eai.base.errors import InputError
 from eai.base.json_value import Json
-from eai.benchmarks.names import plain_name
+from eai.benchmarks.names import remove_prompt_variant
 from eai.cli.console import note, output, print_json
 from eai.cli.options import AsJson, flag
 from eai.cli.table import PERCENT, print_remark
@@ -165,7 +165,7 @@ def _match_by_tasks(runs: Mapping[_ComparedSuite, Run]) -> Mapping[_ComparedSuit
     places = {}
     for place, run in runs.items():
         is_apart = get_declaration(run.key.ability).interaction.task_command
-        places[place] = place._replace(domain="" if is_apart else plain_name(place.domain))
+        places[place] = place._replace(domain="" if is_apart else remove_prompt_variant(place.domain))
     alone = Counter(places.values())
     return {places[place] if alone[places[place]] == 1 else place: run for place, run in runs.items()}
 

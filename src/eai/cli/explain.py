@@ -17,7 +17,7 @@ from rich.text import Text
 from eai.abilities.declaration import AnswerOutcome
 from eai.abilities.explanation import EXECUTED, Explanation, GoalPartReport, StepReport, find_near_misses
 from eai.abilities.protocol import Ability
-from eai.abilities.repair import DEFAULT_EFFORT, repair_lines
+from eai.abilities.repair import DEFAULT_EFFORT, describe_repair
 from eai.abilities.reports import action_text
 from eai.abilities.scorer import PlanScorer
 from eai.abilities.verdict import RAISED, ErrorReport, PlanVerdict, SpanKind, Unreadable
@@ -28,7 +28,7 @@ from eai.base.files import write_files_atomically
 from eai.base.store import Store
 from eai.benchmarks.benchmark import Benchmark
 from eai.benchmarks.gold_answers import open_answer_book
-from eai.benchmarks.packs import is_at_hand
+from eai.benchmarks.packs import is_stored
 from eai.benchmarks.registry import list_benchmarks
 from eai.benchmarks.suite import Suite, open_suite
 from eai.cli.console import format_count, output, print_json, say
@@ -147,7 +147,7 @@ def _background(record: Record, records: Path, store: Store) -> _Background:
     The result is empty if the data set is missing, or differs from the data of the record.
     """
     own = find_benchmarks_of_runs([records]).get(record.domain)
-    if own is not None or (record.domain in list_benchmarks() and is_at_hand(store, record.domain)):
+    if own is not None or (record.domain in list_benchmarks() and is_stored(store, record.domain)):
         with suppress(EaiError):
             suite = _suite(record, own or record.domain, store)
             task = suite.tasks.get(record.task_id)
@@ -207,7 +207,7 @@ def _outlook(suite: Suite, record: Record) -> tuple[str, ...]:
         verdict = look_back(Limits().states if isinstance(verdict, ActingVerdict) else DEFAULT_EFFORT)
     if isinstance(verdict, ActingVerdict):
         return (describe_recoverability(verdict),)
-    return () if verdict.repair is None else tuple(repair_lines(verdict.repair))
+    return () if verdict.repair is None else tuple(describe_repair(verdict.repair))
 
 
 def _rest(suite: Suite, record: Record) -> tuple[str, ...]:

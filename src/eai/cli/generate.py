@@ -165,7 +165,8 @@ def generate_tasks(
         raise type(stopped)(f"{stopped}; {kept}")
     if not as_json:
         _print_shapes(
-            sets.measure_shape(list(tasks.values())), sets.measure_shape([each.task for each in made])
+            sets.compute_set_statistics(list(tasks.values())),
+            sets.compute_set_statistics([each.task for each in made]),
         )
     number = format_count(len(made), "task" if all(each.paired is None for each in made) else "pair")
     line = f"{number} written to {file}; {format_count(len(rejected), 'seed')} gave none"

@@ -19,9 +19,9 @@ from eai.base.errors import EaiError, InputError
 from eai.base.files import convert_write_errors, write_files_atomically
 from eai.base.store import Store
 from eai.benchmarks.benchmark import Benchmark
-from eai.benchmarks.packs import is_at_hand
+from eai.benchmarks.packs import is_stored
 from eai.benchmarks.prompt_library import Library
-from eai.benchmarks.registry import find_benchmark, list_benchmarks, title_of
+from eai.benchmarks.registry import find_benchmark, get_title, list_benchmarks
 from eai.cli.console import format_count, note, output, say, tell
 from eai.cli.options import RECORDS, AsJson, DataFolder, Wide, flag, split_names, store
 from eai.cli.progress import scoring_progress
@@ -156,9 +156,9 @@ def background(
     Raises:
         InputError: Pictures are wanted, and the data set is not installed.
     """
-    if pictures and not is_at_hand(source, domain):
+    if pictures and not is_stored(source, domain):
         raise InputError("--pictures: the data set is not at hand; eai data fetch obtains it")
-    known = domain in own or (domain in list_benchmarks() and is_at_hand(source, domain))
+    known = domain in own or (domain in list_benchmarks() and is_stored(source, domain))
     words = (
         _words(own.get(domain) or find_benchmark(domain), source)
         if prompts and known
@@ -227,7 +227,7 @@ def _format_overview(ranking: Ranking) -> Table:
         replace(column, heading_without_group=text)
         for column, text in zip(table.full_columns[first:], headings, strict=True)
     ]
-    title = f"{title_of(ranking.domain)}, protocol {ranking.protocol.value} (percent{ranking.rank_caption})"
+    title = f"{get_title(ranking.domain)}, protocol {ranking.protocol.value} (percent{ranking.rank_caption})"
     return replace(table, title=title, columns=(*table.columns[:first], *columns))
 
 

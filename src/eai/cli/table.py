@@ -10,7 +10,7 @@ from pathlib import Path
 from eai.abilities.declaration import get_declaration
 from eai.base.grouping import group_pairs
 from eai.base.json_value import Json
-from eai.benchmarks.registry import title_of
+from eai.benchmarks.registry import get_title
 from eai.cli.console import note, output, say
 from eai.results.coverage import TaskCoverage
 from eai.results.table import Column, Estimate, NamedCells, Table
@@ -42,7 +42,7 @@ def print_results(results: Mapping[str, RunTotals], below: str = "", *, wide: bo
     declared = get_declaration(first.ability)
     if not below and first.experiment is not None:
         below = first.experiment.study_label
-    title = f"{title_of(first.domain)}, {declared.title.lower()}, protocol {first.protocol.value}\n{below}"
+    title = f"{get_title(first.domain)}, {declared.title.lower()}, protocol {first.protocol.value}\n{below}"
     print_table(output(), rates_table(title.rstrip(), declared.terminal_metrics, results), wide=wide)
     for coverage, models in group_pairs(
         (totals.coverage, model) for model, totals in results.items()

@@ -13,8 +13,8 @@ from eai.base.errors import InputError
 from eai.base.json_value import Json
 from eai.benchmarks.check import check_benchmark
 from eai.benchmarks.generator.problem_files import find_problem_files, read_problems
-from eai.benchmarks.generator.sets import find_false_claims, measure_overlap
-from eai.benchmarks.registry import PDDL, REFERENCES, find_benchmark, is_task_files
+from eai.benchmarks.generator.sets import check_secret_set, measure_overlap
+from eai.benchmarks.registry import PDDL, REFERENCES, find_benchmark, is_path_of_task_files
 from eai.cli.console import DOMAIN_HELP, format_count, tell, tell_findings
 from eai.cli.options import AsJson, DataFolder, flag, open_source
 from eai.cli.progress import scoring_progress
@@ -62,10 +62,10 @@ def check(
             raise InputError("--split: expected --secret, or EAI_SECRET")
         folder = Path(path)
         findings = [
-            Finding(str(folder / split), problem) for problem in find_false_claims(folder, split, secret)
+            Finding(str(folder / split), problem) for problem in check_secret_set(folder, split, secret)
         ]
         tell_findings(findings, "the set was made with this secret", as_json=as_json)
-    elif is_task_files(path):
+    elif is_path_of_task_files(path):
         findings = list(check_task_files(Path(path), lambda base: find_benchmark(base).domain))
         tell_findings(findings, "all tasks are as they say", as_json=as_json)
     else:

@@ -21,7 +21,7 @@ from typing_extensions import assert_never
 
 from eai.abilities.declaration import get_declaration
 from eai.abilities.protocol import Ability
-from eai.abilities.scorer import PlanScorer, exception_text
+from eai.abilities.scorer import PlanScorer, describe_exception
 from eai.abilities.verdict import Credit, ErrorReport, PlanVerdict, Verdict, compute_condition_gain
 from eai.base.errors import EaiError, InputError, find_enum_member
 from eai.benchmarks.names import TaskReference
@@ -203,7 +203,7 @@ class Reward:
         except EaiError:
             raise
         except Exception as error:
-            _LOG.warning("an answer to %s earns nothing: %s", task_id, exception_text(error))
+            _LOG.warning("an answer to %s earns nothing: %s", task_id, describe_exception(error))
             return 0.0
 
     def _score_within_limit(self, task_id: str, text: str) -> Verdict:

@@ -31,13 +31,13 @@ from eai.benchmarks.gold_answers import (
     AnswerBook,
     WrittenAnswer,
     drop_reached_goals,
-    execute_actions,
     make_heeding_answer,
+    make_no_answer_error,
     make_noisy_answer,
-    no_answer_error,
     open_answer_book,
     open_planned_book,
     replace_goals,
+    start_after_actions,
 )
 from eai.benchmarks.random_answers import open_random_answers
 from eai.benchmarks.registry import find_benchmark
@@ -227,7 +227,7 @@ class _BuiltInModel(ModelAPI):
 
     def _answer_question(self, question: _ModelQuestion) -> str:
         if not can_model_answer(f"{PROVIDER}/{self.model_name}", question.ability):
-            raise no_answer_error(self.model_name, question.benchmark, question.ability)
+            raise make_no_answer_error(self.model_name, question.benchmark, question.ability)
         if self.model_name == CAPTIONER:
             return self._describe_scene(question)
         if self.model_name == "replay":
@@ -303,7 +303,7 @@ def _adapt_benchmark_to_question(question: _ModelQuestion) -> Benchmark:
     """
     benchmark, task_id = question.benchmark, question.task_id
     if question.done:
-        benchmark = execute_actions(benchmark, task_id, question.done)
+        benchmark = start_after_actions(benchmark, task_id, question.done)
     if question.scene is not None:
         from eai.studies.perception.belief import apply_scene_graphs, open_scene_words
 

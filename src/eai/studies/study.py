@@ -7,7 +7,7 @@ from dataclasses import dataclass, field
 from typing import TYPE_CHECKING, Any, TypeAlias
 
 from eai.base.errors import InputError
-from eai.benchmarks.registry import title_of
+from eai.benchmarks.registry import get_title
 from eai.results.lines import SuiteKey
 from eai.results.paper_tables import PaperTable, read_paper_setting
 from eai.results.plots import add_title, clip_label
@@ -88,7 +88,7 @@ class Study:
 
 def format_suite_heading(suite: SuiteKey) -> str:
     """Return the heading of a suite, with the title of its benchmark."""
-    return str(suite._replace(domain=title_of(suite.domain)))
+    return str(suite._replace(domain=get_title(suite.domain)))
 
 
 def add_suite_title(suite: SuiteKey, name: str, figure: Figure | None) -> tuple[str, Figure | None]:

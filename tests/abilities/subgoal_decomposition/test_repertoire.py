@@ -8,7 +8,7 @@ import eai.world as w
 from eai.abilities.subgoal_decomposition.repertoire import (
     CandidateAction,
     Repertoire,
-    is_needless,
+    is_action_needless,
     select_distinguished,
 )
 from eai.planning.subgoal import GroundAtom
@@ -127,7 +127,7 @@ def test_failing_checks_are_numbered_and_counted(
 ) -> None:
     state = state_after(*before)
     tried = ground(action, state)
-    assert tried.find_failing(state) == failing
+    assert tried.find_failing_checks(state) == failing
     assert tried.is_possible(state) is (failing == [])
     assert [tried.count_unmovable_failures(state, enough) for enough in (1, 2, 9)] == [
         min(lacking, n) for n in (1, 2, 9)
@@ -164,7 +164,7 @@ def test_an_action_is_needless_if_it_fails_as_additional_step(
 ) -> None:
     state = state_after(*before)
     tried = ground(action, state)
-    assert is_needless(tried.info.operator, tried.action, state) is needless
+    assert is_action_needless(tried.info.operator, tried.action, state) is needless
 
 
 def test_distinguished_actions_keep_their_order() -> None:

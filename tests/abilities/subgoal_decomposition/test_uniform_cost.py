@@ -10,8 +10,8 @@ from eai.abilities.subgoal_decomposition.uniform_cost import (
     MovementPath,
     Permitted,
     SearchGoal,
-    _best_failed_attempt,
-    _Movement,
+    _find_best_failed_attempt,
+    _MovementFinder,
     _UniformCostSearch,
 )
 from eai.planning.search import Effort
@@ -42,10 +42,10 @@ ACTIONS = [
 ]
 
 
-def movement(allowed: int) -> tuple[_Movement, Effort]:
+def movement(allowed: int) -> tuple[_MovementFinder, Effort]:
     known, effort = Repertoire(DOMAIN).operators, Effort(allowed)
     moves = [CandidateAction.create(action, known[action.operator], SITTING) for action in ACTIONS]
-    return _Movement(moves, effort), effort
+    return _MovementFinder(moves, effort), effort
 
 
 def written(way: MovementPath) -> str:
@@ -85,7 +85,7 @@ def test_movement_paths_are_explored_once_and_lazily() -> None:
 
 
 def test_a_domain_without_movement_has_no_movement_paths() -> None:
-    assert not _Movement([], Effort(9))
+    assert not _MovementFinder([], Effort(9))
     assert movement(0)[0]
 
 
@@ -107,16 +107,16 @@ def test_few_parts_are_tested_and_the_effort_is_counted(lamps: int) -> None:
         return before & ~touched | sum(1 << i for i in range(lamps) if touched >> i & state.has("lit", i + 2))
 
     press = [
-        CandidateAction.create(Action("PRESS", (i + 2,)), KNOWN["PRESS"], start).assign_parts(
+        CandidateAction.create(Action("PRESS", (i + 2,)), KNOWN["PRESS"], start).set_literal_bits(
             1 << i, everything
         )
         for i in range(lamps)
     ]
     goal = SearchGoal(0, met, everything, lambda _: False, ())
     search = _UniformCostSearch(goal, Permitted(press, (), (), (), 0), 600)
-    assert search.find_shortest(start) == []
+    assert search.find_shortest_plans(start) == []
     tested[0] = 0
-    found = _best_failed_attempt([search])
+    found = _find_best_failed_attempt([search])
     assert found.failed_check is not None or found.plans
     assert 0 < tested[0] <= MOST
     assert found.effort >= tested[0] // 32, "effort stands for tests, too"

@@ -11,7 +11,7 @@ from collections.abc import Callable
 
 import pytest
 
-from eai.abilities.transition_modeling.rules import MatchingRules, PaperRules
+from eai.abilities.transition_modeling.rules import OperatorRules, PaperOperatorRules
 from eai.abilities.transition_modeling.scorer import TransitionModeling
 from eai.abilities.transition_modeling.verdict import OperatorVerdict
 from eai.abilities.verdict import Verdict
@@ -48,7 +48,7 @@ def task() -> TransitionTask:
     return TransitionTask("t", domain, ("open", "light"), (Category.OBJECT_STATES,), PROBLEM)
 
 
-def score(task: TransitionTask, text: str, rules: Callable[[PddlPlanner], MatchingRules]) -> Verdict:
+def score(task: TransitionTask, text: str, rules: Callable[[PddlPlanner], OperatorRules]) -> Verdict:
     return TransitionModeling(task, rules(BuiltInPlanner())).score(text)
 
 
@@ -143,7 +143,7 @@ def mutate_operator(name: str) -> str:
 @EACH_MUTATION
 def test_a_mutated_operator_has_its_documented_outcome(task: TransitionTask, name: str) -> None:
     _, outcome, found = MUTATIONS[name]
-    verdict = score(task, mutate_operator(name), PaperRules)
+    verdict = score(task, mutate_operator(name), PaperOperatorRules)
     assert verdict.planner is not None
     assert verdict.planner.value == outcome
     assert offences(verdict) == found
@@ -167,7 +167,7 @@ WHOLE_ANSWERS = [
 
 @pytest.mark.parametrize(("answer", "outcome"), WHOLE_ANSWERS)
 def test_a_mutated_answer_has_its_documented_outcome(task: TransitionTask, answer: str, outcome: str) -> None:
-    planner = score(task, answer, PaperRules).planner
+    planner = score(task, answer, PaperOperatorRules).planner
     assert (planner and planner.value) == outcome
 
 

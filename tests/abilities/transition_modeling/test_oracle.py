@@ -7,7 +7,7 @@ from collections import Counter
 import pytest
 
 from eai.abilities.protocol import Ability, Protocol
-from eai.abilities.transition_modeling.rules import MatchingRules, PaperRules
+from eai.abilities.transition_modeling.rules import OperatorRules, PaperOperatorRules
 from eai.abilities.transition_modeling.scorer import TransitionModeling
 from eai.abilities.transition_modeling.verdict import OperatorStatus, OperatorVerdict
 from eai.abilities.verdict import Confusion
@@ -48,7 +48,7 @@ def test_strict_refuses_undefined_names_as_the_current_translator(
     virtualhome: TransitionTasks, oracle: Oracle, name: str, solved: int
 ) -> None:
     rows = oracle("virtualhome", "transition_modeling", name)["tasks"]
-    rules = PaperRules(planner())
+    rules = PaperOperatorRules(planner())
     outcomes: Counter[bool] = Counter()
     for row in rows:
         scorer = TransitionModeling(virtualhome[row["id"]], rules)
@@ -88,8 +88,8 @@ def test_an_operator_has_the_name_that_was_asked_for(
 
 
 @pytest.fixture
-def rules() -> MatchingRules:
-    return PaperRules(planner())
+def rules() -> OperatorRules:
+    return PaperOperatorRules(planner())
 
 
 @pytest.fixture
@@ -103,7 +103,7 @@ def test_gold_answers_are_right_in_every_respect(
     virtualhome: TransitionTasks,
     behavior: TaskSet[TransitionTask],
     domain: str,
-    rules: MatchingRules,
+    rules: OperatorRules,
     plan_works: bool | None,
 ) -> None:
     tasks = virtualhome if domain == "virtualhome" else behavior

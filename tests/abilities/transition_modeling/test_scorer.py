@@ -8,9 +8,9 @@ from typing import TypeAlias
 import pytest
 
 from eai.abilities.transition_modeling.extraction import MAX_CACHED_CHARACTERS, ResultCache
-from eai.abilities.transition_modeling.rules import MatchingRules, PaperRules
+from eai.abilities.transition_modeling.rules import OperatorRules, PaperOperatorRules
 from eai.abilities.transition_modeling.scorer import TransitionModeling, count_by_category
-from eai.abilities.transition_modeling.verdict import OperatorStatus, OperatorVerdict, clause_content
+from eai.abilities.transition_modeling.verdict import OperatorStatus, OperatorVerdict, classify_clause
 from eai.abilities.verdict import ALL, Confusion, Verdict
 from eai.pddl.fast_downward import FastDownward
 from eai.pddl.matching import SideMatch
@@ -58,16 +58,16 @@ def answer(*operators: OperatorText) -> str:
     return json.dumps({"output": "\n".join(operator.pddl for operator in operators)})
 
 
-MakeRules: TypeAlias = Callable[[PddlPlanner | None], MatchingRules]
+MakeRules: TypeAlias = Callable[[PddlPlanner | None], OperatorRules]
 
 
 @pytest.fixture
 def rules_with() -> MakeRules:
     """Make the rules of `strict`. Tests of other protocols replace this fixture."""
-    return PaperRules
+    return PaperOperatorRules
 
 
-def score(text: str, rules_with: MakeRules = PaperRules) -> OperatorVerdict:
+def score(text: str, rules_with: MakeRules = PaperOperatorRules) -> OperatorVerdict:
     verdict = TransitionModeling(TASK, rules_with(BuiltInPlanner())).score(text)
     assert isinstance(verdict, OperatorVerdict)
     return verdict
@@ -137,7 +137,7 @@ def test_a_clause_is_right_or_wrong_as_a_unit_in_each_category() -> None:
             (1, 1, 1),
         ),
     ):
-        rules = PaperRules(None)
+        rules = PaperOperatorRules(None)
         verdict = TransitionModeling(task, rules).assess(answer(operator)).verdict
         assert isinstance(verdict, OperatorVerdict)
         assert verdict.counts == {
@@ -185,7 +185,7 @@ def test_equal_operators_are_planned_with_once(rules_with: MakeRules, problems: 
 
 
 def test_an_explanation_names_the_defects_and_shows_the_plan() -> None:
-    scorer = TransitionModeling(TASK, PaperRules(BuiltInPlanner()))
+    scorer = TransitionModeling(TASK, PaperOperatorRules(BuiltInPlanner()))
     notes = scorer.explain(answer(OperatorText("open", "(?o)", "(near ?x)", "(not (shut ?o))"))).notes
     assert "open: the precondition lacks the clauses (shut ?o), (near ?o)" in notes
     assert "open: the precondition has the additional clause (near ?x) (no parameter: ?x)" in notes
@@ -199,7 +199,7 @@ def test_an_explanation_names_the_defects_and_shows_the_plan() -> None:
 
 def test_an_unreadable_side_misses_only_its_own_clauses() -> None:
     half = OPEN.pddl.replace(OPEN.effect, "(or (lit ?o) (shut ?o))")
-    scorer = TransitionModeling(TASK, PaperRules(BuiltInPlanner()))
+    scorer = TransitionModeling(TASK, PaperOperatorRules(BuiltInPlanner()))
     text = json.dumps({"output": f"{half}\n{LIGHT.pddl}"})
     verdict = scorer.score(text)
     assert isinstance(verdict, OperatorVerdict)
@@ -214,7 +214,7 @@ def test_an_unreadable_side_misses_only_its_own_clauses() -> None:
 
 
 def test_an_explanation_names_renamed_parameters() -> None:
-    scorer = TransitionModeling(TASK, PaperRules(BuiltInPlanner()))
+    scorer = TransitionModeling(TASK, PaperOperatorRules(BuiltInPlanner()))
     other = OPEN.pddl.replace("?o", "?thing")
     notes = scorer.explain(json.dumps({"output": f"{other}\n{LIGHT.pddl}"})).notes
     assert [note for note in notes if "compared so" in note] == [
@@ -227,7 +227,7 @@ def test_an_explanation_says_which_clauses_are_alternatives() -> None:
     gold = OperatorText("open", "(?o)", "(or (shut ?o) (near ?o))", "(not (shut ?o))")
     library = OperatorLibrary(DOMAIN.header, {"open": gold, "stamp": STAMP}, DOMAIN.categories)
     task = TransitionTask("t", library, ("open", "stamp"), TASK.categories, TASK.problem_text)
-    scorer = TransitionModeling(task, PaperRules(None))
+    scorer = TransitionModeling(task, PaperOperatorRules(None))
     written = [
         OperatorText("open", "(?o)", "(and (shut ?o) (used ?o))", "(not (shut ?o))"),
         OperatorText("stamp", "(?o)", "(or (near ?o) (used ?o))", "(lit ?o)"),
@@ -241,13 +241,13 @@ def test_an_explanation_says_which_clauses_are_alternatives() -> None:
 
 def test_an_explanation_says_what_an_unreadable_side_lacks() -> None:
     nested = OperatorText("open", "(?o)", "(shut (lid ?o))", "(not (shut ?o))")
-    notes = TransitionModeling(TASK, PaperRules(BuiltInPlanner())).explain(answer(nested)).notes
+    notes = TransitionModeling(TASK, PaperOperatorRules(BuiltInPlanner())).explain(answer(nested)).notes
     assert "open: malformed in the precondition of open: expected a word, not a list" in notes
     assert "planner: input_error (precondition of open: malformed: expected a word, not a list)" in notes
 
 
 def test_an_explanation_names_the_repairs_of_each_operator() -> None:
-    scorer = TransitionModeling(TASK, PaperRules(BuiltInPlanner()))
+    scorer = TransitionModeling(TASK, PaperOperatorRules(BuiltInPlanner()))
     short = OPEN.pddl.replace("(near ?o))", "(near ?o)")
     text = f"{short}\n{LIGHT.pddl}"
     notes = scorer.explain(text).notes
@@ -288,7 +288,7 @@ TASK_OF_TWO = TransitionTask(
     ],
 )
 def test_a_plan_succeeds_if_it_works_with_the_gold_operators(opened: str, works: bool, note: str) -> None:
-    scorer = TransitionModeling(TASK_OF_TWO, PaperRules(BuiltInPlanner()))
+    scorer = TransitionModeling(TASK_OF_TWO, PaperOperatorRules(BuiltInPlanner()))
     light = TASK_OF_TWO.domain.operators["light"]
     assessment = scorer.assess(answer(OperatorText("open", *opened.split("|")), light))
     verdict = assessment.verdict
@@ -387,7 +387,7 @@ def test_a_clause_counts_once_in_every_category_of_its_predicates(
     clause: str, by_clause: dict[str, Confusion], by_predicate: dict[str, Confusion]
 ) -> None:
     side = SideMatch(matched=(clause,), additional=(), missing=())
-    contents = {clause: clause_content(clause, CATEGORIES)}
+    contents = {clause: classify_clause(clause, CATEGORIES)}
     assert count_by_category([side], contents, clauses=True) == by_clause
     assert count_by_category([side], contents, clauses=False) == by_predicate
 
@@ -398,7 +398,7 @@ def test_matched_additional_and_missing_clauses_are_summed() -> None:
         SideMatch((), ("(lit ?x)",), ("(open ?y)",)),
     ]
     texts = ("(open ?x)", "(lit ?x)", "(inside ?x ?y)", "(open ?y)")
-    contents = {text: clause_content(text, CATEGORIES) for text in texts}
+    contents = {text: classify_clause(text, CATEGORIES) for text in texts}
     assert count_by_category(sides, contents, clauses=True) == {
         "all": Confusion(1, 3, 1),
         "object_states": Confusion(1, 2, 1),

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 
-from eai.benchmarks.behavior.evidence import UnpublishedFacts, _Volumes
+from eai.benchmarks.behavior.evidence import UnpublishedFacts, _ModelVolumes
 from eai.benchmarks.behavior.records import BehaviorObject, BehaviorRecord, GroundOption
 from eai.benchmarks.behavior.tasks import BehaviorTask, build_task
 from eai.pddl.bddl import parse_problem
@@ -57,7 +57,7 @@ EVIDENCE = UnpublishedFacts(
     added={TASK_ID: (("nextto", "rag_1", "rag_10"),)},
     removed={TASK_ID: frozenset({("ontop", "pebble_1")})},
     listed_relations_only=frozenset(),
-    volumes=_Volumes(0.1, 0.5, {"car": 12.0, "fridge": 1.0, "pebble": 0.01, "table": 1.0}, {}),
+    volumes=_ModelVolumes(0.1, 0.5, {"car": 12.0, "fridge": 1.0, "pebble": 0.01, "table": 1.0}, {}),
     sha256="0" * 64,
 )
 

@@ -4,7 +4,7 @@ import re
 from importlib.resources import files
 
 from eai.base.files import parse_toml
-from eai.benchmarks.behavior.evidence import load_evidence
+from eai.benchmarks.behavior.evidence import load_unpublished_facts
 from oracle import read_shared
 
 
@@ -18,7 +18,7 @@ def test_every_entry_of_the_table_has_a_reason() -> None:
 
 
 def test_a_volume_is_looked_up_by_object_then_model_then_default() -> None:
-    volumes = load_evidence().volumes
+    volumes = load_unpublished_facts().volumes
     assert volumes.get_volume("Wainscott_0_int", "fridge_97", "fridge") == 1.6
     assert volumes.get_volume("Pomaria_1_int", "fridge_97", "fridge") == 1.1
     assert volumes.get_volume("Pomaria_1_int", "gizmo_1", "gizmo") == volumes.default == 0.01
@@ -26,7 +26,7 @@ def test_a_volume_is_looked_up_by_object_then_model_then_default() -> None:
 
 def test_the_table_equals_the_facts_of_the_specification() -> None:
     specified = read_shared("spec", "behavior_evidence.json")
-    evidence = load_evidence()
+    evidence = load_unpublished_facts()
     assert dict(evidence.volumes.by_model) == specified["volume_m3"]["by_category"]
     assert evidence.standing == set(specified["stands_on_its_rooms_floor"]["categories"])
     assert evidence.initially_open == set(specified["initially_open"]["categories"])

@@ -6,7 +6,7 @@ from typing import Any
 import pytest
 
 from benchmarks.behavior.kitchen import EVIDENCE, GOAL, make_record, make_task
-from eai.benchmarks.behavior.evidence import load_evidence
+from eai.benchmarks.behavior.evidence import load_unpublished_facts
 from eai.benchmarks.behavior.tasks import (
     BehaviorTasks,
     assume_standing_relations,
@@ -36,7 +36,7 @@ def reconstructed() -> Any:
 
 
 def test_all_records_equal_the_reconstruction(behavior_tasks: BehaviorTasks, reconstructed: Any) -> None:
-    evidence = load_evidence()
+    evidence = load_unpublished_facts()
     assert behavior_tasks.keys() == reconstructed.keys()
     for task_id, expected in reconstructed.items():
         record = behavior_tasks[task_id].record
@@ -76,7 +76,7 @@ def test_all_records_equal_the_reconstruction(behavior_tasks: BehaviorTasks, rec
 
 def test_initial_facts_equal_the_simulator_log_of_the_authors(behavior_tasks: BehaviorTasks) -> None:
     """Two logged facts are removed with a reason (evidence.toml): sweaters on a bed."""
-    evidence = load_evidence()
+    evidence = load_unpublished_facts()
     robot, differing = "agent.n.01_1", set()
     for row in read_shared("oracle", "behavior", "igibson_run.claude-3-haiku-20240307.json.gz"):
         record = behavior_tasks[row["identifier"]].record
@@ -151,7 +151,7 @@ def test_furniture_without_a_place_stands_on_the_floor_of_its_room() -> None:
 
 def test_the_digest_covers_data_and_evidence() -> None:
     records = TaskSet({}, {}.__getitem__, "0")
-    assert build_tasks(records, load_evidence()).sha256 != build_tasks(records, EVIDENCE).sha256
+    assert build_tasks(records, load_unpublished_facts()).sha256 != build_tasks(records, EVIDENCE).sha256
     assert (
         build_tasks(records, EVIDENCE).sha256
         != build_tasks(TaskSet({}, {}.__getitem__, "1"), EVIDENCE).sha256

@@ -18,10 +18,10 @@ from eai.base.errors import DataError
 from eai.base.store import Store
 from eai.benchmarks.benchmark import Benchmark
 from eai.benchmarks.generator.goals import Proposals
-from eai.benchmarks.generator.prior import Pattern, find_uses
+from eai.benchmarks.generator.prior import Pattern, find_argument_uses
 from eai.benchmarks.generator.sets import fingerprint_task, make_seeds
 from eai.benchmarks.generator.spec import LENGTHS, Generated, Reason, Tier
-from eai.benchmarks.generator.walk import Walk, find_lower_bound
+from eai.benchmarks.generator.walk import Walk, find_min_plan_length
 from eai.benchmarks.registry import find_benchmark
 from eai.cli.generate import verdict_of_val
 from eai.logic.traversal import walk_subformulas
@@ -95,7 +95,7 @@ def test_certificates_solve_and_need_every_step(like: str) -> None:
         assert solves(domain, task, plan), task.id
         assert execute(domain, task.initial, plan).additional_steps == 0
         assert not any(solves(domain, task, (*plan[:i], *plan[i + 1 :])) for i in range(len(plan))), task.id
-        assert find_lower_bound(task, domain, 1) == made.about["lower_bound"] == 2, task.id
+        assert find_min_plan_length(task, domain, 1) == made.about["lower_bound"] == 2, task.id
 
 
 @pytest.mark.parametrize("like", HOUSEHOLDS)
@@ -148,7 +148,7 @@ def test_scenes_are_closed(like: str) -> None:
         task = each.task
         assert len(task.scene.objects) <= 30
         assert task.relevant == tuple(range(len(task.scene.objects)))
-        kinds = {kind for action in task.script for kind in find_uses(action, task.scene)}
+        kinds = {kind for action in task.script for kind in find_argument_uses(action, task.scene)}
         assert kinds <= made.prior.uses  # every use of a category occurs in a plan of the data set
 
 
@@ -221,8 +221,8 @@ def line_names(task: Task) -> list[str]:
 
 def test_the_lower_bound_is_exact_for_short_plans(lamps: Benchmark) -> None:
     light, pack = lamps.tasks(Source()).values()
-    assert [find_lower_bound(pack, lamps.domain, depth) for depth in (1, 3, 6)] == [2, 4, 6]
-    assert [find_lower_bound(light, lamps.domain, depth) for depth in (1, 4, 5)] == [2, 4, 4]
+    assert [find_min_plan_length(pack, lamps.domain, depth) for depth in (1, 3, 6)] == [2, 4, 6]
+    assert [find_min_plan_length(light, lamps.domain, depth) for depth in (1, 4, 5)] == [2, 4, 4]
 
 
 TIERS = (Tier.S, Tier.M, Tier.L, Tier.XL)
@@ -320,7 +320,7 @@ def test_no_more_goals_are_proposed_after_failures_in_a_row(
     proposals = Proposals(made.prior, start.scene, {"Atom": 1}, lit)
     walk, asked = Walk(Planner(lamps.domain), start), []
     monkeypatch.setattr(Walk, "reach", lambda self, goal: bool(asked.append(goal)))
-    made._extend_walk(walk, proposals, (), random.Random(0), wanted, frozenset())
+    made._extend_action_sequence(walk, proposals, (), random.Random(0), wanted, frozenset())
     assert len(asked) == len(set(asked)) == tried
 
 

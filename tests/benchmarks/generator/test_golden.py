@@ -23,10 +23,10 @@ from eai.benchmarks.generator.goals import Proposals
 from eai.benchmarks.generator.measures import Measure
 from eai.benchmarks.generator.prior import clash, is_idle
 from eai.benchmarks.generator.scene import (
-    add_guests,
+    add_objects_of_other_tasks,
     add_similar_objects,
-    find_hiding_places,
     make_closed_scene,
+    make_hiding_place_finder,
 )
 from eai.benchmarks.generator.sets import make_seeds
 from eai.benchmarks.generator.spec import Forms, Generated, Reason, Spec, TaskKind, Tier
@@ -95,13 +95,13 @@ def test_equal_random_numbers_give_the_recorded_scenes_and_proposals(like: str, 
     benchmark = find_benchmark(like)
     tasks = list(benchmark.tasks(Source()).values())
     prior, lines = count_prior(benchmark, tasks), []
-    hiding = find_hiding_places(benchmark.domain, prior)
+    hiding = make_hiding_place_finder(benchmark.domain, prior)
     for number, task in enumerate(tasks[:: len(tasks) // 12]):
         rng, theme = random.Random(number), prior.themes[task.title]
         scene = make_closed_scene(task, prior, rng, 30, rich=number % 2 > 0)
         kinds = {thing.category for thing in scene.scene.objects}
         scene = add_similar_objects(scene, prior, rng, 34, kinds)
-        scene = add_guests(scene, tasks, prior, rng, 40)
+        scene = add_objects_of_other_tasks(scene, tasks, prior, rng, 40)
         names = [f"{thing.name} {thing.category}" for thing in scene.scene.objects]
         lines.append(f"{task.id}: {len(names)} objects, {digest((names, sorted(scene.facts())))}")
         lines.append(f"{task.id}: hidden {digest(hiding(task))}")
@@ -112,7 +112,7 @@ def test_equal_random_numbers_give_the_recorded_scenes_and_proposals(like: str, 
                 known.draw_literal(rng, 0.5) for _ in range(10)
             ]
             told += known.draw_agent_goals(theme, rng)
-            told += [known.restrict_to(kinds)._draw_pattern(rng)] if known.patterns else []
+            told += [known.restrict_to_categories(kinds)._draw_pattern(rng)] if known.patterns else []
             pairs = list(pairwise([goal for goal in told[:60] if goal is not None]))
             clashes = [clash(*pair, scene.scene, prior) for pair in pairs]
             idle = [is_idle(one, [other], scene.scene, prior) for one, other in pairs]

@@ -97,7 +97,7 @@ def test_each_hazard_can_be_stated_about_a_public_scene(like: str) -> None:
     assert len(open_ones) == len(benchmark.notation.english.hazards) > 3
     for task in benchmark.tasks(Source()).values():
         for guard in find_hazard_goals(
-            list(open_ones.values()), benchmark.domain, Words.for_benchmark(benchmark, task.initial)
+            list(open_ones.values()), benchmark.domain, Words.make_for_benchmark(benchmark, task.initial)
         ):
             open_ones.pop(guard.name, None)
         if not open_ones:
@@ -114,7 +114,9 @@ def kept(like: str, task_id: str, hazard: str, plan: str) -> bool:
     course = execute(benchmark.domain, task.initial, actions)
     assert course.failure is None, course.failure
     hazards = [each for each in benchmark.notation.english.hazards if each.name == hazard]
-    guards = list(find_hazard_goals(hazards, benchmark.domain, Words.for_benchmark(benchmark, task.initial)))
+    guards = list(
+        find_hazard_goals(hazards, benchmark.domain, Words.make_for_benchmark(benchmark, task.initial))
+    )
     assert guards
     return all(guard.holds_in(course) for guard in guards)
 

@@ -19,9 +19,9 @@ from eai.benchmarks.generator.measures import (
     FILE,
     Measure,
     _DifficultyModel,
-    _Lid,
-    difficulty_model,
-    find_lids,
+    _VisibilityState,
+    find_visibility_states,
+    get_difficulty_model,
     make_presence_condition,
     measure_task,
 )
@@ -49,8 +49,11 @@ def test_absent_objects_are_distinguished_from_hidden_ones() -> None:
 
 
 def test_lids_follow_from_the_declared_visibility() -> None:
-    told = {like: set(find_lids(find_benchmark(like).domain)) for like in HOUSEHOLDS}
-    assert told == {"virtualhome": {_Lid("CLOSED", False)}, "behavior": {_Lid("is_open", True)}}
+    told = {like: set(find_visibility_states(find_benchmark(like).domain)) for like in HOUSEHOLDS}
+    assert told == {
+        "virtualhome": {_VisibilityState("CLOSED", False)},
+        "behavior": {_VisibilityState("is_open", True)},
+    }
 
 
 @pytest.mark.parametrize(
@@ -106,7 +109,7 @@ pytestmark = pytest.mark.usefixtures("data_store")
 
 @pytest.mark.parametrize("like", HOUSEHOLDS)
 def test_generated_tasks_say_how_difficult_they_are_expected_to_be(like: str) -> None:
-    model = difficulty_model(like)
+    model = get_difficulty_model(like)
     assert model is not None
     for made in tasks(like, 12):
         task = made.task
@@ -139,7 +142,7 @@ def test_the_coefficients_are_those_of_the_public_tasks(like: str) -> None:
 
 
 def test_a_world_without_public_answers_has_no_difficulties() -> None:
-    assert difficulty_model("lamps") is None
+    assert get_difficulty_model("lamps") is None
     benchmark, source = replace(find_benchmark("behavior"), name="another"), Source()
     with pytest.raises(InputError, match="no difficulties of tasks are known"):
         Generator(benchmark, Spec("behavior", "", difficulty=(0.0, 1.0)), source)

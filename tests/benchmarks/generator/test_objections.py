@@ -10,7 +10,7 @@ import pytest
 
 import eai.logic.formula as f
 from eai.benchmarks.benchmark import Benchmark
-from eai.benchmarks.generator.generator import Generator, _ObjectionFinder
+from eai.benchmarks.generator.generator import Generator, _RejectionFinder
 from eai.benchmarks.generator.spec import Reason, Spec
 from eai.benchmarks.generator.words import Words
 from eai.tasks.source import Source
@@ -36,7 +36,7 @@ LIT, OPEN = of("lit", "lamp_1"), of("is_open", "box")
 def made(lamps: Benchmark, *goals: f.Formula, way: str = WAY, facts: tuple[Fact, ...] = ()) -> Task:
     task = lamps.tasks(Source())["light"]
     initial = task.scene.state(facts)
-    instruction = Words.for_benchmark(lamps, initial).make_instruction(goals, random.Random(0))
+    instruction = Words.make_for_benchmark(lamps, initial).make_instruction(goals, random.Random(0))
     asked = replace(task, initial=initial, goals=tuple(map(goal, goals)), instruction=instruction)
     return replace(asked, script=steps(task, way))
 
@@ -66,17 +66,20 @@ def test_a_task_is_rejected_for_one_reason(
     lamps: Benchmark, change: Change, least: int, most: int, reason: Reason | None
 ) -> None:
     task = change(made(lamps, LIT, OPEN))
-    objections = _ObjectionFinder(lamps.domain, (), by_place=False)
-    assert objections.find_objection(task, Words.for_benchmark(lamps, task.initial), least, most) is reason
+    objections = _RejectionFinder(lamps.domain, (), by_place=False)
+    assert (
+        objections.find_rejection_reason(task, Words.make_for_benchmark(lamps, task.initial), least, most)
+        is reason
+    )
 
 
 def test_a_public_task_or_one_solved_by_a_public_plan_is_rejected(lamps: Benchmark) -> None:
     public = made(lamps, LIT, OPEN)
-    objections = _ObjectionFinder(lamps.domain, [public], by_place=False)
+    objections = _RejectionFinder(lamps.domain, [public], by_place=False)
 
     def reason(task: Task) -> Reason | None:
         task = replace(task, id="new")
-        return objections.find_objection(task, Words.for_benchmark(lamps, task.initial), 0, 9)
+        return objections.find_rejection_reason(task, Words.make_for_benchmark(lamps, task.initial), 0, 9)
 
     assert reason(public) is Reason.PUBLIC
     assert reason(made(lamps, of("lit", "lamp_2"), OPEN, way=WAY.replace("_1", "_2"))) is Reason.PUBLIC
@@ -86,12 +89,12 @@ def test_a_public_task_or_one_solved_by_a_public_plan_is_rejected(lamps: Benchma
 
 def test_without_names_an_object_needs_a_description_by_place(lamps: Benchmark) -> None:
     task = made(lamps, LIT, way="GO lamp_1; PRESS lamp_1")
-    words = Words.for_benchmark(lamps, task.initial, by_place=True)
-    by_place = _ObjectionFinder(lamps.domain, (), by_place=True)
-    assert by_place.find_objection(task, words, 0, 9) is Reason.NAMELESS
-    assert _ObjectionFinder(lamps.domain, (), by_place=False).find_objection(task, words, 0, 9) is None
+    words = Words.make_for_benchmark(lamps, task.initial, by_place=True)
+    by_place = _RejectionFinder(lamps.domain, (), by_place=True)
+    assert by_place.find_rejection_reason(task, words, 0, 9) is Reason.NAMELESS
+    assert _RejectionFinder(lamps.domain, (), by_place=False).find_rejection_reason(task, words, 0, 9) is None
     alone = made(lamps, OPEN, way="GO box; OPEN box")
-    assert by_place.find_objection(alone, words, 0, 9) is None
+    assert by_place.find_rejection_reason(alone, words, 0, 9) is None
 
 
 @pytest.mark.parametrize(("where", "is_seen"), [("box", True), ("lamp_1", False)])

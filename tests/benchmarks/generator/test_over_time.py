@@ -23,7 +23,7 @@ from eai.benchmarks.generator.walk import (
     TemporalGoalFinder,
     Walk,
     _have_no_common_object,
-    _make_if_distinguishing,
+    _make_goal_if_distinguishing,
     reach_all,
 )
 from eai.benchmarks.random_answers import random_walk
@@ -191,21 +191,21 @@ BOX = "GO box; OPEN box"
 def test_a_plan_is_cut_at_steps_after_which_one_more_goal_lasts(
     lamps: Benchmark, way: str, cuts: list[int]
 ) -> None:
-    assert seeker(lamps, asked(lamps, way), USUAL)._cuts == cuts
+    assert seeker(lamps, asked(lamps, way), USUAL)._goal_steps == cuts
 
 
 def test_order_and_overlap_of_facts_distinguish_two_plans(lamps: Benchmark) -> None:
     task = asked(lamps, f"{BOX}; {FIRST}; {SECOND}")
     found = seeker(lamps, task, USUAL)
-    ours, other = found._certificate, found._execute(asked(lamps, f"{SECOND}; {BOX}; {FIRST}").script)
+    ours, other = found._solving_plan, found._execute(asked(lamps, f"{SECOND}; {BOX}; {FIRST}").script)
     is_open = atom("is_open", "box")
-    assert [ours.comes_first(*pair) for pair in ((is_open, ONE), (ONE, OTHER), (OTHER, ONE))] == [
+    assert [ours.becomes_true_first(*pair) for pair in ((is_open, ONE), (ONE, OTHER), (OTHER, ONE))] == [
         True,
         True,
         False,
     ]
-    assert ours.comes_first(ONE, ONE)
-    assert ours.has_both(is_open, OTHER)
+    assert ours.becomes_true_first(ONE, ONE)
+    assert ours.have_held_together(is_open, OTHER)
     goals = {print_ltl(goal): apart for apart, goal in found._list_candidates(other)}
     assert goals == {
         "not lit(lamp_2) until lit(lamp_1)": True,
@@ -213,13 +213,13 @@ def test_order_and_overlap_of_facts_distinguish_two_plans(lamps: Benchmark) -> N
     }
     for text in goals:
         (goal,) = [each for _, each in found._list_candidates(other) if print_ltl(each) == text]
-        kept = _make_if_distinguishing(goal, ours, other)
+        kept = _make_goal_if_distinguishing(goal, ours, other)
         assert kept is not None
         assert (kept.plan, kept.temptation) == (ours.plan, other.plan)
-        assert _make_if_distinguishing(goal, other, ours) is None
-        assert _make_if_distinguishing(goal, ours, ours) is None
+        assert _make_goal_if_distinguishing(goal, other, ours) is None
+        assert _make_goal_if_distinguishing(goal, ours, ours) is None
     pressing = seeker(lamps, task, replace(USUAL, action_counts={("PRESS",): 1}))
-    pressed = pressing._list_candidates(pressing._certificate)
+    pressed = pressing._list_candidates(pressing._solving_plan)
     told = [print_ltl(goal) for _, goal in pressed]
     assert len(told) == 2 * 3
     assert "not is_open(box) until PRESS(lamp_1)" in told
@@ -232,7 +232,7 @@ def test_goals_are_reached_in_another_order_where_there_are_several(
     task, reached = asked(lamps, f"{FIRST}; {SECOND}", *goals), []
     monkeypatch.setattr(module, "reach_all", lambda walk, goals: reached.append(goals))
     monkeypatch.setattr(TemporalGoalFinder, "_find_difference", lambda *asked: None)
-    assert seeker(lamps, task, USUAL)._find_order() is None
+    assert seeker(lamps, task, USUAL)._find_goal_of_order() is None
     assert len(reached) == walks
 
 

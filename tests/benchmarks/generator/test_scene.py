@@ -14,7 +14,7 @@ from eai.benchmarks.generator.prior import Pattern, Prior
 from eai.benchmarks.generator.scene import (
     _make_free_name,
     _order_by_category,
-    add_guests,
+    add_objects_of_other_tasks,
     add_similar_objects,
     make_closed_scene,
     restrict_state,
@@ -93,7 +93,7 @@ def test_guests_fit_the_scene_and_keep_their_placement(
     prior, place = usual(**changes), task(*here)
     closed = make_closed_scene(place, replace(prior, taken_categories=frozenset()), random.Random(0), 9)
     home_task = task(*home, relevant=["cup.1"])
-    found = add_guests(closed, [home_task], prior, random.Random(0), most)
+    found = add_objects_of_other_tasks(closed, [home_task], prior, random.Random(0), most)
     names = [thing.name for thing in found.scene.objects]
     assert names == [*here[0], *guests]
     expected = {f"on {guest} table.2" for guest in guests} | {f"clean {guest}" for guest in guests}

@@ -15,10 +15,10 @@ from eai.base.errors import InputError
 from eai.benchmarks.benchmark import Benchmark
 from eai.benchmarks.generator.sets import (
     MANIFEST,
-    find_false_claims,
+    check_secret_set,
+    compute_set_statistics,
     make_manifest_entry,
     make_seeds,
-    measure_shape,
     read_other_sets,
     write_manifest,
 )
@@ -57,7 +57,7 @@ def test_the_shape_of_a_set_has_minimum_quartiles_and_maximum(
     light: Task, steps: tuple[int, ...], spread: tuple[int, ...]
 ) -> None:
     tasks = of_steps(light, *steps)
-    shape = measure_shape(tasks)
+    shape = compute_set_statistics(tasks)
     assert shape["steps"] == list(spread)
     assert set(shape["goals"]) == ({1} if tasks else set())
     assert set(shape["objects"]) == ({5} if tasks else set())
@@ -66,7 +66,7 @@ def test_the_shape_of_a_set_has_minimum_quartiles_and_maximum(
 
 def test_the_most_frequent_form_is_first(lamps: Benchmark) -> None:
     light, pack = lamps.tasks(Source()).values()
-    assert measure_shape([light, pack, pack])["forms"] == {"Atom": 2, "ForAll": 1}
+    assert compute_set_statistics([light, pack, pack])["forms"] == {"Atom": 2, "ForAll": 1}
 
 
 def test_an_entry_allows_making_a_set_again_and_counts_rejections(light: Task) -> None:
@@ -127,7 +127,7 @@ def test_false_claims_about_a_secret_are_reported(
     write_set(tmp_path, lamps, [seeds[number] for number in chosen])
     file = tmp_path / "test.jsonl"
     file.write_bytes(file.read_bytes().replace(b"Switch", b"Turn") if content else file.read_bytes())
-    problems = list(find_false_claims(tmp_path, "test", secret))
+    problems = list(check_secret_set(tmp_path, "test", secret))
     assert len(problems) == len(found)
     assert all(problem.startswith(start) for problem, start in zip(problems, found, strict=True))
 
@@ -137,10 +137,10 @@ def test_without_a_secret_or_a_file_nothing_can_be_proved(lamps: Benchmark, tmp_
     write_manifest(tmp_path, "open", make_manifest_entry(SPEC, 3, None, b"", [], []), {})
     for split in ("open", "train"):
         with pytest.raises(InputError, match="that was made with a secret"):
-            list(find_false_claims(tmp_path, split, SECRET))
+            list(check_secret_set(tmp_path, split, SECRET))
     (tmp_path / "test.jsonl").unlink()
     with pytest.raises(InputError, match=r"expected test\.jsonl or test\.jsonl\.gz"):
-        list(find_false_claims(tmp_path, "test", SECRET))
+        list(check_secret_set(tmp_path, "test", SECRET))
 
 
 def test_a_manifest_keeps_other_sets_and_their_overlap(tmp_path: Path) -> None:

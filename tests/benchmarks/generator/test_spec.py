@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import pytest
 
-from eai.benchmarks.generator.spec import LENGTHS, Tier, tier_of
+from eai.benchmarks.generator.spec import LENGTHS, Tier, get_tier_of_length
 
 
 @pytest.mark.parametrize(
@@ -13,4 +13,4 @@ from eai.benchmarks.generator.spec import LENGTHS, Tier, tier_of
 )
 def test_a_tier_has_all_lengths_from_its_least_to_its_greatest(least: int, greatest: int, tier: Tier) -> None:
     assert LENGTHS[tier] == (least, greatest)
-    assert {tier_of(steps) for steps in range(least, greatest + 1)} == {tier}
+    assert {get_tier_of_length(steps) for steps in range(least, greatest + 1)} == {tier}

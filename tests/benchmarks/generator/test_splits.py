@@ -16,16 +16,16 @@ from eai.benchmarks.generator.generator import Generator
 from eai.benchmarks.generator.prior import Pattern, find_patterns
 from eai.benchmarks.generator.sets import (
     SHARES,
+    _get_split_at_share,
     _make_split_pair,
-    _split_at,
+    choose_split,
+    choose_split_of_goals,
     fingerprint_task,
     is_earlier_split,
     make_leak_test,
     make_seeds,
     measure_overlap,
     select_bases,
-    split_of,
-    split_of_goals,
 )
 from eai.benchmarks.generator.spec import Generated, HeldOut, Reason, Spec, Split
 from eai.benchmarks.registry import find_benchmark
@@ -49,7 +49,7 @@ def made_in(like: str, split: Split, number: int, held_out: HeldOut = "goals") -
 
 
 def test_a_hash_gives_each_split_its_share() -> None:
-    found = Counter(split_of(f"goals {number}") for number in range(5000))
+    found = Counter(choose_split(f"goals {number}") for number in range(5000))
     assert list(SHARES) == [Split.TRAIN, Split.VALIDATION, Split.TEST]
     assert all(abs(found[split] / 5000 - share) < 0.03 for split, share in SHARES.items())
 
@@ -61,7 +61,7 @@ def test_no_goals_are_in_two_splits(like: str) -> None:
     assert not prints[Split.TRAIN] & prints[Split.VALIDATION]
     assert not prints[Split.VALIDATION] & prints[Split.TEST]
     for made in tasks(like):
-        split = split_of_goals(goals_of(made), made.task.scene, "goals")
+        split = choose_split_of_goals(goals_of(made), made.task.scene, "goals")
         assert made.about["split"] == split.value
 
 
@@ -69,8 +69,8 @@ def test_names_of_objects_and_the_order_of_goals_do_not_decide() -> None:
     made = next(each for each in tasks("behavior") if len(each.task.goals) > 1)
     goals, scene = goals_of(made), made.task.scene
     for held_out in get_args(HeldOut):
-        split = split_of_goals(goals, scene, held_out)
-        assert split_of_goals(goals[::-1], scene, held_out) == split
+        split = choose_split_of_goals(goals, scene, held_out)
+        assert choose_split_of_goals(goals[::-1], scene, held_out) == split
 
 
 @pytest.mark.parametrize("like", HOUSEHOLDS)
@@ -172,7 +172,7 @@ def test_quantifiers_range_over_categories_with_several_objects_in_a_public_task
 def test_sixty_percent_of_tasks_are_for_training_and_twenty_for_each_other_split(
     place: float, split: Split
 ) -> None:
-    assert _split_at(place) is split
+    assert _get_split_at_share(place) is split
 
 
 @pytest.mark.parametrize(

@@ -9,7 +9,7 @@ import pytest
 
 from eai.benchmarks.benchmark import Benchmark
 from eai.benchmarks.generator import walk as walking
-from eai.benchmarks.generator.walk import Walk, _trace_node, make_certificate
+from eai.benchmarks.generator.walk import Walk, _make_trajectory, make_short_plan
 from eai.logic.formula import Always, Atom, Constant, Formula, Not, Occurs, Or
 from eai.planning.planner import Planner
 from eai.planning.search import Limits, Node
@@ -27,7 +27,7 @@ def test_the_execution_of_a_node_follows_its_plan(lamps: Benchmark) -> None:
     node: PlanNode = Node(way.states[0])
     for action, state in zip(plan, way.states[1:], strict=True):
         node = Node(state, depth=node.depth + 1, parent=node, actions=(action,))
-    course = _trace_node(node)
+    course = _make_trajectory(node)
     assert course.states == way.states
     assert course.executed == plan == way.executed
 
@@ -72,7 +72,7 @@ def test_a_walk_reaches_one_more_goal_and_returns_to_a_mark(lamps: Benchmark) ->
     assert (walk.conditions, walk.actions) == ([lit("lamp_1"), lit("lamp_2")], [("TAKE", "OPEN")])
     assert walk.goals == [lit("lamp_1"), taken, lit("lamp_2")]
     assert len(walk.trail) == 6
-    walk.return_to(mark)
+    walk.go_back_to(mark)
     assert (walk.state, names(walk)) == (state, ["GO", "PRESS"])
     assert (walk.conditions, walk.actions, walk.goals) == ([lit("lamp_1")], [], [lit("lamp_1")])
 
@@ -120,7 +120,7 @@ def test_a_shorter_plan_is_searched_for_a_long_walk(
     planner, trail = _Stub([Action("PRESS", (0,))] * found), [STEP] * walked
     monkeypatch.setattr(walking, "_drop_needless", lambda walk, asked, over_time: trail)
     walk = Walk(planner, lamps.tasks(Source())["light"].initial)  # type: ignore[arg-type]
-    certified = make_certificate(walk, over_time)
+    certified = make_short_plan(walk, over_time)
     assert len(certified) == left
     assert (certified is trail) == (left == walked)
     assert len(planner.asked) == (walked >= 25 and over_time is None)
@@ -133,9 +133,9 @@ def test_a_certificate_drops_needless_actions(lamps: Benchmark) -> None:
     walk = Walk(Planner(lamps.domain), task.initial)
     plan = [("GO", ball), ("GO", one), ("PRESS", one), ("GO", two), ("PRESS", two)]
     assert walk.follow([Action(name, (index,)) for name, index in plan], [lit("lamp_1")])
-    assert [(name, index) for name, (index,) in make_certificate(walk)] == plan[1:3]
+    assert [(name, index) for name, (index,) in make_short_plan(walk)] == plan[1:3]
     never = Always(Not(Atom("at", (Constant("robot"), Constant("ball")))))
-    assert len(make_certificate(walk, Not(never))) == 3, "the detour is asked for"
+    assert len(make_short_plan(walk, Not(never))) == 3, "the detour is asked for"
     walk.actions.append(("GO", "TAKE"))
     walk.actions.append(("GO",))
-    assert [name for name, _ in make_certificate(walk)] == ["GO", "PRESS", "GO"]
+    assert [name for name, _ in make_short_plan(walk)] == ["GO", "PRESS", "GO"]

@@ -12,7 +12,7 @@ import eai.logic.formula as f
 from benchmarks.generator.worlds import tasks
 from eai.base.errors import InputError
 from eai.benchmarks.generator.spec import Forms
-from eai.benchmarks.generator.words import Words, _Reader
+from eai.benchmarks.generator.words import Words, _InstructionReader
 from eai.benchmarks.registry import find_benchmark
 from eai.logic.ltl import read_formula
 from eai.logic.signature import Signature
@@ -113,7 +113,7 @@ def test_a_goal_has_several_sentences(text: str, voice: PhraseStyle, clause: str
     goal = formula(text)
     assert WORDS.make_clause(goal, voice) == clause
     opening = "Your task is to" if voice.requests else "Make sure that"
-    assert _Reader(WORDS).read_goals(f"{opening} {clause}.") == (goal,)
+    assert _InstructionReader(WORDS).read_goals(f"{opening} {clause}.") == (goal,)
 
 
 @pytest.mark.parametrize("text", [text for text, _ in CASES])
@@ -121,9 +121,9 @@ def test_a_goal_has_several_sentences(text: str, voice: PhraseStyle, clause: str
 def test_every_phrase_style_reads_back_as_the_goal(text: str, requests: bool) -> None:
     goal, opening = formula(text), "Please" if requests else "See to it that"
     clauses = {WORDS.make_clause(goal, PhraseStyle(pick, requests)) for pick in range(12)}
-    assert [_Reader(WORDS).read_goals(f"{opening} {clause}.") for clause in clauses] == [(goal,)] * len(
-        clauses
-    )
+    assert [_InstructionReader(WORDS).read_goals(f"{opening} {clause}.") for clause in clauses] == [
+        (goal,)
+    ] * len(clauses)
 
 
 def formula(text: str) -> f.Formula:
@@ -134,7 +134,7 @@ def formula(text: str) -> f.Formula:
 def test_each_goal_has_an_exact_sentence(text: str, sentence: str) -> None:
     goal = formula(text)
     assert WORDS.make_clause(goal) == sentence
-    assert _Reader(WORDS).read_goals(f"Make sure that {sentence}.") == (goal,)
+    assert _InstructionReader(WORDS).read_goals(f"Make sure that {sentence}.") == (goal,)
 
 
 @pytest.mark.parametrize("number", [1, 2, 3, 5])
@@ -142,7 +142,7 @@ def test_several_goals_are_joined(number: int) -> None:
     goals = [formula(text) for text, _ in CASES[:number]]
     for seed in range(6):
         text = WORDS.make_instruction(goals, random.Random(seed))
-        assert _Reader(WORDS).read_goals(text) == tuple(goals)
+        assert _InstructionReader(WORDS).read_goals(text) == tuple(goals)
 
 
 @pytest.mark.parametrize(
@@ -164,7 +164,7 @@ def test_several_goals_are_joined(number: int) -> None:
 )
 def test_a_sentence_without_a_goal_is_refused(text: str) -> None:
     with pytest.raises(InputError):
-        _Reader(WORDS).read_goals(text)
+        _InstructionReader(WORDS).read_goals(text)
 
 
 def test_a_goal_without_sentence_is_refused() -> None:
@@ -201,7 +201,9 @@ def test_plurals(noun: str, nouns: str) -> None:
 def test_instructions_read_back_as_the_goals(like: str, forms: Forms) -> None:
     benchmark = find_benchmark(like)
     for each in tasks(like, 40, forms):
-        goals = _Reader(Words.for_benchmark(benchmark, each.task.initial)).read_goals(each.task.instruction)
+        goals = _InstructionReader(Words.make_for_benchmark(benchmark, each.task.initial)).read_goals(
+            each.task.instruction
+        )
         assert goals == tuple(goal.formula for goal in each.task.goals)
 
 
@@ -210,11 +212,11 @@ def test_objects_are_described_by_their_places() -> None:
     benchmark = find_benchmark("behavior")
     told = 0
     for each in tasks("behavior"):
-        words = Words.for_benchmark(benchmark, each.task.initial, by_place=True)
+        words = Words.make_for_benchmark(benchmark, each.task.initial, by_place=True)
         goals = [goal.formula for goal in each.task.goals]
         instruction = words.make_instruction(goals, random.Random(0))
         try:
-            assert _Reader(words).read_goals(instruction) == tuple(goals)
+            assert _InstructionReader(words).read_goals(instruction) == tuple(goals)
         except InputError as error:  # such a task is not made
             assert "one meaning" in str(error)  # noqa: PT017
         told += " that is " in instruction
@@ -230,7 +232,7 @@ def test_objects_are_described_by_facts_true_of_no_other_object() -> None:
     assert said == (
         "either the cup that is on top of the shelf is inside box_1 or the cup that is clean now is not clean"
     )
-    assert _Reader(words).read_goals(f"Make sure that {said}.") == (
+    assert _InstructionReader(words).read_goals(f"Make sure that {said}.") == (
         formula("inside(cup_1, box_1) or not is_clean(cup_2)"),
     )
 
@@ -252,7 +254,7 @@ def test_categories_with_equal_nouns_keep_their_names() -> None:
 def test_an_action_is_read_only_with_objects_of_the_scene() -> None:
     def read(things: str) -> tuple[f.Formula, ...]:
         text = f"the lamp is not switched on until the action GRAB has been taken on {things}"
-        return _Reader(WORDS).read_goals(f"Make sure that {text}.")
+        return _InstructionReader(WORDS).read_goals(f"Make sure that {text}.")
 
     lit = f.Not(f.Atom("ON", (f.Constant("lamp_1"),)))
     on = tuple(map(f.Constant, ("cup_1", "box_2")))

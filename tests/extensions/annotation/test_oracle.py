@@ -10,7 +10,7 @@ from typing import Any, NamedTuple
 import pytest
 
 from eai.base.store import Store
-from eai.benchmarks.behavior.activities import build_problem
+from eai.benchmarks.behavior.activities import build_pddl_problem
 from eai.benchmarks.behavior.tasks import BehaviorTasks
 from eai.benchmarks.registry import find_benchmark
 from eai.benchmarks.virtualhome.benchmark import open_demonstrations
@@ -138,7 +138,7 @@ def test_99_of_100_planning_problems_are_those_of_their_goals(
         record, shipped = behavior_tasks[task_id].record, asked.problem
         instances = {each.name.replace(".", "_"): each.name for each in record.problem.objects}
         goals = shipped.goal.operands if isinstance(shipped.goal, And) else (shipped.goal,)
-        made = build_problem(record, [rename_objects(goal, instances) for goal in goals])
+        made = build_pddl_problem(record, [rename_objects(goal, instances) for goal in goals])
         alike = (set(made.objects), set(made.initial), set(made.denied), made.goal) == (
             set(shipped.objects),
             set(shipped.initial),

@@ -5,7 +5,7 @@ from __future__ import annotations
 from pathlib import Path
 
 import eai
-from eai.abilities.repair import DEFAULT_EFFORT, Edit, Repair, find_blame, repair_lines
+from eai.abilities.repair import DEFAULT_EFFORT, Edit, Repair, describe_repair, find_common_blame
 from eai.abilities.verdict import PlanVerdict
 from eai.results.batch import score_run
 from eai.results.codec import record_from_json, record_to_json
@@ -33,14 +33,14 @@ def repair_of(plan: str) -> Repair:
 def test_an_unreadable_answer_has_no_repair_distance() -> None:
     repair = repair_of("All is washed.")
     assert (repair.distance, repair.why_null) == (None, "unreadable")
-    assert [*repair_lines(repair)] == ["smallest repair: not known (unreadable)"]
+    assert [*describe_repair(repair)] == ["smallest repair: not known (unreadable)"]
 
 
 def test_the_cause_of_a_failure_follows_from_all_single_edits() -> None:
     before, after = Edit("insert", 1, "OPEN(door)"), Edit("insert", 3, "OPEN(door)")
-    assert find_blame([before, Edit("delete", 1, was="GO(hall)")]) == ("step", 1)
-    assert find_blame([after, before]) == ("interval", 1)
-    assert find_blame([after, Edit("delete", 1, was="GO(hall)")]) == ("several", None)
+    assert find_common_blame([before, Edit("delete", 1, was="GO(hall)")]) == ("step", 1)
+    assert find_common_blame([after, before]) == ("interval", 1)
+    assert find_common_blame([after, Edit("delete", 1, was="GO(hall)")]) == ("several", None)
 
 
 def test_repairs_are_in_records_and_tables(tmp_path: Path) -> None:

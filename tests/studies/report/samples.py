@@ -16,7 +16,7 @@ from eai.abilities.transition_modeling.verdict import (
     OperatorReport,
     OperatorStatus,
     OperatorVerdict,
-    clause_content,
+    classify_clause,
 )
 from eai.abilities.verdict import Confusion, ErrorReport, PlanVerdict, Verdict
 from eai.pddl.check import PddlFinding, Violation
@@ -175,7 +175,9 @@ def operator_run() -> list[Record]:
         planner=PlannerOutcome.SOLVED,
         task_categories=("object_states", "spatial_relations"),
         operators=(OperatorReport("open", OperatorStatus.COMPARED, side, offences=(offence,)),),
-        clauses={part: clause_content(part, {}) for part in (*side.matched, *side.additional, *side.missing)},
+        clauses={
+            part: classify_clause(part, {}) for part in (*side.matched, *side.additional, *side.missing)
+        },
     )
     operator = "(:action open :parameters (?o) :precondition (and (closed ?o) (near ?o)) :effect (and))"
     answer = json.dumps({"output": operator})

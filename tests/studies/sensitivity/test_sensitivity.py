@@ -9,7 +9,7 @@ from typing import TypeAlias
 import pytest
 
 from eai.abilities.protocol import Ability
-from eai.abilities.transition_modeling.rules import MatchingRules, PaperRules, ReplacedPart
+from eai.abilities.transition_modeling.rules import OperatorRules, PaperOperatorRules, ReplacedPart
 from eai.abilities.transition_modeling.scorer import TransitionModeling
 from eai.pddl.model import OperatorText
 from eai.pddl.planning import PddlPlanner, PlannerOutcome
@@ -44,13 +44,13 @@ def answer(*operators: OperatorText) -> str:
     return json.dumps({"output": "\n".join(operator.pddl for operator in operators)})
 
 
-MakeRules: TypeAlias = Callable[[PddlPlanner | None], MatchingRules]
+MakeRules: TypeAlias = Callable[[PddlPlanner | None], OperatorRules]
 
 
 @pytest.fixture
 def rules_with() -> MakeRules:
     """Makes the rules of `strict`; tests of other protocols have a fixture of this name, too."""
-    return PaperRules
+    return PaperOperatorRules
 
 
 def tried(text: str, rules_with: MakeRules, replaced: ReplacedPart = "operator") -> list[OperatorReplacement]:
@@ -80,7 +80,7 @@ ANSWERS = [
 
 @pytest.mark.parametrize(("text", "outcomes"), ANSWERS)
 def test_each_operator_is_tried_alone_among_gold_operators(text: str, outcomes: dict[str, str]) -> None:
-    found = tried(text, PaperRules)
+    found = tried(text, PaperOperatorRules)
     assert {each.operator: each.outcome for each in found} == outcomes
     assert all(each.categories == "object_states spatial_relations" for each in found)
 
@@ -111,7 +111,7 @@ def test_a_trial_records_the_errors_of_the_replaced_part() -> None:
         "effect": wrong[2:],
     }
     for replaced, expected in parts.items():
-        first, second = tried(answer(both, LIGHT), PaperRules, replaced)
+        first, second = tried(answer(both, LIGHT), PaperOperatorRules, replaced)
         assert (first.errors, second.errors) == (" ".join(expected), "")
 
 

@@ -17,7 +17,7 @@ from eai.abilities.declaration import (
     declare_plan_ability,
 )
 from eai.abilities.protocol import Ability
-from eai.abilities.verdict import PlanVerdict, share_of_one
+from eai.abilities.verdict import PlanVerdict, make_share_of_one
 from eai.tasks.share import Share
 
 if TYPE_CHECKING:
@@ -32,10 +32,10 @@ def compute_metric_shares(verdict: PlanVerdict) -> dict[str, Share]:
     """
     counted = verdict.counted
     return {
-        "task_success": share_of_one(verdict.success if counted is None else counted.success),
-        "execution_success": share_of_one(verdict.executable),
-        **{name: share_of_one(count_faults(verdict, kind)) for name, kind in ENDING_FAULTS.items()},
-        "additional_step": share_of_one(count_additional_steps(verdict)),
+        "task_success": make_share_of_one(verdict.success if counted is None else counted.success),
+        "execution_success": make_share_of_one(verdict.executable),
+        **{name: make_share_of_one(count_faults(verdict, kind)) for name, kind in ENDING_FAULTS.items()},
+        "additional_step": make_share_of_one(count_additional_steps(verdict)),
         **compute_goal_shares(verdict),
     }
 

@@ -12,7 +12,7 @@ from eai.abilities.notation.plan_form import WrittenPlan, WrittenStep
 from eai.abilities.notation.plans import Execution, PlanExecutor, PlanNotation, resolve_plan
 from eai.abilities.repair import Repair
 from eai.abilities.reports import report_goals, report_steps
-from eai.abilities.scorer import Assessment, PlanScorer, error_report
+from eai.abilities.scorer import Assessment, PlanScorer, make_error_report
 from eai.abilities.verdict import ErrorReport, PlanVerdict, Unreadable, Verdict
 from eai.base.errors import InputError
 from eai.tasks.goal_test import GoalTest
@@ -218,7 +218,7 @@ class ActionSequencing(PlanScorer):
         number = len(trajectory.steps) - 1
         if failure is not None:
             action = trajectory.steps[-1].action
-            error = error_report(failure, number, self.domain, action, self.task.scene)
+            error = make_error_report(failure, number, self.domain, action, self.task.scene)
         elif execution.slipped:
             error = ErrorReport(FaultKind.SLIP, number, SLIPPED)
         success, additional = self._succeeds(error, reached), trajectory.additional_steps

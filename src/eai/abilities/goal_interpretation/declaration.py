@@ -19,7 +19,7 @@ from eai.abilities.declaration import (
 )
 from eai.abilities.goal_interpretation.verdict import GoalVerdict
 from eai.abilities.protocol import Ability
-from eai.abilities.verdict import ALL, NO_COUNTS, add_confusions, confusion_shares, share_of_one
+from eai.abilities.verdict import ALL, NO_COUNTS, add_confusions, make_confusion_shares, make_share_of_one
 from eai.tasks.share import Share
 from eai.tasks.task import GoalKind
 from eai.world.fault import FaultKind
@@ -49,11 +49,11 @@ def compute_metric_shares(verdict: GoalVerdict) -> dict[str, Share]:
     whole = counts.get(ALL, add_confusions(by_kind.values()))
     shares: dict[str, Share] = {}
     for name, confusion in {**by_kind, OVERALL: whole}.items():
-        shares |= confusion_shares(name, confusion)
+        shares |= make_confusion_shares(name, confusion)
     unreadable = verdict.error is not None and verdict.error.kind is FaultKind.PARSING
     return {
         **shares,
-        "parsing": share_of_one(unreadable),
+        "parsing": make_share_of_one(unreadable),
         "ill_formed": Share(verdict.ill_formed, verdict.predicted),
         "hallucination": Share(len(verdict.hallucinated), verdict.predicted),
     }

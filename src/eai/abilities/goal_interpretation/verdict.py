@@ -6,7 +6,7 @@ from collections import Counter
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 
-from eai.abilities.verdict import ALL, NO_COUNTS, Confusion, Credit, Verdict, credit_parts
+from eai.abilities.verdict import ALL, NO_COUNTS, Confusion, Credit, Verdict, compute_parts_credit
 from eai.base.json_value import Json
 from eai.world.fault import FaultKind
 
@@ -54,4 +54,4 @@ class GoalVerdict(Verdict):
         hallucinated = len(self.hallucinated)
         faults = +Counter({FaultKind.PARSING: self.ill_formed, FaultKind.HALLUCINATION: hallucinated})
         counts = (self.counts or {}).get(ALL, NO_COUNTS)
-        return credit_parts(counts, self.error, faults, meaningless=hallucinated + self.ill_formed)
+        return compute_parts_credit(counts, self.error, faults, meaningless=hallucinated + self.ill_formed)

@@ -22,7 +22,7 @@ from eai.abilities.notation.plan_form import (
     read_plan,
     spell_as_declared,
 )
-from eai.abilities.reasoning import blank_out, thoughts_in
+from eai.abilities.reasoning import blank_out_thoughts, find_thoughts
 from eai.abilities.verdict import Span, SpanKind, Unreadable
 
 _COMMENT = re.compile(r";[^\n]*")
@@ -82,7 +82,7 @@ def read_plan_or_lines(
 
 def _read_action_lines(text: str, actions: Collection[str]) -> WrittenPlan | Unreadable | None:
     """Read a plan in lines of actions. Return None if no line is an action, or if the answer has JSON."""
-    if _JSON_LIKE.search(blank_out(thoughts_in(text), text)):
+    if _JSON_LIKE.search(blank_out_thoughts(find_thoughts(text), text)):
         return None
     names = {name.casefold() for name in actions}
     plain = _EMPHASIS.sub(lambda mark: " " * len(mark[0]), text)
@@ -130,10 +130,10 @@ def read_plan_lines(
         looks_like_step: takes a line without a readable step and returns whether a step was probably meant.
         comment: pattern of comments, which are ignored.
     """
-    thoughts = thoughts_in(text)
+    thoughts = find_thoughts(text)
     spans = [Span(thought.start, thought.end, SpanKind.REASONING) for thought in thoughts]
     repairs = dict.fromkeys(["reasoning"] if thoughts else [])
-    body = blank_out(thoughts, text)
+    body = blank_out_thoughts(thoughts, text)
     lines = list(_split_lines(body, step_of, comment))
     steps = [line for line in lines if line.step is not None]
     if not steps:

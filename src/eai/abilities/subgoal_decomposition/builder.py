@@ -33,7 +33,7 @@ from eai.abilities.subgoal_decomposition.program import (
     Require,
     SubgoalPlanner,
     SubgoalPlans,
-    reject_names,
+    reject_misused_names,
     reject_unparseable,
 )
 from eai.abilities.subgoal_decomposition.refinement import Refinement
@@ -93,14 +93,14 @@ class _QuantifierRange:
         """
         match formula:
             case f.Exists(variable, body) | f.ForAll(variable, body) | f.Exactly(_, variable, body):
-                number = self._size(variable) * self.count_literals(body)
+                number = self._count_objects(variable) * self.count_literals(body)
             case f.ForPairs(first, second, body):
-                number = self._size(first) * self._size(second) * self.count_literals(body)
+                number = self._count_objects(first) * self._count_objects(second) * self.count_literals(body)
             case _:
                 number = sum(map(self.count_literals, get_subformulas(formula))) or 1
-        return _check_limit(number)
+        return _check_literal_limit(number)
 
-    def _size(self, variable: f.Variable) -> int:
+    def _count_objects(self, variable: f.Variable) -> int:
         return max(1, self._scene.category(variable.category).bit_count())
 
     def count_alternative_literals(self, formula: f.Formula) -> int:
@@ -112,7 +112,7 @@ class _QuantifierRange:
             InputError: there are more than `MAX_LITERALS` literals, or a test evaluates more.
         """
         self.count_literals(formula)
-        return _check_limit(
+        return _check_literal_limit(
             self._count_alternatives(formula) * max(1, self._max_alternative_literals(formula))
         )
 
@@ -145,7 +145,7 @@ class _QuantifierRange:
                 return 1
 
 
-def _check_limit(number: int) -> int:
+def _check_literal_limit(number: int) -> int:
     if number > MAX_LITERALS:
         raise InputError(TOO_MUCH)
     return number
@@ -180,7 +180,7 @@ _NOT_DONE = _FailureReason("not_brought_about", "nothing that is done for it bri
 
 
 @dataclass(frozen=True, slots=True, eq=False)
-class _Requirement:
+class _StateRequirement:
     """A condition that must hold.
 
     Requirements are compared by identity, since hashing one with many alternatives takes long.
@@ -231,9 +231,9 @@ class Programs:
         """Translate an answer into a program, or reject it. Each subgoal is read separately."""
         if isinstance(written, Unreadable):
             return replace(reject_unparseable(written.reason), spans=written.spans)
-        return replace(self._compile(written), spans=written.spans)
+        return replace(self._compile_subgoals(written), spans=written.spans)
 
-    def _compile(self, written: WrittenSubgoals) -> CompiledAnswer | RejectedAnswer:
+    def _compile_subgoals(self, written: WrittenSubgoals) -> CompiledAnswer | RejectedAnswer:
         formulas: list[f.Formula] = []
         offences: list[MisusedName] = []
         for number, subgoal in enumerate(written.subgoals):
@@ -244,7 +244,7 @@ class Programs:
             formulas.append(formula)
             offences += [(number, misuse) for misuse in misuses]
         if offences:
-            return reject_names(offences, written.repairs)
+            return reject_misused_names(offences, written.repairs)
         try:
             return CompiledAnswer(tuple(formulas), self.make_program(formulas), written.repairs)
         except InputError as error:
@@ -271,12 +271,12 @@ class Programs:
 
     def _make_requirement(
         self, formula: f.Formula, why: _FailureReason, alternatives: tuple[tuple[GroundAtom, ...], ...] = ()
-    ) -> _Requirement:
+    ) -> _StateRequirement:
         if self.lexicon.is_unobserved(formula):
-            raise _not_executable(formula)
+            raise _make_not_executable_error(formula)
         meaning = self.lexicon.to_domain_names(formula)
 
-        def check(why: _FailureReason) -> Check:
+        def make_check(why: _FailureReason) -> Check:
             reason = f"{print_ltl(formula)} does not hold, and {why.words}"
             return Check(meaning, FaultKind.MISSING_STEP, reason, id=why.id)
 
@@ -284,10 +284,12 @@ class Programs:
             sizes = [*map(len, alternatives)]
             if min(sizes, default=0) < 2 or sum(sizes) > _MAX_EXCLUSION_LITERALS:
                 return None
-            return check(_EXCLUDED) if all(map(self._exclusion().excludes, alternatives)) else None
+            return make_check(_EXCLUDED) if all(map(self._exclusion().excludes, alternatives)) else None
 
         effort = self.extent.count_literals(formula) // _LITERALS_PER_ACTION
-        return _Requirement(StateTest(meaning, self.task.scene), check(why), effort, cache(find_refusal))
+        return _StateRequirement(
+            StateTest(meaning, self.task.scene), make_check(why), effort, cache(find_refusal)
+        )
 
     def _make_needless_planner(self, alternatives: tuple[tuple[GroundAtom, ...], ...]) -> SubgoalPlanner:
         """Return a planner for a subgoal that holds already: its actions fail as additional steps.
@@ -296,14 +298,16 @@ class Programs:
         """
         effort = sum(map(len, alternatives)) // _LITERALS_PER_ACTION
 
-        def plans(state: State) -> SubgoalPlans:
-            held = [self._refinement.find_needless(alternative, state) for alternative in alternatives]
+        def find_plans(state: State) -> SubgoalPlans:
+            held = [
+                self._refinement.find_needless_actions(alternative, state) for alternative in alternatives
+            ]
             fewest = min([plan for plan in held if plan is not None], key=len, default=())
             return SubgoalPlans((fewest,) if fewest else (), effort)
 
-        return lru_cache(_MAX_CACHED_STATES)(plans)
+        return lru_cache(_MAX_CACHED_STATES)(find_plans)
 
-    def _make_planner(self, literals: tuple[GroundAtom, ...], required: _Requirement) -> SubgoalPlanner:
+    def _make_planner(self, literals: tuple[GroundAtom, ...], required: _StateRequirement) -> SubgoalPlanner:
         """Return a planner that makes literals true and meets a requirement.
 
         If no state can meet the requirement, the planner returns no plan.
@@ -319,12 +323,12 @@ class Programs:
             )
         )
 
-        def plans(state: State) -> SubgoalPlans:
+        def find_plans(state: State) -> SubgoalPlans:
             result = made()(state)
             refused = required.refused() if result.has_failed else None
             return result if refused is None else SubgoalPlans((), result.effort, refused)
 
-        return lru_cache(_MAX_CACHED_STATES)(plans)
+        return lru_cache(_MAX_CACHED_STATES)(find_plans)
 
 
 class _ProgramBuilder:
@@ -362,12 +366,12 @@ class _ProgramBuilder:
             number: number of the subgoal, from 0.
             then: number of the instruction that runs next.
         """
-        if _speaks_of_states(formula):
+        if _is_about_states(formula):
             return self._add_condition(formula, number, then)
         match formula:
             case f.Occurs():
                 action = self._lexicon.to_action(formula)
-                return self._add(
+                return self._add_instruction(
                     Perform(self._programs.make_action_planner(action), number, then, MAX_ACTIONS)
                 )
             case f.Then(parts):
@@ -375,32 +379,34 @@ class _ProgramBuilder:
                     then = self.add_subgoal(part, number, then)
                 return then
             case f.And(parts):
-                return self._add_together(parts, number, then)
+                return self._add_conjunction(parts, number, then)
             case f.Or(parts):
                 return self._add_alternatives(parts, number, then)
             case f.Exists(variable, body):
                 instances = self._instantiate(variable, body, self._extent.usable_objects(variable))
                 return self._add_alternatives(list(instances), number, then)
             case _:
-                raise _not_executable(formula)
+                raise _make_not_executable_error(formula)
 
-    def _add_together(self, parts: Sequence[f.Formula], number: int, then: int) -> int:
+    def _add_conjunction(self, parts: Sequence[f.Formula], number: int, then: int) -> int:
         """Add actions in order, and conditions that must hold when all actions are done.
 
         The conditions are achieved before or after the actions.
         """
-        states = [part for part in parts if _speaks_of_states(part)]
+        states = [part for part in parts if _is_about_states(part)]
         actions = f.Then(tuple([part for part in parts if part not in states]))
         if not states:
             return self.add_subgoal(actions, number, then)
         held = f.And(tuple(states))
-        tested = self._add(_require(self._programs.required(held, _NOT_DONE), number, then))
+        tested = self._add_instruction(
+            _make_require_instruction(self._programs.required(held, _NOT_DONE), number, then)
+        )
         before = self._add_condition(held, number, self.add_subgoal(actions, number, tested), is_all=False)
         after = self.add_subgoal(actions, number, self._add_condition(held, number, then, is_all=False))
-        return self._fork([before, after], number)
+        return self._add_fork([before, after], number)
 
     def _add_alternatives(self, parts: Sequence[f.Formula], number: int, then: int) -> int:
-        return self._fork([self.add_subgoal(part, number, then) for part in reversed(parts)], number)
+        return self._add_fork([self.add_subgoal(part, number, then) for part in reversed(parts)], number)
 
     def _add_condition(self, formula: f.Formula, number: int, then: int, *, is_all: bool = True) -> int:
         """Add a condition on one state: achieve an alternative, then test the condition.
@@ -408,26 +414,30 @@ class _ProgramBuilder:
         If the condition holds already, nothing is done. The subgoal is then an additional step
         if the condition is the complete subgoal (``is_all``).
         """
-        observed = self._drop_unobserved(formula)
+        observed = self._drop_unobserved_literals(formula)
         self._extent.count_alternative_literals(observed)
         alternatives = tuple(dict.fromkeys(self._list_alternatives(observed)))
         literals = {literal for alternative in alternatives for literal in alternative}
         why = _NOT_DONE if any(map(self._programs.brings_about, literals)) else _BY_NOTHING
         required = self._programs.required(observed, why, alternatives)
-        tested = self._add(_require(required, number, then))
+        tested = self._add_instruction(_make_require_instruction(required, number, then))
         entries = [
-            self._add(Perform(self._programs.plans(literals_of_one, required), number, tested, MAX_ACTIONS))
+            self._add_instruction(
+                Perform(self._programs.plans(literals_of_one, required), number, tested, MAX_ACTIONS)
+            )
             if literals_of_one
             else tested
             for literals_of_one in reversed(alternatives)
         ]
-        to_do = self._fork(entries, number)
+        to_do = self._add_fork(entries, number)
         if to_do == tested:
             return tested
         needless = self._programs.needless(alternatives)
-        held = self._add(Perform(needless, number, then)) if is_all else then
+        held = self._add_instruction(Perform(needless, number, then)) if is_all else then
         ways = (to_do,), (held,)
-        return self._add(Fork(lambda state: ways[required.holds(state)], number, 1 + required.effort))
+        return self._add_instruction(
+            Fork(lambda state: ways[required.holds(state)], number, 1 + required.effort)
+        )
 
     def _list_alternatives(self, formula: f.Formula) -> Iterator[tuple[GroundAtom, ...]]:
         """Yield the literals of each alternative. A part that can only be tested has no literals."""
@@ -448,13 +458,13 @@ class _ProgramBuilder:
                 literal = self._lexicon.to_literal(formula)
                 yield () if literal is None else (literal,)
 
-    def _drop_unobserved(self, formula: f.Formula) -> f.Formula:
+    def _drop_unobserved_literals(self, formula: f.Formula) -> f.Formula:
         """Replace atoms by true if their predicates are not observed in the domain."""
         match formula:
             case f.And(parts) | f.Or(parts):
-                return type(formula)(tuple([self._drop_unobserved(part) for part in parts]))
+                return type(formula)(tuple([self._drop_unobserved_literals(part) for part in parts]))
             case f.Exists(variable, body) | f.ForAll(variable, body):
-                return type(formula)(variable, self._drop_unobserved(body))
+                return type(formula)(variable, self._drop_unobserved_literals(body))
             case f.Atom() | f.Not(f.Atom()) if self._lexicon.is_unobserved(formula):
                 return f.TRUE
             case _:
@@ -466,26 +476,26 @@ class _ProgramBuilder:
         for index in indices:
             yield substitute_terms(body, {f.Variable(variable.name): f.Constant(self._lexicon.name(index))})
 
-    def _fork(self, entries: Sequence[int], number: int) -> int:
-        return entries[0] if len(entries) == 1 else self._add(Fork(lambda state: entries, number))
+    def _add_fork(self, entries: Sequence[int], number: int) -> int:
+        return entries[0] if len(entries) == 1 else self._add_instruction(Fork(lambda state: entries, number))
 
-    def _add(self, instruction: Instruction) -> int:
+    def _add_instruction(self, instruction: Instruction) -> int:
         if len(self.program) >= MAX_INSTRUCTIONS:
             raise InputError(f"it has more than {MAX_INSTRUCTIONS:,} steps and alternatives")
         self.program.append(instruction)
         return len(self.program) - 1
 
 
-def _require(required: _Requirement, number: int, then: int) -> Require:
+def _make_require_instruction(required: _StateRequirement, number: int, then: int) -> Require:
     return Require(required.holds, required.check, number, then, 1 + required.effort)
 
 
-def _speaks_of_states(formula: f.Formula) -> bool:
+def _is_about_states(formula: f.Formula) -> bool:
     """Whether a formula concerns a single state and contains no action."""
     return is_state_formula(formula) and not any(
         isinstance(part, f.Occurs) for part in walk_subformulas(formula)
     )
 
 
-def _not_executable(formula: f.Formula) -> InputError:
+def _make_not_executable_error(formula: f.Formula) -> InputError:
     return InputError(f"{print_ltl(formula)}: there is no way to carry this out")

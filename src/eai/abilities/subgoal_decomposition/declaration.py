@@ -20,7 +20,7 @@ from eai.abilities.declaration import (
 )
 from eai.abilities.protocol import Ability
 from eai.abilities.subgoal_decomposition.verdict import SubgoalCategory, SubgoalVerdict
-from eai.abilities.verdict import share_of_one
+from eai.abilities.verdict import make_share_of_one
 from eai.tasks.share import Share
 from eai.world.fault import FaultKind
 
@@ -45,14 +45,14 @@ def contributions(verdict: SubgoalVerdict) -> dict[str, Share]:
     wrong_arity = verdict.error is not None and verdict.error.kind is FaultKind.ARGUMENT_NUMBER
     unknown = category is SubgoalCategory.HALLUCINATION and not wrong_arity
     return {
-        "task_success": share_of_one(category is SubgoalCategory.CORRECT),
-        "execution_success": share_of_one(category in _EXECUTED),
-        "parsing": share_of_one(category is SubgoalCategory.NOT_PARSEABLE),
-        "hallucination": share_of_one(unknown),
-        "argument_number": share_of_one(wrong_arity),
-        **{kind.value: share_of_one(count_faults(verdict, kind)) for kind in _RUNTIME_FAULTS},
-        "additional_step": share_of_one(count_additional_steps(verdict)),
-        "goal_unreachable": share_of_one(category is SubgoalCategory.GOAL_UNREACHABLE),
+        "task_success": make_share_of_one(category is SubgoalCategory.CORRECT),
+        "execution_success": make_share_of_one(category in _EXECUTED),
+        "parsing": make_share_of_one(category is SubgoalCategory.NOT_PARSEABLE),
+        "hallucination": make_share_of_one(unknown),
+        "argument_number": make_share_of_one(wrong_arity),
+        **{kind.value: make_share_of_one(count_faults(verdict, kind)) for kind in _RUNTIME_FAULTS},
+        "additional_step": make_share_of_one(count_additional_steps(verdict)),
+        "goal_unreachable": make_share_of_one(category is SubgoalCategory.GOAL_UNREACHABLE),
         "granularity": Share(verdict.added_actions or 0, verdict.refined or 0),
         **compute_goal_shares(verdict),
     }
@@ -71,7 +71,7 @@ def _make_scorers(world: AbilityWorld) -> Callable[[Task], Scorer]:
     return partial(SubgoalDecomposition, domain=domain, notation=notation, refinement=Refinement(domain))
 
 
-def _answer_form(world: AbilityWorld, task: Task | None) -> tuple[Sequence[str], SchemaMaker]:
+def _make_answer_schema(world: AbilityWorld, task: Task | None) -> tuple[Sequence[str], SchemaMaker]:
     subgoals = world.subgoals()
     return (), lambda words: subgoals.make_schema()
 
@@ -79,7 +79,7 @@ def _answer_form(world: AbilityWorld, task: Task | None) -> tuple[Sequence[str],
 SUBGOAL_DECOMPOSITION = replace(
     declare_plan_ability(
         Ability.SUBGOAL_DECOMPOSITION,
-        Interaction(_make_scorers, answer_form=_answer_form, plain_text_prefix=None),
+        Interaction(_make_scorers, answer_form=_make_answer_schema, plain_text_prefix=None),
         "Subgoal decomposition",
         "subgoals",
         SubgoalVerdict,

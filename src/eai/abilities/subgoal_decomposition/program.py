@@ -167,7 +167,7 @@ def reject_unparseable(
 _PRECEDENCE = ("unknown_predicate", "wrong_arity", "unknown_object")
 
 
-def reject_names(offences: Sequence[MisusedName], repairs: tuple[str, ...]) -> RejectedAnswer:
+def reject_misused_names(offences: Sequence[MisusedName], repairs: tuple[str, ...]) -> RejectedAnswer:
     """Return the rejection of an answer that uses names in ways that are not allowed.
 
     Its error is the first misused name. Unknown predicates are reported before wrong numbers of arguments,

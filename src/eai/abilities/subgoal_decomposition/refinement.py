@@ -23,7 +23,7 @@ from eai.abilities.subgoal_decomposition.repertoire import (
     CandidateAction,
     Holds,
     Repertoire,
-    is_needless,
+    is_action_needless,
     list_objects,
 )
 from eai.abilities.subgoal_decomposition.uniform_cost import Permitted, SearchGoal, find_plans
@@ -41,7 +41,7 @@ For a subgoal with very many literals, the search therefore applies fewer action
 """
 
 
-class _SearchNeeds(NamedTuple):
+class _SubgoalSearchInput(NamedTuple):
     """The input of a search for the actions of a subgoal.
 
     Attributes:
@@ -64,7 +64,7 @@ class _SearchNeeds(NamedTuple):
     candidates: dict[Action, CandidateAction]
     wider: Callable[[State], Mapping[Action, int]] | None = None
 
-    def combine_touched(self, operators: Iterable[str]) -> int:
+    def find_changed_literal_bits(self, operators: Iterable[str]) -> int:
         """Return the bit mask of the subgoal's literals that some operators can change."""
         return reduce(or_, [self.touched.get(name, 0) for name in operators], 0)
 
@@ -115,44 +115,51 @@ class Refinement:
             test_effort: cost of a test of the subgoal, in applied actions.
         """
         tests = [
-            (1 << i, self._repertoire.make_test(subgoal_literal, scene))
+            (1 << i, self._repertoire.make_literal_test(subgoal_literal, scene))
             for i, subgoal_literal in enumerate(literals)
         ]
         everything = (1 << len(literals)) - 1
-        touched = self._repertoire.find_touched(literals)
+        touched = self._repertoire.map_changed_literals(literals)
         wanted = self._repertoire.find_achievers(literals, scene)
         named = list_objects([literal.arguments for literal in literals], scene)
 
-        def wider(state: State) -> Mapping[Action, int]:
+        def find_wider_achievers(state: State) -> Mapping[Action, int]:
             fitting = None if self._repertoire.movement else state
             return self._repertoire.find_achievers(literals, scene, objects, fitting)
 
-        def find_met(state: State, touched: int, before: int) -> int:
+        def find_met_literal_bits(state: State, touched: int, before: int) -> int:
             holding = before & ~touched
             for part, test in tests:
                 if touched & part and test(state):
                     holding |= part
             return holding
 
-        def plans(state: State) -> SubgoalPlans:
+        def find_subgoal_plans(state: State) -> SubgoalPlans:
             goal = SearchGoal(
-                find_met(state, everything, 0), find_met, everything, holds, distinguished, test_effort
+                find_met_literal_bits(state, everything, 0),
+                find_met_literal_bits,
+                everything,
+                holds,
+                distinguished,
+                test_effort,
             )
-            return self._search(goal, _SearchNeeds(state, wanted, touched, named, objects, {}, wider))
+            return self._search_plans(
+                goal, _SubgoalSearchInput(state, wanted, touched, named, objects, {}, find_wider_achievers)
+            )
 
-        return plans
+        return find_subgoal_plans
 
-    def find_needless(self, literals: Sequence[GroundAtom], state: State) -> ActionSequence | None:
+    def find_needless_actions(self, literals: Sequence[GroundAtom], state: State) -> ActionSequence | None:
         """Return actions for literals that hold already. The actions fail as additional steps.
 
         The result has the first such action for each literal, or is None if a literal does not hold.
         """
-        if not all(self._repertoire.make_test(literal, state.scene)(state) for literal in literals):
+        if not all(self._repertoire.make_literal_test(literal, state.scene)(state) for literal in literals):
             return None
         needless: list[Action] = []
         covered = 0
         for action, parts in self._repertoire.find_achievers(literals, state.scene).items():
-            releases = self._role(action) is Role.RELEASES
+            releases = self._get_role(action) is Role.RELEASES
             if not releases and parts & ~covered and self._is_needless(action, state):
                 needless.append(action)
                 covered |= parts
@@ -166,18 +173,18 @@ class Refinement:
         goal = SearchGoal(0, lambda _, touched, __: touched, 1, lambda _: True, ())
         named = list_objects([action.arguments], scene)
 
-        def plans(state: State) -> SubgoalPlans:
+        def find_action_plans(state: State) -> SubgoalPlans:
             if self._is_needless(action, state):
                 return SubgoalPlans(((action,),))
-            return self._search(goal, _SearchNeeds(state, {action: 1}, {}, named, objects, {}))
+            return self._search_plans(goal, _SubgoalSearchInput(state, {action: 1}, {}, named, objects, {}))
 
-        return plans
+        return find_action_plans
 
-    def _search(self, goal: SearchGoal, need: _SearchNeeds) -> SubgoalPlans:
+    def _search_plans(self, goal: SearchGoal, need: _SubgoalSearchInput) -> SubgoalPlans:
         budget = min(self._budget * goal.size, _MAX_TESTED_LITERALS // goal.size)
-        return find_plans(goal, self._list_permitted(need), need.state, budget)
+        return find_plans(goal, self._list_permitted_sets(need), need.state, budget)
 
-    def _list_permitted(self, need: _SearchNeeds) -> Iterator[Permitted]:
+    def _list_permitted_sets(self, need: _SubgoalSearchInput) -> Iterator[Permitted]:
         """Yield sets of permitted actions, each wider than the one before.
 
         Actions of the first set use only the objects in the subgoal. Actions of the second set may also
@@ -185,39 +192,39 @@ class Refinement:
         literal leaves open. If the domain has movement but the subgoal does not depend on the position, only
         tools are added. Without movement, as in most of PDDL, all fitting objects are added.
         """
-        helping, movement = self._repertoire.find_supporters(_operator_names(need.wanted))
-        moves, changes = self._split_movement(need.wanted, need)
-        handled = any(self._role(action) is not Role.RELEASES for action in need.wanted)
+        helping, movement = self._repertoire.find_supporters(_get_operator_names(need.wanted))
+        moves, changes = self._split_off_movement(need.wanted, need)
+        handled = any(self._get_role(action) is not Role.RELEASES for action in need.wanted)
         takes = self._to_candidates(
-            self._actions_of_role(helping, Role.TAKES, need.named if handled else ()), need
+            self._list_actions_of_role(helping, Role.TAKES, need.named if handled else ()), need
         )
-        touched = need.combine_touched(movement)
+        touched = need.find_changed_literal_bits(movement)
         moving = self._to_candidates(self._list_moves(movement, need.named), need)
         yield Permitted(changes, takes, moves, moving, touched)
-        releases = self._to_candidates(self._actions_of_role(helping, Role.RELEASES, need.objects), need)
+        releases = self._to_candidates(self._list_actions_of_role(helping, Role.RELEASES, need.objects), need)
         if releases:
             yield Permitted(changes, [*takes, *releases], moves, moving, touched)
         wider = need.wanted if need.wider is None else need.wider(need.state)
-        _, movement = self._repertoire.find_supporters(_operator_names(wider))
+        _, movement = self._repertoire.find_supporters(_get_operator_names(wider))
         if self._repertoire.movement and not movement:
             tools = self._repertoire.with_tools
             wider = {a: p for a, p in wider.items() if a in need.wanted or a.operator in tools}
         if movement or not wider.keys() <= need.wanted.keys():
-            moves, changes = self._split_movement(wider, need)
-            touched = need.combine_touched(movement)
+            moves, changes = self._split_off_movement(wider, need)
+            touched = need.find_changed_literal_bits(movement)
             moving = self._to_candidates(self._list_moves(movement, need.objects), need)
             yield Permitted(changes, [*takes, *releases], moves, moving, touched)
 
-    def _split_movement(
-        self, wanted: Mapping[Action, int], need: _SearchNeeds
+    def _split_off_movement(
+        self, wanted: Mapping[Action, int], need: _SubgoalSearchInput
     ) -> tuple[list[CandidateAction], list[CandidateAction]]:
         """Split the wanted actions into movement to a wanted position, and other actions."""
         leading = need.wider is not None
-        moves = {a: p for a, p in wanted.items() if leading and self._role(a) is Role.MOVEMENT}
+        moves = {a: p for a, p in wanted.items() if leading and self._get_role(a) is Role.MOVEMENT}
         changes = {action: parts for action, parts in wanted.items() if action not in moves}
         return self._to_candidates(moves, need), self._to_candidates(changes, need)
 
-    def _actions_of_role(
+    def _list_actions_of_role(
         self, operators: Iterable[Operator], role: Role, objects: Sequence[int]
     ) -> dict[Action, int]:
         """Return the actions of a role on different objects. They only prepare, so their masks are 0."""
@@ -237,7 +244,9 @@ class Refinement:
             )
         }
 
-    def _to_candidates(self, actions: Mapping[Action, int], need: _SearchNeeds) -> list[CandidateAction]:
+    def _to_candidates(
+        self, actions: Mapping[Action, int], need: _SubgoalSearchInput
+    ) -> list[CandidateAction]:
         candidates = []
         for action, parts in actions.items():
             candidate = need.candidates.get(action)
@@ -245,15 +254,15 @@ class Refinement:
                 info = self._repertoire.operators[action.operator]
                 candidate = need.candidates[action] = CandidateAction.create(action, info, need.state)
             touched = need.touched.get(action.operator, 0) | parts
-            candidates.append(candidate.assign_parts(parts, touched))
+            candidates.append(candidate.set_literal_bits(parts, touched))
         return candidates
 
     def _is_needless(self, action: Action, state: State) -> bool:
-        return is_needless(self._repertoire.operators[action.operator].operator, action, state)
+        return is_action_needless(self._repertoire.operators[action.operator].operator, action, state)
 
-    def _role(self, action: Action) -> Role:
+    def _get_role(self, action: Action) -> Role:
         return self._repertoire.operators[action.operator].role
 
 
-def _operator_names(actions: Iterable[Action]) -> frozenset[str]:
+def _get_operator_names(actions: Iterable[Action]) -> frozenset[str]:
     return frozenset([action.operator for action in actions])

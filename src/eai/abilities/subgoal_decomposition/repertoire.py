@@ -119,9 +119,12 @@ class Repertoire:
         self._domain = domain
         self._effects = {o.name: tuple(make_effect_schemas(o)) for o in domain.operators}
         self._writes = {o.name: frozenset(find_changed_predicates(o)) for o in domain.operators}
-        self._checks = {o.name: self._sources(_deciding_conditions(o)) for o in domain.operators}
+        self._checks = {
+            o.name: self._find_stored_predicates(_list_check_conditions(o)) for o in domain.operators
+        }
         self._asks = {
-            name: self._checks[name] | self._sources([f for effect in effects for f in effect.conditions])
+            name: self._checks[name]
+            | self._find_stored_predicates([f for effect in effects for f in effect.conditions])
             for name, effects in self._effects.items()
         }
         self.movement = _drop_duplicates(
@@ -131,23 +134,23 @@ class Repertoire:
             [
                 o.name
                 for o in domain.operators
-                if infer_operator_role(o) is not Role.MOVEMENT and self._find_tools(o)
+                if infer_operator_role(o) is not Role.MOVEMENT and self._find_tool_parameters(o)
             ]
         )
         self._moved = frozenset[str]().union(*[self._writes[o.name] for o in self.movement])
         self._changed = frozenset[str]().union(*self._writes.values())
-        self.operators = {operator.name: self._inspect(operator) for operator in domain.operators}
+        self.operators = {operator.name: self._make_operator_info(operator) for operator in domain.operators}
         self.find_writers = cache(self._find_writers)
         self.find_supporters = cache(self._find_supporters)
-        self._cached_patterns = cache(self._find_patterns)
-        self._compiled = cache(self._compile)
+        self._cached_patterns = cache(self._find_operator_patterns)
+        self._compiled = cache(self._compile_literal)
         self._taking = cache(
             lambda name: Achiever(
                 make_operator_schema(self.operators[name].operator.operator), domain.vocabulary
             )
         )
 
-    def _find_tools(self, operator: Operator) -> set[Variable]:
+    def _find_tool_parameters(self, operator: Operator) -> set[Variable]:
         return {*operator.parameters}.difference(
             *[effect.atom.arguments for effect in self._effects[operator.name]]
         )
@@ -157,10 +160,10 @@ class Repertoire:
 
         They are in declared order.
         """
-        sources = self._sources([Atom(predicate)])
+        sources = self._find_stored_predicates([Atom(predicate)])
         return [o for o in self._domain.operators if not self._writes[o.name].isdisjoint(sources)]
 
-    def find_touched(self, literals: Sequence[GroundAtom]) -> dict[str, int]:
+    def map_changed_literals(self, literals: Sequence[GroundAtom]) -> dict[str, int]:
         """Return a mapping from operators' names to the bit masks of the literals that they can change."""
         touched: dict[str, int] = {}
         for i, literal in enumerate(literals):
@@ -168,13 +171,13 @@ class Repertoire:
                 touched[operator.name] = touched.get(operator.name, 0) | 1 << i
         return touched
 
-    def make_test(self, literal: GroundAtom, scene: Scene) -> Holds:
+    def make_literal_test(self, literal: GroundAtom, scene: Scene) -> Holds:
         """Return a function that tests a literal in a state. Each predicate is compiled only once."""
         frame, truth = self._compiled(literal.predicate, len(literal.arguments), literal.truth)
         binding = frame.bind(scene, literal.arguments)
         return lambda state: truth(state, [*binding])  # copied, since quantifiers write into the list
 
-    def _compile(self, predicate: str, arity: int, truth: bool) -> tuple[Frame, ConditionTest]:
+    def _compile_literal(self, predicate: str, arity: int, truth: bool) -> tuple[Frame, ConditionTest]:
         variables = tuple([Variable(f"argument {i}") for i in range(arity)])
         frame, atom = Frame(variables), Atom(predicate, variables)
         return frame, ConditionCompiler(self._domain.vocabulary, frame).compile_test(
@@ -202,11 +205,11 @@ class Repertoire:
         """
         wanted: dict[Action, int] = {}
         for i, literal in enumerate(literals):
-            for action in self._actions_for(literal, scene, others, fitting):
+            for action in self._list_achievers(literal, scene, others, fitting):
                 wanted[action] = wanted.get(action, 0) | 1 << i
         return wanted
 
-    def _actions_for(
+    def _list_achievers(
         self, literal: GroundAtom, scene: Scene, others: Sequence[int], fitting: State | None
     ) -> Iterable[Action]:
         named = list_objects([literal.arguments], scene)
@@ -220,12 +223,12 @@ class Repertoire:
             if fitting is None:
                 ways = [*islice(_fill_arguments(given, objects), MAX_LISTED)]
             else:
-                ways = self._find_fitting(operator, given, objects, fitting)
+                ways = self._find_fitting_arguments(operator, given, objects, fitting)
             actions |= {Action(operator, arguments): None for arguments in ways if agent not in arguments}
         moving = [action for action in actions if self.operators[action.operator].role is Role.MOVEMENT]
         return moving if moving and agent in literal.arguments else actions
 
-    def _find_fitting(
+    def _find_fitting_arguments(
         self, operator: str, given: Sequence[int | None], objects: Sequence[int], state: State
     ) -> list[tuple[int, ...]]:
         """Return the tuples of arguments with which an operator's fixed checks hold.
@@ -242,8 +245,8 @@ class Repertoire:
         bindings = complete_bindings(state, partial, usable, effort)
         return [taken.arguments(binding) for binding in islice(bindings, _MAX_FITTING_ACTIONS)]
 
-    def _find_patterns(self, shape: GroundAtom) -> Sequence[_OperatorPattern]:
-        changes = find_changes_for_literal(shape, self._domain.vocabulary, _number_named)
+    def _find_operator_patterns(self, shape: GroundAtom) -> Sequence[_OperatorPattern]:
+        changes = find_changes_for_literal(shape, self._domain.vocabulary, _find_agent_number)
         patterns: dict[_OperatorPattern, None] = {}
         for operator in self.find_writers(shape.predicate):
             for effect, change in product(self._effects[operator.name], changes):
@@ -261,18 +264,20 @@ class Repertoire:
         operators = self._domain.operators
         asking = [operator for operator in operators if operator.name in names]
         hands = [o for o in operators if self.operators[o.name].role in (Role.TAKES, Role.RELEASES)]
-        helping = self._find_supporting(asking, hands, self._asks)
-        movement = self._find_supporting([*asking, *helping], self.movement, self._checks)
+        helping = self._select_supporting_operators(asking, hands, self._asks)
+        movement = self._select_supporting_operators([*asking, *helping], self.movement, self._checks)
         return helping, [o.name for o in self.movement if o in movement or o.name in names]
 
-    def _inspect(self, operator: Operator) -> _OperatorInfo:
+    def _make_operator_info(self, operator: Operator) -> _OperatorInfo:
         compiled = self._domain.compiled[operator.name]
         tried = [condition for attempt in operator.tries for condition in attempt.conditions]
         conditions = [*([check.condition] for check in operator.checks), tried]
-        moved = [not self._moved.isdisjoint(self._sources(formulas)) for formulas in conditions]
+        moved = [
+            not self._moved.isdisjoint(self._find_stored_predicates(formulas)) for formulas in conditions
+        ]
         needed = [check.fault is not FaultKind.ADDITIONAL_STEP for check in operator.checks]
         fixable = [*(can and for_need for can, for_need in zip(moved, needed, strict=False)), False]
-        kinds = [self._classify(check, can) for check, can in zip(operator.checks, moved, strict=False)]
+        kinds = [self._classify_check(check, can) for check, can in zip(operator.checks, moved, strict=False)]
         checks = list(zip(compiled.checks, kinds, strict=True))
         fixed, common, rest = [
             conjoin_tests([c.holds for c, k in checks if k is kind]) for kind in _CheckKind
@@ -293,12 +298,12 @@ class Repertoire:
             unmoved,
         )
 
-    def _classify(self, check: Check, moved: bool) -> _CheckKind:
-        if self._changed.isdisjoint(self._sources([check.condition])):
+    def _classify_check(self, check: Check, moved: bool) -> _CheckKind:
+        if self._changed.isdisjoint(self._find_stored_predicates([check.condition])):
             return _CheckKind.FIXED
         return _CheckKind.REST if moved or find_free_variables(check.condition) else _CheckKind.COMMON
 
-    def _find_supporting(
+    def _select_supporting_operators(
         self,
         operators: Iterable[Operator],
         candidates: Sequence[Operator],
@@ -317,7 +322,7 @@ class Repertoire:
             supporting += asking
         return [operator for operator in candidates if operator in supporting]
 
-    def _sources(self, formulas: Iterable[Formula]) -> frozenset[str]:
+    def _find_stored_predicates(self, formulas: Iterable[Formula]) -> frozenset[str]:
         return frozenset(find_stored_predicates(find_predicates(*formulas), self._domain.vocabulary))
 
 
@@ -345,10 +350,10 @@ def _match_effect(effect: EffectSchema, change: FactChange) -> dict[str, int] | 
     """Return a mapping from parameters to the objects with which an effect makes a change, or None."""
     if effect.atom.predicate != change.predicate or effect.adds is not change.truth:
         return None
-    return match_atom(effect.atom, change.arguments, _number_named)
+    return match_atom(effect.atom, change.arguments, _find_agent_number)
 
 
-def _number_named(constant: Constant) -> int | None:
+def _find_agent_number(constant: Constant) -> int | None:
     """Return the agent's number in an `_OperatorPattern` if a constant names the agent, else None."""
     return _AGENT if constant == AGENT else None
 
@@ -363,7 +368,7 @@ def _drop_duplicates(operators: Iterable[Operator]) -> list[Operator]:
     return list(operators_by_content.values())
 
 
-def _deciding_conditions(operator: Operator) -> Iterator[Formula]:
+def _list_check_conditions(operator: Operator) -> Iterator[Formula]:
     for checks in (operator.checks, *(attempt.checks for attempt in operator.tries)):
         yield from [check.condition for check in checks]
 
@@ -395,7 +400,7 @@ class CandidateAction(NamedTuple):
         """Return a candidate action without parts and with empty caches, for a new search."""
         return cls(action, info, info.operator.bind(state, action.arguments), {}, {})
 
-    def assign_parts(self, parts: int, touched: int) -> CandidateAction:
+    def set_literal_bits(self, parts: int, touched: int) -> CandidateAction:
         """Return this candidate with bit masks of the literals that it may achieve and that it can change."""
         return CandidateAction(
             self.action, self.info, self.binding, self.possible, self.results, parts, touched
@@ -425,7 +430,9 @@ class CandidateAction(NamedTuple):
         """Whether movement can make all failing checks true, provided that fixed and common checks hold."""
         if not self.info.unmovable_checks_hold(state, self.binding):
             return False
-        return not self.info.operator.tries or all(self.info.fixable[i] for i in self.find_failing(state))
+        return not self.info.operator.tries or all(
+            self.info.fixable[i] for i in self.find_failing_checks(state)
+        )
 
     def compute_result(self, state: State) -> State:
         """Return the state after the action, even if its checks fail."""
@@ -434,7 +441,7 @@ class CandidateAction(NamedTuple):
             result = self.results[state] = self.info.operator.apply(state, self.binding)
         return result
 
-    def find_failing(self, state: State) -> list[int]:
+    def find_failing_checks(self, state: State) -> list[int]:
         """Return the numbers of the failing checks.
 
         The number after the last check stands for the effects that the action only tries.
@@ -459,7 +466,7 @@ class CandidateAction(NamedTuple):
         return any(checks[i].check.fault is FaultKind.AFFORDANCE for i in failing if i < len(checks))
 
 
-def is_needless(operator: CompiledOperator, action: Action, state: State) -> bool:
+def is_action_needless(operator: CompiledOperator, action: Action, state: State) -> bool:
     """Whether an action fails as an additional step, because its effect holds already."""
     failures = operator.find_failures(state, operator.bind(state, action.arguments))
     return any(failure.check.check.fault is FaultKind.ADDITIONAL_STEP for failure in failures)

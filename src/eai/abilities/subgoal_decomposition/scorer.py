@@ -7,8 +7,8 @@ from functools import cached_property, partial
 
 from eai.abilities.explanation import Explanation, write_repair_notes
 from eai.abilities.notation.subgoals import SubgoalNotation
-from eai.abilities.reports import report_goals, report_parts, report_steps
-from eai.abilities.scorer import Assessment, Scorer, error_report
+from eai.abilities.reports import report_goal_parts, report_goals, report_steps
+from eai.abilities.scorer import Assessment, Scorer, make_error_report
 from eai.abilities.subgoal_decomposition.builder import Programs
 from eai.abilities.subgoal_decomposition.program import CompiledAnswer, RejectedAnswer
 from eai.abilities.subgoal_decomposition.refinement import Refinement
@@ -33,21 +33,21 @@ from eai.world.fault import FaultKind
 from eai.world.state import Scene
 
 
-def category_of(outcome: ExplorationResult) -> SubgoalCategory:
+def classify_exploration(outcome: ExplorationResult) -> SubgoalCategory:
     """Return the category of an executed answer, by the reported branch of the search."""
     if outcome.success:
         return SubgoalCategory.CORRECT
     return SubgoalCategory.GOAL_UNREACHABLE if outcome.executable else SubgoalCategory.RUNTIME
 
 
-def error_of(branch: Branch, domain: Domain, scene: Scene) -> ErrorReport | None:
+def find_branch_error(branch: Branch, domain: Domain, scene: Scene) -> ErrorReport | None:
     """Return the error that ended a branch of the search, or None. Its step is the subgoal, from 0."""
     failure = branch.failure
     if failure is None:
         return None
     last = branch.tried
     if last is not None and last.step.fault is failure:
-        return error_report(failure, branch.subgoal, domain, last.step.action, scene)
+        return make_error_report(failure, branch.subgoal, domain, last.step.action, scene)
     check = failure.check
     return ErrorReport(
         failure.kind, branch.subgoal, check.reason, check.id, find_object_names(check.condition)
@@ -91,34 +91,36 @@ class SubgoalDecomposition(Scorer):
         self.excluded = task.plan_exclusion
         self.lexicon = self.notation.make_formula_lexicon(task.scene)
         self.temporal_goal = self._read_temporal_goal()
-        self._goal = self._make_goal()
+        self._goal = self._make_goal_progress()
         self._limits = limits or ExplorationLimits()
 
     def assess(self, text: str) -> Assessment:
         """Return the verdict on an answer. The explanation shows the steps of the reported branch."""
-        assessment = self._assess(text)
+        assessment = self._assess_any_task(text)
         if self.excluded is None:
             return assessment
         return Assessment(SubgoalVerdict(excluded=self.excluded), assessment.explain)
 
     def compile(self, text: str) -> CompiledAnswer | RejectedAnswer:
         """Return the answer as a program for the search, or why it cannot be executed."""
-        return self._programs.compile(self.notation.read(text))
+        return self._compiler.compile(self.notation.read(text))
 
     @cached_property
-    def _programs(self) -> Programs:
+    def _compiler(self) -> Programs:
         refinement = self._refinement or Refinement(self.domain)
         return Programs(self.task, self.lexicon, refinement, self._goal.actions)
 
-    def _assess(self, text: str) -> Assessment:
+    def _assess_any_task(self, text: str) -> Assessment:
         """Return the assessment of an answer, even if the task is excluded from scoring."""
         compiled = self.compile(text)
         if isinstance(compiled, RejectedAnswer):
-            return self._refuse(compiled, compiled.repairs)
-        outcome = self._explore(compiled)
+            return self._assess_rejected(compiled, compiled.repairs)
+        outcome = self._explore_program(compiled)
         if isinstance(outcome, RejectedAnswer):
-            return self._refuse(outcome, compiled.repairs)
-        return Assessment(self._judge(compiled, outcome), partial(self._explain, compiled, outcome))
+            return self._assess_rejected(outcome, compiled.repairs)
+        return Assessment(
+            self._judge_exploration(compiled, outcome), partial(self._explain, compiled, outcome)
+        )
 
     def _read_temporal_goal(self) -> Formula | None:
         text = self.task.temporal_goal
@@ -128,26 +130,26 @@ class SubgoalDecomposition(Scorer):
             else self.lexicon.to_domain_names(read_formula(text, self.lexicon.signature)[0])
         )
 
-    def _make_goal(self) -> GoalProgress:
+    def _make_goal_progress(self) -> GoalProgress:
         actions = Then(tuple([goal.formula for goal in self.task.goals_of(GoalKind.ACTION)]))
         on_course = self.goals.meets_goals_over_time if self.goals.has_goals_over_time else None
         return GoalProgress(
             self.temporal_goal or actions, self.task.scene, self.goals.meets_goals_about_states, on_course
         )
 
-    def _explore(self, compiled: CompiledAnswer) -> ExplorationResult | RejectedAnswer:
+    def _explore_program(self, compiled: CompiledAnswer) -> ExplorationResult | RejectedAnswer:
         return search(self.domain, self.task.initial, compiled.program, self._goal, self._limits)
 
-    def _judge(self, compiled: CompiledAnswer, outcome: ExplorationResult) -> SubgoalVerdict:
+    def _judge_exploration(self, compiled: CompiledAnswer, outcome: ExplorationResult) -> SubgoalVerdict:
         branch, best = outcome.reported, self._find_best_branch(outcome)
         reached = self._test_goals(best)
         kinds = tuple([fault.kind for fault in branch.faults])
         return SubgoalVerdict(
             executable=outcome.executable,
             success=outcome.success,
-            error=error_of(branch, self.domain, self.task.scene),
+            error=find_branch_error(branch, self.domain, self.task.scene),
             additional_steps=kinds.count(FaultKind.ADDITIONAL_STEP),
-            category=category_of(outcome),
+            category=classify_exploration(outcome),
             goals=self.goals.tally_by_kind(reached),
             repairs=compiled.repairs,
             spans=compiled.spans,
@@ -158,14 +160,14 @@ class SubgoalDecomposition(Scorer):
             search=outcome.end,
             tried_actions=outcome.attempts,
             refined=branch.refined,
-            added_actions=len(list_executed(branch)) - branch.refined,
+            added_actions=len(list_executed_actions(branch)) - branch.refined,
         )
 
-    def _refuse(self, rejected: RejectedAnswer, repairs: tuple[str, ...]) -> Assessment:
-        verdict = self._rejection(rejected)
+    def _assess_rejected(self, rejected: RejectedAnswer, repairs: tuple[str, ...]) -> Assessment:
+        verdict = self._make_rejection_verdict(rejected)
         return Assessment(verdict, partial(self._explain_refusal, verdict, rejected, repairs))
 
-    def _rejection(self, rejected: RejectedAnswer) -> SubgoalVerdict:
+    def _make_rejection_verdict(self, rejected: RejectedAnswer) -> SubgoalVerdict:
         reached = self._test_goals_unexecuted()
         return SubgoalVerdict(
             executable=False,
@@ -194,7 +196,7 @@ class SubgoalDecomposition(Scorer):
         best = Share(0, 0)
         for branch in self._list_branches(outcome):
             share = self.goals.find_partial_success(
-                branch.state, list_executed(branch), self._test_goals(branch)
+                branch.state, list_executed_actions(branch), self._test_goals(branch)
             )
             if (
                 share.numerator * best.denominator > best.numerator * share.denominator
@@ -212,7 +214,7 @@ class SubgoalDecomposition(Scorer):
     def _test_goals(self, branch: Branch) -> tuple[bool, ...]:
         """Return a truth value for each goal, in order: whether the branch reaches the goal."""
         trajectory = branch.trajectory if self.goals.has_goals_over_time else None
-        return self.goals.find_reached(branch.state, list_executed(branch), trajectory)
+        return self.goals.find_reached(branch.state, list_executed_actions(branch), trajectory)
 
     def _test_goals_unexecuted(self) -> tuple[bool, ...]:
         """Return a truth value for each goal, in order, for an answer that is not executed."""
@@ -220,11 +222,11 @@ class SubgoalDecomposition(Scorer):
 
     def _explain(self, compiled: CompiledAnswer, outcome: ExplorationResult) -> Explanation:
         branch, best = outcome.reported, self._find_best_branch(outcome)
-        notes = [category_of(outcome).value, *write_repair_notes(compiled.repairs)]
+        notes = [classify_exploration(outcome).value, *write_repair_notes(compiled.repairs)]
         notes += [f"subgoal {i + 1}: {print_ltl(f)}" for i, f in enumerate(compiled.subgoals)]
         if outcome.end != "complete":
             notes.append(f"the search was ended: {outcome.end}")
-        error = error_of(branch, self.domain, self.task.scene)
+        error = find_branch_error(branch, self.domain, self.task.scene)
         steps = report_steps(self.task, self.domain, branch.trajectory)
         if error is not None and error.step is not None:
             why = error.detail
@@ -240,7 +242,7 @@ class SubgoalDecomposition(Scorer):
             tuple(notes),
             steps,
             report_goals(self.task, self._test_goals(best), best.trajectory),
-            report_parts(self.temporal_goal, branch.trajectory),
+            report_goal_parts(self.temporal_goal, branch.trajectory),
         )
 
     def _explain_refusal(
@@ -258,6 +260,6 @@ class SubgoalDecomposition(Scorer):
         )
 
 
-def list_executed(branch: Branch) -> Sequence[str]:
+def list_executed_actions(branch: Branch) -> Sequence[str]:
     """Return the names of the executed actions of a branch, in order."""
     return [step.action.operator for step in branch.steps if step.fault is None]

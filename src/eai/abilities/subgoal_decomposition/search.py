@@ -57,7 +57,7 @@ class _GoalPart:
         self._actions = frozenset(
             [part.action for part in walk_subformulas(formula) if isinstance(part, f.Occurs)]
         )
-        self._test = cache(self._compile)
+        self._test = cache(self._compile_test)
 
     def holds(self, state: State, action: Action | None) -> bool:
         """Whether the formula holds at a position: a state, and the action that is applied to the state."""
@@ -65,16 +65,18 @@ class _GoalPart:
             return self._test(None)(state)
         return self._test(action.operator)(state, action.arguments)
 
-    def _compile(self, name: str | None) -> StateTest:
+    def _compile_test(self, name: str | None) -> StateTest:
         """Return the part's test at positions with an action; None stands for any action not in the part."""
         formula = self._formula
         at_action = (
-            rewrite_leaves(formula, lambda leaf, _: _fix_action(leaf, name)) if self._actions else formula
+            rewrite_leaves(formula, lambda leaf, _: _replace_action_test(leaf, name))
+            if self._actions
+            else formula
         )
         return StateTest(at_action, self._scene)
 
 
-def _fix_action(leaf: f.Leaf, name: str | None) -> f.Formula:
+def _replace_action_test(leaf: f.Leaf, name: str | None) -> f.Formula:
     """Replace a test for an action by a test of the action's objects, or by false for another action."""
     if not isinstance(leaf, f.Occurs):
         return leaf
@@ -137,11 +139,11 @@ _MIN_BRANCHES_TO_MERGE = 5
 """Minimum number of branches to search for equal branches. Fewer branches are explored faster."""
 
 
-class _TriedSteps(NamedTuple):
+class _TriedStepChain(NamedTuple):
     """A tried step with a link to the steps before it. Branches with equal beginnings share these objects."""
 
     step: Step
-    before: _TriedSteps | None
+    before: _TriedStepChain | None
 
 
 class Branch(NamedTuple):
@@ -159,7 +161,7 @@ class Branch(NamedTuple):
     """
 
     past: History
-    tried: _TriedSteps | None = None
+    tried: _TriedStepChain | None = None
     errors: int = 0
     met: int = 0
     subgoal: int = 0
@@ -375,9 +377,9 @@ class _Exploration:
     def _run(self, branch: Branch, instruction: Instruction) -> None:
         match instruction:
             case Perform():
-                self._perform(branch, instruction)
+                self._perform_plans(branch, instruction)
             case Require():
-                self._require(branch, instruction)
+                self._check_requirement(branch, instruction)
             case Fork(targets):
                 self._effort.used += instruction.effort
                 for target in targets(branch.state):
@@ -389,29 +391,31 @@ class _Exploration:
                 )
                 if reached and on_course is not None:
                     reached = on_course(branch.trajectory)
-                self._finish(branch, self._successful if reached else self._executable)
+                self._add_ended_branch(branch, self._successful if reached else self._executable)
             case _:
                 assert_never(instruction)
 
-    def _perform(self, branch: Branch, instruction: Perform) -> None:
-        if self._is_exhausted():
+    def _perform_plans(self, branch: Branch, instruction: Perform) -> None:
+        if self._has_reached_limit():
             return
         result = instruction.plans(branch.state)
         self._effort.used += result.effort
         if result.failed_check is not None:
-            self._finish(_end_branch(branch, instruction.subgoal, result.failed_check), self._failed)
+            self._add_ended_branch(
+                _end_branch(branch, instruction.subgoal, result.failed_check), self._failed
+            )
         elif not result.plans:
             self._waiting[instruction.then].append(branch)
         for plan in result.plans:
-            if self._is_exhausted():
+            if self._has_reached_limit():
                 return
-            after = self._follow(branch, plan, instruction)
+            after = self._follow_plan(branch, plan, instruction)
             if after.failure is None:
                 self._waiting[instruction.then].append(after)
             else:
-                self._finish(after, self._failed)
+                self._add_ended_branch(after, self._failed)
 
-    def _follow(self, branch: Branch, plan: ActionSequence, instruction: Perform) -> Branch:
+    def _follow_plan(self, branch: Branch, plan: ActionSequence, instruction: Perform) -> Branch:
         """Continue a branch by a plan, up to the plan's first failing step. Additional steps do not end it.
 
         A plan that is too long ends the branch.
@@ -428,28 +432,28 @@ class _Exploration:
                 executed += 1
                 refined += executed == 1
                 met = self._goal.advance(met, past.state, action)
-                past, tried = past.extend(outcome), _TriedSteps(Step(action, None), tried)
+                past, tried = past.extend(outcome), _TriedStepChain(Step(action, None), tried)
                 continue
             errors += 1
-            tried = _TriedSteps(Step(action, outcome), tried)
+            tried = _TriedStepChain(Step(action, outcome), tried)
             if outcome.kind is not FaultKind.ADDITIONAL_STEP:
                 self._effort.used += past.number // _PAST_STATES_PER_ACTION
                 return Branch(past, tried, errors, met, subgoal, outcome, executed, refined)
         return Branch(past, tried, errors, met, subgoal, None, executed, refined)
 
-    def _require(self, branch: Branch, instruction: Require) -> None:
-        if self._is_exhausted():
+    def _check_requirement(self, branch: Branch, instruction: Require) -> None:
+        if self._has_reached_limit():
             return
         self._effort.used += instruction.effort
         if instruction.holds(branch.state):
             self._waiting[instruction.then].append(branch)
             return
-        earlier = self._find_earlier(branch, instruction)
-        if not self._is_exhausted():
+        earlier = self._find_earlier_state(branch, instruction)
+        if not self._has_reached_limit():
             failed = _end_branch(branch, instruction.subgoal, instruction.check, earlier)
-            self._finish(failed, self._failed)
+            self._add_ended_branch(failed, self._failed)
 
-    def _find_earlier(self, branch: Branch, instruction: Require) -> int | None:
+    def _find_earlier_state(self, branch: Branch, instruction: Require) -> int | None:
         """Return the number of the latest state in which a required subgoal held, or None.
 
         If the limit of effort is reached, the result may be any number of a state.
@@ -457,15 +461,15 @@ class _Exploration:
 
         def has_held(state: State) -> bool:
             self._effort.used += instruction.effort
-            return self._is_exhausted() or instruction.holds(state)
+            return self._has_reached_limit() or instruction.holds(state)
 
         return branch.past.find_last_state(instruction.holds, has_held)
 
-    def _finish(self, branch: Branch, among: list[Branch]) -> None:
+    def _add_ended_branch(self, branch: Branch, among: list[Branch]) -> None:
         self._ended.append(branch)
         among.append(branch)
 
-    def _is_exhausted(self) -> bool:
+    def _has_reached_limit(self) -> bool:
         if self._attempts.is_used_up:
             self._end = "attempts"
         elif self._effort.is_used_up:

@@ -97,16 +97,16 @@ def find_plans(goal: SearchGoal, sets: Iterable[Permitted], start: State, budget
     effort = 0
     for permitted in sets:
         search = _UniformCostSearch(goal, permitted, budget)
-        plans = search.find_shortest(start)
+        plans = search.find_shortest_plans(start)
         effort += search.effort.used * goal.step_effort
         if plans:
             return SubgoalPlans(plans, effort)
         failed.append(search)
-    attempt = _best_failed_attempt(failed)
+    attempt = _find_best_failed_attempt(failed)
     return attempt._replace(effort=effort + attempt.effort)
 
 
-class _Movement:
+class _MovementFinder:
     """The paths of movements from states. Paths are explored only as far as other actions need them.
 
     Args:
@@ -125,10 +125,10 @@ class _Movement:
     def list_paths(self, state: State) -> Iterable[MovementPath]:
         """Yield all movement paths from a state, the shortest first. Paths are explored lazily."""
         if state not in self._ways:
-            (self._ways[state],) = tee(self._explore(state), 1)
+            (self._ways[state],) = tee(self._explore_paths(state), 1)
         return copy(self._ways[state])  # each copy yields the explored paths, then explores more
 
-    def _explore(self, start: State) -> Iterator[MovementPath]:
+    def _explore_paths(self, start: State) -> Iterator[MovementPath]:
         moves = [candidate for candidate in self._moves if candidate.is_ever_possible(start)]
         seen = {start}
         ways: list[MovementPath] = [Node(start)]
@@ -175,7 +175,7 @@ class _UniformCostSearch:
         self.goal = goal
         self.permitted = permitted
         self.effort = Effort(budget)
-        self.movement = _Movement(permitted.movement, self.effort)
+        self.movement = _MovementFinder(permitted.movement, self.effort)
         self.nodes: list[PlanNode] = []
         self.out_of_reach: set[tuple[State, Action]] = set()
         self._candidates: Sequence[CandidateAction] = ()
@@ -185,36 +185,36 @@ class _UniformCostSearch:
         self._best = MAX_ACTIONS
         self._found: dict[object, PlanNode] = {}
 
-    def find_shortest(self, start: State) -> list[ActionSequence]:
+    def find_shortest_plans(self, start: State) -> list[ActionSequence]:
         """Return the shortest plans, at most `MAX_PLANS`.
 
         Plans with equal results for the goal are returned once.
         """
         actions = (*self.permitted.achievers, *self.permitted.helping)
         self._candidates = [candidate for candidate in actions if candidate.is_ever_possible(start)]
-        self._push(Node(start, self.goal.at_start))
-        run_best_first_search(self._open.pop, self._visit)
+        self._push_node(Node(start, self.goal.at_start))
+        run_best_first_search(self._open.pop, self._visit_node)
         return [node.plan() for node in self._found.values()]
 
-    def _push(self, node: PlanNode) -> None:
+    def _push_node(self, node: PlanNode) -> None:
         self._lengths[node.state] = node.depth
         self._open.push(node, node.depth, self._pushed)
         self._pushed += 1
 
-    def _visit(self, node: PlanNode) -> PlanNode | SearchEnd | None:
+    def _visit_node(self, node: PlanNode) -> PlanNode | SearchEnd | None:
         """Expand a node, unless a plan of this length is known. A node or a `SearchEnd` stops the search."""
         self.nodes.append(node)
         if node.depth < self._best:
-            for child in self._expand(node):
+            for child in self._expand_node(node):
                 if child.met == self.goal.everything and self._holds(child.state):
-                    self._keep(child)
+                    self._keep_solution(child)
                     if len(self._found) == MAX_PLANS:
                         return child
                 elif child.depth < self._lengths.get(child.state, child.depth + 1):
-                    self._push(child)
+                    self._push_node(child)
         return SearchEnd.STATES if self.effort.is_used_up else None
 
-    def _keep(self, node: PlanNode) -> None:
+    def _keep_solution(self, node: PlanNode) -> None:
         if node.depth < self._best:
             self._best = node.depth
             self._found = {}
@@ -225,7 +225,7 @@ class _UniformCostSearch:
         self.effort.used += self.goal.effort
         return self.goal.holds(state)
 
-    def _expand(self, node: PlanNode) -> Iterator[PlanNode]:
+    def _expand_node(self, node: PlanNode) -> Iterator[PlanNode]:
         """Yield the successors of a node by plans that are no longer than the best plan so far."""
         allowed: dict[str, bool] = {}
         for candidate in self._candidates:
@@ -306,7 +306,7 @@ _NearestAttempt: TypeAlias = tuple[_AttemptRank, _TriedAction | None]
 """Rank of an attempt, and the attempt to report; None if its plan is too long."""
 
 
-def _best_failed_attempt(searches: Sequence[_UniformCostSearch]) -> SubgoalPlans:
+def _find_best_failed_attempt(searches: Sequence[_UniformCostSearch]) -> SubgoalPlans:
     """Return the failed plan that comes nearest to the goal, after searches without a plan.
 
     The plan ends with a failing action. This action would meet most parts of the goal; among equals it has
@@ -367,8 +367,8 @@ class _FailedSearch:
         rank: _AttemptRank = (0, 0, 0)
         for node in self._nodes:
             for candidate in (*self._permitted.achievers, *self._permitted.moving):
-                met = -self._count_met_after(node, candidate)
-                if not met or (best is not None and self._min_rank(node, candidate, met) >= rank):
+                met = -self._count_goal_parts_met_after(node, candidate)
+                if not met or (best is not None and self._find_min_rank(node, candidate, met) >= rank):
                     continue
                 attempt = self._try_action(node, candidate)
                 if attempt.failing and -met <= self.most_met:
@@ -378,18 +378,18 @@ class _FailedSearch:
                 if not made and (best is None or attempt_rank < rank):
                     best, rank = attempt, attempt_rank
         if best is not None:
-            return rank, self._choose_reported(best)
+            return rank, self._choose_reported_attempt(best)
         first = self._nodes[0]
         # report an action that needs another action first, or whose tried effects alone fail
         for candidate in self._permitted.achievers:
             attempt = self._try_action(first, candidate)
-            reported = self._choose_reported(attempt)
+            reported = self._choose_reported_attempt(attempt)
             only_tries = attempt.failing == [len(candidate.info.operator.checks)]
             if attempt.failing and (only_tries or reported is not attempt):
                 return (0, len(attempt.failing), len(attempt.plan)), reported
         return None
 
-    def _count_met_after(self, node: PlanNode, candidate: CandidateAction) -> int:
+    def _count_goal_parts_met_after(self, node: PlanNode, candidate: CandidateAction) -> int:
         missing = candidate.parts & ~node.met
         if not missing:
             return 0
@@ -400,24 +400,26 @@ class _FailedSearch:
         met = self._goal.met(after, candidate.touched, node.met).bit_count()
         return met if met > node.met.bit_count() else 0
 
-    def _min_rank(self, node: PlanNode, candidate: CandidateAction, met: int) -> _AttemptRank:
+    def _find_min_rank(self, node: PlanNode, candidate: CandidateAction, met: int) -> _AttemptRank:
         lacking = candidate.count_unmovable_failures(node.state, len(candidate.info.movable))
-        return met, self._min_failing(node, candidate, lacking), node.depth + 1
+        return met, self._find_min_failing_checks(node, candidate, lacking), node.depth + 1
 
-    def _min_failing(self, node: PlanNode, candidate: CandidateAction, lacking: int) -> int:
+    def _find_min_failing_checks(self, node: PlanNode, candidate: CandidateAction, lacking: int) -> int:
         """Return a lower bound of an action's failing checks: at least 1 if no movement makes it possible."""
         return lacking or int((node.state, candidate.action) in self._out_of_reach)
 
     def _try_action(self, node: PlanNode, candidate: CandidateAction) -> _TriedAction:
         """Try an action after the movement with which fewest of its checks fail."""
         self.effort += 1
-        failing = candidate.find_failing(node.state)
+        failing = candidate.find_failing_checks(node.state)
         best = _TriedAction(node, candidate, (*node.plan(), candidate.action), node.state, failing)
-        least = self._min_failing(node, candidate, sum([not candidate.info.movable[i] for i in failing]))
+        least = self._find_min_failing_checks(
+            node, candidate, sum([not candidate.info.movable[i] for i in failing])
+        )
         if len(failing) > least:
             for way in self._movement.list_paths(node.state):
                 self.effort += 1
-                failing = candidate.find_failing(way.state)
+                failing = candidate.find_failing_checks(way.state)
                 if len(failing) < len(best.failing):
                     plan = (*node.plan(), *way.plan(), candidate.action)
                     best = _TriedAction(node, candidate, plan, way.state, failing)
@@ -425,7 +427,7 @@ class _FailedSearch:
                         break
         return best
 
-    def _choose_reported(self, attempt: _TriedAction) -> _TriedAction | None:
+    def _choose_reported_attempt(self, attempt: _TriedAction) -> _TriedAction | None:
         """Return the attempt to report in place of a failed attempt, or None if no attempt is to be reported.
 
         An action that would make failing checks of the attempt true is reported instead, if all such actions
@@ -440,7 +442,7 @@ class _FailedSearch:
         mending = [
             self._try_action(node, other)
             for other in self._permitted.helping
-            if len(candidate.find_failing(other.compute_result(state))) < len(failing)
+            if len(candidate.find_failing_checks(other.compute_result(state))) < len(failing)
         ]
         if any(not tried_action.failing and self._undoes_nothing(tried_action) for tried_action in mending):
             return None

@@ -21,8 +21,14 @@ from eai.abilities.declaration import (
     make_score_columns,
 )
 from eai.abilities.protocol import Ability
-from eai.abilities.transition_modeling.verdict import OperatorVerdict, counts_by_category, overall_counts
-from eai.abilities.verdict import EMPTY_SHARE, NO_COUNTS, add_confusions, confusion_shares, share_of_one
+from eai.abilities.transition_modeling.verdict import OperatorVerdict, get_counts_by_category, sum_counts
+from eai.abilities.verdict import (
+    EMPTY_SHARE,
+    NO_COUNTS,
+    add_confusions,
+    make_confusion_shares,
+    make_share_of_one,
+)
 from eai.pddl.planning import PlannerOutcome
 from eai.tasks.share import Share
 from eai.tasks.task import CATEGORIES
@@ -51,18 +57,18 @@ def contributions(verdict: OperatorVerdict) -> dict[str, Share]:
     outcome of planning counts in each category of the task and once overall; it does not count if no planner
     ran. The rate of working plans covers only answers with a known result.
     """
-    counts = counts_by_category(verdict)
+    counts = get_counts_by_category(verdict)
     planned = verdict.planner not in (None, PlannerOutcome.NOT_RUN)
-    solved = share_of_one(verdict.planner is PlannerOutcome.SOLVED)
+    solved = make_share_of_one(verdict.planner is PlannerOutcome.SOLVED)
     shares: dict[str, Share] = {}
     for name in CATEGORIES:
-        shares |= confusion_shares(name, counts.get(name, NO_COUNTS))
+        shares |= make_confusion_shares(name, counts.get(name, NO_COUNTS))
         counts_here = planned and name in verdict.task_categories
         shares[f"{name}.planner_success"] = solved if counts_here else EMPTY_SHARE
-    shares |= confusion_shares(OVERALL, overall_counts(counts))
-    shares |= confusion_shares(LITERALS, add_confusions((verdict.literals or {}).values()))
+    shares |= make_confusion_shares(OVERALL, sum_counts(counts))
+    shares |= make_confusion_shares(LITERALS, add_confusions((verdict.literals or {}).values()))
     shares[_PLANNER_SUCCESS] = solved if planned else EMPTY_SHARE
-    shares[_PLAN_WORKS] = EMPTY_SHARE if verdict.plan_works is None else share_of_one(verdict.plan_works)
+    shares[_PLAN_WORKS] = EMPTY_SHARE if verdict.plan_works is None else make_share_of_one(verdict.plan_works)
     return shares
 
 
@@ -75,7 +81,7 @@ def outcome(verdict: OperatorVerdict) -> AnswerOutcome:
         return AnswerOutcome.SUCCESS
     unplanned = verdict.planner in (None, PlannerOutcome.NOT_RUN)
     return find_error_outcome(verdict) or classify_counts(
-        overall_counts(counts_by_category(verdict)), enough=unplanned
+        sum_counts(get_counts_by_category(verdict)), enough=unplanned
     )
 
 
@@ -95,21 +101,21 @@ def _make_scorers(world: AbilityWorld) -> Callable[[TransitionTask], Scorer]:
 
     The module of scorers is imported late, so that scoring of plans does not load the planner of operators.
     """
-    from eai.abilities.transition_modeling.rules import PaperRules
+    from eai.abilities.transition_modeling.rules import PaperOperatorRules
     from eai.abilities.transition_modeling.scorer import TransitionModeling
 
-    rules = PaperRules(world.make_planner())
+    rules = PaperOperatorRules(world.make_planner())
     return lambda task: TransitionModeling(task, rules)
 
 
-def _answer_form(world: AbilityWorld, task: Task | None) -> tuple[Sequence[str], SchemaMaker]:
+def _make_answer_schema(world: AbilityWorld, task: Task | None) -> tuple[Sequence[str], SchemaMaker]:
     return (), lambda words: make_object_schema({"output": make_text_schema()})
 
 
 TRANSITION_MODELING = AbilityDeclaration(
     ability=Ability.TRANSITION_MODELING,
     interaction=Interaction(
-        _make_scorers, answer_form=_answer_form, uses_operator_tasks=True, plain_text_prefix="(:action"
+        _make_scorers, answer_form=_make_answer_schema, uses_operator_tasks=True, plain_text_prefix="(:action"
     ),
     title="Transition modeling",
     short_title="operators",

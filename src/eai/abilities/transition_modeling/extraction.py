@@ -25,7 +25,7 @@ from threading import Lock
 from typing import Generic, NamedTuple, TypeAlias, TypeVar
 
 from eai.abilities.answer_text import ANY_VALUE, AnswerFormat, JsonObject, ParsedAnswer, read_json
-from eai.abilities.reasoning import blank_out, thoughts_in
+from eai.abilities.reasoning import blank_out_thoughts, find_thoughts
 from eai.abilities.verdict import Span, SpanKind, Unreadable
 from eai.logic.formula import TRUE
 from eai.pddl.check import PddlError, PddlFinding, Violation
@@ -143,7 +143,7 @@ def extract(answer: str, readings: OperatorCache) -> ParsedAnswer[dict[str, Writ
     if _ESCAPE.search(text):
         text = _ESCAPE.sub(lambda match: _MEANING[match.group(1)], text)
         repairs = (*repairs, "escapes")
-    piece = _find_unknown_piece(_COMMENT.sub("", text))
+    piece = _find_unknown_text(_COMMENT.sub("", text))
     if piece is not None:
         return _make_unreadable(reading, f"{piece!r} begins no operator, and looks like one")
     operators: dict[str, WrittenOperator] = {}
@@ -165,7 +165,7 @@ def _make_unreadable(reading: ParsedAnswer[str], reason: str) -> Unreadable:
 
 
 def _read_output(value: object) -> str | None:
-    if not isinstance(value, JsonObject) or _flaw(value) is not None:
+    if not isinstance(value, JsonObject) or _find_flaw(value) is not None:
         return None
     output = dict(value.members).get("output")
     if isinstance(output, list) and all(isinstance(item, str) for item in output):
@@ -173,7 +173,7 @@ def _read_output(value: object) -> str | None:
     return output if isinstance(output, str) else None
 
 
-def _flaw(value: object) -> str | None:
+def _find_flaw(value: object) -> str | None:
     if not isinstance(value, JsonObject):
         return None
     if value.repeated_key is not None:
@@ -187,15 +187,15 @@ _OUTPUT = AnswerFormat(
     _read_output,
     is_part=lambda text: _OPERATOR_SIGN.search(text) is not None,
     is_line_of_answer=lambda line: _HEAD.search(line) is not None,
-    flaw=_flaw,
+    flaw=_find_flaw,
     is_certain=lambda text: _HEAD.search(text) is not None,
 )
 
 
 def _read_bare_pddl(answer: str) -> ParsedAnswer[str] | None:
     """Return the PDDL of an answer that is not JSON; None if the answer has no operator or was cut off."""
-    thoughts = thoughts_in(answer)
-    body = blank_out(thoughts, answer)
+    thoughts = find_thoughts(answer)
+    body = blank_out_thoughts(thoughts, answer)
     heads = list(_HEAD.finditer(body))
     if not heads:
         return None
@@ -219,7 +219,7 @@ def _read_bare_pddl(answer: str) -> ParsedAnswer[str] | None:
     return ParsedAnswer(operators, (*(["reasoning"] if thoughts else []), "no_json"), tuple(sorted(spans)))
 
 
-def _find_unknown_piece(text: str) -> str | None:
+def _find_unknown_text(text: str) -> str | None:
     """Return the beginning of a text that looks like a part of an operator, but has an unknown keyword."""
     for sign in _SIGN.finditer(text):
         if _KNOWN_SIGN.match(text, sign.start()) is None:
@@ -235,9 +235,9 @@ def _split_operators(text: str) -> list[str]:
 def _read_operator(segment: str) -> WrittenOperator | PddlFinding:
     """Read an operator, and ignore prose after it."""
     text = _COMMENT.sub("", segment)
-    operator = _read_parts(text, len(segment))
+    operator = _read_operator_parts(text, len(segment))
     end = _find_end_before_prose(text) if isinstance(operator, PddlFinding) else None
-    return operator if end is None else _read_parts(text[:end], len(segment))
+    return operator if end is None else _read_operator_parts(text[:end], len(segment))
 
 
 def _find_end_before_prose(text: str) -> int | None:
@@ -248,7 +248,7 @@ def _find_end_before_prose(text: str) -> int | None:
     return end if text[end:].lstrip()[:1].isalpha() else None
 
 
-def _read_parts(text: str, size: int) -> WrittenOperator | PddlFinding:
+def _read_operator_parts(text: str, size: int) -> WrittenOperator | PddlFinding:
     head = _HEAD.match(text)
     name = head.group(1).lower() if head else ""
     action = PddlAction(name, (), TRUE, NO_EFFECT)

@@ -121,7 +121,7 @@ its parameters differently, its variables are then unbound.
 
 
 @dataclass(frozen=True, slots=True)
-class MatchingRules(ABC):
+class OperatorRules(ABC):
     """Rules by which answers are read, compared with gold operators, and used to plan.
 
     Answers to one problem often have the same operators, so results of the planner are cached.
@@ -184,7 +184,7 @@ _OperatorComparison: TypeAlias = tuple[OperatorReport, OperatorMatch]
 
 
 @dataclass(frozen=True, slots=True)
-class PaperRules(MatchingRules):
+class PaperOperatorRules(OperatorRules):
     """The rules of the paper with caches for one domain. Equal operators are read and compared once.
 
     Attributes:
@@ -204,14 +204,16 @@ class PaperRules(MatchingRules):
             error = ErrorReport(FaultKind.PARSING, None, written.reason)
             return replace(self.judge_missing_answer(task), error=error, spans=written.spans)
         by_name = written.value
-        compared = [self._compare(task, name, by_name.get(name)) for name in task.operators]
+        compared = [self._compare_with_gold(task, name, by_name.get(name)) for name in task.operators]
         reports = tuple([report for report, _ in compared])
         others = tuple(
-            OperatorReport(name, OperatorStatus.HALLUCINATED, offences=self._findings(task, operator))
+            OperatorReport(
+                name, OperatorStatus.HALLUCINATED, offences=self._find_operator_defects(task, operator)
+            )
             for name, operator in by_name.items()
             if name not in task.operators
         )
-        planning = self._plan(task, by_name, reports)
+        planning = self._plan_with_all_operators(task, by_name, reports)
         solved = planning.outcome is PlannerOutcome.SOLVED
         unplanned = planning.outcome is PlannerOutcome.NOT_RUN
         actions = {
@@ -225,7 +227,7 @@ class PaperRules(MatchingRules):
             planning=planning,
             plan_works=None if unplanned else solved and flaw is None,
             plan_flaw=flaw,
-            literals=_sum_literals(compared),
+            literals=_sum_literal_counts(compared),
             repairs=written.repairs,
             spans=written.spans,
             operator_repairs={
@@ -236,11 +238,11 @@ class PaperRules(MatchingRules):
 
     def judge_missing_answer(self, task: TransitionTask) -> Judgement:
         """Return the judgement on a missing answer: each operator of the task is missing."""
-        compared = [self._compare(task, name, None) for name in task.operators]
+        compared = [self._compare_with_gold(task, name, None) for name in task.operators]
         missing = tuple([report for report, _ in compared])
         planning = self.empty_result
         works = None if planning.outcome is PlannerOutcome.NOT_RUN else False
-        return Judgement(missing, planning, works, literals=_sum_literals(compared))
+        return Judgement(missing, planning, works, literals=_sum_literal_counts(compared))
 
     def plan_one_at_a_time(
         self, task: TransitionTask, text: str, replaced: ReplacedPart
@@ -252,30 +254,32 @@ class PaperRules(MatchingRules):
         written = extract(text, self.readings)
         by_name = {} if isinstance(written, Unreadable) else written.value
         return {
-            name: self._plan_with(task, _replace_part(by_name[name], task.gold[name], replaced))
+            name: self._plan_with_operator(task, _replace_part(by_name[name], task.gold[name], replaced))
             if name in by_name
             else None
             for name in task.operators
         }
 
-    def _plan_with(self, task: TransitionTask, tried: WrittenOperator) -> PlannerResult:
+    def _plan_with_operator(self, task: TransitionTask, tried: WrittenOperator) -> PlannerResult:
         actions = [tried.action if name == tried.name else gold for name, gold in task.gold.items()]
         readable = tuple(action for action in actions if action is not None)
-        return self._solve(task, readable, self._findings(task, tried), tried.size)
+        return self._solve_with_actions(task, readable, self._find_operator_defects(task, tried), tried.size)
 
-    def _compare(
+    def _compare_with_gold(
         self, task: TransitionTask, name: str, written: WrittenOperator | None
     ) -> _OperatorComparison:
         read, size = (None, 0) if written is None else ((written.action, written.unread), written.size)
         return self.compared.get_or_compute((read, name), size, lambda: _compare_operator(task, name, read))
 
-    def _findings(self, task: TransitionTask, written: WrittenOperator) -> tuple[PddlFinding, ...]:
+    def _find_operator_defects(
+        self, task: TransitionTask, written: WrittenOperator
+    ) -> tuple[PddlFinding, ...]:
         action = written.action
         if action is None:
             return written.unread
         return (*written.unread, *_check_operator(task, action))
 
-    def _plan(
+    def _plan_with_all_operators(
         self,
         task: TransitionTask,
         written: Mapping[str, WrittenOperator],
@@ -284,9 +288,9 @@ class PaperRules(MatchingRules):
         operators = [written[name] for name in task.operators if name in written]
         actions = tuple(operator.action for operator in operators if operator.action is not None)
         findings = tuple(finding for report in reports for finding in report.offences)
-        return self._solve(task, actions, findings, sum(operator.size for operator in operators))
+        return self._solve_with_actions(task, actions, findings, sum(operator.size for operator in operators))
 
-    def _solve(
+    def _solve_with_actions(
         self,
         task: TransitionTask,
         actions: tuple[PddlAction, ...],
@@ -326,7 +330,7 @@ def _replace_part(written: WrittenOperator, gold: PddlAction, replaced: Replaced
     return replace(written, action=action, unread=unread)
 
 
-def _sum_literals(compared: Sequence[_OperatorComparison]) -> dict[str, Confusion]:
+def _sum_literal_counts(compared: Sequence[_OperatorComparison]) -> dict[str, Confusion]:
     return {
         "precondition": add_confusions([Confusion(*match.precondition_literals) for _, match in compared]),
         "effect": add_confusions([Confusion(*match.effect_literals) for _, match in compared]),

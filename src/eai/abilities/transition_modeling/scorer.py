@@ -7,14 +7,14 @@ from functools import lru_cache, partial
 
 from eai.abilities.explanation import Explanation, Statement, StepReport
 from eai.abilities.scorer import Assessment, Scorer
-from eai.abilities.transition_modeling.rules import Judgement, MatchingRules, ReplacedPart
+from eai.abilities.transition_modeling.rules import Judgement, OperatorRules, ReplacedPart
 from eai.abilities.transition_modeling.verdict import (
     OTHER,
     ClauseContent,
     OperatorReport,
     OperatorStatus,
     OperatorVerdict,
-    clause_content,
+    classify_clause,
 )
 from eai.abilities.verdict import ALL, Confusion
 from eai.pddl.check import Violation
@@ -57,21 +57,21 @@ class TransitionModeling(Scorer):
         rules: the rules that judge answers; shared by the tasks of a benchmark.
     """
 
-    def __init__(self, task: TransitionTask, rules: MatchingRules) -> None:
+    def __init__(self, task: TransitionTask, rules: OperatorRules) -> None:
         self.task = task
         self._rules = rules
         self._cached_content = lru_cache(_MAX_CACHED_CLAUSES)(
-            partial(clause_content, categories=task.domain.categories)
+            partial(classify_clause, categories=task.domain.categories)
         )
 
     def assess(self, text: str) -> Assessment:
         """Return the verdict on an answer with its explanation, which lists the planner's steps."""
         judgement = self._rules.judge(self.task, text)
-        return Assessment(self._verdict(judgement), partial(_explain, judgement))
+        return Assessment(self._make_verdict(judgement), partial(_explain_judgement, judgement))
 
     def score_missing_answer(self) -> OperatorVerdict:
         """Return the verdict on a missing answer: all operators are missing."""
-        return self._verdict(self._rules.judge_missing_answer(self.task))
+        return self._make_verdict(self._rules.judge_missing_answer(self.task))
 
     def plan_one_at_a_time(
         self, text: str, replaced: ReplacedPart = "operator"
@@ -82,7 +82,7 @@ class TransitionModeling(Scorer):
         """
         return self._rules.plan_one_at_a_time(self.task, text, replaced)
 
-    def _verdict(self, judgement: Judgement) -> OperatorVerdict:
+    def _make_verdict(self, judgement: Judgement) -> OperatorVerdict:
         categories = tuple(category.value for category in self.task.categories)
         if judgement.excluded is not None:
             return OperatorVerdict(
@@ -91,11 +91,11 @@ class TransitionModeling(Scorer):
         outcome, planner = judgement.planning.outcome, self._rules.planner
         works = judgement.plan_works
         solved = None if outcome is PlannerOutcome.NOT_RUN else outcome is PlannerOutcome.SOLVED
-        contents = self._find_contents(judgement.operators)
+        contents = self._classify_clauses(judgement.operators)
         return OperatorVerdict(
             success=solved if works is None else works,
             error=judgement.error,
-            counts=self._counts(judgement.operators, contents),
+            counts=self._count_clauses_by_category(judgement.operators, contents),
             literals=judgement.literals,
             planner=outcome,
             plan_works=works,
@@ -109,14 +109,14 @@ class TransitionModeling(Scorer):
             clauses=contents,
         )
 
-    def _find_contents(self, reports: tuple[OperatorReport, ...]) -> dict[str, ClauseContent]:
+    def _classify_clauses(self, reports: tuple[OperatorReport, ...]) -> dict[str, ClauseContent]:
         sides = [side for report in reports for side in (report.precondition, report.effect)]
         clauses = [
             clause_text for side in sides for clause_text in (*side.matched, *side.additional, *side.missing)
         ]
         return {clause: self._cached_content(clause) for clause in clauses}
 
-    def _counts(
+    def _count_clauses_by_category(
         self, reports: tuple[OperatorReport, ...], contents: Mapping[str, ClauseContent]
     ) -> Mapping[str, Mapping[str, Confusion]]:
         clauses = self._rules.counts_clauses
@@ -126,7 +126,7 @@ class TransitionModeling(Scorer):
         }
 
 
-def _explain(judgement: Judgement) -> Explanation:
+def _explain_judgement(judgement: Judgement) -> Explanation:
     if judgement.error is not None:
         return Explanation((judgement.error.detail,))
     steps = tuple(
@@ -174,7 +174,7 @@ def _describe_sides(report: OperatorReport, match: OperatorMatch | None) -> Iter
         of_condition = match if side == "precondition" else None
         missing_any = of_condition is not None and of_condition.missing_any
         additional_any = of_condition is not None and of_condition.additional_any
-        lost = _list_clauses(clauses.missing, are_any=missing_any)
+        lost = _format_clauses(clauses.missing, are_any=missing_any)
         if report.status is OperatorStatus.UNREADABLE or f"{side} of {report.name}" in unread:
             if clauses.missing:
                 yield f"{report.name}: the {side} cannot be compared, so it counts as lacking the {lost}"
@@ -182,11 +182,12 @@ def _describe_sides(report: OperatorReport, match: OperatorMatch | None) -> Iter
         if clauses.missing:
             yield f"{report.name}: the {side} lacks the {lost}"
         if clauses.additional:
-            besides = _list_clauses(clauses.additional, are_any=additional_any)
-            yield f"{report.name}: the {side} has the additional {besides}{_describe_unbound(report, side)}"
+            besides = _format_clauses(clauses.additional, are_any=additional_any)
+            unbound = _describe_unbound_variables(report, side)
+            yield f"{report.name}: the {side} has the additional {besides}{unbound}"
 
 
-def _describe_unbound(report: OperatorReport, side: str) -> str:
+def _describe_unbound_variables(report: OperatorReport, side: str) -> str:
     """Return a remark on variables in an operator that are not parameters of the operator.
 
     A clause with such a variable may resemble a gold clause.
@@ -201,7 +202,7 @@ def _describe_unbound(report: OperatorReport, side: str) -> str:
     return f" (no parameter: {', '.join(names)})" if names else ""
 
 
-def _list_clauses(clauses: tuple[str, ...], *, are_any: bool) -> str:
+def _format_clauses(clauses: tuple[str, ...], *, are_any: bool) -> str:
     """Return a list of clauses as text, such as ``clauses (open ?x), (near ?y)``."""
     noun = "alternative" if are_any else "clause"
     return f"{noun}{'s' if len(clauses) > 1 else ''} {', '.join(clauses)}"

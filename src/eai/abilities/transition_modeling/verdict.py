@@ -8,7 +8,15 @@ from dataclasses import dataclass, field
 from enum import Enum
 from typing import NamedTuple
 
-from eai.abilities.verdict import ALL, NO_COUNTS, Confusion, Credit, Verdict, add_confusions, credit_parts
+from eai.abilities.verdict import (
+    ALL,
+    NO_COUNTS,
+    Confusion,
+    Credit,
+    Verdict,
+    add_confusions,
+    compute_parts_credit,
+)
 from eai.base.json_value import Json
 from eai.pddl.check import PddlFinding, Violation
 from eai.pddl.matching import NO_MATCH, SideMatch, find_predicates_in_text
@@ -65,7 +73,7 @@ class ClauseContent(NamedTuple):
     categories: tuple[str, ...]
 
 
-def clause_content(clause: str, categories: Mapping[str, Category]) -> ClauseContent:
+def classify_clause(clause: str, categories: Mapping[str, Category]) -> ClauseContent:
     """Return the predicates of a clause. The clause is PDDL or the name of a predicate."""
     names = sorted(find_predicates_in_text(clause))
     kinds = [categories[name].value if name in categories else OTHER for name in names]
@@ -126,9 +134,11 @@ class OperatorVerdict(Verdict):
 
     def credit(self, at_start: Sequence[bool]) -> Credit | None:
         """Return the credit, which is the F1 of all clauses in preconditions and effects."""
-        return credit_parts(overall_counts(counts_by_category(self)), self.error, self._faults())
+        return compute_parts_credit(
+            sum_counts(get_counts_by_category(self)), self.error, self._count_faults()
+        )
 
-    def _faults(self) -> Counter[FaultKind]:
+    def _count_faults(self) -> Counter[FaultKind]:
         """Count unreadable and hallucinated operators, and the defects of all other operators."""
         faults = Counter([_STATUS_FAULTS[r.status] for r in self.operators if r.status in _STATUS_FAULTS])
         for report in self.operators:
@@ -154,7 +164,7 @@ _OFFENCE_FAULTS = {
 """Kind of fault for some kinds of defects of an operator. All other defects are parsing errors."""
 
 
-def counts_by_category(verdict: OperatorVerdict) -> dict[str, Confusion]:
+def get_counts_by_category(verdict: OperatorVerdict) -> dict[str, Confusion]:
     """Return the sum of the counts of preconditions and effects, by category."""
     counts: dict[str, Confusion] = {}
     for side in (verdict.counts or {}).values():
@@ -163,6 +173,6 @@ def counts_by_category(verdict: OperatorVerdict) -> dict[str, Confusion]:
     return counts
 
 
-def overall_counts(counts: Mapping[str, Confusion]) -> Confusion:
+def sum_counts(counts: Mapping[str, Confusion]) -> Confusion:
     """Return the sum of the counts over all categories. A clause of several categories counts once."""
     return counts.get(ALL) or add_confusions(counts.values())

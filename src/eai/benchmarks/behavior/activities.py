@@ -19,7 +19,7 @@ import eai.logic.formula as f
 from eai.base.grouping import group_pairs
 from eai.benchmarks.behavior import predicates as p
 from eai.benchmarks.behavior.convert import AGENT_CATEGORY
-from eai.benchmarks.behavior.evidence import load_evidence
+from eai.benchmarks.behavior.evidence import load_unpublished_facts
 from eai.benchmarks.behavior.records import STATE_OF_ABILITY, BehaviorObject, BehaviorRecord
 from eai.benchmarks.behavior.tasks import RELATIONS, BehaviorTask, build_task
 from eai.logic.rewriting import map_terms, rename_objects
@@ -53,10 +53,10 @@ def open_activities(tasks: TaskSet[BehaviorTask]) -> ProblemWorld:
     published = {record.problem.name: record for record in records}
     usual = {category: Counter(objects).most_common(1)[0][0] for category, objects in kinds.items()}
     header = make_header("behavior", (*kinds, AGENT_CATEGORY, "room"), rooms, arities)
-    return header, lambda problem: _build_initial(problem, published.get(problem.name), usual)
+    return header, lambda problem: _build_initial_state(problem, published.get(problem.name), usual)
 
 
-def _build_initial(
+def _build_initial_state(
     problem: PddlProblem, published: BehaviorRecord | None, usual: Mapping[str, _UsualObject]
 ) -> tuple[State, Meaning]:
     """Return the initial state of a problem, and a function that translates its conditions to that state.
@@ -85,10 +85,12 @@ def _build_initial(
         goal_options=(),
     )
     names = {obj.instance: obj.name for obj in objs}
-    return build_task(record, load_evidence()).initial, lambda formula: _translate(formula, names)
+    return build_task(record, load_unpublished_facts()).initial, lambda formula: _translate_condition(
+        formula, names
+    )
 
 
-def _translate(formula: f.Formula, names: Mapping[str, str]) -> f.Formula:
+def _translate_condition(formula: f.Formula, names: Mapping[str, str]) -> f.Formula:
     """Return a BDDL condition with object names of the scene.
 
     Conditions about rooms become true, because states have no rooms.
@@ -99,7 +101,7 @@ def _translate(formula: f.Formula, names: Mapping[str, str]) -> f.Formula:
         case f.Atom("onfloor", (obj, floor)) if obj.name not in names and floor.name in names:
             return f.Atom(p.robot_on.name, (f.Constant(names[floor.name]),))
         case f.Not(operand):
-            return f.Not(_translate(operand, names))
+            return f.Not(_translate_condition(operand, names))
         case _:
             return rename_objects(formula, names)
 
@@ -137,10 +139,10 @@ def write_task_problem(task: Task, goals: Sequence[f.Formula]) -> str:
     if not isinstance(task, BehaviorTask):
         raise TypeError(f"task {task.id} is not a task of BEHAVIOR; only those have planning problems")
     instances = {obj.name: obj.instance for obj in task.record.objects}
-    return write_problem(build_problem(task.record, [rename_objects(goal, instances) for goal in goals]))
+    return write_problem(build_pddl_problem(task.record, [rename_objects(goal, instances) for goal in goals]))
 
 
-def build_problem(record: BehaviorRecord, goals: Sequence[f.Formula]) -> PddlProblem:
+def build_pddl_problem(record: BehaviorRecord, goals: Sequence[f.Formula]) -> PddlProblem:
     """Return the planning problem with these goals, which name objects as the problem file does."""
     problem = record.problem
     categories = {item.name: item.type for item in problem.objects}

@@ -24,7 +24,7 @@ from eai.benchmarks.behavior.domain import domain_in_paper_order
 from eai.benchmarks.behavior.notation import PLANS, BehaviorGoals, BehaviorSubgoals
 from eai.benchmarks.behavior.predicates import GOAL_RELATIONS, GOAL_STATES, part_of
 from eai.benchmarks.behavior.tasks import open_tasks as open_behavior_tasks
-from eai.benchmarks.benchmark import Benchmark, DataSet, read_formats
+from eai.benchmarks.benchmark import Benchmark, DataSet, read_answer_formats
 from eai.benchmarks.errata import load_errata
 from eai.benchmarks.published import make_prompt_reader, open_behavior
 from eai.benchmarks.reference_wheel import find_published_id
@@ -40,22 +40,22 @@ _NOTATION = BehaviorGoals()
 
 def _format_plan_goals(belief: Belief) -> str:
     """Return each goal of an answer as a flat list with objects by name: ``['not', 'open', 'jar_0']``."""
-    spelling = _map_instances(belief)
+    spelling = _map_instance_names(belief)
     entries = [
-        [spelling.get(word, word) for word in _flatten_words(entry)] for entry in _read_entries(belief)
+        [spelling.get(word, word) for word in _flatten_words(entry)] for entry in _read_goal_entries(belief)
     ]
     return "\n".join([str(words) for words in entries if words])
 
 
 def _format_subgoal_goals(belief: Belief) -> str:
     """Return each goal of an answer as a formula: ``forall(jar_n_01, (not open(jar_n_01)))``."""
-    names = _map_instances(belief)
+    names = _map_instance_names(belief)
     categories = {obj.category for obj in belief.task.scene.objects}
 
-    def spelling(word: str) -> str:
+    def spell_word(word: str) -> str:
         return word.replace(".", "_") if word in categories else _write_object_name(names.get(word, word))
 
-    formulas = [_format_formula(entry, spelling, nested=False) for entry in _read_entries(belief)]
+    formulas = [_format_formula(entry, spell_word, nested=False) for entry in _read_goal_entries(belief)]
     return "\n".join([formula for formula in formulas if formula is not None])
 
 
@@ -68,13 +68,13 @@ GOAL_SECTIONS: Mapping[Ability, GoalSection] = {
 """Section of the official prompts that states the goals, by ability."""
 
 
-def _read_entries(belief: Belief) -> Iterator[object]:
+def _read_goal_entries(belief: Belief) -> Iterator[object]:
     """Yield the goals in an answer, goals about states first. An unreadable answer has no goals."""
     entries = _NOTATION.read_entries(belief.answer)
     return iter(() if isinstance(entries, Unreadable) else [_unwrap_entry(entry) for _, entry in entries])
 
 
-def _map_instances(belief: Belief) -> Mapping[str, str]:
+def _map_instance_names(belief: Belief) -> Mapping[str, str]:
     objects = belief.task.scene.objects
     return {
         instance: obj.name
@@ -203,7 +203,7 @@ def behavior() -> Benchmark:
             PLANS,
             BehaviorGoals(),
             BehaviorSubgoals(),
-            formats=read_formats("eai.benchmarks.behavior"),
+            formats=read_answer_formats("eai.benchmarks.behavior"),
             wordings=wording,
             also_observed=("in_left_hand", "in_right_hand", "robot_on"),
             english=read_english("eai.benchmarks.behavior"),

@@ -45,7 +45,7 @@ def convert_tasks(wheel: ArchiveFiles, bddl: ArchiveFiles, report: ReportProgres
         DataError: an archive lacks a file, or a file has an unexpected form.
     """
     tasks = json.loads(wheel.read("behavior_eval/data/demo_stats.json"))
-    converter = _Converter(wheel, bddl)
+    converter = _TaskConverter(wheel, bddl)
     lines, options = [], []
     for done, (task_id, stats) in enumerate(tasks.items()):
         report("converting", "BEHAVIOR tasks", done, len(tasks))
@@ -59,7 +59,7 @@ def _format_line(task_id: str, value: object) -> bytes:
     return f"{task_id}\t{json.dumps(value, separators=(',', ':'))}\n".encode()
 
 
-class _Converter:
+class _TaskConverter:
     """Reads the files that all tasks share, and makes the line that the pack stores for each task."""
 
     def __init__(self, wheel: ArchiveFiles, bddl: ArchiveFiles) -> None:
@@ -106,7 +106,7 @@ class _Converter:
             raise DataError(f"{task_id}: the prompt's objects differ from the problem's")
         states = self._states[task_id]
         for item, named_item in zip(declared, named, strict=True):
-            model = _parse_model(named_item["name"])
+            model = _parse_model_name(named_item["name"])
             kind = self._kinds[_FLOOR_MODEL if model == FLOOR else model]
             if _get_possible_states(kind) != set(states[item.name]):
                 raise DataError(
@@ -128,7 +128,7 @@ def _read_prompt_objects(prompt: str) -> list[dict[str, str]]:
     return [ast.literal_eval(line) for line in task.splitlines() if line.startswith("{")]
 
 
-def _parse_model(name: str) -> str:
+def _parse_model_name(name: str) -> str:
     match = _MODEL.fullmatch(name)
     if match is None:
         raise DataError(f"{name!r} is not an object's name; expected a model and a number, as in `rag_51`")

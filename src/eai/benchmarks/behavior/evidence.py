@@ -20,7 +20,7 @@ GroundRelation: TypeAlias = tuple[str, str, str]
 
 
 @dataclass(frozen=True, slots=True)
-class _Volumes:
+class _ModelVolumes:
     """Estimated volumes in cubic metres.
 
     Attributes:
@@ -60,12 +60,12 @@ class UnpublishedFacts:
     added: Mapping[str, Sequence[GroundRelation]]
     removed: Mapping[str, Sequence[tuple[str, str]]]
     listed_relations_only: frozenset[str]
-    volumes: _Volumes
+    volumes: _ModelVolumes
     sha256: str
 
 
 @cache
-def load_evidence() -> UnpublishedFacts:
+def load_unpublished_facts() -> UnpublishedFacts:
     """Return the facts about BEHAVIOR's scenes that no published file states, from the packaged table."""
     content = resources.files("eai.benchmarks.behavior").joinpath(_FILE).read_bytes()
     table = parse_toml(content.decode())
@@ -77,6 +77,6 @@ def load_evidence() -> UnpublishedFacts:
         added=group_pairs((entry["task"], tuple(entry["fact"])) for entry in added),
         removed=group_pairs((entry["task"], (entry["predicate"], entry["object"])) for entry in removed),
         listed_relations_only=frozenset(table["listed_relations_only"]["tasks"]),
-        volumes=_Volumes(volume["default"], volume["part"], volume["of_category"], of_object),
+        volumes=_ModelVolumes(volume["default"], volume["part"], volume["of_category"], of_object),
         sha256=hashlib.sha256(content).hexdigest(),
     )

@@ -99,7 +99,7 @@ ACTION_ARITIES: Mapping[str, int | None] = {
 _NUMBERED = re.compile(r"(.+)_(\d+)")
 
 
-def make_lexicon(scene: Scene, signature: Signature, objects: Mapping[str, int]) -> FormulaLexicon:
+def make_behavior_lexicon(scene: Scene, signature: Signature, objects: Mapping[str, int]) -> FormulaLexicon:
     """Return the lexicon of a scene, which maps names in answers to names in the domain.
 
     Args:
@@ -156,19 +156,19 @@ class BehaviorSubgoals(SubgoalNotation):
         objects = map_object_names(scene)
         names = {*objects, *ROBOT_NAMES}
         predicates = {**dict.fromkeys(map_category_predicates(scene), 1), **PREDICATE_ARITIES}
-        return make_lexicon(scene, Signature(predicates, actions, names), objects)
+        return make_behavior_lexicon(scene, Signature(predicates, actions, names), objects)
 
     def read(self, text: str) -> WrittenSubgoals | Unreadable:
         """Return the subgoals in an answer, or the reason why the answer cannot be read."""
         written = read_output(text, frozenset())
         if isinstance(written, Unreadable):
             return written
-        subgoals = tuple(map(_respell, written.subgoals))
+        subgoals = tuple(map(_normalize_subgoal, written.subgoals))
         repairs = written.repairs if subgoals == written.subgoals else (*written.repairs, "spelling")
         return replace(written, subgoals=subgoals, repairs=repairs)
 
 
-def _respell(subgoal: str) -> str:
+def _normalize_subgoal(subgoal: str) -> str:
     for written, accepted in _SPELLINGS:
         subgoal = subgoal.replace(written, accepted)
     return subgoal

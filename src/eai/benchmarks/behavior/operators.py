@@ -138,7 +138,7 @@ def release(hand: _Hand) -> Operator:
     return Operator(f"{hand.name}_RELEASE", (X,), checks, effects, text, role=Role.RELEASES)
 
 
-def require_place(hand: _Hand, target: Variable) -> tuple[Check, ...]:
+def require_target_for_placing(hand: _Hand, target: Variable) -> tuple[Check, ...]:
     """Return the checks of placing actions: the hand holds an object, which does not carry the target."""
     return (
         missing(~hand.empty, "that hand holds nothing"),
@@ -156,7 +156,7 @@ NO_INSIDE = affordance(~p.floor(X), "{x} is a floor, which has no inside")
 
 def make_placing_actions(hand: _Hand) -> Iterator[Operator]:
     """Yield the actions that put the held object down. In effects, ``h`` is the held object."""
-    free, beside = require_place(hand, X), both_ways(Add, p.stands_by(H, X))
+    free, beside = require_target_for_placing(hand, X), both_ways(Add, p.stands_by(H, X))
     fits = affordance(~Exists(H, hand.holds(H) & p.larger(H, X)), "what the hand holds is too big for {x}")
     for name, checks, effects, where in (
         ("ONTOP", free, put_on(H, X), "onto the object"),
@@ -165,7 +165,7 @@ def make_placing_actions(hand: _Hand) -> Iterator[Operator]:
         ("UNDER", free, (Add(p.stands_under(H, X)), *put_with(H, X)), "under the object"),
     ):
         yield _make_placing_action(hand, name, (X,), checks, effects, where)
-    both = (*free, *require_place(hand, Y))
+    both = (*free, *require_target_for_placing(hand, Y))
     where = "next to the first object and onto the second"
     yield _make_placing_action(hand, "NEXTTO_ONTOP", (X, Y), both, (*beside, *put_on(H, Y)), where)
 
@@ -199,7 +199,7 @@ def make_pouring_actions(hand: _Hand) -> Iterator[Operator]:
     ):
         poured = ForEach(C, Exists(H, hand.holds(H) & p.carries(H, C)), (*clear_support(C), *effects))
         text = f"pour what is in or on the object in that hand {where}"
-        checks = (*checks, *require_place(hand, X))
+        checks = (*checks, *require_target_for_placing(hand, X))
         yield Operator(f"{hand.name}_TRANSFER_CONTENTS_{name}", (X,), checks, (poured,), text)
 
 
@@ -226,7 +226,7 @@ def set_state(
         *first,
         A_HAND_FREE,
         affordance(ability(X), f"{{x}} is not {ability.name}"),
-        additional(~wanted if to else wanted, f"{{x}} {_describe_already(state, holds=to)}"),
+        additional(~wanted if to else wanted, f"{{x}} {_describe_existing_state(state, holds=to)}"),
         *require_interactable(X),
         *last,
     )
@@ -320,7 +320,7 @@ def clean() -> Operator:
 
 def _make_cleaning_try(dirt: Predicate, means: Formula, lacking: str, id: str) -> Try:
     checks = (
-        additional(dirt(X), f"{{x}} {_describe_already(dirt, holds=False)}"),
+        additional(dirt(X), f"{{x}} {_describe_existing_state(dirt, holds=False)}"),
         *require_interactable(X),
         replace(missing(means, lacking), id=id),
     )
@@ -369,6 +369,6 @@ def make_operators() -> tuple[Operator, ...]:
     )
 
 
-def _describe_already(state: Predicate, *, holds: bool) -> str:
+def _describe_existing_state(state: Predicate, *, holds: bool) -> str:
     words = state.name.removeprefix("is_").replace("_", " ")
     return f"is already {words}" if holds else f"is already not {words}"

@@ -20,13 +20,13 @@ _SUPPORTS = ("lies_in", "lies_on")
 def make_target_lookup(relation: str) -> LookupFunction:
     """Return a function that finds an object's targets in a stored relation, as a bit mask."""
 
-    def values(state: State, arguments: tuple[int, ...]) -> int:
+    def find_targets(state: State, arguments: tuple[int, ...]) -> int:
         return state.relation(relation).row(arguments[0])
 
-    return values
+    return find_targets
 
 
-def combine_halves(values: LookupFunction) -> LookupFunction:
+def make_lookup_with_halves(values: LookupFunction) -> LookupFunction:
     """Return a function that finds targets for goals.
 
     A sliced object has the targets that both halves have.
@@ -45,7 +45,7 @@ def combine_halves(values: LookupFunction) -> LookupFunction:
     return find_common_values
 
 
-def _find_floor(state: State, root: int) -> int:
+def _find_floor_bits(state: State, root: int) -> int:
     """Return the floor, as a bit mask, on which an object without other support stands."""
     return state.relation("stands_on").row(root)
 
@@ -135,7 +135,7 @@ shut_in = DefinedPredicate("shut_in", (X,), f.Exists(Y, closed(Y) & within(X, Y)
 floor_below = LookupPredicate(
     "floor_below",
     2,
-    support.make_floor_lookup(_SUPPORTS, _find_floor),
+    support.make_floor_lookup(_SUPPORTS, _find_floor_bits),
     (*_SUPPORTS, "floor", "stands_on"),
     support.make_floor_predicate("floor_below", floor, carries, stands_on(X, Y)),
 )
@@ -158,7 +158,9 @@ def _make_goal_relation(name: str, stored: Predicate | DefinedPredicate) -> Defi
     values = stored.values if isinstance(stored, DefinedPredicate) else None
     of_parts = f.ForAll(P, f.Implies(part_of(P, X), stored(P, Y)))
     seen = (stored(X, Y) & ~halved(X)) | (halved(X) & of_parts)
-    return DefinedPredicate(name, (X, Y), seen, combine_halves(values or make_target_lookup(stored.name)))
+    return DefinedPredicate(
+        name, (X, Y), seen, make_lookup_with_halves(values or make_target_lookup(stored.name))
+    )
 
 
 GOAL_STATES = tuple(_make_goal_state(state.name.removeprefix("is_"), state) for _, state in STATES)

@@ -8,7 +8,7 @@ from dataclasses import dataclass
 from typing import TypeAlias
 
 from eai.benchmarks.behavior import predicates as p
-from eai.benchmarks.behavior.evidence import GroundRelation, UnpublishedFacts, load_evidence
+from eai.benchmarks.behavior.evidence import GroundRelation, UnpublishedFacts, load_unpublished_facts
 from eai.benchmarks.behavior.predicates import VOCABULARY
 from eai.benchmarks.behavior.records import PACK, BehaviorRecord, read_records
 from eai.benchmarks.packs import open_pack
@@ -95,7 +95,7 @@ def open_tasks(source: Source | None = None) -> BehaviorTasks:
     Raises:
         DataError: they cannot be obtained, or the store is damaged.
     """
-    return build_tasks(read_records(open_pack(PACK, source)), load_evidence())
+    return build_tasks(read_records(open_pack(PACK, source)), load_unpublished_facts())
 
 
 def collect_initial_relations(
@@ -166,7 +166,11 @@ class _BehaviorTaskBuilder:
     def build_state(self, relations: Iterable[GroundRelation]) -> State:
         """Return the initial state of the task with the given relations."""
         return self.scene.state(
-            (*self._yield_kinds(), *self._yield_volume_comparisons(), *self._yield_situation(relations))
+            (
+                *self._yield_kind_facts(),
+                *self._yield_volume_comparisons(),
+                *self._yield_situation_facts(relations),
+            )
         )
 
     def yield_goals(self) -> Iterator[Goal]:
@@ -181,7 +185,7 @@ class _BehaviorTaskBuilder:
         for action, objects in self._record.plan:
             yield Action(action, tuple([self._index[name] for name in objects]))
 
-    def _yield_kinds(self) -> Iterator[Fact]:
+    def _yield_kind_facts(self) -> Iterator[Fact]:
         for obj in self._record.objects:
             names = [_ABILITY_PREDICATES[a] for a in obj.abilities if a in _ABILITY_PREDICATES]
             names += [obj.model] if obj.model in _MODEL_PREDICATES else []
@@ -205,7 +209,7 @@ class _BehaviorTaskBuilder:
                     if mine > MUCH_LARGER_RATIO * other:
                         yield Fact(p.much_larger.name, (i, j))
 
-    def _yield_situation(self, relations: Iterable[GroundRelation]) -> Iterator[Fact]:
+    def _yield_situation_facts(self, relations: Iterable[GroundRelation]) -> Iterator[Fact]:
         for state, name in yield_initial_states(self._record, self._evidence):
             yield Fact(f"is_{state}", (self._index[name],))
         for predicate, source, target in relations:
@@ -213,9 +217,9 @@ class _BehaviorTaskBuilder:
             yield Fact(p.STORED[predicate].name, pair)
             if predicate == "nextto":
                 yield Fact(p.STORED[predicate].name, pair[::-1])
-        yield from self._yield_robot_floor()
+        yield from self._yield_robot_floor_facts()
 
-    def _yield_robot_floor(self) -> Iterator[Fact]:
+    def _yield_robot_floor_facts(self) -> Iterator[Fact]:
         floors = {obj.instance: obj.name for obj in self._record.objects if obj.is_floor}
         for fact in self._record.problem.initial:
             source, *target = (term.name for term in fact.arguments)

@@ -59,13 +59,13 @@ class SceneReader:
     def _has(self, predicate: Predicate, *names: str) -> bool:
         return self._state.has(predicate.name, *[self._index[name] for name in names])
 
-    def _find_things(self, predicate: Predicate) -> list[str]:
+    def _find_objects_with(self, predicate: Predicate) -> list[str]:
         return [self._names[i] for i in bits(self._state.mask(predicate.name))]
 
     def _find_targets(self, predicate: Predicate, name: str) -> list[str]:
         return [self._names[i] for i in bits(self._state.relation(predicate.name).row(self._index[name]))]
 
-    def _find_sources(self, predicate: Predicate, name: str) -> list[str]:
+    def _find_sources_of(self, predicate: Predicate, name: str) -> list[str]:
         return [self._names[i] for i in bits(self._state.relation(predicate.name).column(self._index[name]))]
 
 
@@ -73,17 +73,18 @@ def describe_conventions(task: Task) -> str:
     """Return the sources, floors and relevant conventions of a task as text, each kind under a heading."""
     return "\n\n".join(
         filter(
-            None, (describe_situation(task), _join_below(HEADING, _ConventionWriter(task.initial).lines()))
+            None,
+            (describe_situation(task), _list_below_heading(HEADING, _ConventionWriter(task.initial).lines())),
         )
     )
 
 
 def describe_situation(task: Task) -> str:
     """Return the sources and floors of a task as text, one a line under a heading. The text may be empty."""
-    return _join_below(SITUATION, _SituationWriter(task.initial).lines())
+    return _list_below_heading(SITUATION, _SituationWriter(task.initial).lines())
 
 
-def _join_below(heading: str, lines: Iterable[str]) -> str:
+def _list_below_heading(heading: str, lines: Iterable[str]) -> str:
     texts = list(lines)
     return "\n".join((heading, *texts)) if texts else ""
 
@@ -98,9 +99,9 @@ class _SituationWriter(SceneReader):
             if given:
                 yield f"- {source} {self._describe_source(source, _join_names(given))}."
         resting = reduce(or_, [self._state.relation(support).sources for support in p.SUPPORTS])
-        free = {*self._find_things(p.present)} - {self._names[i] for i in bits(resting)}
-        for floor in self._find_things(p.floor):
-            above = [name for name in self._find_sources(p.by_floor, floor) if name in free]
+        free = {*self._find_objects_with(p.present)} - {self._names[i] for i in bits(resting)}
+        for floor in self._find_objects_with(p.floor):
+            above = [name for name in self._find_sources_of(p.by_floor, floor) if name in free]
             if above:
                 yield f"- {floor} is the floor of {_join_names(above)}."
 
@@ -121,29 +122,29 @@ class _ConventionWriter(SceneReader):
     def lines(self) -> Iterator[str]:
         """Yield a line for each convention."""
         yield from map(
-            self._describe_removal, [name for name in self._names if self._find_sources(p.has_cover, name)]
+            self._describe_removal, [name for name in self._names if self._find_sources_of(p.has_cover, name)]
         )
         yield from self._describe_heat()
         for name in self._names:
             yield from self._describe_products(name)
-        yield from map(self._describe_recipe, self._find_things(p.recipe))
+        yield from map(self._describe_recipe, self._find_objects_with(p.recipe))
         for name in self._names:
             fitting = self._find_targets(p.fits, name)
             if fitting:
                 yield f"- {name} can be attached to {_join_names(fitting)}."
 
     def _describe_removal(self, substance: str) -> str:
-        wiping = {how: self._find_sources(manner, substance) for manner, how in _WIPING_WORDS.items()}
+        wiping = {how: self._find_sources_of(manner, substance) for manner, how in _WIPING_WORDS.items()}
         ways = [f"by wiping with {_join_names(tools)} ({how})" for how, tools in wiping.items() if tools]
         washing, solvents = (
-            self._find_sources(p.washes_off, substance),
+            self._find_sources_of(p.washes_off, substance),
             self._find_targets(p.dissolved_by, substance),
         )
         if washing:
             ways.append(f"by washing or rinsing in {_join_names(washing)}")
         machines = [
             machine
-            for machine in (*self._find_things(p.washer), *self._find_things(p.sink))
+            for machine in (*self._find_objects_with(p.washer), *self._find_objects_with(p.sink))
             if machine not in washing
         ]
         if solvents and machines:
@@ -155,9 +156,9 @@ class _ConventionWriter(SceneReader):
 
     def _describe_heat(self) -> Iterator[str]:
         """Yield sentences on when sources of heat and cold work, and on their effects in this scene."""
-        sources = self._find_things(p.heat_source)
+        sources = self._find_objects_with(p.heat_source)
         food = {name for source in sources for name in self._find_targets(p.cooks, source)}
-        for source in (*sources, *self._find_things(p.cold_source)):
+        for source in (*sources, *self._find_objects_with(p.cold_source)):
             needs = [words for need, words in _NEED_WORDS.items() if self._has(need, source)]
             cooked, molten = self._find_targets(p.cooks, source), self._find_targets(p.melts, source)
             all_food = "all food here" if set(cooked) == food else _join_names(cooked)
@@ -170,7 +171,7 @@ class _ConventionWriter(SceneReader):
             yield f"- {source} works {', '.join(needs) or 'always'}{does}."
 
     def _describe_products(self, name: str) -> Iterator[str]:
-        halves = self._find_sources(p.part_of, name)
+        halves = self._find_sources_of(p.part_of, name)
         if halves:
             yield f"- SLICE makes {_join_names(halves)} of {name}."
         for predicate, words in _MADE_SENTENCES.items():

@@ -55,21 +55,21 @@ def convert_tasks(files: ArchiveFiles, report: ReportProgress) -> dict[str, byte
     removers: list[object] = []
     for abilities in kinds.values():
         if "removes" in abilities:
-            abilities["removes"] = _number_value(removers, abilities["removes"])
+            abilities["removes"] = _get_value_index(removers, abilities["removes"])
     values = {"kinds": kinds, "removers": removers}
     lines = [f"{name}\t{text}\n" for name, text in texts.items()]
     return {
         ACTIVITIES: "".join(lines).encode(),
-        KINDS: _compact(values),
-        RULES: _compact(rules),
+        KINDS: _to_compact_json(values),
+        RULES: _to_compact_json(rules),
     }
 
 
-def _compact(value: object) -> bytes:
+def _to_compact_json(value: object) -> bytes:
     return json.dumps(value, separators=(",", ":")).encode()
 
 
-def _number_value(values: list[object], value: object) -> int:
+def _get_value_index(values: list[object], value: object) -> int:
     """Return the index of a value in a list, after appending the value if it is new.
 
     Tools have only nine different ways to remove substances, so each is stored once.
@@ -115,25 +115,25 @@ def _select_abilities(annotated: Mapping[str, Any]) -> Iterator[tuple[str, objec
         elif name == "particleSink":
             yield "drains", True
         elif name == "particleRemover":
-            yield "removes", _read_remover(parameters)
+            yield "removes", _read_removal_manners(parameters)
 
 
-def _read_remover(parameters: Mapping[str, Any]) -> Mapping[str, object] | None:
+def _read_removal_manners(parameters: Mapping[str, Any]) -> Mapping[str, object] | None:
     """Return how a kind of tool removes each substance, or None if the annotations state no conditions.
 
     A few abstract kinds have no conditions. They remove substances as a rag does.
     """
     if not parameters:
         return None
-    by_substance = {name: _read_manner(way) for name, way in parameters["conditions"].items()}
+    by_substance = {name: _read_removal_manner(way) for name, way in parameters["conditions"].items()}
     others = {
-        kind: _read_manner(parameters[f"default_{kind}_conditions"])
+        kind: _read_removal_manner(parameters[f"default_{kind}_conditions"])
         for kind in ("visual", "fluid", "non_fluid")
     }
     return {**by_substance, **others}
 
 
-def _read_manner(conditions: Sequence[Sequence[Any]] | None) -> str | list[str] | None:
+def _read_removal_manner(conditions: Sequence[Sequence[Any]] | None) -> str | list[str] | None:
     match conditions:
         case None:
             return None
@@ -145,32 +145,35 @@ def _read_manner(conditions: Sequence[Sequence[Any]] | None) -> str | list[str] 
 
 
 def _read_rules(files: ArchiveFiles) -> dict[str, object]:
-    def rules(name: str) -> Any:
+    def read_rule_file(name: str) -> Any:
         return _read_json(files, f"{_RULES}/{name}.json")
 
-    def first(names: Iterable[str]) -> str:
+    def get_first_name(names: Iterable[str]) -> str:
         return next(iter(names))
 
     dice: dict[str, dict[str, str]] = {}
-    for rule in rules("dicing"):
-        whole = first(rule["input_synsets"])
+    for rule in read_rule_file("dicing"):
+        whole = get_first_name(rule["input_synsets"])
         cooked = bool(rule.get("input_states")) and rule["input_states"][whole][0][1]
-        dice.setdefault(whole, {})["cooked" if cooked else "raw"] = first(rule["output_synsets"])
+        dice.setdefault(whole, {})["cooked" if cooked else "raw"] = get_first_name(rule["output_synsets"])
     match = _ATTACHMENTS.search(files.read("bddl/bddl_verification.py").decode())
     if match is None:
         raise DataError("bddl/bddl_verification.py: expected VALID_ATTACHMENTS")
     mixed = [
-        *(("machine", rule) for rule in rules("single_toggleable_machine")),
-        *(("stirring", rule) for rule in rules("mixing_stick")),
-        *(("heat", rule) for rule in rules("heat_cook")),
+        *(("machine", rule) for rule in read_rule_file("single_toggleable_machine")),
+        *(("stirring", rule) for rule in read_rule_file("mixing_stick")),
+        *(("heat", rule) for rule in read_rule_file("heat_cook")),
     ]
     return {
-        "slice": {first(r["input_synsets"]): first(r["output_synsets"].items()) for r in rules("slicing")},
+        "slice": {
+            get_first_name(r["input_synsets"]): get_first_name(r["output_synsets"].items())
+            for r in read_rule_file("slicing")
+        },
         "dice": dice,
-        "melt": _read_products(rules("melting")),
-        "cook": _read_products(rules("substance_cooking")),
-        "cook_in_water": _read_products(rules("substance_watercooking")),
-        "wash": rules("washer"),
+        "melt": _read_products(read_rule_file("melting")),
+        "cook": _read_products(read_rule_file("substance_cooking")),
+        "cook_in_water": _read_products(read_rule_file("substance_watercooking")),
+        "wash": read_rule_file("washer"),
         "fits": sorted(ast.literal_eval(match[1])),
         "recipes": [_read_recipe(by, rule) for by, rule in mixed],
     }

@@ -113,9 +113,9 @@ class _KindRules:
     @cached_property
     def makings(self) -> Mapping[str, Sequence[Making]]:
         """Kind -> all ways to make an object of the kind."""
-        return group_pairs(self._yield_makings())
+        return group_pairs(self._yield_production_methods())
 
-    def _yield_makings(self) -> Iterator[tuple[str, Making]]:
+    def _yield_production_methods(self) -> Iterator[tuple[str, Making]]:
         for whole, (half, _) in self.slice.items():
             yield half, Making("slice", (whole,), ("slicer",))
         for whole, dice in self.dice.items():
@@ -161,12 +161,12 @@ class Kinds:
         source = self._kinds.get(synset, {}).get(ability)
         return None if source is None else _HeatSource(source["temperature"], tuple(source["needs"]))
 
-    def get_substances(self, synset: str) -> Sequence[str]:
+    def get_given_substances(self, synset: str) -> Sequence[str]:
         """Return the substances that objects of a kind give as sources or appliers."""
         substances: Sequence[str] = self._kinds.get(synset, {}).get("gives", ())
         return substances
 
-    def get_manner(self, tool: str, substance: str) -> Manner:
+    def get_removal_manner(self, tool: str, substance: str) -> Manner:
         """Return how a kind of tool removes a substance."""
         number = self._kinds.get(tool, {}).get("removes")
         if number is None:

@@ -244,10 +244,10 @@ def slice_() -> Operator:
     covered = ForEach(S, p.has_cover(X, S), (ForEach(P, halves, (Add(p.has_cover(P, S)),)),))
     effects = (ForEach(P, halves, (Add(p.present(P)),)), *placed, *inherited, covered, *use_up(X))
     text = "cut the first object into halves with the second, which is in a hand"
-    return Operator("SLICE", (X, T), _require_cutting(p.sliceable, "cannot be sliced"), effects, text)
+    return Operator("SLICE", (X, T), _require_cutting_tool(p.sliceable, "cannot be sliced"), effects, text)
 
 
-def _require_cutting(ability: Predicate, reason: str) -> tuple[Check, ...]:
+def _require_cutting_tool(ability: Predicate, reason: str) -> tuple[Check, ...]:
     return (
         require_ability(X, ability, reason),
         require_ability(T, p.slicer, "cannot cut"),
@@ -265,18 +265,18 @@ def dice() -> Operator:
     """
     diced = (p.diced_as(X, S) & ~p.is_cooked(X)) | (p.diced_cooked_as(X, S) & p.is_cooked(X))
 
-    def drop_dice(container: Formula, *held_as: Predicate) -> Effect:
+    def make_dice_placement(container: Formula, *held_as: Predicate) -> Effect:
         return ForEach(C, container, (ForEach(S, diced, tuple(Add(relation(C, S)) for relation in held_as)),))
 
     effects = (
         ForEach(S, diced, (Add(p.present(S)),)),
-        drop_dice(p.lies_in(X, C) & p.fillable(C), p.has_in, p.full_of),
-        drop_dice(p.lies_in(X, C) & ~p.fillable(C), p.has_cover),
-        drop_dice(p.lies_on(X, C), p.has_cover),
+        make_dice_placement(p.lies_in(X, C) & p.fillable(C), p.has_in, p.full_of),
+        make_dice_placement(p.lies_in(X, C) & ~p.fillable(C), p.has_cover),
+        make_dice_placement(p.lies_on(X, C), p.has_cover),
         *use_up(X),
     )
     text = "cut the first object into dice with the second, which is in a hand"
-    return Operator("DICE", (X, T), _require_cutting(p.diceable, "cannot be diced"), effects, text)
+    return Operator("DICE", (X, T), _require_cutting_tool(p.diceable, "cannot be diced"), effects, text)
 
 
 # Substances that can be poured: contents, the substance of a source, and covers other than stains.
@@ -498,7 +498,7 @@ def heat() -> Operator:
     OmniGibson: states heat_source_or_sink, cooked; rules CookingSystemRule, CookingObjectRule, MeltingRule.
     """
 
-    def warm(obj: Variable, where: Formula) -> Iterator[Effect]:
+    def make_warming_effects(obj: Variable, where: Formula) -> Iterator[Effect]:
         yield ForEach(obj, where & p.heatable(obj), (Add(p.is_hot(obj)), Delete(p.is_frozen(obj))))
         yield ForEach(obj, where & p.cooks(H, obj) & ~p.substance(obj), (Add(p.is_cooked(obj)),))
 
@@ -509,7 +509,7 @@ def heat() -> Operator:
     effects = (
         When(p.heatable(X), (Add(p.is_hot(X)), Delete(p.is_frozen(X)))),
         When(p.cooks(H, X) & ~p.substance(X), (Add(p.is_cooked(X)),)),
-        *warm(Z, p.carried_by(Z, X)),
+        *make_warming_effects(Z, p.carried_by(Z, X)),
         ForEach(
             O,
             p.substance(O),
@@ -614,7 +614,7 @@ def wait() -> Operator:
     return Operator("WAIT", (), (), effects, text)
 
 
-def complete_operator(operator: Operator) -> Operator:
+def add_common_checks(operator: Operator) -> Operator:
     """Return a copy of an action that checks its arguments to be objects, and moves the robot (D1)."""
     checks, effects = (*map(require_object, operator.parameters), *operator.checks), operator.effects
     if operator.parameters and operator.role not in (Role.MOVEMENT, Role.RELEASES):
@@ -646,7 +646,7 @@ def build_domain() -> Domain:
     return Domain(
         "behavior-1k",
         p.VOCABULARY,
-        tuple(map(complete_operator, operators)),
+        tuple(map(add_common_checks, operators)),
         find_when_possible,
         visible=p.real(X) & ((~p.substance(X) & is_in_sight(X)) | Exists(Y, openly & is_in_sight(Y))),
         landmarks=p.floor(X) | p.fixed(X),

@@ -22,45 +22,51 @@ S, W, P = Variable("s"), Variable("w"), Variable("p")
 R, I, B, O = Variable("r"), Variable("i"), Variable("b"), Variable("o")  # noqa: E741 - as recipes are read
 
 
-def _make_ability(name: str) -> Predicate:
+def _make_ability_predicate(name: str) -> Predicate:
     return Predicate(name, 1, static=True)
 
 
-def _make_hidden(name: str, arity: int = 1) -> Predicate:
+def _make_hidden_predicate(name: str, arity: int = 1) -> Predicate:
     return Predicate(name, arity, static=True, visible=False)
 
 
 # Abilities and classes of the kinds of objects.
-fixed, floor, container, fillable = map(_make_ability, ("fixed", "floor", "container", "fillable"))
-openable, toggleable = map(_make_ability, ("openable", "toggleable"))
-sliceable, diceable, slicer = map(_make_ability, ("sliceable", "diceable", "slicer"))
-cloth, foldable, absorbent = map(_make_ability, ("cloth", "foldable", "absorbent"))
-mixing_tool, mixer, lighter = map(_make_ability, ("mixing_tool", "mixer", "lighter"))
-heat_source, cold_source, flammable = map(_make_ability, ("heat_source", "cold_source", "flammable"))
-washer, dryer, sink = map(_make_ability, ("washer", "dryer", "sink"))
-substance, liquid = map(_make_ability, ("substance", "liquid"))
+fixed, floor, container, fillable = map(_make_ability_predicate, ("fixed", "floor", "container", "fillable"))
+openable, toggleable = map(_make_ability_predicate, ("openable", "toggleable"))
+sliceable, diceable, slicer = map(_make_ability_predicate, ("sliceable", "diceable", "slicer"))
+cloth, foldable, absorbent = map(_make_ability_predicate, ("cloth", "foldable", "absorbent"))
+mixing_tool, mixer, lighter = map(_make_ability_predicate, ("mixing_tool", "mixer", "lighter"))
+heat_source, cold_source, flammable = map(
+    _make_ability_predicate, ("heat_source", "cold_source", "flammable")
+)
+washer, dryer, sink = map(_make_ability_predicate, ("washer", "dryer", "sink"))
+substance, liquid = map(_make_ability_predicate, ("substance", "liquid"))
 
 # Facts of a scene that state the annotations' rules. A recipe is an invisible object.
 visual, heatable, water, boiled_water, recipe, relaxed = map(
-    _make_hidden, ("visual", "heatable", "water", "boiled_water", "recipe", "relaxed")
+    _make_hidden_predicate, ("visual", "heatable", "water", "boiled_water", "recipe", "relaxed")
 )
-works_on, works_closed, works_inside = map(_make_hidden, ("works_on", "works_closed", "works_inside"))
+works_on, works_closed, works_inside = map(
+    _make_hidden_predicate, ("works_on", "works_closed", "works_inside")
+)
 by_stirring, by_heat, product, makes_hot, makes_cooked = map(
-    _make_hidden, ("by_stirring", "by_heat", "product", "makes_hot", "makes_cooked")
+    _make_hidden_predicate, ("by_stirring", "by_heat", "product", "makes_hot", "makes_cooked")
 )
-by_floor, gives, fits, part_of = (_make_hidden(n, 2) for n in ("by_floor", "gives", "fits", "part_of"))
+by_floor, gives, fits, part_of = (
+    _make_hidden_predicate(n, 2) for n in ("by_floor", "gives", "fits", "part_of")
+)
 diced_as, diced_cooked_as, melts_to, cooks_to, boils_to = (
-    _make_hidden(n, 2) for n in ("diced_as", "diced_cooked_as", "melts_to", "cooks_to", "boils_to")
+    _make_hidden_predicate(n, 2) for n in ("diced_as", "diced_cooked_as", "melts_to", "cooks_to", "boils_to")
 )
-cooks, melts, chills = (_make_hidden(n, 2) for n in ("cooks", "melts", "chills"))
+cooks, melts, chills = (_make_hidden_predicate(n, 2) for n in ("cooks", "melts", "chills"))
 removes_dry, removes_soaked, removes_running, dissolved_by, washes_off = (
-    _make_hidden(n, 2)
+    _make_hidden_predicate(n, 2)
     for n in ("removes_dry", "removes_soaked", "removes_running", "dissolved_by", "washes_off")
 )
 ingredient, topping, base, raw, cooked_first = (
-    _make_hidden(n, 2) for n in ("ingredient", "topping", "base", "raw", "cooked_first")
+    _make_hidden_predicate(n, 2) for n in ("ingredient", "topping", "base", "raw", "cooked_first")
 )
-made_in, heated_by, makes = (_make_hidden(n, 2) for n in ("made_in", "heated_by", "makes"))
+made_in, heated_by, makes = (_make_hidden_predicate(n, 2) for n in ("made_in", "heated_by", "makes"))
 RULES = tuple([item for item in globals().values() if isinstance(item, Predicate) and item.arity == 2])
 """Predicates for the rules of the annotations, such as recipes: relations of two objects."""
 
@@ -92,7 +98,7 @@ soaked_with = Predicate("soaked_with", 2)
 carries, carried_by, within = support.make_carrying_predicates(_SUPPORTS)
 
 
-def _find_root_floor(state: State, root: int) -> int:
+def _find_root_floor_bits(state: State, root: int) -> int:
     """Return the floor of an object without support, as a bit mask.
 
     It is the robot's floor for a held object, and the floor of its room for another object.
@@ -103,13 +109,13 @@ def _find_root_floor(state: State, root: int) -> int:
 floor_of = LookupPredicate(
     "floor_of",
     2,
-    support.make_floor_lookup(SUPPORTS, _find_root_floor),
+    support.make_floor_lookup(SUPPORTS, _find_root_floor_bits),
     ("floor", "held", "robot_on", "by_floor", *SUPPORTS),
     support.make_floor_predicate(
         "floor_of", floor, carries, (held(X) & robot_on(Y)) | (~held(X) & by_floor(X, Y))
     ),
     single=True,
-    inverse=support.invert_lookup(support.make_floor_lookup(SUPPORTS, _find_root_floor)),
+    inverse=support.invert_lookup(support.make_floor_lookup(SUPPORTS, _find_root_floor_bits)),
 )
 real = DefinedPredicate(
     "real", (X,), present(X) | held(X) | Exists(Y, carries(Y, X)) | Exists(C, has_in(C, X) | has_cover(C, X))

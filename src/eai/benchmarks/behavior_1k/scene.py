@@ -175,7 +175,7 @@ class _SceneMaker:
 
     # The objects.
 
-    def _find_objects(self, synset: str) -> list[str]:
+    def _find_objects_of_kind(self, synset: str) -> list[str]:
         """Return the objects of a kind, objects that the activity declares first."""
         return [name for name, kind in self._kind_of_each.items() if kind == synset]
 
@@ -189,12 +189,12 @@ class _SceneMaker:
     def _fill_sources(self) -> None:
         """Add facts that sources give the substances of their kind, if the definition does not state them."""
         for name, kind in list(self._declared_kinds.items()):
-            for substance in self._kinds.get_substances(kind):
-                objects = self._find_objects(substance)
+            for substance in self._kinds.get_given_substances(kind):
+                objects = self._find_objects_of_kind(substance)
                 if not any((name, given) in self._gives for given in objects):
                     self._gives.add((name, objects[0] if objects else self._add_object(substance)))
 
-    def _is_equipped(self, need: str, present: set[str]) -> bool:
+    def _has_equipment(self, need: str, present: set[str]) -> bool:
         """Whether the scene has an object that is of a kind, or that has an ability."""
         return need in present or any(self._kinds.has(kind, need) for kind in self._declared_kinds.values())
 
@@ -208,7 +208,7 @@ class _SceneMaker:
         )
 
     def _can_be_used(self, making: k.Making, present: set[str], above: tuple[str, ...]) -> bool:
-        return all(self._is_equipped(need, present) for need in making.equipment) and all(
+        return all(self._has_equipment(need, present) for need in making.equipment) and all(
             self._can_be_made(ingredient, present, above) for ingredient in making.takes
         )
 
@@ -229,7 +229,7 @@ class _SceneMaker:
             if kind not in present or kind in {self._kind_of_each[name] for name in self._future}:
                 self._add_instances(kind, makings_of_kind)
         for name, kind in list(self._declared_kinds.items()):
-            if kind in self._kinds.rules.slice and self._is_equipped("slicer", present):
+            if kind in self._kinds.rules.slice and self._has_equipment("slicer", present):
                 self._add_halves(name, kind)
 
     def _add_instances(self, kind: str, ways: Sequence[k.Making]) -> None:
@@ -237,19 +237,21 @@ class _SceneMaker:
         number = 1
         for making in ways:
             if making.by == "slice":
-                number = max(number, 2 * len(self._find_objects(making.takes[0])))
+                number = max(number, 2 * len(self._find_objects_of_kind(making.takes[0])))
             if making.recipe is not None and not self._kinds.has(kind, "substance"):
                 number = max(number, making.recipe.makes[kind])
         by_slicing = any(making.by == "slice" for making in ways)
-        if by_slicing or not self._find_objects(kind):
-            while len(self._find_objects(kind)) < number:
+        if by_slicing or not self._find_objects_of_kind(kind):
+            while len(self._find_objects_of_kind(kind)) < number:
                 self._future.add(self._add_object(kind))
 
     def _add_halves(self, whole: str, kind: str) -> None:
         """Add the future halves of objects that can be sliced."""
         half, number = self._kinds.rules.slice[kind]
-        wholes = len(self._find_objects(kind))
-        while len([name for name in self._find_objects(half) if name in self._future]) < number * wholes:
+        wholes = len(self._find_objects_of_kind(kind))
+        while (
+            len([name for name in self._find_objects_of_kind(half) if name in self._future]) < number * wholes
+        ):
             self._future.add(self._add_object(half))
 
     # The facts.
@@ -323,7 +325,7 @@ class _SceneMaker:
         for other, substance in self._kind_of_each.items():
             if not self._kinds.has(substance, "substance"):
                 continue
-            match self._kinds.get_manner(kind, substance):
+            match self._kinds.get_removal_manner(kind, substance):
                 case []:
                     yield p.removes_dry, (name, other)
                 case "toggled_on":
@@ -339,7 +341,7 @@ class _SceneMaker:
 
     def _yield_solvents(self, name: str, kinds: Iterable[str]) -> _SceneFacts:
         for kind in kinds:
-            yield from ((p.dissolved_by, (name, solvent)) for solvent in self._find_objects(kind))
+            yield from ((p.dissolved_by, (name, solvent)) for solvent in self._find_objects_of_kind(kind))
 
     def _yield_products(self, name: str, kind: str) -> _SceneFacts:
         rules = self._kinds.rules
@@ -353,16 +355,16 @@ class _SceneMaker:
             (p.diced_as, dice.get("raw")),
             (p.diced_cooked_as, dice.get("cooked")),
         ):
-            for other in self._find_objects(made) if made is not None else ():
+            for other in self._find_objects_of_kind(made) if made is not None else ():
                 yield predicate, (name, other)
         for one, to in rules.fits:
             if one == kind:
-                yield from ((p.fits, (name, other)) for other in self._find_objects(to))
+                yield from ((p.fits, (name, other)) for other in self._find_objects_of_kind(to))
 
     def _yield_halves(self) -> _SceneFacts:
         for whole, (half, number) in self._kinds.rules.slice.items():
-            halves = [name for name in self._find_objects(half) if name in self._future]
-            for position, name in enumerate(self._find_objects(whole)):
+            halves = [name for name in self._find_objects_of_kind(half) if name in self._future]
+            for position, name in enumerate(self._find_objects_of_kind(whole)):
                 for half_name in halves[number * position : number * (position + 1)]:
                     yield p.part_of, (half_name, name)
 
@@ -415,17 +417,17 @@ class _SceneMaker:
             for kind, number in recipe.takes.items():
                 yield from self._yield_ingredients(name, recipe, kind, number, bakes=bakes)
             for kind, number in recipe.makes.items():
-                made = self._find_objects(kind)
+                made = self._find_objects_of_kind(kind)
                 declared = len([product for product in made if product in self._declared_kinds])
                 for product in made[: max(number, declared)]:
                     yield p.makes, (name, product)
                     yield p.product, (product,)
             yield from ((p.makes_cooked, (name,)) for state in recipe.result if state == "cooked")
             yield from ((p.makes_hot, (name,)) for state in recipe.result if state == "hot")
-            yield from ((p.made_in, (name, vessel)) for vessel in self._find_objects(recipe.vessel))
-            yield from ((p.heated_by, (name, source)) for source in self._find_objects(recipe.source))
+            yield from ((p.made_in, (name, vessel)) for vessel in self._find_objects_of_kind(recipe.vessel))
+            yield from ((p.heated_by, (name, source)) for source in self._find_objects_of_kind(recipe.source))
             if recipe.by == "machine":
-                yield from ((p.mixer, (machine,)) for machine in self._find_objects(recipe.vessel))
+                yield from ((p.mixer, (machine,)) for machine in self._find_objects_of_kind(recipe.vessel))
 
     def _yield_ingredients(
         self, name: str, recipe: k.Recipe, kind: str, number: int, *, bakes: bool
@@ -435,7 +437,7 @@ class _SceneMaker:
         is_substance = self._kinds.has(kind, "substance")
         if is_substance and bakes and not related:
             return
-        for taken in self._find_objects(kind)[: None if is_substance else number]:
+        for taken in self._find_objects_of_kind(kind)[: None if is_substance else number]:
             yield p.topping if kind in recipe.toppings else p.ingredient, (name, taken)
             if kind in recipe.toppings.values():
                 yield p.base, (name, taken)
@@ -447,7 +449,7 @@ SetUp: TypeAlias = Callable[[str], tuple[_Activity, State]]
 """Returns the parsed definition and the initial state of the activity with this name."""
 
 
-def make_set_up(kinds: k.Kinds, texts: Mapping[str, str]) -> SetUp:
+def make_scene_setup(kinds: k.Kinds, texts: Mapping[str, str]) -> SetUp:
     """Return the function that makes the initial state of an activity.
 
     It raises KeyError for an unknown name.

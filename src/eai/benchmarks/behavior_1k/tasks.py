@@ -15,7 +15,7 @@ from eai.base.errors import InputError
 from eai.base.files import parse_toml
 from eai.benchmarks.behavior_1k.kinds import ACTIVITIES, KINDS, PACK, PLANS, RULES, Kinds
 from eai.benchmarks.behavior_1k.operators import READING
-from eai.benchmarks.behavior_1k.scene import RECIPE, SetUp, make_set_up
+from eai.benchmarks.behavior_1k.scene import RECIPE, SetUp, make_scene_setup
 from eai.benchmarks.packs import open_pack
 from eai.tasks.english import NUMBERS, English, inflect, pluralize, sentences_of
 from eai.tasks.source import Source, TaskSet
@@ -28,13 +28,13 @@ PhraseOfVariable = Mapping[str, str]
 """Variable of a goal -> the English phrase that replaces it, such as ``every lamp``."""
 
 
-def _read_own_file(name: str) -> bytes:
+def _read_packaged_file(name: str) -> bytes:
     return (files("eai.benchmarks.behavior_1k") / name).read_bytes()
 
 
 def load_exclusions() -> Mapping[str, str]:
     """Return a mapping from excluded activities to the reason: scores do not count these activities."""
-    entries = parse_toml(_read_own_file(_EVIDENCE).decode())["left_out"]
+    entries = parse_toml(_read_packaged_file(_EVIDENCE).decode())["left_out"]
     return {name: entry["reason"] for entry in entries for name in entry["activities"]}
 
 
@@ -42,7 +42,7 @@ def load_subsets() -> Mapping[str, tuple[str, ...]]:
     """Return lists of activities by the name of the list."""
     return {
         name: tuple(names)
-        for name, names in parse_toml(_read_own_file(_EVIDENCE).decode())["subsets"].items()
+        for name, names in parse_toml(_read_packaged_file(_EVIDENCE).decode())["subsets"].items()
     }
 
 
@@ -61,16 +61,16 @@ def open_tasks(english: English, source: Source | None = None) -> TaskSet[Task]:
     """
     pack = open_pack(PACK, source)
     texts, plans, excluded = (
-        _split_lines(pack.read(ACTIVITIES)),
-        _split_lines(_read_own_file(PLANS)),
+        _split_by_activity(pack.read(ACTIVITIES)),
+        _split_by_activity(_read_packaged_file(PLANS)),
         load_exclusions(),
     )
 
     @cache
     def set_up() -> SetUp:
-        return make_set_up(Kinds(pack.read_json(KINDS), pack.read_json(RULES)), texts)
+        return make_scene_setup(Kinds(pack.read_json(KINDS), pack.read_json(RULES)), texts)
 
-    def build(task_id: str) -> Task:
+    def build_task(task_id: str) -> Task:
         activity, initial = set_up()(task_id)
         title = task_id.replace("_", " ")
         formulas = tuple(dict.fromkeys(f.get_operands(activity.problem.goal, f.And)))
@@ -89,8 +89,8 @@ def open_tasks(english: English, source: Source | None = None) -> TaskSet[Task]:
         )
 
     digests = [pack.members[member] for member in (ACTIVITIES, KINDS, RULES)]
-    digests += [hashlib.sha256(_read_own_file(name)).hexdigest() for name in (PLANS, _EVIDENCE)]
-    return TaskSet(texts, build, hashlib.sha256("".join((*digests, READING)).encode()).hexdigest())
+    digests += [hashlib.sha256(_read_packaged_file(name)).hexdigest() for name in (PLANS, _EVIDENCE)]
+    return TaskSet(texts, build_task, hashlib.sha256("".join((*digests, READING)).encode()).hexdigest())
 
 
 def _read_plan(line: str) -> tuple[Action, ...]:
@@ -102,14 +102,14 @@ def _read_plan(line: str) -> tuple[Action, ...]:
     return tuple(Action(operator, tuple(map(int, names))) for operator, *names in steps)
 
 
-def _split_lines(content: bytes) -> Mapping[str, str]:
+def _split_by_activity(content: bytes) -> Mapping[str, str]:
     return dict(line.split("\t") for line in content.decode().splitlines())
 
 
-def _noun_of(category: str) -> str:
+def _get_category_noun(category: str) -> str:
     """Return the English noun of a category: ``apple half`` for ``half__apple``."""
     if category.startswith("half__"):
-        return f"{_noun_of(category.removeprefix('half__'))} half"
+        return f"{_get_category_noun(category.removeprefix('half__'))} half"
     return category.replace("__", " ").replace("_", " ")
 
 
@@ -142,7 +142,7 @@ class _SentenceWriter:
         if term.name in names:
             return names[term.name]
         category = self._objects[term.name]
-        return f"the {_noun_of(category)}" if self._categories.count(category) == 1 else term.name
+        return f"the {_get_category_noun(category)}" if self._categories.count(category) == 1 else term.name
 
     def write_clause(self, goal: f.Formula, names: PhraseOfVariable) -> str:
         """Return a goal as a clause without a full stop.
@@ -158,7 +158,9 @@ class _SentenceWriter:
             case f.Not(f.ForAll(variable, body)):
                 return self.write_clause(f.Exists(variable, f.Not(body)), names)
             case f.Not(f.Exists(variable, f.Atom() as atom)):
-                return self._write_sentence(atom, {**names, variable.name: f"no {_get_noun(variable)}"})
+                return self._write_sentence(
+                    atom, {**names, variable.name: f"no {_get_variable_noun(variable)}"}
+                )
             case f.Not(operand):
                 return f"it is not so that {self.write_clause(operand, names)}"
             case f.And(parts):
@@ -176,24 +178,29 @@ class _SentenceWriter:
         """Return the clause of a goal with a quantifier: all, some, a number, or pairs of objects."""
         match goal:
             case f.ForAll(variable, f.Not(f.Atom() as atom)):
-                return self._write_sentence(atom, {**names, variable.name: f"no {_get_noun(variable)}"})
+                return self._write_sentence(
+                    atom, {**names, variable.name: f"no {_get_variable_noun(variable)}"}
+                )
             case f.ForAll(variable, body) | f.Exists(variable, body):
-                which = f"{'every' if isinstance(goal, f.ForAll) else 'at least one'} {_get_noun(variable)}"
+                quantifier = "every" if isinstance(goal, f.ForAll) else "at least one"
+                which = f"{quantifier} {_get_variable_noun(variable)}"
                 if isinstance(body, f.Atom):
                     return self._write_sentence(body, {**names, variable.name: which})
                 return f"for {which}, {self._write_body(body, names, variable)}"
             case f.Exactly(count, variable, body):
-                noun = _get_noun(variable) if count == 1 else pluralize(_get_noun(variable))
+                noun = _get_variable_noun(variable) if count == 1 else pluralize(_get_variable_noun(variable))
                 number = NUMBERS.get(count, str(count))
                 return f"for exactly {number} {noun}, {self._write_body(body, names, variable)}"
             case f.ForPairs(first, second, body):
                 clause = self._write_body(body, names, first, second)
-                return f"each {_get_noun(first)} goes with a different {_get_noun(second)}, so that {clause}"
+                own, other = _get_variable_noun(first), _get_variable_noun(second)
+                return f"each {own} goes with a different {other}, so that {clause}"
         raise InputError(f"goals with {type(goal).__name__} cannot be written as a sentence")
 
     def _write_body(self, body: f.Formula, names: PhraseOfVariable, *variables: f.Variable) -> str:
         return self.write_clause(
-            body, {**names, **{variable.name: f"that {_get_noun(variable)}" for variable in variables}}
+            body,
+            {**names, **{variable.name: f"that {_get_variable_noun(variable)}" for variable in variables}},
         )
 
     def _write_sentence(self, atom: f.Atom, names: PhraseOfVariable, *, negated: bool = False) -> str:
@@ -202,5 +209,5 @@ class _SentenceWriter:
         return inflect(sentence, negated=negated).format(**dict(zip("xy", phrases, strict=False)))
 
 
-def _get_noun(variable: f.Variable) -> str:
-    return _noun_of(variable.category or "thing")
+def _get_variable_noun(variable: f.Variable) -> str:
+    return _get_category_noun(variable.category or "thing")

@@ -25,8 +25,8 @@ from eai.benchmarks.generator.prior import (
     Prior,
     Theme,
     filter_patterns,
+    find_argument_uses,
     find_patterns,
-    find_uses,
     restrict_to_categories,
 )
 from eai.planning.effect_schema import make_effect_schemas
@@ -59,19 +59,21 @@ class UsualDomain:
         if self._kinds:
             vocabulary = Vocabulary((*self._original.predicates, *self._kinds), self._original.derived)
             used = [operator for operator in domain.operators if operator.name in prior.operators]
-            self.domain = replace(domain, vocabulary=vocabulary, operators=tuple(map(_restrict, used)))
+            self.domain = replace(
+                domain, vocabulary=vocabulary, operators=tuple(map(_restrict_to_usual_arguments, used))
+            )
 
     def make_state(self, scene: Scene, facts: Iterable[Fact]) -> State:
         """Return a state of the restricted domain, with the objects of a scene and these facts."""
         own = Scene(self.domain.vocabulary, scene.objects, scene.agent)
-        return own.state((*self._select_declared(facts), *self._make_usual_facts(own)))
+        return own.state((*self._select_declared_facts(facts), *self._make_usual_facts(own)))
 
     def restore_state(self, state: State) -> State:
         """Return the state of the original domain that equals a state of the restricted domain."""
         scene = Scene(self._original, state.scene.objects, state.scene.agent)
-        return scene.state(self._select_declared(state.facts()))
+        return scene.state(self._select_declared_facts(state.facts()))
 
-    def _select_declared(self, facts: Iterable[Fact]) -> Iterator[Fact]:
+    def _select_declared_facts(self, facts: Iterable[Fact]) -> Iterator[Fact]:
         return (fact for fact in facts if self._original.find_stored(fact.predicate) is not None)
 
     def _make_usual_facts(self, scene: Scene) -> Iterator[Fact]:
@@ -85,7 +87,7 @@ def _make_usual_predicate(operator: str, place: int) -> Predicate:
     return Predicate(f"usual {operator} {place}", 1, static=True)
 
 
-def _restrict(operator: Operator) -> Operator:
+def _restrict_to_usual_arguments(operator: Operator) -> Operator:
     checks = [
         affordance(_make_usual_predicate(operator.name, place)(parameter), f"{{{parameter.name}}} is unusual")
         for place, parameter in enumerate(operator.parameters)
@@ -112,20 +114,20 @@ def count_prior(benchmark: Benchmark, tasks: Iterable[Task]) -> Prior:
     tasks, domain = list(tasks), benchmark.domain
     listings = benchmark.wording(Ability.ACTION_SEQUENCING).goal_listings
     states = [task.initial for task in tasks]
-    courses = [execute(domain, task.initial, _cut_plan(task.script, domain)) for task in tasks]
+    courses = [execute(domain, task.initial, _cut_plan_at_error(task.script, domain)) for task in tasks]
     done = [(action, course.final.scene) for course in courses for action in course.executed]
-    kinds = frozenset([use for action, scene in done for use in find_uses(action, scene)])
+    kinds = frozenset([use for action, scene in done for use in find_argument_uses(action, scene)])
     goals = [goal for task in tasks for goal in task.goals]
-    forms = Counter([_get_shape(goal) for goal in goals])
+    forms = Counter([_get_goal_shape(goal) for goal in goals])
     is_plain = not any(forms[form] for form in _QUANTIFIED)
     asked = [
         (formula, pattern, task.scene) for task in tasks for formula, pattern in _find_goal_patterns(task)
     ]
-    wanted = Counter([(p.predicate, p.truth) for _, p, scene in asked if not _is_of_agent(p, scene)])
+    wanted = Counter([(p.predicate, p.truth) for _, p, scene in asked if not _is_about_agent(p, scene)])
     weights = _weigh_patterns(tasks, courses, listings)
     if not kinds:
         wanted.update(product([listing.predicate for listing in listings], (True, False)))
-        for pattern in _make_all_patterns(wanted, states):
+        for pattern in _make_all_possible_patterns(wanted, states):
             weights[pattern] += _FACT_WEIGHT
     usual = (((p.predicate, p.truth), (p, weight)) for p, weight in weights.items() if weight > 0)
     patterns = {key: dict(known) for key, known in group_pairs(usual).items() if key in wanted}
@@ -134,8 +136,8 @@ def count_prior(benchmark: Benchmark, tasks: Iterable[Task]) -> Prior:
     )  # a literal that makes no sense as a goal makes sense when negated
     sound = filter_patterns(patterns, lambda p: not (p.truth and is_odd(p.predicate, p.categories)))
     roles = {operator.name: infer_operator_role(operator) for operator in domain.operators}
-    nestings, combinations, needy = _find_combinations(tasks)
-    places, parts = _find_relations(domain, states)
+    nestings, combinations, needy = _find_known_combinations(tasks)
+    places, parts = _find_place_and_part_relations(domain, states)
     several = {kind for task in tasks for kind, number in _count_categories(task).items() if number > 1}
     return Prior(
         patterns=patterns,
@@ -163,7 +165,7 @@ def count_prior(benchmark: Benchmark, tasks: Iterable[Task]) -> Prior:
     )
 
 
-def _get_shape(goal: Goal) -> str:
+def _get_goal_shape(goal: Goal) -> str:
     return "Occurs" if goal.kind is GoalKind.ACTION else type(goal.formula).__name__
 
 
@@ -188,7 +190,8 @@ def _weigh_patterns(
         crowds.update(_count_excess_pairs(task.initial, objects, listings))
         afterwards = [course.final, *([] if task.annotated_final is None else [task.annotated_final])]
         came_about = [
-            _find_changes(before, _find_fact_patterns(state, objects, listings)) for state in afterwards
+            _find_changed_patterns(before, _find_fact_patterns(state, objects, listings))
+            for state in afterwards
         ]
         for pattern in dict.fromkeys(chain(*came_about)):
             weights[pattern] += _EFFECT_WEIGHT
@@ -202,7 +205,7 @@ def _weigh_patterns(
 _Triples: TypeAlias = set[tuple[str, str, str]]
 
 
-def _find_combinations(tasks: Iterable[Task]) -> tuple[_Triples, _Triples, set[tuple[str, str]]]:
+def _find_known_combinations(tasks: Iterable[Task]) -> tuple[_Triples, _Triples, set[tuple[str, str]]]:
     """Return the fields `nestings`, `combinations` and `dependent_states` of `Prior`, counted in tasks."""
     nestings, combinations = _Triples(), _Triples()
     alone, accompanied = Counter[tuple[str, str]](), Counter[tuple[str, str]]()
@@ -249,7 +252,7 @@ def _weigh_shapes(forms: Counter[str]) -> Mapping[str, int]:
     return {**varied, "Occurs": forms["Occurs"] * shares} if forms["Occurs"] else varied
 
 
-def _cut_plan(plan: Sequence[Action], domain: Domain) -> list[Action]:
+def _cut_plan_at_error(plan: Sequence[Action], domain: Domain) -> list[Action]:
     """Return the steps of a plan before the first unknown operator or wrong number of objects."""
     kept = []
     for action in plan:
@@ -293,20 +296,24 @@ def _count_excess_pairs(state: State, objects: Sequence[int], listings: Iterable
 
 def _find_agent_patterns(task: Task) -> tuple[Pattern, ...]:
     patterns = [p for goal in task.goals for p in find_patterns(goal.formula, task.scene)]
-    return tuple(dict.fromkeys([pattern for pattern in patterns if _is_of_agent(pattern, task.scene)]))
+    return tuple(dict.fromkeys([pattern for pattern in patterns if _is_about_agent(pattern, task.scene)]))
 
 
-def _is_of_agent(pattern: Pattern, scene: Scene) -> bool:
+def _is_about_agent(pattern: Pattern, scene: Scene) -> bool:
     return scene.agent is not None and scene.objects[scene.agent].category in pattern.categories
 
 
-def _find_changes(before: Mapping[Pattern, None], after: Mapping[Pattern, None]) -> Iterator[Pattern]:
+def _find_changed_patterns(
+    before: Mapping[Pattern, None], after: Mapping[Pattern, None]
+) -> Iterator[Pattern]:
     """Yield patterns that hold only after a plan, then the negation of patterns that hold only before it."""
     yield from (pattern for pattern in after if pattern not in before)
     yield from (pattern._replace(truth=False) for pattern in before if pattern not in after)
 
 
-def _make_all_patterns(wanted: Iterable[tuple[str, bool]], states: Sequence[State]) -> Iterator[Pattern]:
+def _make_all_possible_patterns(
+    wanted: Iterable[tuple[str, bool]], states: Sequence[State]
+) -> Iterator[Pattern]:
     """Yield a pattern for every combination of a predicate and categories, for a data set without plans."""
     for state in states:
         categories = dict.fromkeys(thing.category for thing in state.scene.objects)
@@ -315,7 +322,9 @@ def _make_all_patterns(wanted: Iterable[tuple[str, bool]], states: Sequence[Stat
             yield from (Pattern(predicate, chosen, truth) for chosen in product(categories, repeat=arity))
 
 
-def _find_relations(domain: Domain, states: Sequence[State]) -> tuple[tuple[str, ...], tuple[str, ...]]:
+def _find_place_and_part_relations(
+    domain: Domain, states: Sequence[State]
+) -> tuple[tuple[str, ...], tuple[str, ...]]:
     """Return the relations that state places of objects, and the relations between a part and its whole.
 
     Both kinds of relations are recognized by the mean number of objects to which an object is related.

@@ -17,19 +17,19 @@ from eai.abilities.protocol import Ability
 from eai.base.errors import InputError
 from eai.base.json_value import Json
 from eai.benchmarks.benchmark import Benchmark
-from eai.benchmarks.copied_answers import LookupTable
+from eai.benchmarks.copied_answers import SimilarTaskTable
 from eai.benchmarks.generator import sets
 from eai.benchmarks.generator.census import UsualDomain, count_prior
 from eai.benchmarks.generator.goals import Proposals
-from eai.benchmarks.generator.hazards import add_hazards, find_hazard_goals, may_occur
-from eai.benchmarks.generator.measures import Measure, difficulty_model, measure_task
+from eai.benchmarks.generator.hazards import add_hazards, find_hazard_goals, may_hazard_occur
+from eai.benchmarks.generator.measures import Measure, get_difficulty_model, measure_task
 from eai.benchmarks.generator.prior import Pattern, Prior, Theme, clash, find_subjects, is_idle
 from eai.benchmarks.generator.scene import (
-    add_guests,
+    add_objects_of_other_tasks,
     add_similar_objects,
-    find_hiding_places,
     hide,
     make_closed_scene,
+    make_hiding_place_finder,
 )
 from eai.benchmarks.generator.spec import (
     CANARY,
@@ -42,10 +42,10 @@ from eai.benchmarks.generator.spec import (
     Split,
     TaskKind,
     Tier,
-    tier_of,
+    get_tier_of_length,
 )
 from eai.benchmarks.generator.twins import Balance, make_ambiguous_pair, make_possible_pair
-from eai.benchmarks.generator.walk import TemporalGoalFinder, Walk, find_lower_bound, make_certificate
+from eai.benchmarks.generator.walk import TemporalGoalFinder, Walk, find_min_plan_length, make_short_plan
 from eai.benchmarks.generator.words import Words
 from eai.logic.traversal import find_object_names
 from eai.planning.planner import Planner
@@ -98,7 +98,7 @@ _TASKS_PER_PLANNER = 200
 """Number of tasks after which planners are replaced, because a planner keeps every formula it has read."""
 
 
-class _ObjectionFinder:
+class _RejectionFinder:
     """Finds the reason to reject a task, such as an inexact instruction, or a public task with equal goals.
 
     Args:
@@ -112,9 +112,9 @@ class _ObjectionFinder:
         self._public = {
             sets.fingerprint_goals([goal.formula for goal in task.goals], task.scene) for task in public
         }
-        self._table = LookupTable(public, domain)
+        self._table = SimilarTaskTable(public, domain)
 
-    def find_objection(self, task: Task, words: Words, least: int, most: int) -> Reason | None:
+    def find_rejection_reason(self, task: Task, words: Words, least: int, most: int) -> Reason | None:
         """Return the reason to reject a task, or None for a good task.
 
         Args:
@@ -132,7 +132,7 @@ class _ObjectionFinder:
             return Reason.HOLDS_ALREADY
         if not solves(self._domain, task, task.script):
             return Reason.NO_CERTIFICATE
-        if (reason := self._find_objection_to_words(task, words)) is not None:
+        if (reason := self._find_instruction_problem(task, words)) is not None:
             return reason
         if sets.fingerprint_task(task)[0] in self._public:
             return Reason.PUBLIC
@@ -140,7 +140,7 @@ class _ObjectionFinder:
             return Reason.PUBLIC_PLAN
         return None
 
-    def _find_objection_to_words(self, task: Task, words: Words) -> Reason | None:
+    def _find_instruction_problem(self, task: Task, words: Words) -> Reason | None:
         """Return the reason to reject an instruction, or None if it is good.
 
         An instruction is rejected if it can describe an object only by its name, or if reading it does not
@@ -179,7 +179,7 @@ class Generator:
 
     def __post_init__(self) -> None:
         self._made, self._balance = 0, Balance()
-        self._difficulty = difficulty_model(self.benchmark.name)
+        self._difficulty = get_difficulty_model(self.benchmark.name)
         if self._difficulty is None and self.spec.difficulty is not None:
             raise InputError(
                 f"difficulty: no difficulties of tasks are known for {self.benchmark.name}; leave it out"
@@ -193,10 +193,10 @@ class Generator:
                 f"by {self.spec.held_out}"
             )
         self._titles = list(dict.fromkeys([task.title for task in self._bases]))
-        self._objections = _ObjectionFinder(self.benchmark.domain, self._tasks, by_place=self.spec.by_place)
+        self._objections = _RejectionFinder(self.benchmark.domain, self._tasks, by_place=self.spec.by_place)
         self._usage = UsualDomain(self.benchmark.domain, self.prior)
-        self._hiding = find_hiding_places(self.benchmark.domain, self.prior)
-        self._weights = list(self._weigh_bases())
+        self._hiding = make_hiding_place_finder(self.benchmark.domain, self.prior)
+        self._weights = list(self._weigh_base_tasks())
         self._renew_planners()
         self._listings = self.benchmark.wording(Ability.ACTION_SEQUENCING).goal_listings
 
@@ -205,7 +205,7 @@ class Generator:
         self._planner = Planner(self._usage.domain)
         self._free_planner = Planner(self.benchmark.domain)
 
-    def _weigh_bases(self) -> Iterator[float]:
+    def _weigh_base_tasks(self) -> Iterator[float]:
         """Yield for each public task the weight with which it is drawn as the base of a new task.
 
         All weights are 1 if the data set has quantified goals. Otherwise all titles together have equal
@@ -231,26 +231,26 @@ class Generator:
         rng = self.spec.rng(seed)
         base = rng.choices(self._bases, self._weights)[0]
         initial, hidden = self._make_scene(base, rng)
-        if self.spec.kind.is_hazardous and not may_occur(
+        if self.spec.kind.is_hazardous and not may_hazard_occur(
             self.benchmark.notation.english.hazards, initial.scene
         ):
             return Reason.NO_HAZARD
         least, most = self._get_length_range(base)
-        walk = self._make_walk(base, initial, hidden, rng, least, most)
+        walk = self._make_action_sequence(base, initial, hidden, rng, least, most)
         if not walk.goals:
             return Reason.NO_GOALS
         goals, start = list(walk.goals), self._usage.restore_state(initial)
-        split = sets.split_of_goals(goals, start.scene, self.spec.held_out)
+        split = sets.choose_split_of_goals(goals, start.scene, self.spec.held_out)
         if self.spec.split not in (Split.ALL, split):
             return Reason.OTHER_SPLIT
         if not self.spec.kind.is_over_time and sets.fingerprint(goals, start) in known:
             return Reason.COPY
-        words = Words.for_benchmark(self.benchmark, start, by_place=self.spec.by_place)
+        words = Words.make_for_benchmark(self.benchmark, start, by_place=self.spec.by_place)
         name = f"{self.benchmark.name}-{self.spec.sha256[:6]}-{seed}"
         unsolved = make_task(name, words.make_instruction(goals, rng), start, *goals)
-        task = replace(unsolved, script=tuple(make_certificate(walk)))
+        task = replace(unsolved, script=tuple(make_short_plan(walk)))
         about: dict[str, Json] = {"split": split.value}
-        reason = self._objections.find_objection(task, words, least, most)
+        reason = self._objections.find_rejection_reason(task, words, least, most)
         if reason is None and self.spec.kind.is_over_time:
             proposals = self._make_proposals(initial, self.prior.themes[base.title])
             timed = self._add_goals_over_time(task, initial, proposals, words, rng)
@@ -258,14 +258,14 @@ class Generator:
                 return timed
             task = timed.task
             about |= timed.about
-            reason = self._objections.find_objection(task, words, least, most + _MAX_EXTRA_STEPS)
+            reason = self._objections.find_rejection_reason(task, words, least, most + _MAX_EXTRA_STEPS)
             if reason is None and sets.fingerprint_task(task) in known:
                 reason = Reason.COPY
         if reason is None and self.is_given_away is not None and self.is_given_away(task):
             reason = Reason.KNOWN_PLAN
         if reason is None and not self._can_be_seen(task):
             reason = Reason.NEVER_SEEN
-        outcome = self._measure(task, seed, about) if reason is None else reason
+        outcome = self._measure_task(task, seed, about) if reason is None else reason
         return outcome if isinstance(outcome, Reason) else self._add_paired_task(outcome, rng)
 
     def _add_paired_task(self, made: Generated, rng: random.Random) -> GenerationOutcome:
@@ -315,7 +315,7 @@ class Generator:
             for i in sorted(task.find_named_objects(task.goals))
         )
 
-    def _measure(self, task: Task, seed: str, about: dict[str, Json]) -> GenerationOutcome:
+    def _measure_task(self, task: Task, seed: str, about: dict[str, Json]) -> GenerationOutcome:
         """Return the task with its measures, or the reason why it is too easy, too difficult or too small."""
         measures = measure_task(task, self.benchmark.domain)
         if any(measures[measure] < number for measure, number in self.spec.at_least):
@@ -325,15 +325,15 @@ class Generator:
             low, high = self.spec.difficulty or (-math.inf, math.inf)
             if not low <= expected <= high:
                 return Reason.DIFFICULTY
-        about["lower_bound"] = least = find_lower_bound(task, self.benchmark.domain, self.spec.depth)
+        about["lower_bound"] = least = find_min_plan_length(task, self.benchmark.domain, self.spec.depth)
         if least == 1:
             return Reason.ONE_ACTION
-        return Generated(task, {**self._describe(task, seed, measures), **about})
+        return Generated(task, {**self._describe_task(task, seed, measures), **about})
 
-    def _describe(self, task: Task, seed: str, measured: Mapping[Measure, int]) -> dict[str, Json]:
+    def _describe_task(self, task: Task, seed: str, measured: Mapping[Measure, int]) -> dict[str, Json]:
         of_goals, of_scene = sets.fingerprint_task(task)
         return {
-            "tier": tier_of(len(task.script)).value,
+            "tier": get_tier_of_length(len(task.script)).value,
             **{measure.value: number for measure, number in measured.items()},
             "goals_fingerprint": of_goals,
             "scene_fingerprint": of_scene,
@@ -355,7 +355,7 @@ class Generator:
             kinds = self.prior.themes[base.title].categories
             scene = add_similar_objects(scene, self.prior, rng, most, kinds)
         if rich:
-            scene = add_guests(scene, self._bases, self.prior, rng, most)
+            scene = add_objects_of_other_tasks(scene, self._bases, self.prior, rng, most)
         closed = self._usage.make_state(scene.scene, scene.facts())
         proposals = self._make_proposals(closed)
         walk = Walk(self._planner, closed)
@@ -364,7 +364,7 @@ class Generator:
             if wanted is not None:
                 walk.reach(wanted)
                 walk.conditions.clear()
-            if self._find_held(walk.state) - self._find_held(before):
+            if self._find_held_objects(walk.state) - self._find_held_objects(before):
                 walk.state = before
         if place is not None:
             names = [base.scene.objects[i].name for i in pair]
@@ -388,7 +388,7 @@ class Generator:
         place = rng.choice(places)
         return place, [rng.choice(list(bits(base.scene.category(kind)))) for kind in place.categories]
 
-    def _find_held(self, state: State) -> set[int]:
+    def _find_held_objects(self, state: State) -> set[int]:
         return {
             fact.arguments[-1] for fact in state.facts() if fact.predicate in self.prior.holding_predicates
         }
@@ -404,7 +404,7 @@ class Generator:
         spec = self.spec
         return Proposals.make(state.scene, self.prior, spec.forms, actions=spec.actions, theme=theme)
 
-    def _make_walk(
+    def _make_action_sequence(
         self, base: Task, initial: State, hidden: frozenset[int], rng: random.Random, least: int, most: int
     ) -> Walk:
         """Return a sequence of about the wanted number of actions, with the goals that it reaches.
@@ -428,7 +428,7 @@ class Generator:
                 break
             if proposals.patterns:
                 begun, reached, last = begun + 1, len(walk.goals), proposals.draw_agent_goals(theme, rng)
-                self._extend_walk(walk, proposals, last, rng, wanted, hidden)
+                self._extend_action_sequence(walk, proposals, last, rng, wanted, hidden)
                 if len(walk.goals) > reached or not reached:
                     occasions += len(walk.goals) > reached
                     ending = last if is_rich or occasions < 2 else []
@@ -437,7 +437,7 @@ class Generator:
                 walk.reach(wish)
         return walk
 
-    def _extend_walk(
+    def _extend_action_sequence(
         self,
         walk: Walk,
         proposals: Proposals,
@@ -451,7 +451,7 @@ class Generator:
         tried: set[f.Formula] = set()
         failures = 0  # in a row
         tries = _PROPOSALS_PER_GOAL * (10 if self.spec.tier in _RICH_TIERS else 1)
-        sought = proposals.restrict_to({scene.objects[i].category for i in hidden})
+        sought = proposals.restrict_to_categories({scene.objects[i].category for i in hidden})
         searched = 0 if walk.goals or not sought.patterns else _PROPOSALS_FOR_HIDDEN
         for _ in range(searched + tries * max(2, wanted // 3)):
             if len(walk.trail) >= wanted or failures == max(_MAX_FAILURES_IN_A_ROW, wanted // 3):
@@ -468,10 +468,10 @@ class Generator:
             if any(clash(wish, other, scene, self.prior) for other in others):
                 continue
             if not walk.holds(wish, initial):
-                reached = self._reach_and_leave(walk, wish)
+                reached = self._reach_goal_and_let_go(walk, wish)
                 failures = 0 if reached else failures + 1
 
-    def _reach_and_leave(self, walk: Walk, goal: f.Formula) -> bool:
+    def _reach_goal_and_let_go(self, walk: Walk, goal: f.Formula) -> bool:
         """Extend the actions to reach one more goal. Return whether this was possible.
 
         The extension is undone if the agent holds an object of the goal at its end.
@@ -479,9 +479,9 @@ class Generator:
         subjects, before = find_subjects(goal, walk.state.scene), walk.mark()
         if not walk.reach(goal):
             return False
-        if subjects.isdisjoint(self._find_held(walk.state)):
+        if subjects.isdisjoint(self._find_held_objects(walk.state)):
             return True
-        walk.return_to(before)
+        walk.go_back_to(before)
         return False
 
 

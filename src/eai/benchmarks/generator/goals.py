@@ -66,7 +66,7 @@ class Proposals:
         paired = frozenset[Pattern]() if forms == "all" else prior.pair_patterns
         return Proposals(prior, scene, shapes, patterns, paired)
 
-    def restrict_to(self, kinds: Collection[str]) -> Proposals:
+    def restrict_to_categories(self, kinds: Collection[str]) -> Proposals:
         """Return proposals only about objects of the given categories."""
         patterns = filter_patterns(self.patterns, lambda p: bool(p.categories) and p.categories[0] in kinds)
         return replace(self, patterns=patterns)
@@ -89,9 +89,11 @@ class Proposals:
         }
         if not fitting:
             return []
-        chosen = {category: rng.choice(self._list_members(category)) for category in here}
+        chosen = {category: rng.choice(self._list_category_members(category)) for category in here}
         return [
-            self._make_literal(p, [f.Constant(self.scene.objects[chosen[c]].name) for c in p.categories])
+            self._make_literal_of_pattern(
+                p, [f.Constant(self.scene.objects[chosen[c]].name) for c in p.categories]
+            )
             for p in _draw_weighted(fitting, rng)
         ]
 
@@ -110,10 +112,10 @@ class Proposals:
             case "Atom" | "Not":
                 return self._draw_ground_literal(pattern, rng)
             case "Or":
-                return self._draw_choice(pattern, rng)
+                return self._draw_disjunction(pattern, rng)
             case "ForPairs":
                 return self._make_pair_goal(pattern)
-        return self._draw_quantified(shape, pattern, rng)
+        return self._draw_quantified_goal(shape, pattern, rng)
 
     def _draw_pattern(
         self, rng: random.Random, *, truth: bool | None = None, relations_only: bool = False
@@ -133,22 +135,24 @@ class Proposals:
         patterns = self.patterns[_draw_weighted(wanted, rng)]
         return _draw_weighted({pattern: math.sqrt(weight) for pattern, weight in patterns.items()}, rng)
 
-    def _list_members(self, category: str) -> list[int]:
+    def _list_category_members(self, category: str) -> list[int]:
         return list(bits(self.scene.category(category)))
 
     def _draw_ground_literal(self, pattern: Pattern, rng: random.Random) -> f.Formula | None:
         """Return a literal of a pattern with random objects, or None if it would repeat an object."""
-        chosen = [rng.choice(self._list_members(category)) for category in pattern.categories]
+        chosen = [rng.choice(self._list_category_members(category)) for category in pattern.categories]
         if len(set(chosen)) < len(chosen):
             return None
-        return self._make_literal(pattern, [f.Constant(self.scene.objects[i].name) for i in chosen])
+        return self._make_literal_of_pattern(
+            pattern, [f.Constant(self.scene.objects[i].name) for i in chosen]
+        )
 
     @staticmethod
-    def _make_literal(pattern: Pattern, terms: Sequence[f.Term]) -> f.Formula:
+    def _make_literal_of_pattern(pattern: Pattern, terms: Sequence[f.Term]) -> f.Formula:
         atom = f.Atom(pattern.predicate, tuple(terms))
         return atom if pattern.truth else f.Not(atom)
 
-    def _draw_choice(self, pattern: Pattern, rng: random.Random) -> f.Formula | None:
+    def _draw_disjunction(self, pattern: Pattern, rng: random.Random) -> f.Formula | None:
         """Return the goal that an object has one of two random relations, or None if no relations fit."""
         others = {
             other: weight
@@ -169,7 +173,7 @@ class Proposals:
         same = f.Atom(second.predicate, (first.arguments[0], *second.arguments[1:]))
         return None if same == first else f.Or((first, same))
 
-    def _draw_body(
+    def _draw_quantified_literal(
         self, pattern: Pattern, rng: random.Random, *, several: bool = False
     ) -> tuple[f.Variable, f.Formula, int] | None:
         """Return a variable for objects of a category, a literal about it, and the number of such objects.
@@ -180,29 +184,29 @@ class Proposals:
         if not pattern.categories:
             return None
         category, *others = pattern.categories
-        members = self._list_members(category)
+        members = self._list_category_members(category)
         if len(members) < 2 or category in others or not _may_be_quantified(category, self.prior):
             return None
         terms: list[f.Term] = [f.Variable(X)]
         inner: f.Variable | None = None
         for other in others:
-            targets = self._list_members(other)
+            targets = self._list_category_members(other)
             if several and len(targets) > 1 and rng.random() < 0.5:
                 inner = f.Variable(Y, other)
                 terms.append(f.Variable(Y))
             else:
                 terms.append(f.Constant(self.scene.objects[rng.choice(targets)].name))
-        body = self._make_literal(pattern, terms)
+        body = self._make_literal_of_pattern(pattern, terms)
         return f.Variable(X, category), body if inner is None else f.Exists(inner, body), len(members)
 
-    def _draw_quantified(self, shape: str, pattern: Pattern, rng: random.Random) -> f.Formula | None:
+    def _draw_quantified_goal(self, shape: str, pattern: Pattern, rng: random.Random) -> f.Formula | None:
         """Return a goal about all, some or a number of objects of a category, or None if no goal fits.
 
         Goals about all objects are negated as often as goals of the benchmark are.
         """
-        if shape == "ForAll" and (not pattern.truth or rng.random() < self._get_negated_share()):
+        if shape == "ForAll" and (not pattern.truth or rng.random() < self._get_share_of_negated_goals()):
             pattern = self._draw_pattern(rng, truth=False) or pattern
-        made = self._draw_body(pattern, rng, several=shape == "ForAll" and pattern.truth)
+        made = self._draw_quantified_literal(pattern, rng, several=shape == "ForAll" and pattern.truth)
         if made is None:
             return None
         variable, body, size = made
@@ -210,7 +214,7 @@ class Proposals:
             return f.Exactly(rng.randint(1, min(size - 1, _MAX_COUNT)), variable, body)
         return f.ForAll(variable, body) if shape == "ForAll" else f.Exists(variable, body)
 
-    def _get_negated_share(self) -> float:
+    def _get_share_of_negated_goals(self) -> float:
         counts = self.prior.goal_counts
         negated = sum(n for (_, truth), n in counts.items() if not truth)
         return negated / max(1, sum(counts.values()))
@@ -224,10 +228,10 @@ class Proposals:
             or (self.pair_patterns and pattern not in self.pair_patterns)
         ):
             return None
-        few, many = (len(self._list_members(kind)) for kind in kinds)
+        few, many = (len(self._list_category_members(kind)) for kind in kinds)
         if not 2 <= few <= many or not all(_may_be_quantified(kind, self.prior) for kind in kinds):
             return None
-        body = self._make_literal(pattern, (f.Variable(X), f.Variable(Y)))
+        body = self._make_literal_of_pattern(pattern, (f.Variable(X), f.Variable(Y)))
         return f.ForPairs(f.Variable(X, kinds[0]), f.Variable(Y, kinds[1]), body)
 
 

@@ -12,7 +12,7 @@ from typing import NamedTuple
 
 import eai.logic.formula as f
 import eai.logic.semantics as semantics
-from eai.benchmarks.generator.walk import Walk, make_certificate, reach_all
+from eai.benchmarks.generator.walk import Walk, make_short_plan, reach_all
 from eai.benchmarks.generator.words import Words
 from eai.logic.traversal import find_object_names, is_state_formula
 from eai.logic.traversal import walk_subformulas as parts_of
@@ -81,7 +81,7 @@ def find_hazard_goals(hazards: Sequence[Hazard], domain: Domain, words: Words) -
     scene = words.scene
     lexicon = lexicon_of_goals(domain, scene)
     for hazard in hazards:
-        for chosen in product(*_find_objects(hazard, scene)):
+        for chosen in product(*_find_objects_of_variables(hazard, scene)):
             names_by_variable = dict(zip("xy", [lexicon.name(i) for i in chosen], strict=False))
             words_by_variable = dict(
                 zip("xy", [words.name_object(scene.objects[i].name) for i in chosen], strict=False)
@@ -96,12 +96,12 @@ def find_hazard_goals(hazards: Sequence[Hazard], domain: Domain, words: Words) -
             )
 
 
-def may_occur(hazards: Sequence[Hazard], scene: Scene) -> bool:
+def may_hazard_occur(hazards: Sequence[Hazard], scene: Scene) -> bool:
     """Whether a scene has the objects of at least one hazard."""
-    return any(all(_find_objects(hazard, scene)) for hazard in hazards)
+    return any(all(_find_objects_of_variables(hazard, scene)) for hazard in hazards)
 
 
-def _find_objects(hazard: Hazard, scene: Scene) -> list[list[int]]:
+def _find_objects_of_variables(hazard: Hazard, scene: Scene) -> list[list[int]]:
     """Return for each variable of a hazard the scene objects that it may stand for."""
     return [
         [
@@ -206,7 +206,7 @@ class _SafePlanFinder:
         for walk in (*self._find_with_precaution(guards[-1], plan), *self._find_by_other_actions(guards)):
             if all(guard.holds_in(self.execute(walk.trail)) for guard in guards):
                 walk.conditions = list(self._goals)
-                safe.append(make_certificate(walk, asked))
+                safe.append(make_short_plan(walk, asked))
         return min(safe, key=len, default=None)
 
     def _find_with_precaution(self, guard: _HazardGoal, plan: Sequence[Action]) -> Iterator[Walk]:

@@ -38,7 +38,7 @@ FEATURES = ("log steps", "operators", "log goals")
 """Names of the features: logarithm of plan steps, number of operators, logarithm of the number of goals."""
 
 
-def features_of(task: Task) -> Sequence[float]:
+def compute_difficulty_features(task: Task) -> Sequence[float]:
     """Return the features of a task with a plan, in the order of `FEATURES`."""
     steps = [action.operator for action in task.script]
     return math.log(len(steps)), float(len(set(steps))), math.log(1 + len(task.goals))
@@ -66,21 +66,21 @@ class _DifficultyModel:
         """Return the expected difficulty of a task in logits, or None if the task has no plan."""
         if not task.script:
             return None
-        terms = zip(self.weights, features_of(task), strict=True)
+        terms = zip(self.weights, compute_difficulty_features(task), strict=True)
         value = self.intercept + sum([weight * feature for weight, feature in terms])
         return round(value, 2)
 
 
-def difficulty_model(domain: str) -> _DifficultyModel | None:
+def get_difficulty_model(domain: str) -> _DifficultyModel | None:
     """Return the difficulty model of a household, or None if the benchmark has no model.
 
     Only benchmarks with published answers of several models have a difficulty model.
     """
-    return _read_models().get(domain)
+    return _read_difficulty_models().get(domain)
 
 
 @cache
-def _read_models() -> Mapping[str, _DifficultyModel]:
+def _read_difficulty_models() -> Mapping[str, _DifficultyModel]:
     text = (resources.files("eai.benchmarks.generator") / FILE).read_text(encoding="utf-8")
     return {name: _DifficultyModel(**coefficients) for name, coefficients in json.loads(text).items()}
 
@@ -103,7 +103,7 @@ class Measure(str, Enum):
     """Number of plan steps that need a tool without naming it (`eai.benchmarks.features`)."""
 
 
-class _Lid(NamedTuple):
+class _VisibilityState(NamedTuple):
     """A state of a container, such as being open, that decides whether its contents are visible.
 
     Attributes:
@@ -119,7 +119,7 @@ def measure_task(task: Task, domain: Domain) -> Mapping[Measure, int]:
     """Return all measures of a task."""
     needed, tools = find_needed_objects(task), find_tool_operators(domain)
     operators = [action.operator for action in task.script]
-    containers, hidden = _find_opened(task, needed, domain)
+    containers, hidden = _find_opened_and_revealed(task, needed, domain)
     return {
         Measure.STEPS: len(operators),
         Measure.GOALS: len(task.goals),
@@ -131,11 +131,11 @@ def measure_task(task: Task, domain: Domain) -> Mapping[Measure, int]:
     }
 
 
-def _find_opened(task: Task, needed: set[int], domain: Domain) -> tuple[set[int], set[int]]:
+def _find_opened_and_revealed(task: Task, needed: set[int], domain: Domain) -> tuple[set[int], set[int]]:
     """Return the containers that the plan opens, and the needed objects that this makes visible."""
     containers: set[int] = set()
     hidden: set[int] = set()
-    opening_lids = set(find_lids(domain))
+    opening_lids = set(find_visibility_states(domain))
     states = execute(domain, task.initial, task.script).states if opening_lids else ()
     for before, after in pairwise(states):
         opened = {i for lid in opening_lids for i in _find_opened_between(lid, before, after)}
@@ -149,15 +149,17 @@ def _find_opened(task: Task, needed: set[int], domain: Domain) -> tuple[set[int]
     return containers, hidden
 
 
-def _find_opened_between(lid: _Lid, before: State, after: State) -> Iterator[int]:
+def _find_opened_between(lid: _VisibilityState, before: State, after: State) -> Iterator[int]:
     then, now = before.mask(lid.predicate), after.mask(lid.predicate)
     return bits(now & ~then if lid.reveals else then & ~now)
 
 
-def find_lids(domain: Domain) -> Iterator[_Lid]:
+def find_visibility_states(domain: Domain) -> Iterator[_VisibilityState]:
     """Yield states of other objects, such as being open, that decide whether an object is visible."""
     if domain.visible is not None:
-        yield from _find_lids(domain.vocabulary, domain.visible, frozenset({"x"}), (), reveals=True)
+        yield from _find_visibility_states_in(
+            domain.vocabulary, domain.visible, frozenset({"x"}), (), reveals=True
+        )
 
 
 def make_presence_condition(domain: Domain) -> f.Formula:
@@ -174,11 +176,13 @@ def make_presence_condition(domain: Domain) -> f.Formula:
 def _is_intrinsic(vocabulary: Vocabulary, part: f.Formula) -> bool:
     """Whether a condition on ``x`` depends neither on the state of a container nor on the agent."""
     variable = frozenset({"x"})
-    has_lid = any(True for _ in _find_lids(vocabulary, part, variable, (), reveals=True))
-    return not has_lid and all(AGENT not in atom.arguments for atom in _find_atoms(vocabulary, part))
+    has_lid = any(True for _ in _find_visibility_states_in(vocabulary, part, variable, (), reveals=True))
+    return not has_lid and all(
+        AGENT not in atom.arguments for atom in _find_atoms_and_definitions(vocabulary, part)
+    )
 
 
-def _find_atoms(vocabulary: Vocabulary, formula: f.Formula) -> Iterator[f.Atom]:
+def _find_atoms_and_definitions(vocabulary: Vocabulary, formula: f.Formula) -> Iterator[f.Atom]:
     """Yield the atoms of a formula, and of the definitions of its derived predicates."""
     pending, defined = [formula], set[str]()
     while pending:
@@ -191,29 +195,31 @@ def _find_atoms(vocabulary: Vocabulary, formula: f.Formula) -> Iterator[f.Atom]:
                     pending.append(derived.definition)
 
 
-def _find_lids(
+def _find_visibility_states_in(
     vocabulary: Vocabulary, formula: f.Formula, own: frozenset[str], within: tuple[str, ...], *, reveals: bool
-) -> Iterator[_Lid]:
+) -> Iterator[_VisibilityState]:
     """Yield states that hide or reveal an object, found in the formula of visibility.
 
     The variables in `own` stand for this object itself.
     """
     match formula:
         case f.Not(operand):
-            yield from _find_lids(vocabulary, operand, own, within, reveals=not reveals)
+            yield from _find_visibility_states_in(vocabulary, operand, own, within, reveals=not reveals)
         case f.Atom(name, terms):
             stored, derived = vocabulary.find_stored(name), vocabulary.derived_by_name.get(name)
             variables = [term.name if isinstance(term, f.Variable) else None for term in terms]
             if stored is not None and not stored.static and len(variables) == 1:
                 if variables[0] is not None and variables[0] not in own:
-                    yield _Lid(name, reveals)
+                    yield _VisibilityState(name, reveals)
             elif isinstance(derived, DefinedPredicate) and name not in within:
                 pairs = zip(derived.parameters, variables, strict=True)
                 inner = frozenset([parameter.name for parameter, name in pairs if name in own])
-                yield from _find_lids(vocabulary, derived.definition, inner, (*within, name), reveals=reveals)
+                yield from _find_visibility_states_in(
+                    vocabulary, derived.definition, inner, (*within, name), reveals=reveals
+                )
         case _:
             for part in get_subformulas(formula):
-                yield from _find_lids(vocabulary, part, own, within, reveals=reveals)
+                yield from _find_visibility_states_in(vocabulary, part, own, within, reveals=reveals)
 
 
 def find_needed_objects(task: Task) -> set[int]:

@@ -26,9 +26,9 @@ def clash(goal: f.Formula, other: f.Formula, scene: Scene, prior: Prior) -> bool
     - One puts an object on a second object, the other moves the second object, and no public task has both.
     - One puts objects of a category beside each other, and the other puts such an object elsewhere.
     """
-    if not _find_subjects(goal, scene).isdisjoint(_find_subjects(other, scene)):
+    if not _find_stated_subjects(goal, scene).isdisjoint(_find_stated_subjects(other, scene)):
         return True
-    parts, others = list(_find_literals(goal, scene)), list(_find_literals(other, scene))
+    parts, others = list(_find_masked_literals(goal, scene)), list(_find_masked_literals(other, scene))
     return bool(prior.uses) and any(
         _is_unusual_combination(one, another, scene, prior)
         or _is_unusual_combination(another, one, scene, prior)
@@ -44,10 +44,12 @@ def is_idle(goal: f.Formula, others: Iterable[f.Formula], scene: Scene, prior: P
     """
     needy = [
         terms[0]
-        for predicate, terms in _find_literals(goal, scene)
-        if len(terms) == 1 and (predicate, _get_category(terms[0], scene)) in prior.dependent_states
+        for predicate, terms in _find_masked_literals(goal, scene)
+        if len(terms) == 1 and (predicate, _get_category_of_mask(terms[0], scene)) in prior.dependent_states
     ]
-    places = [terms[1] for other in others for _, terms in _find_literals(other, scene) if len(terms) == 2]
+    places = [
+        terms[1] for other in others for _, terms in _find_masked_literals(other, scene) if len(terms) == 2
+    ]
     return any(not any(mask & place for place in places) for mask in needy)
 
 
@@ -58,7 +60,7 @@ class _MaskedLiteral(NamedTuple):
     terms: tuple[int, ...]
 
 
-def _find_literals(goal: f.Formula, scene: Scene) -> Iterator[_MaskedLiteral]:
+def _find_masked_literals(goal: f.Formula, scene: Scene) -> Iterator[_MaskedLiteral]:
     ranges: dict[str, int] = {}
     for formula in walk_subformulas(goal):
         ranges |= {
@@ -80,38 +82,43 @@ def _is_unusual_combination(
         return False
     moved, place = other.terms
     if len(literal.terms) < 2:
-        combined = (literal.predicate, other.predicate, _get_category(place, scene))
+        combined = (literal.predicate, other.predicate, _get_category_of_mask(place, scene))
         return any(mask & moved for mask in literal.terms) and combined not in prior.combinations
     thing, its_place = literal.terms
-    nesting = (literal.predicate, _get_category(its_place, scene), other.predicate)
+    nesting = (literal.predicate, _get_category_of_mask(its_place, scene), other.predicate)
     if its_place & moved and nesting not in prior.nestings:
         return True
-    kind = _get_category(thing, scene)
+    kind = _get_category_of_mask(thing, scene)
     return (
-        kind == _get_category(its_place, scene) == _get_category(moved, scene) != _get_category(place, scene)
+        kind
+        == _get_category_of_mask(its_place, scene)
+        == _get_category_of_mask(moved, scene)
+        != _get_category_of_mask(place, scene)
     )
 
 
-def _get_category(mask: int, scene: Scene) -> str:
+def _get_category_of_mask(mask: int, scene: Scene) -> str:
     """Return the category of the first object in a bit mask."""
     return scene.objects[next(bits(mask))].category
 
 
-def _find_subjects(goal: f.Formula, scene: Scene) -> set[tuple[str, int]]:
+def _find_stated_subjects(goal: f.Formula, scene: Scene) -> set[tuple[str, int]]:
     """Return what a goal states of objects, as pairs of a predicate and an object's index.
 
     The pair of a relation has an empty string as predicate. The pair of an action has its name, and -1 as
     object.
     """
     subjects = {(formula.action, -1) for formula in walk_subformulas(goal) if isinstance(formula, f.Occurs)}
-    for predicate, (first, *others) in (literal for literal in _find_literals(goal, scene) if literal.terms):
+    for predicate, (first, *others) in (
+        literal for literal in _find_masked_literals(goal, scene) if literal.terms
+    ):
         subjects.update(("" if others else predicate, i) for i in bits(first))
     return subjects
 
 
 def find_subjects(goal: f.Formula, scene: Scene) -> frozenset[int]:
     """Return the indices of the objects about which a goal may state a fact."""
-    return frozenset({index for _, index in _find_subjects(goal, scene)})
+    return frozenset({index for _, index in _find_stated_subjects(goal, scene)})
 
 
 class Pattern(NamedTuple):
@@ -210,7 +217,7 @@ class Prior:
     holding_predicates: frozenset[str]
 
 
-def find_uses(action: Action, scene: Scene) -> Iterator[ArgumentUse]:
+def find_argument_uses(action: Action, scene: Scene) -> Iterator[ArgumentUse]:
     """Yield the use of each object in an action: one use for each argument."""
     for place, index in enumerate(action.arguments):
         yield action.operator, place, scene.objects[index].category

@@ -69,7 +69,7 @@ def read_problems(paths: Sequence[Path], benchmark: Benchmark, source: Source) -
     """
     endings = dict.fromkeys(path.suffix for path in paths)
     worlds = {ending: _open_world(ending, benchmark, source) for ending in endings}
-    files = read_items_or_raise_all(paths, lambda path: _read(path, worlds[path.suffix][0]))
+    files = read_items_or_raise_all(paths, lambda path: _read_problem_file(path, worlds[path.suffix][0]))
     times = Counter(file.problem.name for file in files)
     tasks: dict[str, Path] = {}
     made = []
@@ -97,20 +97,20 @@ def _make_task(name: str, file: ProblemFile, world: ProblemWorld, benchmark: Ben
     readings = FormulaEvaluator(benchmark.domain.vocabulary)
     facts: list[f.Formula] = [*file.problem.initial, *map(f.Not, file.problem.denied)]
     for each in facts:
-        meant = _check_meaning(meaning(each), initial, file, _find_line(file.text, each))
+        meant = _check_formula(meaning(each), initial, file, _find_line_of_fact(file.text, each))
         if not readings.holds(meant, {}, initial):
             expected = f"expected facts that agree: with the others, {print_ltl(each)} does not hold"
-            raise InputError(f"{file.path}: line {_find_line(file.text, each)}: {expected}")
+            raise InputError(f"{file.path}: line {_find_line_of_fact(file.text, each)}: {expected}")
     asked = file.problem.goal
     parts = f.get_operands(asked, f.And)
     line = file.text[: file.text.lower().find("(:goal")].count("\n") + 1
-    goals = list(dict.fromkeys([_check_meaning(meaning(part), initial, file, line) for part in parts]))
+    goals = list(dict.fromkeys([_check_formula(meaning(part), initial, file, line) for part in parts]))
     if not goals:
         raise InputError(f"{file.path}: expected a goal")
     return make_task(name, _make_instruction(goals, initial, benchmark), initial, *goals)
 
 
-def _check_meaning(formula: f.Formula, initial: State, file: ProblemFile, line: int) -> f.Formula:
+def _check_formula(formula: f.Formula, initial: State, file: ProblemFile, line: int) -> f.Formula:
     """Return the formula in a line of a file. Raises if the goal is invalid; a problem may lack the agent."""
     with prefix_errors(f"{file.path}: line {line}"):
         check_goal(formula, initial.scene)
@@ -119,13 +119,13 @@ def _check_meaning(formula: f.Formula, initial: State, file: ProblemFile, line: 
 
 def _make_instruction(goals: Sequence[f.Formula], initial: State, benchmark: Benchmark) -> str:
     try:
-        words = Words.for_benchmark(benchmark, initial)
+        words = Words.make_for_benchmark(benchmark, initial)
         return words.make_instruction(goals, random.Random(0))  # noqa: S311 - draws the opening words
     except (InputError, KeyError):
         return f"Reach a state in which all of this holds: {'; '.join(map(print_ltl, goals))}"
 
 
-def _read(path: Path, header: PddlDomain) -> ProblemFile:
+def _read_problem_file(path: Path, header: PddlDomain) -> ProblemFile:
     if path.suffix == PDDL:
         return read_problem_file(path, header)
     text = read_text(path)
@@ -136,7 +136,7 @@ def _read(path: Path, header: PddlDomain) -> ProblemFile:
     return ProblemFile(problem, path, text)
 
 
-def _find_line(text: str, fact: f.Formula) -> int:
+def _find_line_of_fact(text: str, fact: f.Formula) -> int:
     """Return the number of the line that contains a fact, or 1 if no line does."""
     denied = rf"\(\s*not{_GAP}*" if isinstance(fact, f.Not) else ""
     atom = fact.operand if isinstance(fact, f.Not) else fact

@@ -13,7 +13,7 @@ from typing import TypeVar
 
 import eai.logic.formula as f
 from eai.base.grouping import group_pairs
-from eai.benchmarks.generator.measures import find_lids
+from eai.benchmarks.generator.measures import find_visibility_states
 from eai.benchmarks.generator.prior import Pattern, Prior, Theme
 from eai.logic.traversal import find_predicates
 from eai.planning.effect_schema import make_effect_schemas
@@ -30,14 +30,14 @@ _LIMITS = Limits(100, thorough=False)
 """Limits of the search for a plan that hides an object."""
 
 
-def find_hiding_places(domain: Domain, prior: Prior) -> Callable[[Task], list[Pattern]]:
+def make_hiding_place_finder(domain: Domain, prior: Prior) -> Callable[[Task], list[Pattern]]:
     """Return a function that lists ways to hide objects of a task, as patterns: a cup in a cupboard.
 
     A task allows a way only if public tasks usually put such an object there, and their plans open the
     container. Tasks of its title must also have another goal about such an object.
     """
     decisive = find_stored_predicates(find_predicates(domain.visible or f.TRUE), domain.vocabulary)
-    names = {lid.predicate for lid in find_lids(domain)}
+    names = {lid.predicate for lid in find_visibility_states(domain)}
     opening = {
         operator.name
         for operator in domain.operators
@@ -52,15 +52,15 @@ def find_hiding_places(domain: Domain, prior: Prior) -> Callable[[Task], list[Pa
         if pattern.categories[0] in prior.taken_categories and pattern.categories[1] in opened
     ]
 
-    def places_for(task: Task) -> list[Pattern]:
+    def find_hiding_places(task: Task) -> list[Pattern]:
         here, theme = {thing.category for thing in task.scene.objects}, prior.themes[task.title]
         fitting = [place for place in places if here.issuperset(place.categories)]
-        return [place for place in fitting if _is_wanted_elsewhere(place, theme, prior)]
+        return [place for place in fitting if _is_object_wanted_elsewhere(place, theme, prior)]
 
-    return places_for
+    return find_hiding_places
 
 
-def _is_wanted_elsewhere(place: Pattern, theme: Theme, prior: Prior) -> bool:
+def _is_object_wanted_elsewhere(place: Pattern, theme: Theme, prior: Prior) -> bool:
     thing = place.categories[0]
     wanted = [p for patterns in theme.patterns.values() for p in patterns if p.categories[:1] == (thing,)]
     usual = [p for p in wanted if p.truth and prior.used_categories.issuperset(p.categories[1:])]
@@ -73,7 +73,7 @@ def hide(planner: Planner, state: State, relation: str, hidden_object: str, cont
     index, agent = state.scene.index, state.scene.agent
     objects = [index[hidden_object], index[container], *([] if agent is None else [agent])]
     wanted: list[f.Formula] = [f.Atom(relation, (f.Constant(hidden_object), f.Constant(container)))]
-    for lid in sorted(set(find_lids(planner.domain))):
+    for lid in sorted(set(find_visibility_states(planner.domain))):
         shown = f.Atom(lid.predicate, (f.Constant(container),))
         wanted.append(f.Not(shown) if lid.reveals else shown)
     for number in range(1, len(wanted) + 1):
@@ -104,23 +104,25 @@ def make_closed_scene(
         prior: the usual goals, places of objects and actions.
         rng: the random generator.
         most: maximum number of objects.
-        rich: whether to leave room for objects of other tasks (`add_guests`), and to prefer objects of usual
-            goals.
+        rich: whether to leave room for objects of other tasks (`add_objects_of_other_tasks`), and to prefer
+            objects of usual goals.
         with_: indices of objects that the scene must contain.
     """
     state = task.initial
     everything = range(len(state.scene.objects))
     size = most * 2 // 3 if rich else rng.randint(min(MIN_OBJECTS, most), most)
-    chosen: set[int] = set() if state.scene.agent is None else _find_attached(state.scene.agent, state, prior)
+    chosen: set[int] = (
+        set() if state.scene.agent is None else _find_attached_objects(state.scene.agent, state, prior)
+    )
     for index in with_:
-        chosen |= _find_attached(index, state, prior)
+        chosen |= _find_attached_objects(index, state, prior)
     usual = prior.taken_categories | prior.used_categories
     others = [i for i in everything if not usual or state.scene.objects[i].category in usual]
     usually = (*shuffle(task.relevant, rng), *_order_by_category(others, state.scene, rng))
-    for index in _draw_by_pattern(prior, state.scene, rng) if rich else usually:
+    for index in _list_by_random_patterns(prior, state.scene, rng) if rich else usually:
         if len(chosen) >= size:
             break
-        wider = chosen | _find_attached(index, state, prior)
+        wider = chosen | _find_attached_objects(index, state, prior)
         if len(wider) <= most:
             chosen = wider
     static = {predicate.name for predicate in state.scene.vocabulary.predicates if predicate.static}
@@ -136,7 +138,9 @@ def make_closed_scene(
     return restrict_state(state, sorted(chosen), is_kept)
 
 
-def add_guests(closed: State, tasks: Sequence[Task], prior: Prior, rng: random.Random, most: int) -> State:
+def add_objects_of_other_tasks(
+    closed: State, tasks: Sequence[Task], prior: Prior, rng: random.Random, most: int
+) -> State:
     """Return the scene with additional portable objects from other tasks (guests), up to `most` objects.
 
     A guest keeps its states. It is put where an object of the scene has an equal placement, for example on a
@@ -165,7 +169,9 @@ def add_guests(closed: State, tasks: Sequence[Task], prior: Prior, rng: random.R
             and standing
         ):
             host = rng.choice(hosts[standing])
-            facts += _add_object_like(objects, thing, _find_states(guest, home.initial), host, closed, prior)
+            facts += _add_object_like(
+                objects, thing, _find_states_of_object(guest, home.initial), host, closed, prior
+            )
     return Scene(closed.scene.vocabulary, objects, closed.scene.agent).state(facts)
 
 
@@ -181,17 +187,19 @@ def add_similar_objects(
     number = rng.randint(1, _MAX_SIMILAR_OBJECTS)
     for _ in range(min(number, most - len(objects)) if hosts else 0):
         host = rng.choice(hosts)
-        facts += _add_object_like(objects, objects[host], _find_states(host, closed), host, closed, prior)
+        facts += _add_object_like(
+            objects, objects[host], _find_states_of_object(host, closed), host, closed, prior
+        )
     return Scene(closed.scene.vocabulary, objects, closed.scene.agent).state(facts)
 
 
-def add_double(state: State, prior: Prior, thing: int, host: int) -> State:
+def add_copy_of_object(state: State, prior: Prior, thing: int, host: int) -> State:
     """Return the state with a copy of an object, put in the place of another object, the host.
 
     The copy has the states and static relations of the original, such as its size.
     """
     scene, objects, facts = state.scene, list(state.scene.objects), list(state.facts())
-    more = _add_object_like(objects, objects[thing], _find_states(thing, state), host, state, prior)
+    more = _add_object_like(objects, objects[thing], _find_states_of_object(thing, state), host, state, prior)
     known = set(facts)
     for name, arguments in facts:
         stored = scene.vocabulary.find_stored(name)
@@ -202,7 +210,7 @@ def add_double(state: State, prior: Prior, thing: int, host: int) -> State:
     return Scene(scene.vocabulary, objects, scene.agent).state([*facts, *more])
 
 
-def is_empty(index: int, state: State, prior: Prior) -> bool:
+def has_no_contents(index: int, state: State, prior: Prior) -> bool:
     """Whether no object is in or on this object. Objects beside it do not count."""
     relations = map(state.relation, prior.place_relations)
     return not any(relation.column(index) & ~relation.row(index) for relation in relations)
@@ -250,7 +258,7 @@ def find_placement(index: int, state: State, prior: Prior) -> frozenset[tuple[st
     )
 
 
-def _find_states(index: int, state: State) -> Iterator[str]:
+def _find_states_of_object(index: int, state: State) -> Iterator[str]:
     return (fact.predicate for fact in state.facts() if fact.arguments == (index,))
 
 
@@ -279,7 +287,7 @@ def _order_by_category(indices: Sequence[int], scene: Scene, rng: random.Random)
     return (index for _, _, index in sorted(order))
 
 
-def _draw_by_pattern(prior: Prior, scene: Scene, rng: random.Random) -> Iterator[int]:
+def _list_by_random_patterns(prior: Prior, scene: Scene, rng: random.Random) -> Iterator[int]:
     """Yield objects in random order. Objects about which one usual goal may be follow each other."""
     for pattern in shuffle([p for (_, truth), known in prior.patterns.items() if truth for p in known], rng):
         members = [list(bits(scene.category(category))) for category in pattern.categories]
@@ -287,7 +295,7 @@ def _draw_by_pattern(prior: Prior, scene: Scene, rng: random.Random) -> Iterator
             yield from map(rng.choice, members)
 
 
-def _find_attached(index: int, state: State, prior: Prior) -> set[int]:
+def _find_attached_objects(index: int, state: State, prior: Prior) -> set[int]:
     """Return an object with the objects in or on which it is, and with the parts and wholes of all these."""
     attached, pending = set(), [index]
     while pending:

@@ -16,7 +16,7 @@ import eai.logic.formula as f
 from eai.base.errors import InputError
 from eai.base.files import read_content, write_files_atomically
 from eai.base.json_value import Json
-from eai.benchmarks.copied_answers import LookupTable
+from eai.benchmarks.copied_answers import SimilarTaskTable
 from eai.benchmarks.generator.measures import find_goal_objects
 from eai.benchmarks.generator.prior import Pattern, find_patterns
 from eai.benchmarks.generator.spec import CANARY, SHUT_LAST, Generated, HeldOut, Reason, Spec, Split
@@ -59,7 +59,7 @@ def fingerprint_goals(goals: Iterable[f.Formula], scene: Scene) -> str:
     """Return a digest of goals. Goals that differ only in objects of one category have equal digests."""
     categories = {thing.name: thing.category for thing in scene.objects}
     texts = [print_ltl(rename_variables(rename_objects(goal, categories))) for goal in goals]
-    return _digest(sorted(texts))
+    return _compute_digest(sorted(texts))
 
 
 def _fingerprint_scene(initial: State, goals: Iterable[f.Formula]) -> str:
@@ -72,7 +72,7 @@ def _fingerprint_scene(initial: State, goals: Iterable[f.Formula]) -> str:
         for fact in initial.facts()
         if fact.predicate not in static and named.intersection(fact.arguments)
     ]
-    return _digest(sorted(facts))
+    return _compute_digest(sorted(facts))
 
 
 def fingerprint(goals: Sequence[f.Formula], initial: State) -> tuple[str, str]:
@@ -85,20 +85,20 @@ def fingerprint_task(task: Task) -> tuple[str, str]:
     return fingerprint([goal.formula for goal in task.goals], task.initial)
 
 
-def _digest(texts: Iterable[str]) -> str:
+def _compute_digest(texts: Iterable[str]) -> str:
     return hashlib.sha256("\n".join(texts).encode()).hexdigest()[:16]
 
 
-def split_of(key: str) -> Split:
+def choose_split(key: str) -> Split:
     """Return the split that the hash of a text determines."""
-    return _split_at(_hash(key))
+    return _get_split_at_share(_hash_to_share(key))
 
 
-def _hash(key: str) -> float:
+def _hash_to_share(key: str) -> float:
     return int.from_bytes(hashlib.sha256(key.encode()).digest()[:8], "big") / 2**64
 
 
-def _split_at(position: float) -> Split:
+def _get_split_at_share(position: float) -> Split:
     """Return the split whose interval contains a position between 0 and 1."""
     for split, share in SHARES.items():
         position -= share
@@ -107,14 +107,14 @@ def _split_at(position: float) -> Split:
     return _ORDER[-1]
 
 
-def split_of_goals(goals: Sequence[f.Formula], scene: Scene, held_out: HeldOut) -> Split:
+def choose_split_of_goals(goals: Sequence[f.Formula], scene: Scene, held_out: HeldOut) -> Split:
     """Return the split of a task with these goals. Renamed objects do not change the split."""
     if held_out == "pairs":
         literals = [pattern for goal in goals for pattern in find_patterns(goal, scene)]
-        splits = {split_of(f"pair {_make_split_pair(pattern, scene)}") for pattern in literals}
+        splits = {choose_split(f"pair {_make_split_pair(pattern, scene)}") for pattern in literals}
         if splits:
             return max(splits, key=_ORDER.index)
-    return split_of(f"goals {fingerprint_goals(goals, scene)}")
+    return choose_split(f"goals {fingerprint_goals(goals, scene)}")
 
 
 def _make_split_pair(pattern: Pattern, scene: Scene) -> tuple[str, ...]:
@@ -133,8 +133,8 @@ def select_bases(tasks: Sequence[Task], split: Split, held_out: HeldOut) -> Sequ
     if split is Split.ALL or held_out not in ("titles", "scenes"):
         return tasks
     keys = [task.title if held_out == "titles" else task.id for task in tasks]
-    ranked = sorted(set(keys), key=lambda key: _hash(f"{held_out} {key}"))
-    splits = {key: _split_at((rank + 0.5) / len(ranked)) for rank, key in enumerate(ranked)}
+    ranked = sorted(set(keys), key=lambda key: _hash_to_share(f"{held_out} {key}"))
+    splits = {key: _get_split_at_share((rank + 0.5) / len(ranked)) for rank, key in enumerate(ranked)}
     return [task for task, key in zip(tasks, keys, strict=True) if splits[key] is split]
 
 
@@ -151,8 +151,8 @@ def make_leak_test(
         known: tasks of earlier splits. No plan that `eai/lookup` finds among them may solve a task.
         held_out: tasks of later splits. The plan of a task may solve none of them.
     """
-    table, later = LookupTable(known, domain), tuple(held_out)
-    return lambda task: table.solves(task) or any(map(LookupTable([task], domain).solves, later))
+    table, later = SimilarTaskTable(known, domain), tuple(held_out)
+    return lambda task: table.solves(task) or any(map(SimilarTaskTable([task], domain).solves, later))
 
 
 def measure_overlap(tasks: Sequence[Task], known: Sequence[Task], domain: Domain) -> dict[str, int]:
@@ -165,7 +165,7 @@ def measure_overlap(tasks: Sequence[Task], known: Sequence[Task], domain: Domain
     """
     known_fingerprints = set(map(fingerprint_task, known))
     known_goals = {goals for goals, _ in known_fingerprints}
-    table = LookupTable(known, domain)
+    table = SimilarTaskTable(known, domain)
     fingerprints = list(map(fingerprint_task, tasks))
     return {
         "tasks": len(tasks),
@@ -180,7 +180,7 @@ def is_earlier_split(one: str, other: str) -> bool:
     return one in _ORDER and other in _ORDER and _ORDER.index(Split(one)) < _ORDER.index(Split(other))
 
 
-def measure_shape(tasks: Sequence[Task]) -> dict[str, Any]:
+def compute_set_statistics(tasks: Sequence[Task]) -> dict[str, Any]:
     """Return minimum, quartiles and maximum of plan steps, goals and objects, and counts of goal shapes.
 
     Tasks without a plan are left out of the steps. The most frequent shape comes first.
@@ -251,7 +251,7 @@ def make_manifest_entry(
         "tasks": len(made),
         "sha256": hashlib.sha256(content).hexdigest(),
         "rejected": {reason.value: reasons[reason] for reason in Reason if reasons[reason]},
-        "shape": measure_shape([generated.task for generated in made]),
+        "shape": compute_set_statistics([generated.task for generated in made]),
         **dangers,
     }
 
@@ -273,7 +273,7 @@ def find_set_file(folder: Path, split: str) -> Path | None:
     return next((folder / f"{split}{end}" for end in ENDINGS if (folder / f"{split}{end}").exists()), None)
 
 
-def find_false_claims(folder: Path, split: str, secret: str | None) -> Iterator[str]:
+def check_secret_set(folder: Path, split: str, secret: str | None) -> Iterator[str]:
     """Yield the reasons to doubt that a set was made with a secret whose digest was published before.
 
     This checks the content of the file, the secret, and that the seeds follow from the secret. Only making

@@ -87,7 +87,7 @@ LENGTHS = {Tier.S: (3, 6), Tier.M: (7, 12), Tier.L: (13, 24), Tier.XL: (25, 48),
 """Minimum and maximum number of steps of the plan that solves a task, by tier."""
 
 
-def tier_of(steps: int) -> Tier:
+def get_tier_of_length(steps: int) -> Tier:
     """Return the tier of a task whose plan has this number of steps."""
     return next((tier for tier, (_, most) in LENGTHS.items() if steps <= most), Tier.XXL)
 

@@ -26,7 +26,7 @@ from eai.base.json_value import Json
 from eai.benchmarks.benchmark import Benchmark
 from eai.benchmarks.generator.measures import make_presence_condition
 from eai.benchmarks.generator.prior import Prior
-from eai.benchmarks.generator.scene import add_double, find_placement, is_empty, shuffle
+from eai.benchmarks.generator.scene import add_copy_of_object, find_placement, has_no_contents, shuffle
 from eai.benchmarks.generator.spec import Generated
 from eai.benchmarks.generator.words import Words
 from eai.logic.rewriting import rename_objects
@@ -67,34 +67,36 @@ def make_possible_pair(
     """
     task, domain = made.task, planner.domain
     presence_condition, holds = make_presence_condition(domain), planner.heuristic.readings.holds
-    properties = _find_properties(task, domain, may_lack)
+    properties = _find_removable_facts(task, domain, may_lack)
     facts = [fact for fact in properties if holds(presence_condition, {"x": fact.arguments[0]}, task.initial)]
     rng.shuffle(facts)
     needed = [fact for fact in facts if not solves(domain, _remove_fact(task, fact), task.script)]
     others = [fact for fact in facts if fact not in needed]
-    sorts = {fact: _get_sort(fact, task) for fact in facts}
+    sorts = {fact: _get_goal_role_of_fact(fact, task) for fact in facts}
     for fact in needed:
-        kind = _get_kind(fact, task)
+        kind = _get_property_and_category(fact, task)
         similar = [other for other in others if sorts[other] == sorts[fact]]
-        same = [other for other in similar if _get_kind(other, task) == kind]
+        same = [other for other in similar if _get_property_and_category(other, task) == kind]
         partners = same or [
-            other for other in similar if balance[kind] <= 0 <= balance[_get_kind(other, task)]
+            other
+            for other in similar
+            if balance[kind] <= 0 <= balance[_get_property_and_category(other, task)]
         ]
         lacking = _remove_fact(task, fact)
-        if partners and not _looks_possible(lacking, planner) and is_impossible(lacking, domain):
+        if partners and not _looks_solvable(lacking, planner) and is_impossible(lacking, domain):
             other = rng.choice(partners)
             balance[kind] += 1
-            balance[_get_kind(other, task)] -= 1
-            return _make_pair(made, fact, other, rng)
+            balance[_get_property_and_category(other, task)] -= 1
+            return _make_impossible_pair(made, fact, other, rng)
     return None
 
 
-def _looks_possible(task: Task, planner: Planner) -> bool:
+def _looks_solvable(task: Task, planner: Planner) -> bool:
     goals = (formula.formula for formula in task.goals)
     return all(planner.looks_reachable(task.initial, formula, task.planning_objects) for formula in goals)
 
 
-def _find_properties(task: Task, domain: Domain, may_lack: Collection[str]) -> Iterator[Fact]:
+def _find_removable_facts(task: Task, domain: Domain, may_lack: Collection[str]) -> Iterator[Fact]:
     """Yield the initial facts that state a property which prompts show and an object may lack."""
     predicates = {p.name for p in domain.vocabulary.predicates if p.visible and is_property(p)}
     for fact in task.initial.facts():
@@ -102,15 +104,19 @@ def _find_properties(task: Task, domain: Domain, may_lack: Collection[str]) -> I
             yield fact
 
 
-def _get_sort(fact: Fact, task: Task) -> tuple[str, bool, bool]:
+def _get_goal_role_of_fact(fact: Fact, task: Task) -> tuple[str, bool, bool]:
     """Return a fact's property, and whether goals name its object or quantify over the object's category."""
     (thing,) = fact.arguments
     parts = (part for task_goal in task.goals for part in walk_subformulas(task_goal.formula))
     kinds = {variable.category for part in parts for variable in get_bound_variables(part)}
-    return fact.predicate, thing in task.find_named_objects(task.goals), _get_kind(fact, task)[1] in kinds
+    return (
+        fact.predicate,
+        thing in task.find_named_objects(task.goals),
+        _get_property_and_category(fact, task)[1] in kinds,
+    )
 
 
-def _get_kind(fact: Fact, task: Task) -> tuple[str, str]:
+def _get_property_and_category(fact: Fact, task: Task) -> tuple[str, str]:
     """Return the property that a fact states, and the category of its object."""
     return fact.predicate, task.scene.objects[fact.arguments[0]].category
 
@@ -124,7 +130,7 @@ def _draw_ids(task: Task, rng: random.Random) -> list[str]:
     return rng.sample([f"{task.id}-a", f"{task.id}-b"], 2)
 
 
-def _make_pair(made: Generated, fact: Fact, other: Fact, rng: random.Random) -> Generated:
+def _make_impossible_pair(made: Generated, fact: Fact, other: Fact, rng: random.Random) -> Generated:
     task, scene, names = made.task, made.task.scene, _draw_ids(made.task, rng)
     solved = replace(_remove_fact(task, other), id=names[0], title=task.id, special=Impossible(()))
     missing = Impossible((fact_text(fact, scene),))
@@ -152,21 +158,21 @@ def make_ambiguous_pair(
         if kinds[i] in prior.taken_categories and find_placement(i, task.initial, prior)
     ]
     named = task.find_named_objects(task.goals)
-    for thing in shuffle([i for i in hosts if i in named and is_empty(i, task.initial, prior)], rng):
-        beside = add_double(task.initial, prior, thing, thing)
-        seen = Words.for_benchmark(benchmark, beside, by_place=True).initial_facts
+    for thing in shuffle([i for i in hosts if i in named and has_no_contents(i, task.initial, prior)], rng):
+        beside = add_copy_of_object(task.initial, prior, thing, thing)
+        seen = Words.make_for_benchmark(benchmark, beside, by_place=True).initial_facts
         for host in shuffle(hosts, rng):
-            apart = add_double(task.initial, prior, thing, host)
-            words = Words.for_benchmark(benchmark, apart, by_place=True)
-            if _does_fit_both(words, seen, thing):
-                pair = _make_with_same_words(task, words, (apart, beside), thing, rng)
-                if pair is not None and _is_open(*pair, thing, planner):
+            apart = add_copy_of_object(task.initial, prior, thing, host)
+            words = Words.make_for_benchmark(benchmark, apart, by_place=True)
+            if _do_words_fit_both(words, seen, thing):
+                pair = _make_tasks_with_same_words(task, words, (apart, beside), thing, rng)
+                if pair is not None and _are_both_objects_possible(*pair, thing, planner):
                     return Generated(pair[0], made.about, Generated(pair[1], made.about))
                 break
     return None
 
 
-def _does_fit_both(words: Words, seen: Iterable[Fact], thing: int) -> bool:
+def _do_words_fit_both(words: Words, seen: Iterable[Fact], thing: int) -> bool:
     """Whether words that distinguish an object from its copy in one scene fit both in another scene."""
     said = words.distinguishing_facts.get(thing)
     if said is None or len(said.arguments) == 1:
@@ -180,7 +186,7 @@ def _does_fit_both(words: Words, seen: Iterable[Fact], thing: int) -> bool:
     return {thing, len(words.scene.objects) - 1} <= there
 
 
-def _make_with_same_words(
+def _make_tasks_with_same_words(
     task: Task, words: Words, states: tuple[State, State], thing: int, rng: random.Random
 ) -> tuple[Task, Task] | None:
     """Return a clear and an ambiguous task with one instruction, or None if it is not read as the goals."""
@@ -196,7 +202,7 @@ def _make_with_same_words(
         title=task.id,
         instruction=instruction,
         initial=initial,
-        goals=(*task.goals, _forbid_for_second(task.goals, names)),
+        goals=(*task.goals, _forbid_goal_for_second(task.goals, names)),
         relevant=(*task.relevant, len(task.scene.objects)),
     )
     unclear = replace(clear, id=ids[1], initial=unclear_initial)
@@ -211,7 +217,7 @@ def _make_with_same_words(
 
 def _exchange_objects(task: Task, names: Sequence[str]) -> Task:
     """Return a task with the names of two objects exchanged, so that names do not show the wanted object."""
-    scene, swapped = task.scene, _swap(names)
+    scene, swapped = task.scene, _make_swap(names)
     index = {scene.index[name]: scene.index[other] for name, other in swapped.items()}
 
     def exchange(arguments: Sequence[int]) -> tuple[int, ...]:
@@ -225,7 +231,7 @@ def _exchange_objects(task: Task, names: Sequence[str]) -> Task:
     )
 
 
-def _forbid_for_second(goals: Sequence[Goal], names: Sequence[str]) -> Goal:
+def _forbid_goal_for_second(goals: Sequence[Goal], names: Sequence[str]) -> Goal:
     """Return the goal that the second object is not treated as the instruction asks for the first object."""
     asked = [task_goal for task_goal in goals if names[0] in find_object_names(task_goal.formula)]
     done = tuple([task_goal.formula for task_goal in _exchange_in_goals(asked, names)])
@@ -233,14 +239,14 @@ def _forbid_for_second(goals: Sequence[Goal], names: Sequence[str]) -> Goal:
 
 
 def _exchange_in_goals(goals: Iterable[Goal], names: Sequence[str]) -> tuple[Goal, ...]:
-    return tuple([goal(rename_objects(task_goal.formula, _swap(names))) for task_goal in goals])
+    return tuple([goal(rename_objects(task_goal.formula, _make_swap(names))) for task_goal in goals])
 
 
-def _swap(names: Sequence[str]) -> Mapping[str, str]:
+def _make_swap(names: Sequence[str]) -> Mapping[str, str]:
     return dict(zip(names, reversed(names), strict=True))
 
 
-def _is_open(clear: Task, unclear: Task, thing: int, planner: Planner) -> bool:
+def _are_both_objects_possible(clear: Task, unclear: Task, thing: int, planner: Planner) -> bool:
     """Whether the plan solves both tasks, and the ambiguous task also has a plan for its second object."""
     names = [unclear.scene.objects[i].name for i in (thing, -1)]
     other = replace(unclear, goals=_exchange_in_goals(unclear.goals, names))

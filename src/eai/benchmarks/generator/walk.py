@@ -79,21 +79,21 @@ class Walk:
         return tuple(range(len(self.state.scene.objects)))
 
     def mark(self) -> tuple[State, int, int, int, int]:
-        """Return the values that `return_to` needs to go back to the current end of the walk."""
+        """Return the values that `go_back_to` needs to go back to the current end of the walk."""
         return self.state, len(self.conditions), len(self.actions), len(self.goals), len(self.trail)
 
-    def return_to(self, mark: tuple[State, int, int, int, int]) -> None:
+    def go_back_to(self, mark: tuple[State, int, int, int, int]) -> None:
         """Undo all actions and goals that were added after a mark."""
         self.state, conditions, actions, goals, trail = mark
         del self.conditions[conditions:], self.actions[actions:], self.goals[goals:], self.trail[trail:]
 
     def holds(self, wanted: f.Formula, state: State) -> bool:
         """Whether a goal about states holds in a state; False for goals about actions."""
-        return not _actions_of(wanted) and self.planner.holds(wanted, state)
+        return not _list_goal_actions(wanted) and self.planner.holds(wanted, state)
 
     def reach(self, wanted: f.Formula) -> bool:
         """Extend the walk until one more goal holds. Return False if it holds already or no plan is found."""
-        names = _actions_of(wanted)
+        names = _list_goal_actions(wanted)
         if names:
             planning_goal = PlanningGoal(tuple(self.conditions), (names,))
         elif self.holds(wanted, self.state):
@@ -125,13 +125,13 @@ class Walk:
         return True
 
 
-def _actions_of(wanted: f.Formula) -> tuple[str, ...]:
+def _list_goal_actions(wanted: f.Formula) -> tuple[str, ...]:
     """Return the operators among which a goal for actions chooses; empty for a goal about states."""
     parts = f.get_operands(wanted, f.Or)
     return tuple([part.action for part in parts if isinstance(part, f.Occurs)])
 
 
-def make_certificate(walk: Walk, over_time: f.Formula | None = None) -> Sequence[Action]:
+def make_short_plan(walk: Walk, over_time: f.Formula | None = None) -> Sequence[Action]:
     """Return a short plan for the goals of a walk: its necessary actions, or a shorter plan of the planner.
 
     Only long walks are given to the planner. The planner does not know goals over time.
@@ -149,17 +149,17 @@ def _drop_needless(walk: Walk, asked: PlanningGoal, over_time: f.Formula | None)
         holds = walk.planner.holds
         if node.met < len(asked.actions) or not all(holds(c, node.state) for c in asked.conditions):
             return False
-        return over_time is None or semantics.holds(over_time, to_trace(_trace_node(node)))
+        return over_time is None or semantics.holds(over_time, to_trace(_make_trajectory(node)))
 
     return drop_needless_actions(walk.planner.domain, walk.start, walk.trail, is_solution, asked.actions)
 
 
-def _trace_node(node: PlanNode) -> Trajectory:
+def _make_trajectory(node: PlanNode) -> Trajectory:
     steps = [Step(action, None) for action in node.plan()]
     return Trajectory(tuple([ancestor.state for ancestor in node.path()]), tuple(steps))
 
 
-def find_lower_bound(task: Task, domain: Domain, depth: int) -> int:
+def find_min_plan_length(task: Task, domain: Domain, depth: int) -> int:
     """Return a lower bound of the number of actions of any plan, found by trying all plans up to a depth.
 
     The bound is the length of a shortest plan of at most this depth. If no such plan exists, it is the depth
@@ -179,7 +179,7 @@ def find_lower_bound(task: Task, domain: Domain, depth: int) -> int:
                 operators = [step.operator for step in node.plan()]
                 if all(at_the_end.find_reached(after, operators)) and (
                     not test.has_goals_over_time
-                    or all(test.find_reached(after, operators, _trace_node(node)))
+                    or all(test.find_reached(after, operators, _make_trajectory(node)))
                 ):
                     return length
                 if not (forgetful and after in seen):
@@ -216,11 +216,11 @@ class _ExecutedPlan:
     def timeline(self) -> Trace:
         return to_trace(self.trajectory)
 
-    def comes_first(self, first: f.Atom, then: f.Atom) -> bool:
+    def becomes_true_first(self, first: f.Atom, then: f.Atom) -> bool:
         """Whether the first fact becomes true no later than the second fact."""
         return self.new_facts[first][0] <= self.new_facts[then][0]
 
-    def has_both(self, one: f.Atom, other: f.Atom) -> bool:
+    def have_held_together(self, one: f.Atom, other: f.Atom) -> bool:
         """Whether two facts ever hold in the same state."""
         return not set(self.new_facts[one]).isdisjoint(self.new_facts[other])
 
@@ -249,7 +249,7 @@ class TemporalGoalFinder:
         """Return a goal over time with a certificate and a temptation, or None if no such goal is found."""
         if self.task.goals_of(GoalKind.ACTION):
             return None
-        ways = [self._find_after_detour, self._find_tidiness, self._find_order]
+        ways = [self._find_goal_of_detour, self._find_goal_of_tidiness, self._find_goal_of_order]
         candidates = (way() for way in self.rng.sample(ways, len(ways)))
         return next((candidate for candidate in candidates if candidate is not None), None)
 
@@ -258,14 +258,14 @@ class TemporalGoalFinder:
         return [goal.formula for goal in self.task.goals]
 
     @cached_property
-    def _certificate(self) -> _ExecutedPlan:
+    def _solving_plan(self) -> _ExecutedPlan:
         return self._execute(self.task.script)
 
     def _execute(self, plan: Sequence[Action]) -> _ExecutedPlan:
         trajectory = execute(self.domain, self.task.initial, plan)
         return _ExecutedPlan(plan, trajectory, self._find_new_facts(trajectory.states))
 
-    def _find_after_detour(self) -> _TemporalGoal | None:
+    def _find_goal_of_detour(self) -> _TemporalGoal | None:
         """Return the goal that a fact, which is false at the end, holds before another goal is reached."""
         walk, seen, last = self.begin(), self.proposals.draw_literal(self.rng), self.rng.choice(self._goals)
         if seen is None or not isinstance(last, f.Atom | f.Not) or not walk.reach(seen):
@@ -275,12 +275,12 @@ class TemporalGoalFinder:
         if not reached or walk.holds(seen, walk.state):
             return None
         goal = f.Then((seen, last))
-        kept = _make_if_distinguishing(goal, self._execute(walk.trail), self._certificate)
-        return None if kept is None else replace(kept, plan=make_certificate(walk, goal))
+        kept = _make_goal_if_distinguishing(goal, self._execute(walk.trail), self._solving_plan)
+        return None if kept is None else replace(kept, plan=make_short_plan(walk, goal))
 
-    def _find_tidiness(self) -> _TemporalGoal | None:
+    def _find_goal_of_tidiness(self) -> _TemporalGoal | None:
         """Return the goal that two facts never hold together, although one is true after the certificate."""
-        untidy, goals, rng = self._certificate, self._goals, self.rng
+        untidy, goals, rng = self._solving_plan, self._goals, self.rng
         last = len(untidy.plan)
         left = [
             atom
@@ -290,7 +290,7 @@ class TemporalGoalFinder:
         if not left:
             return None
         never = rng.choice(left)
-        cuts = [cut for cut in self._cuts if cut >= untidy.new_facts[never][0]]
+        cuts = [cut for cut in self._goal_steps if cut >= untidy.new_facts[never][0]]
         for cut in cuts[:_MAX_TIDY_POSITIONS]:
             walk = self.begin()
             if (
@@ -301,29 +301,29 @@ class TemporalGoalFinder:
                 tidy = self._execute(walk.trail)
                 for other in rng.sample(list(untidy.new_facts), len(untidy.new_facts)):
                     goal = f.Always(f.Not(f.And((never, other))))
-                    kept = _make_if_distinguishing(goal, tidy, untidy) if other != never else None
+                    kept = _make_goal_if_distinguishing(goal, tidy, untidy) if other != never else None
                     if kept is not None:
                         walk.conditions = list(goals)
-                        return replace(kept, plan=make_certificate(walk, goal))
+                        return replace(kept, plan=make_short_plan(walk, goal))
         return None
 
-    def _find_order(self) -> _TemporalGoal | None:
+    def _find_goal_of_order(self) -> _TemporalGoal | None:
         """Return a goal on the order of facts that the certificate fulfils and a reordered plan does not."""
-        ours, goals, rng = self._certificate, self._goals, self.rng
-        parts = [ours.plan[i:j] for i, j in pairwise([0, *self._cuts])]
+        ours, goals, rng = self._solving_plan, self._goals, self.rng
+        parts = [ours.plan[i:j] for i, j in pairwise([0, *self._goal_steps])]
         for _ in range(_MAX_ORDERS if len(parts) > 1 else 0):
             temporal = self._find_difference(list(chain(*rng.sample(parts, len(parts)))))
             if temporal is not None:
                 return temporal
         walk = self.begin()
         if len(goals) > 1 and reach_all(walk, rng.sample(goals, len(goals))):
-            return self._find_difference(make_certificate(walk))
+            return self._find_difference(make_short_plan(walk))
         return None
 
     @cached_property
-    def _cuts(self) -> list[int]:
+    def _goal_steps(self) -> list[int]:
         """Numbers of steps after which one more goal stays true up to the end of the certificate."""
-        states = list(enumerate(self._certificate.trajectory.states))[::-1]
+        states = list(enumerate(self._solving_plan.trajectory.states))[::-1]
         missed = (
             next(i for i, state in states if not self.domain.holds(goal, state)) for goal in self._goals
         )
@@ -341,19 +341,19 @@ class TemporalGoalFinder:
         candidates = list(self._list_candidates(other))
         self.rng.shuffle(candidates)
         candidates.sort(key=itemgetter(0))
-        kept = (_make_if_distinguishing(goal, self._certificate, other) for _, goal in candidates)
+        kept = (_make_goal_if_distinguishing(goal, self._solving_plan, other) for _, goal in candidates)
         return next((candidate for candidate in kept if candidate is not None), None)
 
     def _list_candidates(self, other: _ExecutedPlan) -> Iterator[tuple[bool, f.Formula]]:
         """Yield goals that may hold only for the certificate, and whether the two facts share no object."""
-        ours, things = self._certificate, self.task.scene.objects
+        ours, things = self._solving_plan, self.task.scene.objects
         both = [atom for atom in ours.new_facts if atom in other.new_facts]
         for first, then in permutations(both, 2):
-            if ours.comes_first(first, then) and not other.comes_first(first, then):
+            if ours.becomes_true_first(first, then) and not other.becomes_true_first(first, then):
                 yield _have_no_common_object(then, first), f.Until(f.Not(then), first)
-            if find_object_names(first) < find_object_names(then) and other.has_both(
+            if find_object_names(first) < find_object_names(then) and other.have_held_together(
                 first, then
-            ) > ours.has_both(first, then):
+            ) > ours.have_held_together(first, then):
                 yield _have_no_common_object(first, then), f.Always(f.Not(f.And((first, then))))
         wanted = {name for alternatives in self.proposals.prior.action_counts for name in alternatives}
         for action in ours.plan:
@@ -387,7 +387,7 @@ class TemporalGoalFinder:
         return not prior.uses or moved in prior.taken_categories
 
 
-def _make_if_distinguishing(
+def _make_goal_if_distinguishing(
     goal: f.Formula, ours: _ExecutedPlan, other: _ExecutedPlan
 ) -> _TemporalGoal | None:
     """Return the goal with both plans if only the first plan fulfils it, or None otherwise."""

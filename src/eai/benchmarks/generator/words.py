@@ -48,7 +48,7 @@ class Words:
     initial_facts: Sequence[Fact] = ()
 
     @staticmethod
-    def for_benchmark(benchmark: Benchmark, initial: State, *, by_place: bool = False) -> Words:
+    def make_for_benchmark(benchmark: Benchmark, initial: State, *, by_place: bool = False) -> Words:
         """Return a benchmark's words for a scene. With `by_place`, places of objects describe the objects."""
         arity, scene = benchmark.domain.vocabulary.arity, initial.scene
         wording = benchmark.wording(Ability.ACTION_SEQUENCING)
@@ -75,12 +75,16 @@ class Words:
     def name_object(self, name: str) -> str:
         """Return words for an object: ``the lamp`` for the only lamp, or else its place, or else its name."""
         index = self.scene.index[name]
-        return self._make_definite(index) if self._is_only_one(index) else self._descriptions.get(index, name)
+        return (
+            self._add_article(index)
+            if self._is_only_one_of_category(index)
+            else self._descriptions.get(index, name)
+        )
 
     def is_described(self, name: str) -> bool:
         """Whether an object can be described without its name."""
         index = self.scene.index[name]
-        return self._is_only_one(index) or index in self._descriptions
+        return self._is_only_one_of_category(index) or index in self._descriptions
 
     @cached_property
     def distinguishing_facts(self) -> Mapping[int, Fact]:
@@ -93,36 +97,36 @@ class Words:
         about = [fact for fact in self.initial_facts if fact.arguments]
         for fact in sorted(about, key=lambda fact: -len(fact.arguments)):
             thing, *places = fact.arguments
-            if all(map(self._is_only_one, places)):
+            if all(map(self._is_only_one_of_category, places)):
                 category = self.scene.objects[thing].category
                 described.setdefault((fact.predicate, category, tuple(places)), []).append(thing)
         facts: dict[int, Fact] = {}
         for (predicate, _, there), (thing, *others) in described.items():
-            if not others and not self._is_only_one(thing):
+            if not others and not self._is_only_one_of_category(thing):
                 facts.setdefault(thing, Fact(predicate, (thing, *there)))
         return facts
 
     @cached_property
     def _descriptions(self) -> Mapping[int, str]:
-        return {thing: self._describe(*fact) for thing, fact in self.distinguishing_facts.items()}
+        return {thing: self._describe_by_fact(*fact) for thing, fact in self.distinguishing_facts.items()}
 
-    def _describe(self, predicate: str, arguments: Sequence[int]) -> str:
+    def _describe_by_fact(self, predicate: str, arguments: Sequence[int]) -> str:
         thing, *there = arguments
         sentence = self.get_sentences(predicate)[0]
         sentence = (
             sentence if there else f"{sentence} now"
         )  # "now", because the state may be false at the end
         return _fill_sentence(
-            sentence, [f"the {self._get_noun(thing)} that", *map(self._make_definite, there)]
+            sentence, [f"the {self._get_object_noun(thing)} that", *map(self._add_article, there)]
         )
 
-    def _make_definite(self, index: int) -> str:
-        return f"the {self._get_noun(index)}"
+    def _add_article(self, index: int) -> str:
+        return f"the {self._get_object_noun(index)}"
 
-    def _get_noun(self, index: int) -> str:
+    def _get_object_noun(self, index: int) -> str:
         return self.nouns[self.scene.objects[index].category]
 
-    def _is_only_one(self, index: int) -> bool:
+    def _is_only_one_of_category(self, index: int) -> bool:
         return self.scene.category(self.scene.objects[index].category).bit_count() == 1
 
     def make_instruction(self, goals: Sequence[f.Formula], rng: random.Random) -> str:
@@ -138,7 +142,7 @@ class Words:
     def is_read_back(self, instruction: str, goals: Sequence[f.Formula]) -> bool:
         """Whether the goals read from an instruction are exactly these goals."""
         try:
-            return _Reader(self).read_goals(instruction) == tuple(goals)
+            return _InstructionReader(self).read_goals(instruction) == tuple(goals)
         except InputError:
             return False
 
@@ -161,7 +165,7 @@ class Words:
         return (
             None
             if several is None
-            else self._fill_in(voice.choose(several), atom, self._name_variables(goal, voice))
+            else self._fill_in_objects(voice.choose(several), atom, self._name_variables(goal, voice))
         )
 
     def _make_statement(self, goal: f.Formula, voice: e.PhraseStyle) -> str:
@@ -231,9 +235,9 @@ class Words:
         self, atom: f.Atom, values: Mapping[str, str], voice: e.PhraseStyle, **form: bool
     ) -> str:
         sentence = voice.choose(self.get_sentences(atom.predicate))
-        return self._fill_in(e.inflect(sentence, **form), atom, values)
+        return self._fill_in_objects(e.inflect(sentence, **form), atom, values)
 
-    def _fill_in(self, sentence: str, atom: f.Atom, values: Mapping[str, str]) -> str:
+    def _fill_in_objects(self, sentence: str, atom: f.Atom, values: Mapping[str, str]) -> str:
         words = [
             values[t.name] if isinstance(t, f.Variable) else self.name_object(t.name) for t in atom.arguments
         ]
@@ -268,7 +272,7 @@ def _join_clauses(clauses: Sequence[str]) -> str:
     return " and ".join(clauses) if len(clauses) < 3 else f"{', '.join(clauses[:-1])}, and {clauses[-1]}"
 
 
-class _Reader:
+class _InstructionReader:
     """Reads instructions about one scene back into goals."""
 
     def __init__(self, words: Words) -> None:
@@ -304,9 +308,9 @@ class _Reader:
             for predicate, several in requests.items()
             for request in several
             for words in _match_sentence(request, text)
-            for meaning in self._interpret(predicate, words, negated=negated, request=True)
+            for meaning in self._interpret_sentence(predicate, words, negated=negated, request=True)
         ]
-        return _require_one(meanings, text)
+        return _require_one_meaning(meanings, text)
 
     def _read_statement(self, text: str) -> f.Formula:
         actions = _ACTIONS.fullmatch(text)
@@ -317,8 +321,9 @@ class _Reader:
             one, other = text.split(f" {over_time} ")
             return self._read_over_time(over_time, one, other)
         is_choice = text.startswith("either ")
-        return _require_one(
-            self._read_choice(text.removeprefix("either ")) if is_choice else self._find_meanings(text), text
+        return _require_one_meaning(
+            self._read_disjunction(text.removeprefix("either ")) if is_choice else self._find_meanings(text),
+            text,
         )
 
     def _read_over_time(self, word: str, one: str, other: str) -> f.Formula:
@@ -327,7 +332,10 @@ class _Reader:
             return f.Always(
                 f.Not(
                     f.And(
-                        (_require_one(self._find_meanings(one, never=True), one), self._read_statement(other))
+                        (
+                            _require_one_meaning(self._find_meanings(one, never=True), one),
+                            self._read_statement(other),
+                        )
                     )
                 )
             )
@@ -339,7 +347,7 @@ class _Reader:
         names = [self._objects[name] for name in taken[2].split(" with ") if name in self._objects]
         return f.Until(self._read_statement(one), f.Occurs(taken[1], tuple(map(f.Constant, names))))
 
-    def _read_choice(self, text: str) -> Iterator[f.Formula]:
+    def _read_disjunction(self, text: str) -> Iterator[f.Formula]:
         for place in re.finditer(" or ", text):
             for first in self._find_meanings(text[: place.start()]):
                 yield from (f.Or((first, second)) for second in self._find_meanings(text[place.end() :]))
@@ -352,9 +360,11 @@ class _Reader:
                 for negated, several in forms:
                     form = e.inflect(sentence, negated=negated, several=several, never=never)
                     for words in _match_sentence(form, text):
-                        yield from self._interpret(predicate, words, negated=negated, several=several)
+                        yield from self._interpret_sentence(
+                            predicate, words, negated=negated, several=several
+                        )
 
-    def _interpret(
+    def _interpret_sentence(
         self,
         predicate: str,
         words: Sequence[str],
@@ -368,12 +378,12 @@ class _Reader:
         rest = tuple([f.Constant(name) for name in named[1:] if name is not None])
         is_ground = None not in named[1:]
 
-        def atom(*terms: f.Term) -> f.Formula:
+        def make_literal(*terms: f.Term) -> f.Formula:
             return f.Not(f.Atom(predicate, terms)) if negated else f.Atom(predicate, terms)
 
         if not named or named[0] is not None:
             if is_ground and not several:
-                yield atom(*[f.Constant(name) for name in named if name is not None])
+                yield make_literal(*[f.Constant(name) for name in named if name is not None])
             return
         quantifier = _QUANTIFIED.fullmatch(words[0])
         if quantifier is None:
@@ -386,14 +396,18 @@ class _Reader:
         x = f.Variable("x", category)
         if is_ground:
             yield from _interpret_quantified(
-                quantifier, count, x, atom(_X, *rest), negated=negated, request=request
+                quantifier, count, x, make_literal(_X, *rest), negated=negated, request=request
             )
         elif quantifier["every"] and not negated:
             inner = _INNER.fullmatch(words[1])
             target = None if inner is None else self._categories.get(next(filter(None, inner.groups())))
             if inner is not None and target is not None:
                 y = f.Variable("y", target)
-                yield f.ForAll(x, f.Exists(y, atom(_X, _Y))) if inner[1] else f.ForPairs(x, y, atom(_X, _Y))
+                yield (
+                    f.ForAll(x, f.Exists(y, make_literal(_X, _Y)))
+                    if inner[1]
+                    else f.ForPairs(x, y, make_literal(_X, _Y))
+                )
 
 
 def _interpret_quantified(
@@ -432,7 +446,7 @@ def _match_sentence(sentence: str, text: str) -> Iterator[Sequence[str]]:
         yield [named[name] for name in make_parameter_names(len(named))]
 
 
-def _require_one(meanings: Iterable[f.Formula], text: str) -> f.Formula:
+def _require_one_meaning(meanings: Iterable[f.Formula], text: str) -> f.Formula:
     candidates = list(meanings)
     if len(candidates) != 1:
         raise InputError(f"expected a sentence with one meaning, found {len(candidates)} of {text!r}")

@@ -21,7 +21,7 @@ from eai.abilities.protocol import Ability
 from eai.base.source import open_archive_files
 from eai.base.store import ReportProgress, Store, ignore_progress
 from eai.benchmarks import reference_wheel as packs
-from eai.benchmarks.benchmark import Benchmark, DataSet, read_formats
+from eai.benchmarks.benchmark import Benchmark, DataSet, read_answer_formats
 from eai.benchmarks.errata import load_errata
 from eai.benchmarks.packs import open_pack
 from eai.benchmarks.published import make_prompt_reader, open_virtualhome
@@ -132,7 +132,7 @@ def _list_or_none(lines: Iterable[str]) -> list[str]:
     return list(lines) or ["None"]
 
 
-def goal_interpretation_prompts(source: Source) -> dict[str, str]:
+def render_goal_interpretation_prompts(source: Source) -> dict[str, str]:
     """Return the prompts of goal interpretation by task id, in the order of the data set.
 
     Raises:
@@ -260,25 +260,25 @@ def virtualhome() -> Benchmark:
             VirtualHomePlans(),
             VirtualHomeGoals(),
             VirtualHomeSubgoals(),
-            formats=read_formats("eai.benchmarks.virtualhome"),
+            formats=read_answer_formats("eai.benchmarks.virtualhome"),
             wordings=wording,
             english=read_english("eai.benchmarks.virtualhome"),
         ),
         DataSet(
             TITLES[NAME],
             load_errata(NAME),
-            make_prompt_reader(NAME, {Ability.GOAL_INTERPRETATION: goal_interpretation_prompts}),
+            make_prompt_reader(NAME, {Ability.GOAL_INTERPRETATION: render_goal_interpretation_prompts}),
             goal_sections=GOAL_SECTIONS,
             task_id_of=packs.find_published_id,
             own_tasks={Ability.TRANSITION_MODELING: open_operators},
             asks={Ability.SUBGOAL_DECOMPOSITION: lambda task: task.temporal_goal is not None},
-            own_figures=compute_figures,
+            own_figures=compute_data_set_figures,
             open_demonstrations=open_demonstrations,
         ),
     )
 
 
-def compute_figures(source: Source) -> dict[str, tuple[int, str]]:
+def compute_data_set_figures(source: Source) -> dict[str, tuple[int, str]]:
     """Return the figures of the published data set by label.
 
     Raises DataError if the data cannot be obtained.
@@ -286,10 +286,10 @@ def compute_figures(source: Source) -> dict[str, tuple[int, str]]:
     resources = open_pack(packs.RESOURCES, source)
     tasks = open_records(source)
     operators = resources.read_json("gold_action.json")
-    return count_annotated_figures(tasks, resources.read_json("success_task.json"), len(operators))
+    return count_record_figures(tasks, resources.read_json("success_task.json"), len(operators))
 
 
-def count_annotated_figures(
+def count_record_figures(
     tasks: VirtualHomeRecords, transition_tasks: Collection[str], operators: int
 ) -> dict[str, tuple[int, str]]:
     """Return figures of records by label, each with a note on its meaning.
@@ -349,10 +349,10 @@ PUBLISHED_COUNTS: Mapping[str, int | float] = {
     "action steps": 2960,
     "transition models": 33,
 }
-"""Figures of the published data set that `check_tasks` expects, by label."""
+"""Figures of the published data set that `check_stored_tasks` expects, by label."""
 
 
-def check_tasks(store: Store, counts: Mapping[str, int | float] | None = None) -> Iterator[str]:
+def check_stored_tasks(store: Store, counts: Mapping[str, int | float] | None = None) -> Iterator[str]:
     """Yield a line for each figure that differs from the expected figure. All packs must exist.
 
     Args:
@@ -362,7 +362,7 @@ def check_tasks(store: Store, counts: Mapping[str, int | float] | None = None) -
     counts = PUBLISHED_COUNTS if counts is None else counts
     tasks, resources = VirtualHomeRecords.from_pack(store.open(PACK)), store.open(packs.RESOURCES)
     operators = resources.read_json("gold_action.json")
-    figures = count_annotated_figures(tasks, resources.read_json("success_task.json"), len(operators))
+    figures = count_record_figures(tasks, resources.read_json("success_task.json"), len(operators))
     for label, (value, _) in figures.items():
         if counts.get(label, value) != value:
             yield f"{label}: {value}, expected {counts[label]}"

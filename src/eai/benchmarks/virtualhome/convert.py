@@ -34,12 +34,12 @@ _NO_GOALS: Mapping[str, Any] = {"vh_goal": {"goal": [], "actions": []}, "tl_goal
 T = TypeVar("T")
 
 
-def _number_value(value: T, numbers: dict[T, int]) -> int:
+def _get_value_index(value: T, numbers: dict[T, int]) -> int:
     """Return the number of a value, counted from 0 in order of first use. Equal values have one number."""
     return numbers.setdefault(value, len(numbers))
 
 
-class _PlainGraph(NamedTuple):
+class _SceneGraph(NamedTuple):
     """A scene graph: objects by ascending id, and edges in file order without duplicates."""
 
     objects: Sequence[ObjectRecord]
@@ -52,13 +52,13 @@ class _SourceTask(NamedTuple):
     id: str
     annotation: Mapping[str, Any]
     script: str
-    initial: _PlainGraph
-    final: _PlainGraph
+    initial: _SceneGraph
+    final: _SceneGraph
 
 
 def _read_graph(
     values: Mapping[str, Any], objects: dict[ObjectRecord, ObjectRecord], edges: dict[Edge, Edge]
-) -> _PlainGraph:
+) -> _SceneGraph:
     """Read a graph. Graphs share equal objects and edges, so that 342 graphs fit into 20 MB of memory.
 
     If several nodes have one id, the last node counts, as in the reference's loader. Duplicate edges are
@@ -67,7 +67,7 @@ def _read_graph(
     nodes = {node["id"]: node for node in values["nodes"]}
     records = map(_read_object, [nodes[identifier] for identifier in sorted(nodes)])
     edges_read = [(edge["from_id"], edge["relation_type"], edge["to_id"]) for edge in values["edges"]]
-    return _PlainGraph(
+    return _SceneGraph(
         tuple([objects.setdefault(record, record) for record in records]),
         tuple(dict.fromkeys([edges.setdefault(edge, edge) for edge in edges_read])),
     )
@@ -89,7 +89,7 @@ def convert_tasks(wheel: ArchiveFiles, report: ReportProgress) -> dict[str, byte
     Raises:
         DataError: the wheel lacks a file, or a file has an unexpected form.
     """
-    return {TASKS_MEMBER: _convert(wheel, _read_annotations(wheel), report)}
+    return {TASKS_MEMBER: _convert_annotated_tasks(wheel, _read_annotations(wheel), report)}
 
 
 def convert_demonstrations(wheel: ArchiveFiles, report: ReportProgress) -> bytes:
@@ -102,7 +102,7 @@ def convert_demonstrations(wheel: ArchiveFiles, report: ReportProgress) -> bytes
     task_ids = [
         name.removeprefix(prefix).removesuffix(".json") for name in wheel.names if name.startswith(prefix)
     ]
-    return _convert(
+    return _convert_annotated_tasks(
         wheel, {task_id: annotated.get(task_id, _NO_GOALS) for task_id in sorted(task_ids)}, report
     )
 
@@ -115,7 +115,7 @@ def _read_annotations(wheel: ArchiveFiles) -> dict[str, Mapping[str, Any]]:
     }
 
 
-def _convert(
+def _convert_annotated_tasks(
     wheel: ArchiveFiles, annotations: Mapping[str, Mapping[str, Any]], report: ReportProgress
 ) -> bytes:
     objects: dict[ObjectRecord, ObjectRecord] = {}
@@ -132,7 +132,7 @@ def _convert(
 
 
 def _encode(sources: Sequence[_SourceTask], objects: Sequence[ObjectRecord]) -> bytes:
-    encoder = _Encoder({record: number for number, record in enumerate(objects)})
+    encoder = _TaskEncoder({record: number for number, record in enumerate(objects)})
     base = encoder.find_shared_graph(sources)
     base_edges = encoder.flatten_edges(base.edges)
     lines = [encoder.encode_task(source, base) for source in sources]
@@ -147,8 +147,8 @@ def _encode(sources: Sequence[_SourceTask], objects: Sequence[ObjectRecord]) -> 
                 o.id,
                 o.class_name,
                 o.category,
-                _number_value(o.properties, labels),
-                _number_value(o.states, labels),
+                _get_value_index(o.properties, labels),
+                _get_value_index(o.states, labels),
             ]
             for o in objects
         ],
@@ -158,7 +158,7 @@ def _encode(sources: Sequence[_SourceTask], objects: Sequence[ObjectRecord]) -> 
 
 
 @dataclass(frozen=True, slots=True)
-class _Encoder:
+class _TaskEncoder:
     """Encodes each graph as its difference from another graph. Objects and relations become numbers."""
 
     objects: Mapping[ObjectRecord, int]
@@ -166,10 +166,12 @@ class _Encoder:
 
     def flatten_edges(self, edges: Iterable[Edge]) -> list[int]:
         """Return edges as one list of numbers: source, relation, target, source, ..."""
-        numbered = ((source, _number_value(name, self.relations), target) for source, name, target in edges)
+        numbered = (
+            (source, _get_value_index(name, self.relations), target) for source, name, target in edges
+        )
         return list(chain.from_iterable(numbered))
 
-    def find_shared_graph(self, sources: Sequence[_SourceTask]) -> _PlainGraph:
+    def find_shared_graph(self, sources: Sequence[_SourceTask]) -> _SceneGraph:
         """Return the graph of the ids and edges that all initial graphs have.
 
         An id gets its most frequent record.
@@ -183,10 +185,10 @@ class _Encoder:
         ]
         first, *others = (source.initial.edges for source in sources)
         common = set(first).intersection(*others)
-        return _PlainGraph(shared, _sort_edges([edge for edge in first if edge in common]))
+        return _SceneGraph(shared, _sort_edges([edge for edge in first if edge in common]))
 
     def encode_difference(
-        self, before: _PlainGraph, after: _PlainGraph, *, keep_order: bool
+        self, before: _SceneGraph, after: _SceneGraph, *, keep_order: bool
     ) -> dict[str, list[int]]:
         """Return the changes that turn one graph into another.
 
@@ -212,7 +214,7 @@ class _Encoder:
             "added_edges": self.flatten_edges(_sort_edges(edge for edge in after.edges if edge in added)),
         }
 
-    def encode_task(self, source: _SourceTask, base: _PlainGraph) -> dict[str, object]:
+    def encode_task(self, source: _SourceTask, base: _SceneGraph) -> dict[str, object]:
         title, description, script = _read_script(source)
         nodes, edges = _find_relevant_ids(source.initial, source.final)
         goal = source.annotation["vh_goal"]
@@ -247,7 +249,7 @@ def _sort_edges(edges: Iterable[Edge]) -> list[Edge]:
     return sorted(edges, key=key)
 
 
-def _find_moved_edges(before: _PlainGraph, after: _PlainGraph, removed: set[Edge]) -> set[Edge]:
+def _find_moved_edges(before: _SceneGraph, after: _SceneGraph, removed: set[Edge]) -> set[Edge]:
     """Return the edges of sources whose new order is not the old order plus appended edges."""
     stayed = _group_ordered_edges(edge for edge in before.edges if edge not in removed)
     return {
@@ -263,14 +265,14 @@ def _group_ordered_edges(edges: Iterable[Edge]) -> dict[tuple[int, str], list[Ed
     return group_pairs((edge[:2], edge) for edge in edges if edge[1] in _ORDERED_RELATIONS)
 
 
-def _find_relevant_ids(initial: _PlainGraph, final: _PlainGraph) -> tuple[list[int], list[int]]:
+def _find_relevant_ids(initial: _SceneGraph, final: _SceneGraph) -> tuple[list[int], list[int]]:
     """Return ids of changed objects, and ids at the ends of changed edges, each in order of occurrence."""
-    nodes = [record.id for record in _find_differences(initial.objects, final.objects)]
-    ends = [end for edge in _find_differences(initial.edges, final.edges) for end in edge[::2]]
+    nodes = [record.id for record in _find_unshared_items(initial.objects, final.objects)]
+    ends = [end for edge in _find_unshared_items(initial.edges, final.edges) for end in edge[::2]]
     return list(dict.fromkeys(nodes)), list(dict.fromkeys(ends))
 
 
-def _find_differences(before: Sequence[T], after: Sequence[T]) -> list[T]:
+def _find_unshared_items(before: Sequence[T], after: Sequence[T]) -> list[T]:
     """Return the items that only one sequence has. Items of `before` come first."""
     old, new = set(before), set(after)
     return [item for item in before if item not in new] + [item for item in after if item not in old]

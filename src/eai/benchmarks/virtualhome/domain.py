@@ -6,7 +6,7 @@ from collections.abc import Sequence
 from functools import cache
 
 from eai.benchmarks.virtualhome import predicates as p
-from eai.benchmarks.virtualhome.operators import make_operators, switch_hands
+from eai.benchmarks.virtualhome.operators import make_operators, make_switch_hands_action
 from eai.world.domain import Domain
 from eai.world.operator import Operator, sort_operator_checks
 
@@ -23,7 +23,7 @@ def domain_with_hand_switch() -> Domain:
 
     Its action SWITCH_HANDS moves an object to the other hand.
     """
-    return domain_in_paper_order().replace_operators(switch_hands())
+    return domain_in_paper_order().replace_operators(make_switch_hands_action())
 
 
 def domain_in_reference_order() -> Domain:

@@ -124,13 +124,13 @@ def _find_unknown_section(members: Iterable[tuple[str, object]]) -> str | None:
     return next((f'there is no section "{key}"' for key in lists if key not in SECTIONS.values()), None)
 
 
-def _check_sections(sections: GoalSections) -> GoalSections | None:
+def _check_goal_sections(sections: GoalSections) -> GoalSections | None:
     """Return the sections of an answer, or None if no section or an unknown section is present."""
     has_section = any(key in SECTIONS.values() for key, _ in sections.members)
     return sections if has_section and _find_unknown_section(sections.members) is None else None
 
 
-_FORM = make_sections_format(_check_sections, _find_flaw)
+_FORM = make_sections_format(_check_goal_sections, _find_flaw)
 
 
 def _read_section(kind: GoalKind, section: object) -> list[WrittenGoal | IllFormed]:

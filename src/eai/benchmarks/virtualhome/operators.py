@@ -67,7 +67,7 @@ FIND does not walk to such an object.
 
 def set_state(name: str, old: Predicate, new: Predicate, *checks: Check) -> Operator:
     """Return an action that replaces one state of an object by another."""
-    return _make_unary(name, *checks, effects=(Delete(old(X)), Add(new(X))))
+    return _make_action_on_one(name, *checks, effects=(Delete(old(X)), Add(new(X))))
 
 
 def clear_relations(obj: f.Term, *relations: Predicate) -> tuple[Effect, ...]:
@@ -89,7 +89,7 @@ def forget_origin(obj: f.Variable) -> tuple[Effect, ...]:
     )
 
 
-def bring_along(room_of_held: f.Formula) -> tuple[Effect, ...]:
+def make_bring_along_effects(room_of_held: f.Formula) -> tuple[Effect, ...]:
     """Return effects that move held objects, and all objects in or on them, into a room.
 
     Args:
@@ -110,7 +110,7 @@ def bring_along(room_of_held: f.Formula) -> tuple[Effect, ...]:
     )
 
 
-def go_to(target: f.Variable, effects_on_held: tuple[Effect, ...]) -> tuple[Effect, ...]:
+def make_movement_effects(target: f.Variable, effects_on_held: tuple[Effect, ...]) -> tuple[Effect, ...]:
     """Return effects that move the character to an object, or into a room.
 
     Args:
@@ -149,8 +149,11 @@ def find(effects_on_held: tuple[Effect, ...]) -> Operator:
         affordance(f.Or((p.somewhere(X), AT_HAND)), SOMEWHERE.reason),
     )
     step_up = (Delete(p.facing(AGENT, ANYTHING)), *both_ways(Add, p.next_to(AGENT, X)))
-    return _make_unary(
-        "FIND", *checks, effects=(When(p.near(X), step_up, go_to(X, effects_on_held)),), role=Role.MOVEMENT
+    return _make_action_on_one(
+        "FIND",
+        *checks,
+        effects=(When(p.near(X), step_up, make_movement_effects(X, effects_on_held)),),
+        role=Role.MOVEMENT,
     )
 
 
@@ -206,10 +209,10 @@ def grab(effects_on_contents: tuple[Effect, ...] = KEEP_CONTENTS) -> Operator:
         *forget_origin(X),
         *remember,
     )
-    return _make_unary("GRAB", *checks, effects=effects, role=Role.TAKES)
+    return _make_action_on_one("GRAB", *checks, effects=effects, role=Role.TAKES)
 
 
-def switch_hands() -> Operator:
+def make_switch_hands_action() -> Operator:
     """Return the action SWITCH_HANDS: move a held object to the other hand.
 
     Only subgoals can name hands, so only subgoals need this action.
@@ -218,10 +221,10 @@ def switch_hands() -> Operator:
     to_left = (Delete(p.holds_rh(AGENT, X)), Add(p.holds_lh(AGENT, X)))
     to_right = (Delete(p.holds_lh(AGENT, X)), Add(p.holds_rh(AGENT, X)))
     switched = (When(p.holds_rh(AGENT, X), to_left, to_right),)
-    return _make_unary("SWITCH_HANDS", HELD, one_free, effects=switched, role=Role.RELEASES)
+    return _make_action_on_one("SWITCH_HANDS", HELD, one_free, effects=switched, role=Role.RELEASES)
 
 
-def put_back_where_it_was() -> Operator:
+def make_put_back_action() -> Operator:
     """Return the action PUTOBJBACK: return a held object to the place from which it was grabbed."""
     closed = f.Exists(Y, p.taken_from_inside(X, Y) & p.can_open(Y) & ~p.open_(Y))
     checks = (
@@ -234,12 +237,12 @@ def put_back_where_it_was() -> Operator:
         missing(~closed, "the place where {x} was taken from is closed", witness=closed),
     )
     effects = tuple(Let(Y, memory(X, Y), put(relation)) for memory, _, relation in ORIGINS)
-    return _make_unary("PUTOBJBACK", *checks, effects=effects)
+    return _make_action_on_one("PUTOBJBACK", *checks, effects=effects)
 
 
 def watch() -> Operator:
     """Return the action WATCH: look for a while at an object in the same room."""
-    return _make_unary(
+    return _make_action_on_one(
         "WATCH",
         affordance(p.lookable(X), "{x} cannot be watched"),
         affordance(p.in_same_room(X), "{x} is not in the character's room"),
@@ -255,13 +258,13 @@ def watch() -> Operator:
 
 def shove(name: str, *checks: Check) -> Operator:
     """Return an action that moves an object by hand without lifting it."""
-    return _make_unary(name, *checks, NEAR, REACHABLE, HAND_FREE)
+    return _make_action_on_one(name, *checks, NEAR, REACHABLE, HAND_FREE)
 
 
 def make_operators() -> tuple[Operator, ...]:
     """Return all actions. The checks of an action have the order of the reference."""
     return (
-        *make_movements(bring_along(p.room_of(X, R))),
+        *make_movements(make_bring_along_effects(p.room_of(X, R))),
         *_make_posture_actions(),
         *_make_handling_actions(),
         *_make_device_actions(),
@@ -278,9 +281,10 @@ def make_movements(effects_on_held: tuple[Effect, ...]) -> tuple[Operator, ...]:
     Args:
         effects_on_held: effects of walking on the held objects.
     """
-    effects = go_to(X, effects_on_held)
+    effects = make_movement_effects(X, effects_on_held)
     walks = [
-        _make_unary(name, UPRIGHT, SOMEWHERE, effects=effects, role=Role.MOVEMENT) for name in ("WALK", "RUN")
+        _make_action_on_one(name, UPRIGHT, SOMEWHERE, effects=effects, role=Role.MOVEMENT)
+        for name in ("WALK", "RUN")
     ]
     return *walks, find(effects_on_held)
 
@@ -288,7 +292,7 @@ def make_movements(effects_on_held: tuple[Effect, ...]) -> tuple[Operator, ...]:
 def _make_posture_actions() -> tuple[Operator, ...]:
     resting = missing(p.lying(AGENT) | p.sitting(AGENT), "the character neither lies nor sits")
     return (
-        _make_unary(
+        _make_action_on_one(
             "SIT",
             NEAR,
             NOT_SEATED,
@@ -303,7 +307,7 @@ def _make_posture_actions() -> tuple[Operator, ...]:
             ),
             role=Role.MOVEMENT,
         ),
-        _make_unary(
+        _make_action_on_one(
             "LIE",
             NEAR,
             NOT_IN_BED,
@@ -313,14 +317,14 @@ def _make_posture_actions() -> tuple[Operator, ...]:
             effects=(Add(p.ontop(AGENT, X)), Delete(p.sitting(AGENT)), Add(p.lying(AGENT))),
             role=Role.MOVEMENT,
         ),
-        _make_nullary(
+        _make_action_on_nothing(
             "STANDUP",
             additional(p.sitting(AGENT) | p.lying(AGENT), "the character stands already"),
             (Delete(p.sitting(AGENT)), Delete(p.lying(AGENT))),
             Role.MOVEMENT,
         ),
-        _make_nullary("SLEEP", resting),
-        _make_nullary("WAKEUP", resting),
+        _make_action_on_nothing("SLEEP", resting),
+        _make_action_on_nothing("WAKEUP", resting),
     )
 
 
@@ -328,18 +332,18 @@ def _make_handling_actions() -> tuple[Operator, ...]:
     drop = (*take_out_of_hand(X), Let(R, p.room_of(AGENT, R), (Add(p.inside(X, R)),)), *forget_origin(X))
     return (
         grab(),
-        _make_binary("PUTBACK", HELD, NEAR_TARGET, effects=put(p.ontop)),
-        _make_binary(
+        _make_action_on_two("PUTBACK", HELD, NEAR_TARGET, effects=put(p.ontop)),
+        _make_action_on_two(
             "PUTIN",
             HELD,
             NEAR_TARGET,
             missing(~p.can_open(Y) | p.open_(Y), "{y} is closed"),
             effects=put(p.inside),
         ),
-        put_back_where_it_was(),
-        _make_unary("DROP", HELD, effects=drop, role=Role.RELEASES),
-        _make_unary("RELEASE", HELD, effects=drop, role=Role.RELEASES),
-        _make_binary(
+        make_put_back_action(),
+        _make_action_on_one("DROP", HELD, effects=drop, role=Role.RELEASES),
+        _make_action_on_one("RELEASE", HELD, effects=drop, role=Role.RELEASES),
+        _make_action_on_two(
             "POUR",
             affordance(p.pourable(X) | p.drinkable(X), "{x} cannot be poured"),
             affordance(p.recipient(Y) | is_a(Y, "hands_both", "sponge", "face"), "{y} holds no liquid"),
@@ -372,11 +376,11 @@ def _make_looking_actions() -> tuple[Operator, ...]:
     turn = (Delete(p.facing(AGENT, ANYTHING)), Add(p.facing(AGENT, X)))
     looks = ("LOOKAT", "LOOKAT_SHORT", "LOOKAT_MEDIUM", "LOOKAT_LONG", "POINTAT")
     return (
-        _make_unary("TURNTO", effects=turn, role=Role.MOVEMENT),
-        *(_make_unary(name, FACED) for name in looks),
+        _make_action_on_one("TURNTO", effects=turn, role=Role.MOVEMENT),
+        *(_make_action_on_one(name, FACED) for name in looks),
         watch(),
-        _make_unary("READ", affordance(p.readable(X), "{x} cannot be read"), HELD),
-        _make_unary("GREET", affordance(p.person(X), "{x} is not a person")),
+        _make_action_on_one("READ", affordance(p.readable(X), "{x} cannot be read"), HELD),
+        _make_action_on_one("GREET", affordance(p.person(X), "{x} is not a person")),
     )
 
 
@@ -384,8 +388,10 @@ def _make_using_actions() -> tuple[Operator, ...]:
     knife_in_hand = f.Exists(Y, p.held(Y) & is_a(Y, "knife"))
     can_be_moved = affordance(p.movable(X) | is_a(X, "button", "chair", "curtain"), "{x} cannot be moved")
     return (
-        _make_unary("DRINK", affordance(p.drinkable(X) | p.recipient(X), "{x} is nothing to drink"), HELD),
-        _make_unary(
+        _make_action_on_one(
+            "DRINK", affordance(p.drinkable(X) | p.recipient(X), "{x} is nothing to drink"), HELD
+        ),
+        _make_action_on_one(
             "EAT",
             NEAR,
             affordance(
@@ -393,7 +399,7 @@ def _make_using_actions() -> tuple[Operator, ...]:
                 "{x} cannot be eaten, nor is there anything eatable on it",
             ),
         ),
-        _make_unary(
+        _make_action_on_one(
             "CUT",
             HAND_FREE,
             NEAR,
@@ -401,14 +407,14 @@ def _make_using_actions() -> tuple[Operator, ...]:
             affordance(p.cuttable(X), "{x} cannot be cut"),
             missing(knife_in_hand, "the character holds no knife"),
         ),
-        _make_unary("TOUCH", NEAR, REACHABLE),
-        _make_unary(
+        _make_action_on_one("TOUCH", NEAR, REACHABLE),
+        _make_action_on_one(
             "TYPE", NEAR, affordance(is_a(X, "keyboard") | p.has_switch(X), "{x} is nothing to type on")
         ),
         shove("PUSH"),
         shove("PULL", can_be_moved),
         shove("MOVE", can_be_moved),
-        _make_unary(
+        _make_action_on_one(
             "SQUEEZE",
             HAND_FREE,
             NEAR,
@@ -421,15 +427,17 @@ def _make_cleaning_actions() -> tuple[Operator, ...]:
     cleaned = (Delete(p.dirty(X)), Add(p.clean(X)))
     something_in_hand = missing(f.Exists(Y, p.held(Y)), "the character holds nothing to wipe with")
     return (
-        *(_make_unary(name, NEAR, effects=cleaned) for name in ("WASH", "RINSE", "SCRUB")),
-        _make_unary("WIPE", NEAR, something_in_hand, effects=cleaned),
+        *(_make_action_on_one(name, NEAR, effects=cleaned) for name in ("WASH", "RINSE", "SCRUB")),
+        _make_action_on_one("WIPE", NEAR, something_in_hand, effects=cleaned),
     )
 
 
 def _make_clothing_actions() -> tuple[Operator, ...]:
     return (
-        _make_unary("PUTON", HELD, IS_CLOTHES, effects=(Add(p.ontop(X, AGENT)), *take_out_of_hand(X))),
-        _make_unary(
+        _make_action_on_one(
+            "PUTON", HELD, IS_CLOTHES, effects=(Add(p.ontop(X, AGENT)), *take_out_of_hand(X))
+        ),
+        _make_action_on_one(
             "PUTOFF",
             missing(p.ontop(X, AGENT), "the character does not wear {x}"),
             IS_CLOTHES,
@@ -438,17 +446,17 @@ def _make_clothing_actions() -> tuple[Operator, ...]:
     )
 
 
-def _make_nullary(
+def _make_action_on_nothing(
     name: str, check: Check, effects: tuple[Effect, ...] = (), role: Role = Role.CHANGE
 ) -> Operator:
     return Operator(name, (), (check,), effects, role=role)
 
 
-def _make_unary(
+def _make_action_on_one(
     name: str, *checks: Check, effects: tuple[Effect, ...] = (), role: Role = Role.CHANGE
 ) -> Operator:
     return Operator(name, (X,), checks, effects, role=role)
 
 
-def _make_binary(name: str, *checks: Check, effects: tuple[Effect, ...]) -> Operator:
+def _make_action_on_two(name: str, *checks: Check, effects: tuple[Effect, ...]) -> Operator:
     return Operator(name, (X, Y), checks, effects, role=Role.CHANGE)

@@ -76,7 +76,7 @@ class VirtualHomePlans(PlanNotation):
         plan = read_steps(text, actions)
         if isinstance(plan, Unreadable) or not has_ids(plan):
             return plan
-        return replace(plan, steps=tuple([_join_ids(step) for step in plan.steps]))
+        return replace(plan, steps=tuple([_join_names_and_ids(step) for step in plan.steps]))
 
     def to_operator_name(self, word: str) -> str:
         """Return the name of an operator in capitals."""
@@ -85,7 +85,7 @@ class VirtualHomePlans(PlanNotation):
     def make_object_lookup(self, task: Task) -> Callable[[object], int | None]:
         """Return the function that finds relevant objects by class, and all objects by class and id."""
         index = task.scene.index
-        by_class_or_id = make_lookup({task.scene.objects[i].category: i for i in task.relevant}, index)
+        by_class_or_id = make_name_lookup({task.scene.objects[i].category: i for i in task.relevant}, index)
 
         def find_object(word: object) -> int | None:
             return index.get(word) if isinstance(word, str) and word in index else by_class_or_id(word)
@@ -119,7 +119,7 @@ class VirtualHomePlans(PlanNotation):
         return make_object_schema({_STEPS: make_list_schema(make_union_schema(steps))})
 
 
-def make_lookup(
+def make_name_lookup(
     by_class: Mapping[str, int], by_name: Mapping[str, int], joint: str = "."
 ) -> Callable[[object], int | None]:
     """Return the function that finds the index of an object by its class, or by its class and id.
@@ -138,7 +138,7 @@ def make_lookup(
     return find_index
 
 
-def _join_ids(step: WrittenStep) -> WrittenStep:
+def _join_names_and_ids(step: WrittenStep) -> WrittenStep:
     """Return a step with each class and its id joined to one object. ``soap.1002`` is an object already."""
     if any(isinstance(word, str) and _DOTTED.fullmatch(word) for word in step.objects):
         objects: list[object] = []
@@ -157,7 +157,7 @@ def has_ids(plan: WrittenPlan) -> bool:
     return any(_is_id(word) for step in plan.steps for word in step.objects[1::2])
 
 
-def pair_all_ids(plan: WrittenPlan) -> WrittenPlan:
+def pair_names_with_ids(plan: WrittenPlan) -> WrittenPlan:
     """Return a copy of the plan with each class and its id joined to one object."""
     steps = [WrittenStep(step.action, _pair_words(step.objects)) for step in plan.steps]
     return replace(plan, steps=tuple(steps))
@@ -173,16 +173,16 @@ def _is_id(word: object) -> bool:
 
 def read_steps(text: str, actions: Collection[str] = ()) -> WrittenPlan | Unreadable:
     """Return the steps of an answer as written, or the reason why they cannot be read."""
-    return read_plan_or_lines(text, _build_form(frozenset(actions)), actions)
+    return read_plan_or_lines(text, _build_plan_format(frozenset(actions)), actions)
 
 
 @lru_cache(64)
-def _build_form(actions: frozenset[str]) -> AnswerFormat[StepList]:
+def _build_plan_format(actions: frozenset[str]) -> AnswerFormat[StepList]:
     accepted_words = frozenset([*actions, *[action.lower() for action in actions]])
 
-    def steps_of(value: object) -> StepList | None:
+    def read_step_list(value: object) -> StepList | None:
         if isinstance(value, list):
-            return join_item_steps(value, steps_of)
+            return join_item_steps(value, read_step_list)
         if not isinstance(value, JsonObject):
             return None
         if value.members == ((_STEPS, []),):
@@ -192,7 +192,9 @@ def _build_form(actions: frozenset[str]) -> AnswerFormat[StepList]:
             return None if step is None else step._replace(repairs=(STEP_FORM,))
         return read_keyed_steps(value, accepted_words)
 
-    return make_plan_format("object or list of actions with their objects", steps_of, accepted_words, _STEPS)
+    return make_plan_format(
+        "object or list of actions with their objects", read_step_list, accepted_words, _STEPS
+    )
 
 
 def _format_step(action: Action, scene: Scene) -> str:

@@ -91,7 +91,7 @@ def make_origin_lookup(position: int, choose: TargetChooser = find_targets) -> L
         choose: chooses among several targets.
     """
 
-    def lookup(state: State, arguments: tuple[int, ...]) -> int:
+    def find_origins(state: State, arguments: tuple[int, ...]) -> int:
         (x,) = arguments
         no_room = ~state.mask("ROOM")
         for earlier in ORIGIN_RELATIONS[:position]:
@@ -99,7 +99,7 @@ def make_origin_lookup(position: int, choose: TargetChooser = find_targets) -> L
                 return 0
         return choose(state, ORIGIN_RELATIONS[position], x, no_room)
 
-    return lookup
+    return find_origins
 
 
 def find_cargo(state: State, arguments: tuple[int, ...]) -> int:
@@ -240,7 +240,7 @@ def _make_full_predicate(name: str, capacities: Mapping[str, int]) -> ComputedPr
     The capacity depends on the category. It is 1 for categories that are not listed.
     """
 
-    def test(state: State, arguments: tuple[int, ...]) -> bool:
+    def is_full(state: State, arguments: tuple[int, ...]) -> bool:
         (seat,) = arguments
         capacity = capacities.get(state.scene.objects[seat].category, 1)
         return state.relation("ONTOP").column(seat).bit_count() >= capacity
@@ -248,7 +248,9 @@ def _make_full_predicate(name: str, capacities: Mapping[str, int]) -> ComputedPr
     by_size = {n: [c for c, fits in capacities.items() if fits == n] for n in sorted({*capacities.values()})}
     sized = tuple(is_a(X, *categories) & _require_at_least(X, n) for n, categories in by_size.items())
     others = ~is_a(X, *capacities) & f.Exists(Y, ontop(Y, X))
-    return ComputedPredicate(name, 1, test, ("ONTOP",), DefinedPredicate(name, (X,), f.Or((*sized, others))))
+    return ComputedPredicate(
+        name, 1, is_full, ("ONTOP",), DefinedPredicate(name, (X,), f.Or((*sized, others)))
+    )
 
 
 lies_on, lies_in, lies_next_to = (

@@ -116,7 +116,7 @@ class TaskRecord:
         return list(of_nodes | (set(self.relevant_from_edges) - of_nodes))
 
 
-class _LineTables(NamedTuple):
+class _SharedTables(NamedTuple):
     """Tables of objects and relations that all lines of tasks share; lines have indices into these tables."""
 
     relations: Sequence[str]
@@ -169,7 +169,7 @@ class VirtualHomeRecords(TaskSet[TaskRecord]):
             ObjectRecord(number, name, category, labels[owned], labels[state])
             for number, name, category, owned, state in values["objects"]
         ]
-        tables = _LineTables(values["relations"], records)
+        tables = _SharedTables(values["relations"], records)
         objects, edges = tables.get_objects(values["base_objects"]), tables.read_edges(values["base_edges"])
         self.base = GraphDelta((), (), objects, (), edges)
         texts = dict(zip(values["tasks"], lines, strict=True))

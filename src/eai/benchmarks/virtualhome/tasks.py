@@ -84,10 +84,12 @@ class _IndexedGraph:
             columns[slot][target] |= 1 << source
             ends[slot] = ends[slot][0] | 1 << source, ends[slot][1] | 1 << target
         unary = list(self.unary)
-        self._relabel(unary, described, index)
+        self._change_properties(unary, described, index)
         return _IndexedGraph(objects, labels, index, unary, rows, columns, ends)
 
-    def _relabel(self, unary: list[int], records: Iterable[ObjectRecord], index: Mapping[int, int]) -> None:
+    def _change_properties(
+        self, unary: list[int], records: Iterable[ObjectRecord], index: Mapping[int, int]
+    ) -> None:
         """Update the masks of unary predicates for objects that are new or have new labels."""
         for record in records:
             bit = 1 << index[record.id]
@@ -108,7 +110,7 @@ class _IndexedGraph:
         if delta.removed_ids or delta.added_objects:
             raise DataError("a final graph adds or removes objects; run `eai data fetch --force`")
         draft, index = Draft(state), self.index
-        self._relabel(draft.unary, delta.changed_objects, index)
+        self._change_properties(draft.unary, delta.changed_objects, index)
         for source, relation, target in delta.removed_edges:
             draft.relate(_BINARY[relation], index[source], index[target], False)
         for source, relation, target in delta.added_edges:
@@ -186,13 +188,13 @@ def _make_object(class_name: str, object_id: int) -> WorldObject:
 
 
 def _yield_goals(record: TaskRecord, scene: Scene, index: Mapping[int, int]) -> Iterable[Goal]:
-    def constant(object_id: int) -> Constant:
+    def make_constant(object_id: int) -> Constant:
         return Constant(scene.objects[index[object_id]].name)
 
     for number, _, state in record.node_goals:
-        yield Goal(GoalKind.STATE, Atom(state, (constant(number),)))
+        yield Goal(GoalKind.STATE, Atom(state, (make_constant(number),)))
     for source, relation, target in record.edge_goals:
         predicate = PREDICATE_OF_RELATION[relation]
-        yield Goal(GoalKind.RELATION, Atom(predicate, (constant(source), constant(target))))
+        yield Goal(GoalKind.RELATION, Atom(predicate, (make_constant(source), make_constant(target))))
     for alternatives in record.action_goals:
         yield Goal(GoalKind.ACTION, Or(tuple(Occurs(word) for word in alternatives)))

@@ -27,8 +27,8 @@ from eai.base.errors import InputError
 from eai.base.files import MAX_UNPACKED, find_files_below, read_toml
 from eai.base.grouping import group_pairs
 from eai.benchmarks.benchmark import Benchmark
-from eai.benchmarks.generator.sets import MANIFEST, find_false_claims, find_set_file, read_secret_set
-from eai.benchmarks.registry import find_benchmark, title_of
+from eai.benchmarks.generator.sets import MANIFEST, check_secret_set, find_set_file, read_secret_set
+from eai.benchmarks.registry import find_benchmark, get_title
 from eai.benchmarks.suite import Suite, open_suite
 from eai.results.answer_files import ZIP, find_suite_files, unpack_answers
 from eai.results.batch import find_tasks_without_row, score_run
@@ -217,7 +217,7 @@ def _read_season(place: Path) -> tuple[Benchmark | None, str]:
     entry, file = read_secret_set(place, chosen.split), find_set_file(place, chosen.split)
     state, benchmark = "announced; its tasks are not published yet", None
     if file is not None:
-        for problem in find_false_claims(place, chosen.split, chosen.secret or None):
+        for problem in check_secret_set(place, chosen.split, chosen.secret or None):
             raise InputError(f"{place}: {problem}")
         state, benchmark = "open: its tasks are those announced", find_benchmark(str(file))
         if chosen.secret:
@@ -247,7 +247,7 @@ def _build_page(submissions: Mapping[str, _Submission], seasons: Sequence[str]) 
     tables = make_rankings(summaries, with_paper=True)
     parts = list(seasons)
     for domain, of_domain in group_pairs((table.domain, table) for table in tables).items():
-        parts.append(f"<section><h2>{escape(title_of(domain))}</h2>")
+        parts.append(f"<section><h2>{escape(get_title(domain))}</h2>")
         for number, table in enumerate(of_domain):
             opened = " open" if number == 0 else ""
             summary = f"<summary>{escape(table.title)}</summary>"

@@ -24,7 +24,14 @@ from eai.abilities.explanation import Explanation, write_repair_notes
 from eai.abilities.protocol import Ability
 from eai.abilities.scorer import Assessment, Scorer
 from eai.abilities.task_features import TaskFeatures
-from eai.abilities.verdict import EMPTY_SHARE, Confusion, ErrorReport, Verdict, confusion_shares, share_of_one
+from eai.abilities.verdict import (
+    EMPTY_SHARE,
+    Confusion,
+    ErrorReport,
+    Verdict,
+    make_confusion_shares,
+    make_share_of_one,
+)
 from eai.extensions.questions.question import (
     Question,
     QuestionForm,
@@ -120,15 +127,15 @@ def contributions(verdict: _QuestionVerdict) -> dict[str, Share]:
     probability that guessing or a shortcut is right. ``f1``: the F1 score of the listed items, for open form
     only. ``parsing``: whether the answer could not be read.
     """
-    right = share_of_one(verdict.success)
+    right = make_share_of_one(verdict.success)
     is_open = verdict.form is QuestionForm.OPEN
     depth = next((name for name, least in reversed(MIN_DEPTHS.items()) if least <= verdict.depth), "")
     return {
         "right": right,
         **{kind.value: right if kind is verdict.kind else EMPTY_SHARE for kind in QuestionKind},
         **{f"form.{form.value}": right if form is verdict.form else EMPTY_SHARE for form in QuestionForm},
-        "f1": confusion_shares("", verdict.counts)[".f1"] if is_open else EMPTY_SHARE,
-        "parsing": share_of_one(verdict.error is not None),
+        "f1": make_confusion_shares("", verdict.counts)[".f1"] if is_open else EMPTY_SHARE,
+        "parsing": make_share_of_one(verdict.error is not None),
         **{
             f"chance.{shortcut}": Share(verdict.chances.get(shortcut, 0.0), 1)
             for shortcut in GUESS_AND_SHORTCUTS

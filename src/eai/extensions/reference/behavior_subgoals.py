@@ -35,7 +35,7 @@ from eai.benchmarks.behavior.notation import (
     ACTION_ARITIES,
     PREDICATE_ARITIES,
     BehaviorSubgoals,
-    make_lexicon,
+    make_behavior_lexicon,
     map_category_predicates,
     map_published_names,
 )
@@ -174,7 +174,7 @@ class _BehaviorSubgoalNotation(BehaviorSubgoals):
     def make_formula_lexicon(self, scene: Scene) -> FormulaLexicon:
         """Return the names of the data set. Objects that are parts of other objects have no name."""
         predicates = dict.fromkeys((*map_category_predicates(scene), *PREDICATE_ARITIES))
-        return make_lexicon(
+        return make_behavior_lexicon(
             scene, Signature(predicates, dict.fromkeys(ACTION_ARITIES), None), map_published_names(scene)
         )
 

@@ -50,7 +50,7 @@ from functools import partial
 from typing import ClassVar, TypeAlias
 
 from eai.abilities.transition_modeling.extraction import ResultCache
-from eai.abilities.transition_modeling.rules import NOT_RUN, Judgement, MatchingRules, ReplacedPart
+from eai.abilities.transition_modeling.rules import NOT_RUN, Judgement, OperatorRules, ReplacedPart
 from eai.abilities.transition_modeling.verdict import OperatorReport, OperatorStatus
 from eai.abilities.verdict import ErrorReport
 from eai.extensions.reference.planner_of_2024 import normalise, read_operator
@@ -137,7 +137,7 @@ FORMAT_ERROR = TaskExclusion("the reference leaves out answers that it cannot se
 
 
 @dataclass(frozen=True, slots=True)
-class ReferenceRules(MatchingRules):
+class ReferenceRules(OperatorRules):
     """Scores operators as eai-eval does. The caches for one domain save comparing equal texts again."""
 
     counts_clauses: ClassVar[bool] = False

@@ -26,7 +26,7 @@ from eai.abilities.subgoal_decomposition.program import (
     RejectedAnswer,
     SubgoalPlanner,
     SubgoalPlans,
-    reject_names,
+    reject_misused_names,
     reject_unparseable,
 )
 from eai.abilities.subgoal_decomposition.scorer import SubgoalDecomposition
@@ -103,10 +103,10 @@ class ReferenceSubgoals(SubgoalDecomposition):
         """
         return fault.kind is FaultKind.UNCATEGORISED
 
-    def _explore(self, compiled: CompiledAnswer) -> ExplorationResult | RejectedAnswer:
+    def _explore_program(self, compiled: CompiledAnswer) -> ExplorationResult | RejectedAnswer:
         """Run the search. An exception of eai-eval on any branch of the search rejects the answer."""
         try:
-            outcome = super()._explore(compiled)
+            outcome = super()._explore_program(compiled)
         except _HaltError as halt:
             return reject_unparseable(str(halt))
         if isinstance(outcome, RejectedAnswer):
@@ -115,8 +115,8 @@ class ReferenceSubgoals(SubgoalDecomposition):
         halting = next(filter(self.halts, faults), None)
         return outcome if halting is None else reject_unparseable(halting.check.reason)
 
-    def _judge(self, compiled: CompiledAnswer, outcome: ExplorationResult) -> SubgoalVerdict:
-        verdict = super()._judge(compiled, outcome)
+    def _judge_exploration(self, compiled: CompiledAnswer, outcome: ExplorationResult) -> SubgoalVerdict:
+        verdict = super()._judge_exploration(compiled, outcome)
         entries = Counter(kind for kind in verdict.errors if kind in _COUNTED_ONCE)
         if verdict.additional_steps:
             entries[FaultKind.ADDITIONAL_STEP] = 1
@@ -128,8 +128,8 @@ class ReferenceSubgoals(SubgoalDecomposition):
         """Return only the branch that eai-eval reports, even if other branches reach more goals."""
         return (outcome.reported,)
 
-    def _rejection(self, rejected: RejectedAnswer) -> SubgoalVerdict:
-        return _set_counted_errors(super()._rejection(rejected), {})
+    def _make_rejection_verdict(self, rejected: RejectedAnswer) -> SubgoalVerdict:
+        return _set_counted_errors(super()._make_rejection_verdict(rejected), {})
 
 
 class _HaltError(Exception):
@@ -170,7 +170,7 @@ def parse_at_once(subgoals: Sequence[str], signature: Signature) -> f.Formula | 
     ends = [*accumulate([len(subgoal) + len(_THEN) for subgoal in subgoals])]
     lines = [0, *accumulate([len(line) + 1 for line in text.split("\n")])]
     numbers = [bisect(ends, lines[misuse.line - 1] + misuse.column - 1) for misuse in misuses]
-    return reject_names([*zip(numbers, misuses, strict=True)], ())
+    return reject_misused_names([*zip(numbers, misuses, strict=True)], ())
 
 
 def _conjoins_moments(formula: f.Formula, signature: Signature) -> bool:

@@ -30,8 +30,8 @@ from eai.benchmarks.virtualhome.plan_notation import (
     ObjectWithId,
     VirtualHomePlans,
     has_ids,
-    make_lookup,
-    pair_all_ids,
+    make_name_lookup,
+    pair_names_with_ids,
 )
 from eai.benchmarks.virtualhome.tasks import VirtualHomeTask
 from eai.extensions.reference import virtualhome_quirks
@@ -123,7 +123,7 @@ class _VirtualHomePlanNotation(VirtualHomePlans):
         for number, step in enumerate(plan.steps):
             if len(step.objects) % 2:
                 return Unreadable(f"{step.action}: a name without an id", number)
-        return pair_all_ids(plan)
+        return pair_names_with_ids(plan)
 
     def make_object_lookup(self, task: Task) -> Callable[[object], int | None]:
         """Return a function from a name to the index of a relevant object of the task, or None.
@@ -136,7 +136,7 @@ class _VirtualHomePlanNotation(VirtualHomePlans):
         objects = task.scene.objects
         by_class = {objects[i].category: i for i in relevant}
         by_name = {"_".join(objects[i].name.rsplit(".", 1)): i for i in relevant}
-        return make_lookup(by_class, by_name, joint="_")
+        return make_name_lookup(by_class, by_name, joint="_")
 
 
 class VirtualHomeActionSequencing(ActionSequencing):

@@ -148,13 +148,13 @@ class VirtualHomeSubgoalDecomposition(ReferenceSubgoals):
         goal, misuses = read_formula(self.task.temporal_goal, self.lexicon.signature, "release")
         return None if misuses else goal
 
-    def _make_goal(self) -> GoalProgress:
+    def _make_goal_progress(self) -> GoalProgress:
         return GoalProgress(self.temporal_goal or FALSE, self.task.scene)
 
-    def _explore(self, compiled: CompiledAnswer) -> ExplorationResult | RejectedAnswer:
+    def _explore_program(self, compiled: CompiledAnswer) -> ExplorationResult | RejectedAnswer:
         if self.temporal_goal is None:
             return reject_unparseable("the reference cannot read the goal of this task")
-        return super()._explore(compiled)
+        return super()._explore_program(compiled)
 
     def _make_planners(self, literals: Sequence[Formula]) -> list[tuple[int, SubgoalPlanner]]:
         """Return the planner of each literal. At a literal that cannot be translated, the search ends."""

@@ -16,7 +16,7 @@ from typing import TYPE_CHECKING, TypeAlias
 from pydantic import Field
 
 from eai.abilities.explanation import EXECUTED
-from eai.abilities.verdict import share_of_one
+from eai.abilities.verdict import make_share_of_one
 from eai.base.grouping import group_pairs
 from eai.benchmarks.features import Features
 from eai.results.certainty import RateCase
@@ -268,7 +268,9 @@ def _compute_success_rates(
     """Yield the share of lines that succeed, for each suite, model, and action or predicate."""
     for key, of_run in group_by_run(lines):
         cases = group_pairs(
-            (name, make_case(line, share_of_one(counts(line)))) for line in of_run for name in names_of(line)
+            (name, make_case(line, make_share_of_one(counts(line))))
+            for line in of_run
+            for name in names_of(line)
         )
         for name, of_name in sorted(cases.items()):
             yield (*key, name, Estimate.from_cases(of_name), len({case.task for case in of_name}))

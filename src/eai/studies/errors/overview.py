@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, NamedTuple, TypeAlias, TypeVar
 from eai.abilities.declaration import AnswerOutcome, get_display_name
 from eai.abilities.protocol import Ability, ability_rank
 from eai.base.grouping import group_pairs
-from eai.benchmarks.registry import title_of
+from eai.benchmarks.registry import get_title
 from eai.results.lines import AnswerLine
 from eai.results.plots import INK, MUTED, OUTCOME_COLORS, PAGE, SOFT, draw_flow_band, make_figure
 from eai.results.table import Row, Table, make_table
@@ -105,7 +105,7 @@ def _draw_flow_of_protocol(
     _draw_bands(panel, percents, left, right)
     for (domain, ability), bar in left.items():
         panel.fill_between([-_WIDTH, 0], bar.top - bar.height, bar.top, facecolor=SOFT, linewidth=0)
-        text = f"{title_of(domain)}, {get_display_name(ability).lower()} {bar.height:.1f}"
+        text = f"{get_title(domain)}, {get_display_name(ability).lower()} {bar.height:.1f}"
         panel.text(-_WIDTH - 0.03, bar.middle, text, fontsize=6.5, ha="right", va="center", color=INK)
     _draw_outcome_bars(panel, right, {name: 100 * needless[name] / total for name in outcomes})
     panel.set_xlim(-1.0, 2.2)

@@ -12,7 +12,7 @@ from urllib.parse import quote, urlencode
 from pydantic import Field
 
 from eai.abilities.declaration import AnswerOutcome
-from eai.abilities.verdict import share_of_one
+from eai.abilities.verdict import make_share_of_one
 from eai.base.errors import InputError
 from eai.base.grouping import group_pairs
 from eai.results.certainty import RateCase
@@ -167,7 +167,7 @@ def _make_additional_steps_table(answers: Sequence[AnswerLine]) -> Iterator[Row]
     end no plan, so that these answers are at other leaves.
     """
     for key, lines in group_by_run([a for a in answers if a.additional_steps is not None]):
-        cases = [make_case(line, share_of_one(bool(line.additional_steps))) for line in lines]
+        cases = [make_case(line, make_share_of_one(bool(line.additional_steps))) for line in lines]
         yield (*key, Estimate.from_cases(cases), sum(a.additional_steps or 0 for a in lines))
 
 

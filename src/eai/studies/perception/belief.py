@@ -46,7 +46,7 @@ def apply_scene_graphs(benchmark: Benchmark, graphs: Mapping[str, SceneGraph]) -
         goals = [goal for goal in seen.goals if unseen.isdisjoint(find_object_names(goal.formula))]
         return replace(seen, goals=tuple(goals))
 
-    return benchmark.with_changed(apply_graph)
+    return benchmark.with_changed_tasks(apply_graph)
 
 
 def apply_scene_graph(task: Task, words: SceneWords, graph: SceneGraph) -> Task:

@@ -17,7 +17,7 @@ from eai.abilities.declaration import (
     get_display_name,
 )
 from eai.abilities.protocol import Ability
-from eai.abilities.verdict import add_confusions, confusion_shares, share_of_one
+from eai.abilities.verdict import add_confusions, make_confusion_shares, make_share_of_one
 from eai.base.entry_points import load_from_extension
 from eai.studies.perception.verdict import PerceptionErrors, SceneGraphVerdict
 from eai.tasks.share import Share
@@ -44,7 +44,7 @@ def compute_perception_shares(perceived: PerceptionErrors) -> dict[str, Share]:
         "unnecessary": Share(perceived.unnecessary, perceived.perceived),
         "invented": Share(perceived.invented, perceived.perceived),
         "unseen": Share(perceived.unseen, perceived.objects),
-        **confusion_shares("facts", add_confusions(perceived.predicates.values())),
+        **make_confusion_shares("facts", add_confusions(perceived.predicates.values())),
     }
 
 
@@ -86,12 +86,12 @@ def compute_rate_contributions(verdict: SceneGraphVerdict) -> dict[str, Share]:
     A predicate has rates only if some fact has the predicate.
     """
     shares = {
-        "right": share_of_one(verdict.success),
+        "right": make_share_of_one(verdict.success),
         **compute_perception_shares(verdict.seen),
-        "parsing": share_of_one(verdict.error is not None),
+        "parsing": make_share_of_one(verdict.error is not None),
     }
     for name, counts in verdict.seen.predicates.items():
-        shares |= confusion_shares(name, counts)
+        shares |= make_confusion_shares(name, counts)
     return shares
 
 

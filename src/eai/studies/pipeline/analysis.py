@@ -16,7 +16,7 @@ from eai.abilities.experiment import Experiment
 from eai.abilities.goal_interpretation.verdict import GoalVerdict
 from eai.abilities.protocol import Ability
 from eai.abilities.scorer import Scorer
-from eai.abilities.verdict import share_of_one
+from eai.abilities.verdict import make_share_of_one
 from eai.base.errors import InputError
 from eai.base.files import to_file_name
 from eai.base.grouping import group_pairs
@@ -131,7 +131,9 @@ class _PipelinePair:
         }
         for link in (*_LINKS, "nowhere"):
             shares = [
-                RateCase(record.task_id, find_task_name(record), share_of_one(breaks[record.task_id] == link))
+                RateCase(
+                    record.task_id, find_task_name(record), make_share_of_one(breaks[record.task_id] == link)
+                )
                 for record in records
             ]
             broken = [successes[record.task_id] for record in records if breaks[record.task_id] == link]
@@ -183,7 +185,8 @@ class _PipelinePair:
                 only = len(success.only_first), len(success.only_second)
                 one, other = self._make_metric_cases(modular), self._make_metric_cases(pipeline)
                 perfect = [
-                    case._replace(share=share_of_one(self.reachable.get(case.task, False))) for case in other
+                    case._replace(share=make_share_of_one(self.reachable.get(case.task, False)))
+                    for case in other
                 ]
                 compared = *_compare_cases(one, other), success.p_value
                 yield (kind, len(one), *compared, *only, Estimate.from_cases(perfect))
@@ -228,7 +231,7 @@ class _PipelinePair:
             record.task_id: find_task_name(record) for record in self._select_common_records(self.pipeline)
         }
         by_condition = group_pairs(
-            (condition, RateCase(task, name, share_of_one(missed)))
+            (condition, RateCase(task, name, make_share_of_one(missed)))
             for task, name in names.items()
             for condition, missed in self.conditions.get(task, ())
         )

@@ -17,7 +17,7 @@ from eai.abilities.transition_modeling.extraction import OperatorCache, ResultCa
 from eai.abilities.transition_modeling.rules import to_gold_steps
 from eai.abilities.transition_modeling.scorer import TransitionModeling
 from eai.abilities.transition_modeling.verdict import OperatorVerdict
-from eai.abilities.verdict import PlanVerdict, Unreadable, share_of_one
+from eai.abilities.verdict import PlanVerdict, Unreadable, make_share_of_one
 from eai.base.errors import InputError
 from eai.benchmarks.gold_answers import AnswerBook, open_answer_book
 from eai.benchmarks.registry import find_benchmark
@@ -255,7 +255,7 @@ def _estimate_share_of_end(
 ) -> Estimate:
     """Return the percentage of tasks whose chain has a given end."""
     cases = [
-        RateCase(record.task_id, find_task_name(record), share_of_one(actual == end))
+        RateCase(record.task_id, find_task_name(record), make_share_of_one(actual == end))
         for record, actual in zip(records, ends, strict=True)
         if actual is not None
     ]

@@ -12,7 +12,7 @@ from operator import itemgetter
 
 from eai.abilities.declaration import AnswerOutcome, get_declaration, get_display_name
 from eai.base.grouping import group_pairs
-from eai.benchmarks.registry import title_of
+from eai.benchmarks.registry import get_title
 from eai.results.certainty import Cases, Interval, compute_mean_over_names
 from eai.results.markdown import escape_markdown, format_markdown_table, format_text_grid
 from eai.results.model_cards import make_model_table
@@ -145,7 +145,7 @@ def write_report_markdown(
 
 def _write_main_tables(tables: Sequence[Ranking]) -> Iterator[str]:
     for (protocol, domain), group in groupby(tables, key=lambda table: (table.protocol, table.domain)):
-        yield f"## {title_of(domain)}, protocol {protocol.value}\n"
+        yield f"## {get_title(domain)}, protocol {protocol.value}\n"
         for table in group:
             yield f"### {table.title}\n"
             yield format_markdown_table(table.make_table())
@@ -164,7 +164,7 @@ def _write_tables_section(title: str, introduction: str, tables: Sequence[Rankin
             other.protocol for other in tables if (other.title, other.domain) == (table.title, table.domain)
         ]
         suffix = f", protocol {table.protocol.value}" if len(protocols) > 1 else ""
-        yield f"### {table.title}, {title_of(table.domain)}{suffix}\n"
+        yield f"### {table.title}, {get_title(table.domain)}{suffix}\n"
         yield format_markdown_table(table.make_table())
 
 

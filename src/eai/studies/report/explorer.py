@@ -16,12 +16,12 @@ from urllib.parse import quote
 
 from eai.abilities.explanation import Explanation, StepReport, find_near_misses
 from eai.abilities.protocol import Ability
-from eai.abilities.repair import repair_lines
+from eai.abilities.repair import describe_repair
 from eai.abilities.verdict import PlanVerdict, SpanKind, Verdict
 from eai.agents.verdict import ActingVerdict
 from eai.base.files import to_file_name
 from eai.base.json_value import Json
-from eai.benchmarks.registry import title_of
+from eai.benchmarks.registry import get_title
 from eai.results.codec import hash_text
 from eai.results.page import build_page, encode_for_script
 from eai.results.record import Record
@@ -145,7 +145,7 @@ class ExplorerData:
             ),
             "prompts": encode_for_script({suite: lines for suite, lines in self._prompts.items() if lines}),
             "tasks": encode_for_script({domain: tasks for domain, tasks in self._tasks.items() if tasks}),
-            "titles": encode_for_script({domain: title_of(domain) for domain in domains}),
+            "titles": encode_for_script({domain: get_title(domain) for domain in domains}),
             "gold": encode_for_script(
                 {domain: {**gold} for domain in domains if (gold := self._background(domain).operators)}
             ),
@@ -167,7 +167,7 @@ class ExplorerData:
                 "f": self._pack_error(verdict),
                 "m": list(record.repairs),
                 "S": _list_answer_spans(verdict),
-                "R": self._pack_texts(repair_lines(verdict.repair)) if verdict.repair else [],
+                "R": self._pack_texts(describe_repair(verdict.repair)) if verdict.repair else [],
                 **self._pack_ability_fields(record),
                 "T": self._pack_turns(record),
                 "w": self._pack_texts(explanation.notes),

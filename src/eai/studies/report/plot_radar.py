@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, TypeAlias
 from eai.abilities.declaration import get_declaration
 from eai.abilities.protocol import Ability, ability_rank
 from eai.base.grouping import group_pairs
-from eai.benchmarks.registry import title_of
+from eai.benchmarks.registry import get_title
 from eai.results.plots import INK, LINES, MUTED, PAGE, RULE, SOFT, clip_label, make_figure
 from eai.studies.report.run_summary import RunSummary, select_plain_runs
 from eai.studies.report.table_specs import format_ability_title
@@ -54,7 +54,7 @@ def draw_radar(runs: Sequence[RunSummary]) -> Figure | None:
     figure = make_figure(max(PAGE * len(worlds) / 2, PAGE / 2), _HEIGHT + _LEGEND_ROW * rows)
     panels = figure.subplots(1, len(worlds), squeeze=False, subplot_kw={"projection": "polar"})[0]
     for panel, (domain, models) in zip(panels, worlds.items(), strict=True):
-        panel.set_title(title_of(domain), fontsize=9.5, pad=14)
+        panel.set_title(get_title(domain), fontsize=9.5, pad=14)
         _draw_radar_panel(panel, models, colors, intervals=len(ranked) <= _MAX_MODELS_WITH_INTERVALS)
     _draw_legend(figure, ranked, colors)
     return figure

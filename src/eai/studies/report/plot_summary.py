@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, TypeAlias
 from eai.abilities.declaration import GRAMMAR, RUNTIME, MetricColumn
 from eai.abilities.protocol import Ability, Protocol
 from eai.base.grouping import group_pairs
-from eai.benchmarks.registry import title_of
+from eai.benchmarks.registry import get_title
 from eai.results.plots import LINES, MUTED, PAGE, RULE, clip_label, make_figure
 from eai.studies.report.rankings import RankedModel, Ranking
 from eai.studies.report.table_specs import format_ability_title
@@ -74,7 +74,7 @@ def draw_model_summary(tables: Sequence[Ranking], model: str, protocol: Protocol
     domains: dict[str, str] = {}
     for table, row in shown:
         answered = "" if row.coverage is None else f", {row.coverage} answered"
-        domains.setdefault(table.domain, f"{title_of(table.domain)}{answered}")
+        domains.setdefault(table.domain, f"{get_title(table.domain)}{answered}")
     all_panels = {title: _make_panel_lines(shown, names, groups) for title, names, groups in _PANELS}
     panels = {title: lines for title, lines in all_panels.items() if lines}
     if not panels:

@@ -18,7 +18,7 @@ from eai.abilities.declaration import AnswerOutcome, get_display_name
 from eai.abilities.protocol import Ability
 from eai.base.files import to_file_name, write_files_atomically
 from eai.base.grouping import group_pairs
-from eai.benchmarks.registry import title_of
+from eai.benchmarks.registry import get_title
 from eai.results import plots
 from eai.results.batch import ProgressCallback
 from eai.results.certainty import Cases, RateCase
@@ -121,12 +121,12 @@ def _make_run_plots(runs: Sequence[RunSummary]) -> Iterator[_Plot]:
         drawn = partial(_draw_with_title, f"{title}, percent", draw_radar, of_protocol)
         yield f"radar-{to_file_name(protocol.value)}", title, drawn
     for (protocol, domain), group in group_pairs((item.key[:2], item) for item in runs).items():
-        suite = f"{title_of(domain)}, protocol {protocol.value}"
+        suite = f"{get_title(domain)}, protocol {protocol.value}"
         name = to_file_name(f"{domain}-{protocol.value}")
         drawn = partial(_draw_with_title, suite, draw_outcomes, group)
         yield f"outcomes-{name}", f"Outcomes of answers: {suite}", drawn
         for ability, of_ability in group_pairs((item.key.ability, item) for item in group).items():
-            title = f"{title_of(domain)} {format_ability_title(ability).lower()}, {protocol.value}"
+            title = f"{get_title(domain)} {format_ability_title(ability).lower()}, {protocol.value}"
             for kind, caption, draw in _OF_ABILITY:
                 caption = f"{caption}: {format_ability_title(ability).lower()}, {suite}"
                 drawn = partial(_draw_with_title, title, draw, of_ability)

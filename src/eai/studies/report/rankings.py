@@ -20,7 +20,7 @@ from eai.abilities.declaration import MetricColumn
 from eai.abilities.experiment import Experiment
 from eai.abilities.protocol import Ability, Protocol
 from eai.base.grouping import group_pairs
-from eai.benchmarks.registry import title_of
+from eai.benchmarks.registry import get_title
 from eai.results import paper_tables
 from eai.results.certainty import Cases, ConfidenceIntervals, compute_mean_intervals
 from eai.results.coverage import TaskCoverage, combine_coverage
@@ -187,7 +187,7 @@ class Ranking:
 
         It names the protocol only if some row has other numbers than the paper's figures.
         """
-        title = f"{self.title}, {title_of(self.domain)}"
+        title = f"{self.title}, {get_title(self.domain)}"
         if all(row.source == "paper" for row in self.rows):
             return f"{title}. Percent{self.rank_caption}"
         return f"{title}, protocol {self.protocol.value}. Percent{self.rank_caption}"

@@ -15,7 +15,7 @@ from eai.abilities.declaration import (
     get_display_name,
 )
 from eai.abilities.protocol import PAPER_ABILITIES, Ability, ability_rank
-from eai.benchmarks.registry import title_of
+from eai.benchmarks.registry import get_title
 from eai.results.paper_tables import PaperColumn
 from eai.results.summary import AVERAGE
 from eai.tasks.task import CATEGORIES
@@ -60,7 +60,7 @@ def format_ability_title(ability: Ability) -> str:
 
 def format_suite_title(domain: str, ability: Ability) -> str:
     """Return the title by which tables name a suite: benchmark and ability."""
-    return f"{title_of(domain)}, {format_ability_title(ability).lower()}"
+    return f"{get_title(domain)}, {format_ability_title(ability).lower()}"
 
 
 def _make_columns(ability: Ability) -> tuple[MetricColumn, ...]:
