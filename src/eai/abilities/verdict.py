@@ -226,6 +226,11 @@ class Verdict:
         return replace(self, error=None)
 
     @property
+    def success(self) -> bool | None:
+        """True if the whole answer is right; None for excluded tasks and for abilities without successes."""
+        return None
+
+    @property
     def columns(self) -> Mapping[str, Json]:
         """The values of the verdict in the line of an answer (`eai.results.lines.AnswerLine`), by column."""
         return {}

@@ -234,6 +234,7 @@ def _request_answers_and_score(
     the first stage. A task without an answer in the first stage is not asked. The number of answers for each
     task is ``epochs``, or the number in the order. Records of an earlier stage contain no options of studies.
     """
+    from eai.run.remarks import list_remarks
     from eai.run.tasks import combine_experiments, make_trials, request_missing_answers, write_scores
 
     spec, epochs = order.spec, epochs or order.spec.tasks.epochs
@@ -281,7 +282,7 @@ def _request_answers_and_score(
             write_log_samples(one.folder, answers.log, epoch)
         if result.by_epoch:
             write_log_samples(folder, answers.log, result.find_shown_epochs())
-    return result
+    return replace(result, remarks=list_remarks(job, answers.answers))
 
 
 def _print_failures_and_effort(outcomes: Sequence[SuiteResult], order: _RunRequest, *, as_json: bool) -> None:
@@ -299,6 +300,8 @@ def _print_failures_and_effort(outcomes: Sequence[SuiteResult], order: _RunReque
                 f"{console.format_count(len(task_ids), 'task')} not answered ({shown}): {why}"
             )
         verdicts = [record.verdict for record in outcome.records]
+        for remark in outcome.remarks:
+            console.note(f"{outcome.model}, {outcome.suite.domain} {outcome.suite.ability.value}: {remark}")
         again = sum(isinstance(verdict, ActingVerdict) and verdict.begun > 1 for verdict in verdicts)
         if again:
             console.note(

@@ -73,7 +73,8 @@ def rates_table(title: str, metrics: Sequence[str], results: Mapping[str, RunTot
     ]
     if len(results) == 1:
         (model, totals), *_ = results.items()
-        whole = f"{title}: {_format_model_name(model, totals)}, {totals.coverage} answered"
+        answered = f"{totals.coverage} answered" if totals.coverage.answered else "no answer"
+        whole = f"{title}: {_format_model_name(model, totals)}, {answered}"
         rates = [rates_by_model[model][metric] for metric in shown]
         columns: list[NamedCells] = [
             ("", [", ".join(_GROUPED.split(metric)).replace("_", " ") for metric in shown]),

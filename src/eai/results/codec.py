@@ -23,7 +23,7 @@ from eai.abilities.attempt_options import STUDY, AttemptOptions
 from eai.abilities.declaration import get_declaration
 from eai.abilities.experiment import Experiment, StudySettings
 from eai.abilities.explanation import Explanation, Statement
-from eai.abilities.protocol import Ability
+from eai.abilities.protocol import DEFAULT_PROTOCOL, Ability
 from eai.abilities.task_features import TaskFeatures
 from eai.abilities.verdict import Verdict
 from eai.base.errors import InputError
@@ -80,6 +80,7 @@ def record_to_json(record: Record) -> dict[str, Json]:
         "data_sha256": record.data_sha256,
         **({} if record.errata is None else {"errata": dataclass_to_json(record.errata)}),
         **_verdict_to_json(record.verdict),
+        **({"success": record.verdict.success} if record.protocol is DEFAULT_PROTOCOL else {}),
         "repairs": list(record.repairs),
         "unanswered": record.unanswered,
         "suite_size": record.suite_size,

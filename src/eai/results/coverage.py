@@ -56,6 +56,9 @@ class TaskCoverage:
         missing = self.asked - self.answered
         if not missing:
             return
+        if not self.answered:
+            yield f"no answer to any of {self.asked} tasks"
+            return
         if self.left_out:
             treatment = f"left out, but {self.failed} counted as failed" if self.failed else "left out"
         elif self.failed == missing:

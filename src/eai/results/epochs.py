@@ -211,6 +211,7 @@ class SuiteResult:
         totals: the totals of the records.
         records: a record of every task of the run, in order.
         by_epoch: the result of each epoch, if there are several.
+        remarks: sentences for the closing lines, such as on parts of requests that the server ignored.
     """
 
     model: str
@@ -219,6 +220,7 @@ class SuiteResult:
     totals: RunTotals
     records: Sequence[Record]
     by_epoch: Sequence[SuiteResult] = ()
+    remarks: tuple[str, ...] = ()
 
     @property
     def failures(self) -> dict[str, list[str]]:

@@ -62,8 +62,11 @@ def map_tasks_to_shares(records: Sequence[Record]) -> dict[str, Shares]:
 def make_cases_by_metric(records: Sequence[Record], ability: Ability) -> dict[str, list[RateCase]]:
     """Return a mapping from each metric to the cases that a run's records add.
 
-    Excluded records do not count.
+    Excluded records do not count. If no record has an answer, the metrics have no cases.
     """
+    if records and all(record.unanswered is not None for record in records):
+        declared = get_declaration(ability)
+        return {metric: [] for metric in declared.contributions(declared.verdict())}
     return group_pairs(
         (metric, RateCase(task, name, share))
         for record, shares in _pair_contributions(records, ability)

@@ -110,7 +110,12 @@ class RunTotals:
 
     @property
     def counted_rates(self) -> dict[str, Rate]:
-        """The rates of the metrics to which a record contributes; empty if all records are excluded."""
+        """The rates of the metrics to which a record contributes; empty if all records are excluded.
+
+        If no task has an answer, the rates have no cases.
+        """
+        if not self.coverage.answered:
+            return dict.fromkeys(self.sums, NOTHING)
         return {**make_rates(self.sums), **dict.fromkeys(self.void, NOTHING)}
 
     @property

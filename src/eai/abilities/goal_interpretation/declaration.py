@@ -61,10 +61,8 @@ def compute_metric_shares(verdict: GoalVerdict) -> dict[str, Share]:
 
 def classify_outcome(verdict: GoalVerdict) -> AnswerOutcome:
     """Return the outcome of a goal interpretation."""
-    flawless = not verdict.ill_formed and not verdict.hallucinated
-    return find_error_outcome(verdict) or classify_counts(
-        add_confusions((verdict.counts or {}).values()), enough=flawless
-    )
+    counts = add_confusions((verdict.counts or {}).values())
+    return find_error_outcome(verdict) or classify_counts(counts, enough=bool(verdict.success))
 
 
 def _make_scorers(world: AbilityWorld) -> Callable[[Task], Scorer]:
@@ -100,7 +98,7 @@ GOAL_INTERPRETATION = AbilityDeclaration(
         MetricColumn("ill_formed", _GRAMMAR, "Ill-formed", False),
         MetricColumn("hallucination", _GRAMMAR, "Hallucination", False),
     ),
-    terminal_metrics=tuple(column.metric for column in _SCORES),
+    terminal_metrics=(*(column.metric for column in _SCORES), "parsing"),
     overview_headings={f"{OVERALL}.f1": "F1"},
     averaged_metrics=(f"{OVERALL}.f1",),
 )

@@ -6,7 +6,15 @@ from collections import Counter
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 
-from eai.abilities.verdict import ALL, NO_COUNTS, Confusion, Credit, Verdict, compute_parts_credit
+from eai.abilities.verdict import (
+    ALL,
+    NO_COUNTS,
+    Confusion,
+    Credit,
+    Verdict,
+    add_confusions,
+    compute_parts_credit,
+)
 from eai.base.json_value import Json
 from eai.world.fault import FaultKind
 
@@ -39,6 +47,15 @@ class GoalVerdict(Verdict):
     wrong: tuple[str, ...] = ()
     missing: tuple[str, ...] = ()
     aborts: bool = False
+
+    @property
+    def success(self) -> bool | None:
+        """Whether the answer states all goals of the task and no other goal; None if the task is excluded."""
+        if self.excluded is not None:
+            return None
+        counts = add_confusions((self.counts or {}).values())
+        is_flawless = not (self.error or self.ill_formed or self.hallucinated or counts.false_positives)
+        return is_flawless and counts.false_negatives <= 0
 
     @property
     def columns(self) -> Mapping[str, Json]:

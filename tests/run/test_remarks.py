@@ -1,0 +1,61 @@
+"""Signs that a server ignored a part of the requests."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import pytest
+
+from eai.abilities.attempt import Usage
+from eai.abilities.protocol import Ability
+from eai.benchmarks.suite import open_suite
+from eai.results.trials import Answer
+from eai.run.job import DecodingOptions, QuestionJob
+from eai.run.remarks import list_remarks
+from eai.studies.variation import Endpoint
+from eai.tasks.prompts.prompt import Prompt
+
+GOOD, OTHER = '{"output": "(:action walk)"}', "Here it is: (:action walk)"
+
+
+@pytest.fixture
+def job() -> QuestionJob:
+    suite = open_suite("virtualhome", Ability.TRANSITION_MODELING)
+    return QuestionJob(Endpoint("openai/gpt-4o"), suite, {"27_2": Prompt("word " * 2000)})
+
+
+def answer(text: str, tokens: int | None = None, stop_reason: str = "stop") -> Answer:
+    return Answer("27_2", 1, "", "", text, "", stop_reason, (), Usage(tokens, 10))
+
+
+@pytest.mark.parametrize(
+    ("text", "stop_reason", "is_ignored"),
+    [
+        (GOOD, "stop", False),
+        (OTHER, "stop", True),
+        ('{"output": 3}', "stop", True),
+        (OTHER, "max_tokens", False),
+    ],
+)
+def test_an_ignored_schema_is_found_from_the_answers(
+    job: QuestionJob, text: str, stop_reason: str, *, is_ignored: bool
+) -> None:
+    answers = {("27_2", 1): answer(text, stop_reason=stop_reason), ("27_2", 2): answer(GOOD)}
+    assert list_remarks(job, answers) == ()
+    remarks = list_remarks(replace(job, decoding=DecodingOptions(structured=True)), answers)
+    assert bool(remarks) is is_ignored
+    if is_ignored:
+        assert remarks[0].endswith("1 of 2 answers do not have the requested form")
+
+
+@pytest.mark.parametrize(
+    ("tokens", "is_cut"),
+    [(None, False), (2500, False), (1250, False), (1249, True), (256, True), (11, False)],
+)
+def test_a_prompt_with_far_too_few_tokens_was_cut_off(
+    job: QuestionJob, tokens: int | None, *, is_cut: bool
+) -> None:
+    remarks = list_remarks(job, {("27_2", 1): answer(GOOD, tokens)})
+    assert bool(remarks) is is_cut
+    if is_cut:
+        assert f"it counted {tokens:,} tokens in a prompt of 10,000 characters (1 of 1 prompts)" in remarks[0]
