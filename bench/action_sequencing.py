@@ -29,7 +29,7 @@ from differential.reference import (
     package_folder,
     write_responses,
 )
-from eai.benchmarks.packs import fetch, find_packs
+from eai.benchmarks.packs import fetch_packs, find_packs
 from eai.benchmarks.registry import list_paper_benchmarks
 
 ROOT = Path(__file__).resolve().parents[1]
@@ -145,7 +145,7 @@ def main() -> int:
     parser.add_argument("--cache", type=Path, default=CACHE, help="where the reference's environment is kept")
     add_write_option(parser)
     arguments = parser.parse_args()
-    fetch(packs=find_packs(list_paper_benchmarks()))
+    fetch_packs(packs=find_packs(list_paper_benchmarks()))
     python = environment(arguments.cache)
     responses = answers.responses(package_folder(python))[: arguments.limit]
     costs = measure(python, responses, arguments.repeats)

@@ -30,9 +30,9 @@ from eai.abilities.protocol import PAPER_ABILITIES, Ability
 from eai.abilities.verdict import PlanVerdict, Verdict
 from eai.benchmarks.behavior_1k import predicates as p
 from eai.benchmarks.behavior_1k.benchmark import behavior_1k
-from eai.benchmarks.behavior_1k.kinds import lemma
+from eai.benchmarks.behavior_1k.kinds import get_lemma
 from eai.benchmarks.behavior_1k.scene import ANY_OTHER
-from eai.benchmarks.prompt_library import Library
+from eai.benchmarks.prompt_library import PromptLibrary
 from eai.benchmarks.suite import open_suite
 from eai.logic.traversal import walk_subformulas
 from eai.pddl.export import export
@@ -97,7 +97,7 @@ class BddlAtomReader:
         """Return whether an atom holds."""
         variables = [f.Variable(f"v{place}") for place in range(len(things))]
         index = self.state.scene.index
-        scope = {f"v{place}": index[lemma(thing.name)] for place, thing in enumerate(things)}
+        scope = {f"v{place}": index[get_lemma(thing.name)] for place, thing in enumerate(things)}
         if predicate == "future":
             return not self("real", *things)
         return self._readings.holds(f.Atom(predicate, tuple(variables)), scope, self.state)
@@ -399,7 +399,7 @@ def validate(tasks: TaskSet[Task], chosen: Sequence[str], domain: Domain) -> int
 
 def measure_prompts(chosen: Sequence[str], *, write: bool) -> int:
     """Print the length of prompts in tokens: the median, the 95th percentile and the longest."""
-    library, rows = Library("eai"), list[list[Figure]]()
+    library, rows = PromptLibrary("eai"), list[list[Figure]]()
     for ability in PAPER_ABILITIES:
         prompts = library.open(behavior_1k(), ability)
         lengths = [

@@ -28,10 +28,10 @@ from pathlib import Path
 
 from eai.base.errors import DataError
 from eai.benchmarks.generator.census import count_prior
-from eai.benchmarks.generator.generator import Generator, generate
-from eai.benchmarks.generator.prior import Prior, find_argument_uses
+from eai.benchmarks.generator.generator import TaskGenerator, generate
+from eai.benchmarks.generator.prior import UsualGoals, find_argument_uses
 from eai.benchmarks.generator.sets import fingerprint_task, make_seeds
-from eai.benchmarks.generator.spec import Generated, Spec, TaskKind, Tier
+from eai.benchmarks.generator.spec import GeneratedTask, PlanLengthTier, TaskKind, TaskSpecification
 from eai.benchmarks.registry import PAPER_BENCHMARKS, find_benchmark
 from eai.cli.generate import verdict_of_val
 from eai.pddl.val import find_val_program
@@ -51,7 +51,7 @@ def main() -> None:
     parser.add_argument("--like", nargs="+", default=list(PAPER_BENCHMARKS))
     parser.add_argument("--n", type=int, default=10_000)
     parser.add_argument("--seed", type=int, default=7)
-    parser.add_argument("--tier", type=Tier, default=Tier.DATA)
+    parser.add_argument("--tier", type=PlanLengthTier, default=PlanLengthTier.DATA)
     parser.add_argument("--objects", type=int, default=30)
     parser.add_argument("--kind", type=TaskKind, default=TaskKind.PLAIN)
     parser.add_argument("--val", type=int, default=150, help="how many certificates VAL is asked about")
@@ -62,14 +62,14 @@ def main() -> None:
         if not file.exists():
             benchmark, source = find_benchmark(like), Source()
             digest = benchmark.tasks(source).sha256
-            spec = Spec(
+            spec = TaskSpecification(
                 like,
                 digest,
                 arguments.tier,
                 kind=arguments.kind,
                 most_objects=arguments.objects,
             )
-            _say(like, **make(file, Generator(benchmark, spec, source), arguments.n, arguments.seed))
+            _say(like, **make(file, TaskGenerator(benchmark, spec, source), arguments.n, arguments.seed))
         _say(like, **measure_opening(file, find_benchmark(like).domain))
         _say(like, **find_set_faults(file, like))
         _say(like, **validate_certificates(file, like, arguments.val))
@@ -79,12 +79,12 @@ def _say(like: str, **found: object) -> None:
     print(like, json.dumps(found), flush=True)
 
 
-def make(file: Path, generator: Generator, number: int, seed: int) -> dict[str, object]:
+def make(file: Path, generator: TaskGenerator, number: int, seed: int) -> dict[str, object]:
     """Make a set of tasks."""
     start, reasons, lines = time.process_time(), Counter[str](), list[str]()
     like, domain = generator.spec.like, generator.benchmark.domain
     for outcome in generate(generator, make_seeds("tasks", seed), number, set()):
-        if isinstance(outcome, Generated):
+        if isinstance(outcome, GeneratedTask):
             lines.append(write_task_line(outcome.task, like, domain, outcome.about))
         else:
             reasons[outcome.value] += 1
@@ -125,7 +125,7 @@ def find_set_faults(file: Path, like: str) -> dict[str, object]:
     return {"different": len(prints), "tasks": prints.total(), "steps": steps, **wrong}
 
 
-def _unknown(task: Task, prior: Prior) -> Iterator[Sequence[object]]:
+def _unknown(task: Task, prior: UsualGoals) -> Iterator[Sequence[object]]:
     for action in task.script:
         yield [kind for kind in find_argument_uses(action, task.scene) if kind not in prior.uses][:1]
 

@@ -34,7 +34,7 @@ from eai.agents.gym import TextEnvironment, make
 from eai.agents.rules import Observe
 from eai.benchmarks.copied_answers import open_copy_book, open_empty_book, open_lookup_book
 from eai.benchmarks.gold_answers import AnswerBook, join_operators_as_answer
-from eai.benchmarks.prompt_library import Library
+from eai.benchmarks.prompt_library import PromptLibrary
 from eai.benchmarks.random_answers import open_random_answers
 from eai.benchmarks.suite import Suite, open_suite
 from eai.logic.formula import And, Atom, Variable
@@ -52,7 +52,7 @@ SHOWN = ("copy", "random", "everything")
 def answers(suite: Suite) -> Iterator[tuple[str, Callable[[str], str]]]:
     """Yield the null answers of a suite: a name, and a function from a task to its answer."""
     benchmark, ability, source = suite.benchmark, suite.ability, suite.source
-    prompts = Library("official", None, source).open(benchmark, ability)
+    prompts = PromptLibrary("official", None, source).open(benchmark, ability)
     chance = open_random_answers(benchmark, ability, source)
     yield '""', lambda task_id: ""
     for name, opened in (

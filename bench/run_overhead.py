@@ -31,7 +31,7 @@ from inspect_ai.solver import generate
 from bench.record import add_write_option, write_figures
 from eai.abilities.protocol import PAPER_ABILITIES
 from eai.benchmarks.gold_answers import open_answer_book
-from eai.benchmarks.prompt_library import Library
+from eai.benchmarks.prompt_library import PromptLibrary
 from eai.benchmarks.suite import Suite, open_suite
 from eai.pddl.planning import PlannerChoice
 from eai.results.batch import Scoring
@@ -138,7 +138,7 @@ def measure_suites(samples: int, rounds: int, suite: tuple[str, str] | None) -> 
     results: dict[str, dict[str, float]] = {}
     for domain, ability in suites:
         opened = open_suite(domain, ability, source=Source(planner=PlannerChoice.NONE))
-        asked = Library("official").open(opened.benchmark, ability)
+        asked = PromptLibrary("official").open(opened.benchmark, ability)
         prompts = dict(list(asked.items())[: samples + WARM_UP])
         result = measure(Questions(opened, prompts), rounds)
         if not results:

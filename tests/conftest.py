@@ -18,7 +18,7 @@ from browsing import quiet_page, started_browser
 from command_line import eai
 from eai.base.errors import DataError
 from eai.base.store import FOLDER_VARIABLE, Store
-from eai.benchmarks.packs import fetch, find_packs
+from eai.benchmarks.packs import fetch_packs, find_packs
 from eai.benchmarks.registry import list_paper_benchmarks
 from eai.results.collector import reduce_garbage_collection
 from eai.tasks.source import Source
@@ -109,7 +109,7 @@ def fetch_errors() -> Mapping[str, DataError]:
     errors = {}
     for name, wanted in ((_PAPER, find_packs(list_paper_benchmarks())), (_BEHAVIOR_1K, find_packs())):
         try:
-            fetch(packs=wanted)
+            fetch_packs(packs=wanted)
         except DataError as error:
             errors[name] = error
     return errors

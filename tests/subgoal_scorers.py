@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable
 
-from eai.abilities.subgoal_decomposition.refinement import Refinement
+from eai.abilities.subgoal_decomposition.refinement import SubgoalRefiner
 from eai.abilities.subgoal_decomposition.scorer import SubgoalDecomposition
 from eai.abilities.subgoal_decomposition.search import ExplorationLimits
 from eai.benchmarks.behavior import domain as behavior
@@ -18,7 +18,7 @@ from eai.tasks.task import Task
 def virtualhome_subgoals(limits: ExplorationLimits | None = None) -> Callable[[Task], SubgoalDecomposition]:
     """Return a function that makes the scorer of a VirtualHome task."""
     domain, notation = virtualhome.domain_with_hand_switch(), VirtualHomeSubgoals()
-    refinement = Refinement(domain)
+    refinement = SubgoalRefiner(domain)
     return lambda task: SubgoalDecomposition(task, domain, notation, refinement, limits=limits)
 
 
@@ -27,5 +27,5 @@ def behavior_subgoals(
 ) -> Callable[[BehaviorTask], SubgoalDecomposition]:
     """Return a function that makes the scorer of a BEHAVIOR task."""
     domain, notation = behavior.domain_in_paper_order(), BehaviorSubgoals()
-    refinement = Refinement(domain)
+    refinement = SubgoalRefiner(domain)
     return lambda task: SubgoalDecomposition(task, domain, notation, refinement, limits=limits)

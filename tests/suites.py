@@ -7,7 +7,7 @@ from collections.abc import Mapping
 from eai.abilities.protocol import PAPER_ABILITIES, Ability
 from eai.base.store import Store
 from eai.benchmarks.gold_answers import AnswerBook, open_answer_book, open_planned_book
-from eai.benchmarks.prompt_library import Library
+from eai.benchmarks.prompt_library import PromptLibrary
 from eai.benchmarks.registry import find_benchmark, list_paper_benchmarks
 from eai.tasks.prompts.prompt import Prompt, PromptFiles
 from eai.tasks.source import ErrataChoice, Source
@@ -33,7 +33,7 @@ def official_files(
 
 
 def own_prompts(name: str, ability: Ability, store: Store) -> Mapping[str, Prompt]:
-    return Library("eai", None, Source(store)).open(find_benchmark(name), ability)
+    return PromptLibrary("eai", None, Source(store)).open(find_benchmark(name), ability)
 
 
 def answer_book(name: str, ability: Ability, store: Store | None = None) -> AnswerBook:

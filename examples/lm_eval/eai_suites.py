@@ -17,7 +17,7 @@ import datasets
 import eai
 from eai import Ability, Suite
 from eai.abilities.declaration import get_declaration
-from eai.benchmarks.prompt_library import Library
+from eai.benchmarks.prompt_library import PromptLibrary
 from eai.results.summary import compute_contributions
 
 
@@ -30,7 +30,7 @@ def suite_of(domain: str, ability: str) -> Suite:
 def questions(domain: str, ability: str, **_: object) -> dict[str, datasets.Dataset]:
     """Return the official prompts of a suite, one row each, in the split ``test``."""
     suite = suite_of(domain, ability)
-    asked = Library("official", None, suite.source).open(suite.benchmark, Ability(ability))
+    asked = PromptLibrary("official", None, suite.source).open(suite.benchmark, Ability(ability))
     about = {"domain": domain, "ability": ability}
     rows = [
         {**about, "task_id": task_id, "system": prompt.system or "", "user": prompt.user}

@@ -21,9 +21,9 @@ from typing import NamedTuple
 from policy import Choice, Reader, Table
 
 from eai.agents.gym import TextEnvironment, make
-from eai.benchmarks.generator.generator import Generator, generate
+from eai.benchmarks.generator.generator import TaskGenerator, generate
 from eai.benchmarks.generator.sets import make_leak_test, make_seeds
-from eai.benchmarks.generator.spec import Generated, Spec, Split, Tier
+from eai.benchmarks.generator.spec import GeneratedTask, PlanLengthTier, TaskSpecification, TaskSplit
 from eai.benchmarks.registry import find_benchmark
 from eai.tasks.source import Source
 from eai.tasks.task import Task
@@ -58,15 +58,15 @@ class Point(NamedTuple):
     tasks: int
 
 
-def make_tasks(like: str, folder: Path, sizes: dict[Split, int]) -> None:
+def make_tasks(like: str, folder: Path, sizes: dict[TaskSplit, int]) -> None:
     """Write task files of new tasks without common goals. Lookup in one file solves no task of another."""
     base, source = find_benchmark(like), Source()
     digest, earlier = base.tasks(source).sha256, list[Task]()
     for split, size in sizes.items():
-        spec = Spec(like, digest, Tier.S, most_objects=OBJECTS, split=split)
-        generator = Generator(base, spec, source, make_leak_test(base.domain, earlier))
+        spec = TaskSpecification(like, digest, PlanLengthTier.S, most_objects=OBJECTS, split=split)
+        generator = TaskGenerator(base, spec, source, make_leak_test(base.domain, earlier))
         made = generate(generator, make_seeds(split.value, 0), size, set())
-        tasks = [each for each in made if isinstance(each, Generated)]
+        tasks = [each for each in made if isinstance(each, GeneratedTask)]
         earlier += [each.task for each in tasks]
         lines = [write_task_line(each.task, like, base.domain, each.about) for each in tasks]
         write_task_file(folder / f"{split.value}.jsonl", lines)
@@ -170,7 +170,9 @@ def main() -> None:
     parser.add_argument("--tasks", type=int, nargs=2, default=(100, 40), metavar=("TRAIN", "TEST"))
     parser.add_argument("--out", type=Path, default=Path("runs/training"))
     options = parser.parse_args()
-    make_tasks(options.like, options.out, dict(zip((Split.TRAIN, Split.TEST), options.tasks, strict=True)))
+    make_tasks(
+        options.like, options.out, dict(zip((TaskSplit.TRAIN, TaskSplit.TEST), options.tasks, strict=True))
+    )
     curves: list[list[Point]] = []
     for seed in range(options.seeds):
         begun = time.process_time()

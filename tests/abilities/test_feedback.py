@@ -18,7 +18,7 @@ from eai.abilities.attempt_options import AttemptOptions, AttemptStart, Feedback
 from eai.abilities.feedback import REASONS, QuestionWriter
 from eai.abilities.protocol import Ability
 from eai.abilities.trial import Trial
-from eai.benchmarks.prompt_library import Library
+from eai.benchmarks.prompt_library import PromptLibrary
 from eai.benchmarks.suite import open_suite
 from eai.tasks.prompts.prompt import Belief, Prompt
 from eai.tasks.task import Task, goal
@@ -160,7 +160,7 @@ def test_the_question_in_a_continued_world_describes_the_present_state() -> None
     Other questions describe it at the end.
     """
     chosen = AttemptOptions(1, "continue", "state")
-    library = Library("eai")
+    library = PromptLibrary("eai")
     prompts = library.open(SWITCHES, ACTIONS)
     first, second = questions(chosen, [plan(SHED)], library.asker(SWITCHES, ACTIONS, prompts))
     assert first == prompts["both"]
@@ -177,7 +177,7 @@ def test_actions_already_taken_are_not_requested_again() -> None:
     asks = QuestionWriter({"greet": PLAIN}.__getitem__, Wording.of_domain(DOMAIN))
     _, second = questions(chosen, [plan("WAVE")], asks, "greet")
     assert second.user.partition("in this order:\n")[2].splitlines()[0] == "PRESS"
-    library = Library("eai")
+    library = PromptLibrary("eai")
     rendered = library.asker(SWITCHES, ACTIONS, library.open(SWITCHES, ACTIONS))
     before, after = questions(chosen, [plan("WAVE")], rendered, "greet")
     assert "WAVE or GO" in before.user
@@ -209,7 +209,7 @@ def test_feedback_is_about_the_goals_that_the_question_stated(
 
 def test_the_question_describes_the_perceived_scene() -> None:
     """The metadata of the question describe the perceived scene as well."""
-    library = Library("eai")
+    library = PromptLibrary("eai")
 
     def look(task: Task, attempt: int) -> tuple[Belief, dict[str, str]]:
         return Belief(task, initial=f"seen before attempt {attempt}\n$initial"), {"scene": str(attempt)}
@@ -227,7 +227,7 @@ def test_the_question_describes_the_perceived_scene() -> None:
 def test_files_of_the_user_replace_the_words(tmp_path: Path) -> None:
     (tmp_path / "feedback").mkdir()
     (tmp_path / "feedback" / "missing_step.txt").write_text("Too early: $action.\n")
-    library = Library("eai", tmp_path)
+    library = PromptLibrary("eai", tmp_path)
     asks = library.asker(SWITCHES, ACTIONS, library.open(SWITCHES, ACTIONS))
     _, second = questions(AttemptOptions(1, feedback="kind"), [plan(LAMP, TORCH)], asks)
     assert "- Too early: PRESS(torch).\n" in second.user

@@ -19,7 +19,7 @@ from eai.abilities.protocol import PAPER_ABILITIES, Ability, Protocol
 from eai.base.store import Store
 from eai.benchmarks.benchmark import Benchmark
 from eai.benchmarks.gold_answers import open_answer_book
-from eai.benchmarks.prompt_library import Library, answer_form
+from eai.benchmarks.prompt_library import PromptLibrary, make_answer_schema
 from eai.benchmarks.registry import find_benchmark
 from eai.benchmarks.suite import open_suite
 from eai.tasks.prompts.prompt import Prompt, PromptSet
@@ -50,7 +50,7 @@ def benchmark(name: str) -> Benchmark:
 
 @cache
 def open_questions(name: str, ability: Ability, store: Store, prompts: PromptSet) -> Mapping[str, Prompt]:
-    return Library(prompts, None, Source(store)).open(benchmark(name), ability)
+    return PromptLibrary(prompts, None, Source(store)).open(benchmark(name), ability)
 
 
 def make_forms(
@@ -59,7 +59,7 @@ def make_forms(
     declared = benchmark(name)
     tasks, prompts_by_task = declared.tasks(Source(store)), open_questions(name, ability, store, prompts)
     chosen = {
-        task_id: answer_form(declared, ability, tasks.get(task_id), prompts_by_task[task_id])
+        task_id: make_answer_schema(declared, ability, tasks.get(task_id), prompts_by_task[task_id])
         for task_id in [*prompts_by_task][::every]
     }
     return {task_id: form for task_id, form in chosen.items() if form is not None}
@@ -163,18 +163,18 @@ def test_a_schema_reveals_no_objects_that_the_question_omits(data_store: Store) 
     task = lamps.tasks(Source(data_store))["light"]
     listing = Prompt("robot lamp_1 lamp_2 ball box")
     for prompt, about in ((Prompt("robot lamp_1 lamp_20 ball box"), task), (listing, None)):
-        form = answer_form(lamps, Ability.ACTION_SEQUENCING, about, prompt)
+        form = make_answer_schema(lamps, Ability.ACTION_SEQUENCING, about, prompt)
         assert not {"lamp_1", "ball"} & set(list_words(form))
-    assert "ball" in list_words(answer_form(lamps, Ability.ACTION_SEQUENCING, task, listing))
+    assert "ball" in list_words(make_answer_schema(lamps, Ability.ACTION_SEQUENCING, task, listing))
 
 
 @pytest.mark.parametrize("special", [Impossible(()), Ambiguous(("lamp_1",))])
 def test_an_answer_that_may_decline_a_task_may_have_any_form(special: Special, data_store: Store) -> None:
     lamps = benchmark("lamps")
     task, prompt = lamps.tasks(Source(data_store))["light"], Prompt("robot lamp_1 lamp_2 ball box")
-    assert answer_form(lamps, Ability.ACTION_SEQUENCING, task, prompt) is not None
+    assert make_answer_schema(lamps, Ability.ACTION_SEQUENCING, task, prompt) is not None
     special_task = replace(task, special=special)
-    assert answer_form(lamps, Ability.ACTION_SEQUENCING, special_task, prompt) is None
+    assert make_answer_schema(lamps, Ability.ACTION_SEQUENCING, special_task, prompt) is None
 
 
 def test_a_notation_without_a_schema_requires_none(data_store: Store) -> None:
@@ -183,4 +183,4 @@ def test_a_notation_without_a_schema_requires_none(data_store: Store) -> None:
 
     terse = replace(benchmark("lamps"), notation=Notation(Terse()))
     task = terse.tasks(Source(data_store))["light"]
-    assert answer_form(terse, Ability.ACTION_SEQUENCING, task, Prompt("lamp_1")) is None
+    assert make_answer_schema(terse, Ability.ACTION_SEQUENCING, task, Prompt("lamp_1")) is None

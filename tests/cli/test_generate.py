@@ -11,8 +11,8 @@ from by_path import ROOT
 from command_line import Command
 from eai.benchmarks.benchmark import Benchmark
 from eai.benchmarks.generator.census import count_prior
-from eai.benchmarks.generator.generator import Generator
-from eai.benchmarks.generator.prior import Prior
+from eai.benchmarks.generator.generator import TaskGenerator
+from eai.benchmarks.generator.prior import UsualGoals
 from eai.benchmarks.generator.spec import GenerationOutcome
 from eai.pddl.val import VALID
 from eai.tasks.task import Task
@@ -23,16 +23,16 @@ FEW = 50
 
 
 @pytest.fixture(scope="module")
-def priors() -> dict[str, Prior]:
+def priors() -> dict[str, UsualGoals]:
     """What is usual in each benchmark of which tasks were asked for."""
     return {}
 
 
 @pytest.fixture(autouse=True)
-def counted_once(priors: dict[str, Prior], monkeypatch: pytest.MonkeyPatch) -> None:
+def counted_once(priors: dict[str, UsualGoals], monkeypatch: pytest.MonkeyPatch) -> None:
     """What is usual in a benchmark is counted once for all commands."""
 
-    def prior(benchmark: Benchmark, tasks: Sequence[Task]) -> Prior:
+    def prior(benchmark: Benchmark, tasks: Sequence[Task]) -> UsualGoals:
         if benchmark.name not in priors:
             priors[benchmark.name] = count_prior(benchmark, tasks)
         return priors[benchmark.name]
@@ -140,16 +140,16 @@ def test_a_world_that_has_no_more_tasks_says_so(
 def test_an_interrupt_keeps_what_was_found_unless_something_stands_there(
     eai: Command, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    whole = Generator.generate_task
+    whole = TaskGenerator.generate_task
     calls = [0]
 
-    def task(generator: Generator, seed: str, known: Collection[tuple[str, str]]) -> GenerationOutcome:
+    def task(generator: TaskGenerator, seed: str, known: Collection[tuple[str, str]]) -> GenerationOutcome:
         calls[0] += 1
         if calls[0] > 6:
             raise KeyboardInterrupt
         return whole(generator, seed, known)
 
-    monkeypatch.setattr(Generator, "generate_task", task)
+    monkeypatch.setattr(TaskGenerator, "generate_task", task)
     for first in (True, False):
         calls[0] = 0
         outcome = eai("generate", "--like", "behavior", "--n", 100, "--out", tmp_path)

@@ -38,7 +38,7 @@ from eai.abilities.protocol import Ability
 from eai.agents.setting import ACTING
 from eai.base.json_value import Json
 from eai.benchmarks.gold_answers import open_answer_book
-from eai.benchmarks.prompt_library import Library
+from eai.benchmarks.prompt_library import PromptLibrary
 from eai.benchmarks.suite import open_suite
 from eai.results.epochs import StatedBeliefs, score_answers
 from eai.results.options import ScoringOptions
@@ -67,7 +67,7 @@ def make_work(kind: str, tasks: int) -> Work:
     Answers are corrupted, and repaired in experiments; episodes are gold.
     """
     ability = ACTING if kind == "acting" else Ability.ACTION_SEQUENCING
-    suite, library = open_suite("behavior", ability), Library("official")
+    suite, library = open_suite("behavior", ability), PromptLibrary("official")
     task_ids = suite.task_ids[:tasks]
     believed, trials = None, None
     if kind == "pipeline":

@@ -10,7 +10,7 @@ from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
 
 from eai.base.store import Store
-from eai.benchmarks.published import open_behavior, open_virtualhome
+from eai.benchmarks.published import open_behavior_operators, open_virtualhome_operators
 from eai.logic.formula import TRUE
 from eai.pddl.execute import Executor, PlanStep
 from eai.pddl.grounding import Grounder, GroundProblem
@@ -141,7 +141,10 @@ def with_gold_operators(task: TransitionTask) -> PlanningTask:
 
 
 def gold_tasks(store: Store) -> list[TransitionTask]:
-    return [*open_virtualhome(Source(store)).values(), *open_behavior(Source(store)).values()]
+    return [
+        *open_virtualhome_operators(Source(store)).values(),
+        *open_behavior_operators(Source(store)).values(),
+    ]
 
 
 def test_solves_all_gold_problems(data_store: Store) -> None:

@@ -12,7 +12,7 @@ from by_path import ROOT
 from eai.abilities.protocol import Ability
 from eai.base.store import Store
 from eai.benchmarks.benchmark import Benchmark
-from eai.benchmarks.generator.spec import Generated
+from eai.benchmarks.generator.spec import GeneratedTask
 from eai.benchmarks.random_answers import random_walk
 from eai.benchmarks.registry import find_benchmark
 from eai.planning.possible import PossibleFacts, find_unreachable_goals
@@ -67,7 +67,7 @@ def test_a_goal_without_the_needed_objects_is_proved_unreachable(lamps: Benchmar
 def test_every_fact_of_a_reachable_state_is_possible(like: str, seed: str, data_store: Store) -> None:
     benchmark = find_benchmark(like)
     made = generator(like).generate_task(seed)
-    assert isinstance(made, Generated)
+    assert isinstance(made, GeneratedTask)
     task, domain, rng = made.task, benchmark.domain, random.Random(seed)
     possible = PossibleFacts(domain, task.initial, task.relevant)
     seen = set[Fact]()

@@ -12,7 +12,7 @@ from eai import InputError
 from eai.abilities.action_sequencing.scorer import ActionSequencing
 from eai.abilities.protocol import Ability
 from eai.abilities.repair import DEFAULT_EFFORT
-from eai.abilities.subgoal_decomposition.repertoire import MAX_LISTED, Repertoire
+from eai.abilities.subgoal_decomposition.repertoire import MAX_LISTED, OperatorIndex
 from eai.agents.gym import make
 from eai.benchmarks.benchmark import Benchmark
 from eai.benchmarks.random_answers import random_walk
@@ -107,6 +107,8 @@ def test_possible_actions_are_listed_up_to_a_limit(wide: Benchmark) -> None:
 
 def test_subgoals_list_actions_up_to_a_limit(wide: Benchmark) -> None:
     task = wide.tasks(Source())["one"]
-    wanted = Repertoire(wide.domain).find_achievers([GroundAtom("r", (1,), True)], task.scene, task.relevant)
+    wanted = OperatorIndex(wide.domain).find_achievers(
+        [GroundAtom("r", (1,), True)], task.scene, task.relevant
+    )
     assert len(wanted) == MAX_LISTED
     assert all(len({*action.arguments}) == 8 for action in wanted)

@@ -9,7 +9,7 @@ import pytest
 
 from eai.base.store import Store
 from eai.benchmarks.benchmark import Benchmark
-from eai.benchmarks.packs import Pack, fetch
+from eai.benchmarks.packs import Pack, fetch_packs
 from eai.benchmarks.registry import find_benchmark
 from eai.benchmarks.virtualhome.benchmark import count_record_figures
 from eai.benchmarks.virtualhome.records import PACK as VIRTUALHOME
@@ -105,7 +105,7 @@ def rows_of(domain: str, store: Store) -> dict[str, _DataSetFigure]:
 
 
 def test_annotated_records_are_counted(store: Store, packs: Sequence[Pack]) -> None:
-    fetch(store, packs=packs)
+    fetch_packs(store, packs=packs)
     figures = count_record_figures(VirtualHomeRecords.from_pack(store.open(VIRTUALHOME)), ["1_1"], 5)
     assert {label: value for label, (value, _) in figures.items()} == {
         "task names": 2,

@@ -19,7 +19,7 @@ from eai.abilities.feedback import REASONS
 from eai.abilities.protocol import Ability, Protocol
 from eai.base.store import Store
 from eai.benchmarks.gold_answers import make_heeding_answer, make_noisy_answer
-from eai.benchmarks.prompt_library import Library
+from eai.benchmarks.prompt_library import PromptLibrary
 from eai.benchmarks.suite import open_suite
 from eai.results.codec import record_to_json
 from eai.results.record import Record
@@ -53,7 +53,7 @@ def records_of(folder: Path) -> list[Record]:
 
 def offline(options: AttemptOptions, store: Store, heed: float | None) -> dict[str, list[tuple[str, object]]]:
     """Return the answers and verdicts of the loop without Inspect, by task."""
-    suite, library = open_suite("behavior", ACTIONS, source=Source(store)), Library("official")
+    suite, library = open_suite("behavior", ACTIONS, source=Source(store)), PromptLibrary("official")
     prompts = library.open(suite.benchmark, ACTIONS)
     trials = open_trials(suite, options, library.asker(suite.benchmark, ACTIONS, prompts), prompts)
     book = answer_book("behavior", ACTIONS, store)

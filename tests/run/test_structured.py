@@ -57,7 +57,7 @@ def test_another_schema_is_another_request(monkeypatch: pytest.MonkeyPatch) -> N
     before = (free.sha256, held.sha256)
     assert before == (free.sha256, held.sha256)
     assert before[0] != before[1]
-    monkeypatch.setattr("eai.run.job.answer_form", lambda *asked: {"type": "string"})
+    monkeypatch.setattr("eai.run.job.make_answer_schema", lambda *asked: {"type": "string"})
     assert free.sha256 == before[0]
     assert held.sha256 != before[1]
 

@@ -8,7 +8,7 @@ from typing import Any, Literal
 from pydantic import Field
 
 from eai.abilities.experiment import Experiment
-from eai.benchmarks.prompt_library import Library
+from eai.benchmarks.prompt_library import PromptLibrary
 from eai.benchmarks.suite import Suite
 from eai.results.epochs import StatedBeliefs
 from eai.results.record import Record
@@ -38,7 +38,7 @@ class Limit(VariationOptions):
         return "scene"
 
     def make_stage(
-        self, library: Library, wanted: Mapping[str, Collection[str]], ask: AskModel
+        self, library: PromptLibrary, wanted: Mapping[str, Collection[str]], ask: AskModel
     ) -> FirstStage:
         return FirstStage(library, wanted, ask, self._limited)
 

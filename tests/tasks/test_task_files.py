@@ -17,7 +17,7 @@ from eai.base.errors import InputError
 from eai.base.store import Store
 from eai.benchmarks.benchmark import Benchmark
 from eai.benchmarks.gold_answers import open_answer_book, open_planned_book
-from eai.benchmarks.prompt_library import Library
+from eai.benchmarks.prompt_library import PromptLibrary
 from eai.benchmarks.registry import find_benchmark
 from eai.benchmarks.suite import open_suite
 from eai.pddl.planning import PlannerChoice
@@ -204,7 +204,7 @@ def test_all_abilities_work(name: str, ability: Ability, data_store: Store) -> N
         pytest.skip("300 objects a problem: tested on generated tasks, which have 30")
     benchmark, source = closed(name, data_store), Source(data_store, planner=PlannerChoice.BUILT_IN)
     suite = open_suite(benchmark, ability, source=source)
-    prompts = Library("official", source=source).open(benchmark, ability)
+    prompts = PromptLibrary("official", source=source).open(benchmark, ability)
     assert list(prompts) == list(suite.task_ids) != []
     book = open_answer_book(benchmark, ability, source)
     for task_id in suite.task_ids:

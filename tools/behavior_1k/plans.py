@@ -16,7 +16,7 @@ from ways import NoWayError, Scope, Way
 
 import eai.logic.formula as f
 from eai.benchmarks.behavior_1k import predicates as p
-from eai.benchmarks.behavior_1k.kinds import ACTIVITIES, KINDS, PACK, PLANS, RULES, Kinds
+from eai.benchmarks.behavior_1k.kinds import ACTIVITIES, KINDS, PACK, PLANS, RULES, ObjectKinds
 from eai.benchmarks.behavior_1k.operators import build_domain
 from eai.benchmarks.behavior_1k.scene import SetUp, make_scene_setup
 from eai.benchmarks.packs import open_pack
@@ -324,7 +324,7 @@ def opened(source: Source | None = None) -> tuple[Sequence[str], SetUp]:
     """Return the names of all activities, and a function that sets up an activity."""
     pack = open_pack(PACK, source)
     texts = dict(line.split("\t") for line in pack.read(ACTIVITIES).decode().splitlines())
-    return list(texts), make_scene_setup(Kinds(pack.read_json(KINDS), pack.read_json(RULES)), texts)
+    return list(texts), make_scene_setup(ObjectKinds(pack.read_json(KINDS), pack.read_json(RULES)), texts)
 
 
 def line_of(set_up: SetUp, name: str) -> str:

@@ -18,7 +18,7 @@ from eai.world.relation import bits, mask_of
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
-class Features:
+class TaskStatistics:
     """The features of one task.
 
     A *goal* is one of the conditions for which plans are tested. It may quantify over objects ("every jar is
@@ -68,7 +68,7 @@ class Features:
     instruction_words: int
 
 
-def compute_features(task: Task, benchmark: Benchmark) -> Features:
+def compute_features(task: Task, benchmark: Benchmark) -> TaskStatistics:
     """Return the features of a task of a benchmark."""
     steps, tools = [step.operator for step in task.script], find_tool_operators(benchmark.domain)
     kinds = Counter(goal.kind for goal in task.goals)
@@ -78,7 +78,7 @@ def compute_features(task: Task, benchmark: Benchmark) -> Features:
     ]
     ground = Counter(map(_classify_condition, conditions))
     indices = set(task.relevant)
-    return Features(
+    return TaskStatistics(
         annotated_steps=len(steps) or None,
         annotated_operators=len(set(steps)) or None,
         tool_steps=sum(step in tools for step in steps) if steps else None,

@@ -100,11 +100,11 @@ def open_pack(name: str, source: Source | None = None, *, packs: Sequence[Pack] 
         packs = find_packs() if packs is None else packs
         needed = {archive for pack in packs if pack.name == name for archive in pack.archives}
         packs = [pack for pack in packs if needed.issuperset(pack.archives)]
-        fetch(store, packs=packs, report=source.report)
+        fetch_packs(store, packs=packs, report=source.report)
     return store.open(name)
 
 
-def fetch(
+def fetch_packs(
     store: Store | None = None,
     *,
     packs: Sequence[Pack],

@@ -1,6 +1,6 @@
 """Open the prompts of a suite from a set of prompts, such as the official prompts.
 
-Files of the user may replace prompts of the set. `answer_form` returns the schema of the answer to a
+Files of the user may replace prompts of the set. `make_answer_schema` returns the schema of the answer to a
 question, for providers that enforce a schema. The schema allows only words that occur in the question.
 """
 
@@ -29,7 +29,9 @@ from eai.tasks.source import Source, TaskSet
 from eai.tasks.task import Task
 
 
-def answer_form(benchmark: Benchmark, ability: Ability, task: Task | None, prompt: Prompt) -> Schema | None:
+def make_answer_schema(
+    benchmark: Benchmark, ability: Ability, task: Task | None, prompt: Prompt
+) -> Schema | None:
     """Return the schema of the answer to a question, or None if no schema is known for the ability.
 
     Objects may have only the names that the question lists. They may have any name if the question does not
@@ -55,7 +57,7 @@ def _contains_all(question: str, words: Sequence[str]) -> bool:
 
 
 @dataclass(frozen=True, slots=True)
-class Library:
+class PromptLibrary:
     """The prompts of a run: a set of prompts, with files of the user that replace prompts of the set.
 
     Attributes:

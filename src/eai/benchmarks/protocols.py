@@ -1,7 +1,7 @@
 """Find protocols (rules for scoring) other than ``strict`` by name.
 
-A distribution registers a protocol by an entry point of the group ``eai.protocols``: an `Implementation`.
-This value states all differences from ``strict``.
+A distribution registers a protocol by an entry point of the group ``eai.protocols``. The entry point is a
+`ProtocolImplementation`, which states all differences from ``strict``.
 """
 
 from __future__ import annotations
@@ -24,7 +24,7 @@ if TYPE_CHECKING:
 
 
 @dataclass(frozen=True, slots=True)
-class Implementation:
+class ProtocolImplementation:
     """How a protocol scores answers, and how its published runs asked for and counted answers.
 
     Attributes:
@@ -50,21 +50,21 @@ class Implementation:
 
 
 @cache
-def find_implementation(name: str) -> Implementation | None:
+def find_implementation(name: str) -> ProtocolImplementation | None:
     """Return the registered implementation of a protocol, or None if no protocol has this name.
 
     Raises:
-        InputError: the registered value is not an `Implementation`.
+        InputError: the registered value is not an `ProtocolImplementation`.
     """
     if name not in find_protocols():
         return None
     value = find_protocols()[name].load()
-    if not isinstance(value, Implementation):
+    if not isinstance(value, ProtocolImplementation):
         raise InputError(f"{name}: expected an Implementation, found {type(value).__name__}")
     return value
 
 
-def find_preset(name: str) -> Implementation:
+def find_preset(name: str) -> ProtocolImplementation:
     """Return the implementation of the protocol that a published script uses, by the name of the protocol.
 
     Raises:

@@ -44,7 +44,7 @@ def make_prompt_reader(name: str, rendered: Mapping[Ability, Render] | None = No
 TransitionTasks: TypeAlias = "TaskSet[TransitionTask]"
 
 
-def open_virtualhome(source: Source | None = None) -> TransitionTasks:
+def open_virtualhome_operators(source: Source | None = None) -> TransitionTasks:
     """Return VirtualHome's 296 tasks of transition modeling; download them first if they are missing.
 
     Raises:
@@ -56,7 +56,7 @@ def open_virtualhome(source: Source | None = None) -> TransitionTasks:
     return _build_transition_tasks(pack, "virtualhome_pd.pddl", actions_of)
 
 
-def open_behavior(source: Source | None = None) -> TransitionTasks:
+def open_behavior_operators(source: Source | None = None) -> TransitionTasks:
     """Return BEHAVIOR's 100 tasks of transition modeling; download them first if they are missing.
 
     Raises:

@@ -32,7 +32,7 @@ _CORRECTED_IDS = {
 """Wrong task id in the published prompts of BEHAVIOR's goal interpretation -> right id."""
 
 
-def task_id_of(identifier: str) -> str:
+def to_task_id(identifier: str) -> str:
     """Return the task id in the data set for an identifier in a file of answers or prompts."""
     task_id = identifier.removeprefix(SCENE_PREFIX)
     return _CORRECTED_IDS.get(task_id, task_id)
@@ -40,7 +40,7 @@ def task_id_of(identifier: str) -> str:
 
 def find_published_id(identifier: str) -> str | None:
     """Return the task id in the data set for an identifier, or None for a task in an unpublished scene."""
-    return None if _OTHER_SCENE.match(identifier) else task_id_of(identifier)
+    return None if _OTHER_SCENE.match(identifier) else to_task_id(identifier)
 
 
 @cache

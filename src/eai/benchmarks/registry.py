@@ -149,7 +149,7 @@ def _has_registered_opener(reference: str) -> bool:
     return bool(separator) and word in get_entry_points(OPENERS)
 
 
-def open_pddl(files: str) -> Benchmark:
+def open_pddl_benchmark(files: str) -> Benchmark:
     """Return the benchmark of ``DOMAIN,PROBLEMS`` (file, and file or folder), or of one folder with both."""
     domain, separator, problems = files.partition(",")
     if not separator and not Path(domain).is_dir():

@@ -12,7 +12,7 @@ import typer
 from eai.base.json_value import Json
 from eai.benchmarks.benchmark import Benchmark
 from eai.benchmarks.check import check_annotations
-from eai.benchmarks.packs import fetch as fetch_packs
+from eai.benchmarks.packs import fetch_packs as fetch_packs
 from eai.benchmarks.packs import find_packs, validate_packs
 from eai.benchmarks.packs import get_pack_statuses as info_on
 from eai.benchmarks.registry import find_benchmark, list_paper_benchmarks

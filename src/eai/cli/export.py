@@ -18,7 +18,7 @@ from eai.base.files import Content, write_files_atomically
 from eai.base.grouping import group_pairs
 from eai.base.json_value import Json
 from eai.benchmarks.names import suite_name
-from eai.benchmarks.prompt_library import Library
+from eai.benchmarks.prompt_library import PromptLibrary
 from eai.benchmarks.registry import find_benchmark, list_benchmarks
 from eai.benchmarks.suite import open_suite
 from eai.cli import options
@@ -109,7 +109,7 @@ def prompts(
             raise InputError(f"--out {out}: expected one --domain and one --ability")
         chosen = partial(choose_tasks, tasks=tasks, sample=sample, seed=seed) if tasks or sample else None
         with open_source(data, errata=errata) as source:
-            library = Library(prompt_set, folder, source)
+            library = PromptLibrary(prompt_set, folder, source)
             write_prompts(library, find_benchmark(domain[0]), ability[0], out, chosen, goals, as_json=as_json)
         return
     if folder or tasks or sample or goals:
@@ -120,7 +120,7 @@ def prompts(
             for split, name in [each for given in domain for each in _splits(given)]:
                 benchmark = find_benchmark(name)
                 for each in ability or choose_default_abilities(benchmark, PAPER_ABILITIES):
-                    asked = Library(prompt_set, None, source).open(benchmark, each)
+                    asked = PromptLibrary(prompt_set, None, source).open(benchmark, each)
                     for row in training_data.make_prompt_rows(
                         Reward(open_suite(name, each, source=source)), asked
                     ):
@@ -205,7 +205,7 @@ def _answers(
                     f"{domain}: expected --domain to say where the benchmark of these records is"
                 )
             benchmark = named.get(domain) or find_benchmark(domain)
-            asked = Library(prompt_set, None, source).open(benchmark, ability)
+            asked = PromptLibrary(prompt_set, None, source).open(benchmark, ability)
             paid = Reward(open_suite(benchmark, ability, source=source), shaping)
             yield from training_data.make_reward_rows(of_suite, paid, asked, left_out)
 

@@ -13,18 +13,18 @@ from rich.table import Table
 from eai.base.errors import EaiError, InputError, InterruptError, did_you_mean
 from eai.base.files import convert_write_errors
 from eai.benchmarks.generator import sets
-from eai.benchmarks.generator.generator import Generator, generate
-from eai.benchmarks.generator.measures import Measure
+from eai.benchmarks.generator.generator import TaskGenerator, generate
+from eai.benchmarks.generator.measures import TaskMeasure
 from eai.benchmarks.generator.spec import (
     Forms,
-    Generated,
+    GeneratedTask,
     GenerationOutcome,
     HeldOut,
-    Reason,
-    Spec,
-    Split,
+    PlanLengthTier,
+    RejectionReason,
     TaskKind,
-    Tier,
+    TaskSpecification,
+    TaskSplit,
 )
 from eai.benchmarks.registry import find_benchmark
 from eai.cli.console import DOMAIN_HELP, errors, format_count, output, tell
@@ -53,11 +53,11 @@ def generate_tasks(
     out: Annotated[Path, flag()],
     n: Annotated[int, flag(min=1)] = 100,
     seed: Seed = 0,
-    split: Split = Split.ALL,
+    split: TaskSplit = TaskSplit.ALL,
     held_out: HeldOut = "goals",
     against: Annotated[list[Path] | None, flag(metavar="PATH")] = None,
     secret: Annotated[str | None, flag(envvar="EAI_SECRET")] = None,
-    tier: Annotated[Tier, flag(metavar="SIZE")] = Tier.DATA,
+    tier: Annotated[PlanLengthTier, flag(metavar="SIZE")] = PlanLengthTier.DATA,
     forms: Forms = "data",
     actions: bool = False,
     kind: TaskKind = TaskKind.PLAIN,
@@ -68,7 +68,7 @@ def generate_tasks(
     at_least: Annotated[
         list[str] | None,
         flag(
-            help=f"Only tasks with so many of {', '.join(measure.value for measure in Measure)}. Repeatable.",
+            help=f"Only tasks with so many of {', '.join([each.value for each in TaskMeasure])}. Repeatable.",
             metavar="NAME=N",
         ),
     ] = None,
@@ -110,7 +110,7 @@ def generate_tasks(
     benchmark = find_benchmark(like)
     with open_source(data) as source:
         tasks = benchmark.tasks(source)
-    spec = Spec(
+    spec = TaskSpecification(
         like,
         tasks.sha256,
         tier,
@@ -135,10 +135,10 @@ def generate_tasks(
     rivals = sets.make_leak_test(benchmark.domain, chain(*earlier.values()), chain(*later.values()))
     with convert_write_errors(out):  # generating takes long, so check first that the folder can be written
         out.mkdir(parents=True, exist_ok=True)
-    generator = Generator(benchmark, spec, source, rivals)
+    generator = TaskGenerator(benchmark, spec, source, rivals)
     outcomes, stopped = _collect(generate(generator, sets.make_seeds(split.value, seed, secret), n, known), n)
-    made = [each for each in outcomes if isinstance(each, Generated)]
-    rejected = [each for each in outcomes if isinstance(each, Reason)]
+    made = [each for each in outcomes if isinstance(each, GeneratedTask)]
+    rejected = [each for each in outcomes if isinstance(each, RejectionReason)]
     if stopped is not None and (not made or file.exists()):
         raise stopped
     if validator is not None:
@@ -187,9 +187,9 @@ def _collect(
             shown = bar.add_task("generating", total=number)
             for outcome in generated:
                 outcomes.append(outcome)
-                bar.update(shown, advance=isinstance(outcome, Generated))
+                bar.update(shown, advance=isinstance(outcome, GeneratedTask))
     except (InputError, KeyboardInterrupt) as error:
-        while outcomes and isinstance(outcomes[-1], Reason):
+        while outcomes and isinstance(outcomes[-1], RejectionReason):
             outcomes.pop()
         return outcomes, error if isinstance(error, InputError) else InterruptError("interrupted")
     return outcomes, None
@@ -220,14 +220,14 @@ def _parse_range(text: str) -> tuple[float, float]:
     return numbers
 
 
-def _parse_minimum(text: str) -> tuple[Measure, int]:
+def _parse_minimum(text: str) -> tuple[TaskMeasure, int]:
     """Parse a measure of tasks and its minimum value, as in containers=1."""
     name, _, number = text.partition("=")
-    names = [measure.value for measure in Measure]
+    names = [measure.value for measure in TaskMeasure]
     if name not in names or not number.isdecimal():
         hint = did_you_mean(name, names) if name not in names else ""
         raise InputError(f"--at-least: expected NAME=N, as in containers=1, found {text!r}{hint}")
-    return Measure(name), int(number)
+    return TaskMeasure(name), int(number)
 
 
 def _print_shapes(public: Mapping[str, Any], made: Mapping[str, Any]) -> None:

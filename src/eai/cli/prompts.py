@@ -14,7 +14,7 @@ from eai.base.errors import InputError, did_you_mean
 from eai.base.files import write_files_atomically
 from eai.base.json_value import Json
 from eai.benchmarks.benchmark import Benchmark
-from eai.benchmarks.prompt_library import Library
+from eai.benchmarks.prompt_library import PromptLibrary
 from eai.benchmarks.suite import Suite, open_suite
 from eai.cli.console import format_count, tell
 from eai.cli.options import flag, open_source, split_names
@@ -38,7 +38,7 @@ def is_list(out: Path) -> bool:
 
 
 def write_prompts(
-    library: Library,
+    library: PromptLibrary,
     benchmark: Benchmark,
     ability: Ability,
     out: Path,
@@ -82,7 +82,7 @@ def write_prompts(
 
 
 def _open_prompts(
-    library: Library, benchmark: Benchmark, ability: Ability, goals: Path | None
+    library: PromptLibrary, benchmark: Benchmark, ability: Ability, goals: Path | None
 ) -> Mapping[str, Prompt]:
     """Return the prompts of all tasks, or prompts that state the goals in answers to goal interpretation."""
     if goals is None:

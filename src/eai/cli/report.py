@@ -20,7 +20,7 @@ from eai.base.files import convert_write_errors, write_files_atomically
 from eai.base.store import Store
 from eai.benchmarks.benchmark import Benchmark
 from eai.benchmarks.packs import is_stored
-from eai.benchmarks.prompt_library import Library
+from eai.benchmarks.prompt_library import PromptLibrary
 from eai.benchmarks.registry import find_benchmark, get_title, list_benchmarks
 from eai.cli.console import format_count, note, output, say, tell
 from eai.cli.options import RECORDS, AsJson, DataFolder, Wide, flag, split_names, store
@@ -184,7 +184,7 @@ def _words(benchmark: Benchmark, store: Store) -> ExplorerBackground:
     source, prompts, operators = Source(store), dict[str, dict[str, str]](), dict[str, str]()
     for ability in PAPER_ABILITIES:
         with suppress(EaiError):
-            prompts_of_ability = Library("official", None, source).open(benchmark, ability)
+            prompts_of_ability = PromptLibrary("official", None, source).open(benchmark, ability)
             prompts[ability.value] = {
                 task_id: "\n\n".join(filter(None, (prompt.system, prompt.user)))
                 for task_id, prompt in prompts_of_ability.items()

@@ -23,7 +23,7 @@ from eai.base.entry_points import load_from_extension
 from eai.base.errors import InputError
 from eai.base.files import lock_run_folder, to_file_name
 from eai.base.grouping import group_pairs
-from eai.benchmarks.prompt_library import Library
+from eai.benchmarks.prompt_library import PromptLibrary
 from eai.benchmarks.registry import find_benchmark, list_paper_benchmarks
 from eai.benchmarks.suite import Suite, open_suite
 from eai.cli import console, flags, options
@@ -64,7 +64,7 @@ class _RunRequest:
     """
 
     spec: RunSpec
-    library: Library
+    library: PromptLibrary
     out: Path
     quiet: bool
 
@@ -154,7 +154,7 @@ def run(
         if about.adaptive is not None:
             open_runs = load_from_extension("adaptive_runs", "--adaptive")
             suites, obtain = open_runs(suites, about.ability, about.calibration)
-        library = Library(spec.prompts.set, spec.prompts.folder, source)
+        library = PromptLibrary(spec.prompts.set, spec.prompts.folder, source)
         order = _RunRequest(spec, library, out, quiet or as_json)
         chosen = []
         for suite, ids in zip(suites, tasks_of(spec.tasks.ids, suites, spec.tasks.limit), strict=True):
@@ -210,7 +210,7 @@ def _open_first_stage(
     return variation.make_stage(order.library, wanted, ask)
 
 
-def _print_corrected_count(library: Library, suite: Suite, prompts: Mapping[str, Prompt]) -> None:
+def _print_corrected_count(library: PromptLibrary, suite: Suite, prompts: Mapping[str, Prompt]) -> None:
     """Print how many questions of the data set were corrected."""
     corrected = library.corrected(suite.benchmark, suite.ability, prompts)
     if corrected:

@@ -16,7 +16,7 @@ from statistics import fmean, median
 from eai.abilities.protocol import PAPER_ABILITIES, Ability
 from eai.base.files import parse_toml
 from eai.benchmarks.benchmark import Benchmark
-from eai.benchmarks.features import Features, compute_features
+from eai.benchmarks.features import TaskStatistics, compute_features
 from eai.logic.traversal import find_predicates
 from eai.pddl.model import effect_conditions, find_effect_atoms
 from eai.pddl.reader import read_action
@@ -37,7 +37,7 @@ class _TaskProfile:
     """
 
     task: Task
-    features: Features
+    features: TaskStatistics
     asked: TransitionTask | None
 
     @property
@@ -160,7 +160,7 @@ def _count_suites(benchmark: Benchmark, source: Source) -> Iterator[_DataSetFigu
     yield _DataSetFigure("transition modeling tasks", number, "tasks in which it is asked for")
 
 
-def _count_goals(tasks: Sequence[Features]) -> Iterator[_DataSetFigure]:
+def _count_goals(tasks: Sequence[TaskStatistics]) -> Iterator[_DataSetFigure]:
     first = "in the first way to meet each goal"
     ground, conditions = [task.ground_goals for task in tasks], [task.goals for task in tasks]
     yield _DataSetFigure(

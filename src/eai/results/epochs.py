@@ -26,7 +26,7 @@ from eai.abilities.unread_cause import mark_as_cut_off
 from eai.abilities.verdict import Verdict
 from eai.base.grouping import group_pairs
 from eai.base.json_value import Json
-from eai.benchmarks.prompt_library import Library
+from eai.benchmarks.prompt_library import PromptLibrary
 from eai.benchmarks.suite import Suite
 from eai.results.batch import ProgressCallback, score_run
 from eai.results.certainty import Cases
@@ -138,7 +138,9 @@ class StatedBeliefs:
         """Mapping from ids to tasks with the goals that questions state instead of the tasks' own."""
         return {i: belief.task for i, belief in self.beliefs.items() if STATED in self.metadata.get(i, {})}
 
-    def make_prompts(self, library: Library, suite: Suite, task_ids: Iterable[str]) -> dict[str, Prompt]:
+    def make_prompts(
+        self, library: PromptLibrary, suite: Suite, task_ids: Iterable[str]
+    ) -> dict[str, Prompt]:
         """Return a mapping from ids of tasks with a belief to their questions.
 
         Raises:

@@ -17,7 +17,7 @@ from eai.abilities.protocol import PAPER_ABILITIES, SCENE_GRAPH, Ability
 from eai.agents.setting import AGENT
 from eai.base.errors import InputError, did_you_mean
 from eai.base.json_value import Json
-from eai.benchmarks.prompt_library import answer_form
+from eai.benchmarks.prompt_library import make_answer_schema
 from eai.benchmarks.suite import Suite
 from eai.results.codec import hash_text
 from eai.results.trials import Conversation, TrialSet
@@ -175,7 +175,7 @@ class QuestionJob:
             return None
         perceived = SCENE in self.metadata.get(task_id, {})
         task = None if perceived else self.suite.tasks.get(task_id)
-        return answer_form(self.suite.benchmark, self.suite.ability, task, self.prompts[task_id])
+        return make_answer_schema(self.suite.benchmark, self.suite.ability, task, self.prompts[task_id])
 
     def hash_request(self, task_id: str, prompt: Prompt, attempt: int = 1) -> str:
         """Return the digest of everything that decides the answer to a prompt.

@@ -41,7 +41,7 @@ from eai.base.grouping import group_pairs
 from eai.base.json_value import Json
 from eai.benchmarks.gold_answers import open_answer_book
 from eai.benchmarks.names import suite_name
-from eai.benchmarks.prompt_library import Library
+from eai.benchmarks.prompt_library import PromptLibrary
 from eai.benchmarks.registry import find_benchmark
 from eai.benchmarks.suite import Suite, open_suite
 from eai.pddl.planning import PlannerChoice
@@ -157,7 +157,7 @@ def register_suite_task(reference: str, ability: Ability) -> Callable[..., inspe
             scoring, experiment = spec.scoring, spec.experiment
             source = Source(planner=scoring.planner, errata=scoring.errata)
             suite = open_suite(find_benchmark(domain), ability, scoring.protocol, source=source)
-            library = Library(spec.prompts.set, spec.prompts.folder, source)
+            library = PromptLibrary(spec.prompts.set, spec.prompts.folder, source)
             questions = library.open(suite.benchmark, ability)
             asked = questions if tasks is None else _select_prompts(questions, tasks)
             about: Mapping[str, Mapping[str, str]] = {}
@@ -197,7 +197,7 @@ def register_suite_task(reference: str, ability: Ability) -> Callable[..., inspe
 
 def make_trials(
     options: AttemptOptions | None,
-    library: Library,
+    library: PromptLibrary,
     suite: Suite,
     asked: Mapping[str, Prompt],
     believed: StatedBeliefs | None,

@@ -17,7 +17,7 @@ from eai.base.json_value import Json
 from eai.tasks.options import Options
 
 if TYPE_CHECKING:
-    from eai.benchmarks.prompt_library import Library
+    from eai.benchmarks.prompt_library import PromptLibrary
     from eai.benchmarks.suite import Suite
     from eai.results.epochs import StatedBeliefs, SuiteResult
     from eai.tasks.prompts.prompt import Prompt
@@ -61,7 +61,7 @@ class FirstStage:
         found_beliefs: cache for the function ``believe``, which finds each set of beliefs only once.
     """
 
-    library: Library
+    library: PromptLibrary
     task_ids: Mapping[str, Collection[str]]
     ask: AskModel
     believe: Callable[[FirstStage, Endpoint, Suite], StatedBeliefs]
@@ -172,7 +172,7 @@ class VariationOptions(Options):
         return sorted(set(named or PAPER_ABILITIES), key=ability_rank)
 
     def make_stage(
-        self, library: Library, wanted: Mapping[str, Collection[str]], ask: AskModel
+        self, library: PromptLibrary, wanted: Mapping[str, Collection[str]], ask: AskModel
     ) -> FirstStage | None:
         """Return the stage before the questions, or None without one.
 
@@ -242,7 +242,7 @@ class _CombinedVariation(VariationOptions):
         return shared
 
     def make_stage(
-        self, library: Library, wanted: Mapping[str, Collection[str]], ask: AskModel
+        self, library: PromptLibrary, wanted: Mapping[str, Collection[str]], ask: AskModel
     ) -> FirstStage | None:
         """Return the last stage before the questions, or None without one.
 

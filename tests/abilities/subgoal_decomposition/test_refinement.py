@@ -4,7 +4,7 @@ import pytest
 
 from abilities.subgoal_decomposition.test_scorer import TASK
 from eai.abilities.subgoal_decomposition.program import SubgoalPlans
-from eai.abilities.subgoal_decomposition.refinement import Refinement
+from eai.abilities.subgoal_decomposition.refinement import SubgoalRefiner
 from eai.logic.formula import And, Atom, Constant, Formula, Not
 from eai.planning.subgoal import GroundAtom
 from eai.tasks.goal_test import StateTest
@@ -17,7 +17,7 @@ from eai.world.vocabulary import Predicate, Vocabulary
 from world import toy
 
 SCENE = TASK.scene
-REFINEMENT = Refinement(toy.DOMAIN)
+REFINEMENT = SubgoalRefiner(toy.DOMAIN)
 
 
 def literal(text: str) -> GroundAtom:
@@ -31,7 +31,7 @@ def formula(each: GroundAtom) -> Formula:
     return atom if each.truth else Not(atom)
 
 
-def plans(*literals: str, refinement: Refinement = REFINEMENT) -> list[str]:
+def plans(*literals: str, refinement: SubgoalRefiner = REFINEMENT) -> list[str]:
     """Return the plans for a conjunction in the initial state."""
     wanted = [literal(text) for text in literals]
     holds = StateTest(And(tuple(map(formula, wanted))), SCENE)
@@ -74,9 +74,9 @@ def test_all_shortest_plans_are_found() -> None:
     ring = Operator("RING", (toy.X,), (missing(here, elsewhere),), (Add(toy.lit(toy.X)),))
     shout = Operator("SHOUT", (toy.X,), (missing(here, elsewhere),), (Add(toy.lit(toy.X)),))
     domain = toy.DOMAIN.replace_operators(ring, shout)
-    assert plans("lit hall", refinement=Refinement(domain)) == ["RING hall"], "they lead to one state"
+    assert plans("lit hall", refinement=SubgoalRefiner(domain)) == ["RING hall"], "they lead to one state"
     wanted = literal("lit hall")
-    distinguished = Refinement(domain).make_planner(
+    distinguished = SubgoalRefiner(domain).make_planner(
         [wanted], StateTest(formula(wanted), SCENE), SCENE, TASK.relevant, {"RING", "SHOUT"}
     )
     assert written(distinguished(TASK.initial)) == ["RING hall", "SHOUT hall"]
@@ -107,7 +107,7 @@ def test_an_action_follows_the_actions_that_enable_it(action: str, expected: lis
 def test_a_literal_that_no_action_changes_has_no_plan() -> None:
     fixed = Predicate("fixed", 1, static=True)
     vocabulary = Vocabulary((*toy.VOCABULARY.predicates, fixed), toy.VOCABULARY.derived)
-    refinement = Refinement(Domain("toy", vocabulary, (toy.GO, toy.PRESS)))
+    refinement = SubgoalRefiner(Domain("toy", vocabulary, (toy.GO, toy.PRESS)))
     for name, expected in (("fixed", False), ("holding", False), ("lit", True), ("beside", True)):
         assert refinement.brings_about(GroundAtom(name, (0,), True)) is expected
 
@@ -149,7 +149,7 @@ BLESS = Operator(
 def test_without_a_plan_the_attempt_with_fewest_failures_is_reported(
     operators: tuple[Operator, ...], literals: list[str], attempt: str
 ) -> None:
-    refinement = Refinement(toy.DOMAIN.replace_operators(*operators))
+    refinement = SubgoalRefiner(toy.DOMAIN.replace_operators(*operators))
     assert plans(*literals, refinement=refinement) == [attempt]
 
 
@@ -157,7 +157,7 @@ def test_the_reported_attempt_is_the_direct_one() -> None:
     """Dropping the object meets half of the subgoal, but the object must be stowed."""
     checks = (missing(toy.holding(toy.X), "{x} is not held"), missing(toy.at(toy.X, toy.X), "it is shut"))
     stow = Operator("STOW", (toy.X,), checks, (Add(toy.lit(toy.X)), Delete(toy.holding(toy.X))))
-    refinement = Refinement(toy.DOMAIN.replace_operators(stow))
+    refinement = SubgoalRefiner(toy.DOMAIN.replace_operators(stow))
     wanted = [literal("lit red"), literal("not holding red")]
     holds = StateTest(And(tuple(map(formula, wanted))), SCENE)
     lift = toy.DOMAIN.compiled["LIFT"]
@@ -192,7 +192,7 @@ DIM = Operator("DIM", (toy.X,), (additional(toy.lit(toy.X), "it is dark"),), (De
 def test_needless_actions_are_listed_for_literals_that_hold(
     literals: list[str], needless: str | None
 ) -> None:
-    refinement = Refinement(toy.DOMAIN.replace_operators(LAY, STEP, DIM))
+    refinement = SubgoalRefiner(toy.DOMAIN.replace_operators(LAY, STEP, DIM))
     found = refinement.find_needless_actions([literal(text) for text in literals], TASK.initial)
     assert (None if found is None else written(SubgoalPlans([found]))) == (
         None if needless is None else [needless]
@@ -213,7 +213,7 @@ def test_a_search_reports_its_effort() -> None:
 
 def test_plans_longer_than_a_known_plan_are_not_searched() -> None:
     nod = Operator("NOD", (toy.X,), (), (Add(toy.at(toy.X, AGENT)),), role=Role.MOVEMENT)
-    refinement = Refinement(toy.DOMAIN.replace_operators(nod))
+    refinement = SubgoalRefiner(toy.DOMAIN.replace_operators(nod))
     there = refinement.make_planner([literal("at robot shed")], lambda _: True, SCENE, TASK.relevant)
     found = there(TASK.initial)
     assert written(found) == ["GO shed"]
@@ -221,5 +221,5 @@ def test_plans_longer_than_a_known_plan_are_not_searched() -> None:
 
 
 def test_a_search_stops_at_its_limit() -> None:
-    few = Refinement(toy.DOMAIN, budget=1)
+    few = SubgoalRefiner(toy.DOMAIN, budget=1)
     assert plans("holding red", "at robot shed", refinement=few) != plans("holding red", "at robot shed")

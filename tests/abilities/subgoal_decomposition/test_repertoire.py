@@ -7,7 +7,7 @@ import pytest
 import eai.world as w
 from eai.abilities.subgoal_decomposition.repertoire import (
     CandidateAction,
-    Repertoire,
+    OperatorIndex,
     is_action_needless,
     select_distinguished,
 )
@@ -31,13 +31,13 @@ WARDROBE = w.Scene(
     ("name", "helping"), [("PRESS", []), ("LIFT", ["LIFT", "DROP"]), ("DROP", ["LIFT", "DROP"])]
 )
 def test_operators_that_change_no_needed_condition_are_no_help(name: str, helping: list[str]) -> None:
-    found, movement = Repertoire(toy.DOMAIN).find_supporters(frozenset({name}))
+    found, movement = OperatorIndex(toy.DOMAIN).find_supporters(frozenset({name}))
     assert [operator.name for operator in found] == helping
     assert movement == ["GO"]
 
 
 def test_an_action_on_the_agent_takes_no_other_object_instead() -> None:
-    repertoire = Repertoire(DRESS)
+    repertoire = OperatorIndex(DRESS)
     assert repertoire.find_achievers([GroundAtom("worn", (0, 1), True)], WARDROBE) == {
         Action("WEAR", (1,)): 1
     }
@@ -67,7 +67,7 @@ CLIMB = w.Operator(
 def test_the_actions_that_may_achieve_a_literal_are_listed(
     predicate: str, names: tuple[str, ...], expected: list[str]
 ) -> None:
-    repertoire, scene = Repertoire(toy.DOMAIN.replace_operators(PUSH, CLIMB)), toy.initial().scene
+    repertoire, scene = OperatorIndex(toy.DOMAIN.replace_operators(PUSH, CLIMB)), toy.initial().scene
     literal = GroundAtom(predicate, tuple([scene.index[name] for name in names]), True)
     wanted = repertoire.find_achievers([literal], scene)
     found = [" ".join([a.operator, *(scene.objects[i].name for i in a.arguments)]) for a in wanted]
@@ -81,7 +81,7 @@ def test_open_arguments_of_a_literal_are_filled_with_fitting_objects() -> None:
     y = w.Variable("y")
     switch = w.Operator("SWITCH", (X, y), (w.missing(link(X, y), "no link"),), (w.Add(lit(X)),))
     domain = w.Domain("net", w.Vocabulary((link, lit)), (switch,))
-    repertoire = Repertoire(domain)
+    repertoire = OperatorIndex(domain)
     scene = w.Scene(domain.vocabulary, [w.WorldObject(name, name) for name in "abc"])
     literal = GroundAtom("lit", (0,), True)
     state = scene.state(["link(a, a)", "link(a, c)", "link(b, c)"])
@@ -95,7 +95,7 @@ def test_open_arguments_of_a_literal_are_filled_with_fitting_objects() -> None:
     }
 
 
-REPERTOIRE = Repertoire(toy.DOMAIN)
+REPERTOIRE = OperatorIndex(toy.DOMAIN)
 
 
 def state_after(*steps: str) -> State:

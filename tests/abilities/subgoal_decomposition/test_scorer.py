@@ -8,9 +8,9 @@ from dataclasses import replace
 import pytest
 
 from eai.abilities.notation.subgoals import SubgoalNotation
-from eai.abilities.subgoal_decomposition.builder import Programs
-from eai.abilities.subgoal_decomposition.declaration import contributions
-from eai.abilities.subgoal_decomposition.refinement import Refinement
+from eai.abilities.subgoal_decomposition.builder import ProgramCompiler
+from eai.abilities.subgoal_decomposition.declaration import compute_metric_shares
+from eai.abilities.subgoal_decomposition.refinement import SubgoalRefiner
 from eai.abilities.subgoal_decomposition.scorer import SubgoalDecomposition
 from eai.abilities.subgoal_decomposition.search import ExplorationLimits
 from eai.abilities.subgoal_decomposition.verdict import SubgoalVerdict
@@ -259,7 +259,7 @@ def test_granularity_counts_the_added_actions_of_each_subgoal() -> None:
     ):
         verdict = SCORER.score(answer(*subgoals))
         assert (verdict.refined, verdict.added_actions) == (refined, added)
-        assert contributions(verdict)["granularity"] == (added or 0, refined or 0)
+        assert compute_metric_shares(verdict)["granularity"] == (added or 0, refined or 0)
 
 
 def test_a_subgoal_that_takes_too_long_earns_nothing() -> None:
@@ -345,7 +345,7 @@ def test_goals_count_in_the_branch_that_reaches_most(
 
 def test_a_condition_shared_by_alternatives_is_hashed_once() -> None:
     """Hashing visits each node of a formula. For thousands of alternatives this would be quadratic."""
-    programs = Programs(TASK, SCORER.lexicon, Refinement(toy.DOMAIN), ())
+    programs = ProgramCompiler(TASK, SCORER.lexicon, SubgoalRefiner(toy.DOMAIN), ())
     places = [f"at({thing.name}, {place.name})" for thing in SCENE.objects for place in SCENE.objects]
     programs.make_program([read_formula(" or ".join(places), SCORER.lexicon.signature)[0]])
     found = programs.required.cache_info()

@@ -8,12 +8,18 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from benchmarks.virtualhome import flat
-from eai.abilities.subgoal_decomposition.program import Fork, Instruction, Perform, Require, SubgoalPlans
+from eai.abilities.subgoal_decomposition.program import (
+    ForkInstruction,
+    Instruction,
+    PerformInstruction,
+    RequireInstruction,
+    SubgoalPlans,
+)
 from eai.abilities.subgoal_decomposition.search import (
     ExplorationLimits,
     ExplorationResult,
     GoalProgress,
-    search,
+    explore_program,
 )
 from eai.base.errors import InputError
 from eai.benchmarks.virtualhome import domain as virtualhome
@@ -48,13 +54,13 @@ def actions(plan: Plan) -> tuple[Action, ...]:
     return tuple(flat.parse_action(step, SCENE) for step in plan)
 
 
-def do(*plans: Plan, subgoal: int, then: int, effort: int = 0) -> Perform:
+def do(*plans: Plan, subgoal: int, then: int, effort: int = 0) -> PerformInstruction:
     found = SubgoalPlans([actions(plan) for plan in plans], effort)
-    return Perform(lambda state: found, subgoal, then)
+    return PerformInstruction(lambda state: found, subgoal, then)
 
 
 def program(subgoals: Sequence[Sequence[Plan]], effort: int = 0) -> list[Instruction]:
-    """Return one `Perform` for each subgoal, with several plans that cost some effort."""
+    """Return one `PerformInstruction` for each subgoal, with several plans that cost some effort."""
     made: list[Instruction] = [None]
     for number in reversed(range(len(subgoals))):
         made.append(do(*subgoals[number], subgoal=number, then=len(made) - 1, effort=effort))
@@ -65,7 +71,7 @@ def run(
     made: Sequence[Instruction], goal: str = "OPEN(fridge.10)", limits: ExplorationLimits | None = None
 ) -> ExplorationResult:
     progress = GoalProgress(parse(goal), SCENE)
-    return search(DOMAIN, START, made, progress, limits or ExplorationLimits(branches=10_000))
+    return explore_program(DOMAIN, START, made, progress, limits or ExplorationLimits(branches=10_000))
 
 
 def done(outcome: ExplorationResult) -> list[str]:
@@ -126,7 +132,7 @@ def test_a_required_subgoal_must_hold() -> None:
     def is_open(state: State) -> bool:
         return state.has(fact.predicate, *fact.arguments)
 
-    require = Require(is_open, CHECK, 2, 0)
+    require = RequireInstruction(is_open, CHECK, 2, 0)
     assert run([None, require, do((*GO, *OPEN), subgoal=0, then=1)]).success
     failed = run([None, require, do(GO, subgoal=0, then=1)])
     assert failed.reported.failure is not None
@@ -150,7 +156,12 @@ def test_a_subgoal_takes_no_more_actions_than_it_may() -> None:
 
 
 def test_all_alternatives_are_explored() -> None:
-    made = [None, do(OPEN, subgoal=1, then=0), do(GO, subgoal=0, then=1), Fork(lambda state: (1, 2), 0)]
+    made = [
+        None,
+        do(OPEN, subgoal=1, then=0),
+        do(GO, subgoal=0, then=1),
+        ForkInstruction(lambda state: (1, 2), 0),
+    ]
     outcome = run(made)
     assert outcome.success
     assert done(outcome) == [*GO, *OPEN]
@@ -185,7 +196,7 @@ def test_branches_with_equal_states_stay_apart_if_the_trajectory_matters() -> No
         return course.executed == wanted
 
     progress = GoalProgress(TRUE, SCENE, trajectory_test=as_wanted)
-    outcome = search(DOMAIN, START, program([ways, [()]]), progress, ExplorationLimits())
+    outcome = explore_program(DOMAIN, START, program([ways, [()]]), progress, ExplorationLimits())
     assert outcome.success
     assert outcome.reported.trajectory.executed == wanted
     assert asked == [*map(actions, ways)]

@@ -5,10 +5,10 @@ from __future__ import annotations
 import pytest
 
 import eai.world as w
-from eai.abilities.subgoal_decomposition.repertoire import CandidateAction, Repertoire
+from eai.abilities.subgoal_decomposition.repertoire import CandidateAction, OperatorIndex
 from eai.abilities.subgoal_decomposition.uniform_cost import (
     MovementPath,
-    Permitted,
+    PermittedActions,
     SearchGoal,
     _find_best_failed_attempt,
     _MovementFinder,
@@ -43,7 +43,7 @@ ACTIONS = [
 
 
 def movement(allowed: int) -> tuple[_MovementFinder, Effort]:
-    known, effort = Repertoire(DOMAIN).operators, Effort(allowed)
+    known, effort = OperatorIndex(DOMAIN).operators, Effort(allowed)
     moves = [CandidateAction.create(action, known[action.operator], SITTING) for action in ACTIONS]
     return _MovementFinder(moves, effort), effort
 
@@ -89,7 +89,7 @@ def test_a_domain_without_movement_has_no_movement_paths() -> None:
     assert movement(0)[0]
 
 
-KNOWN = Repertoire(toy.DOMAIN).operators
+KNOWN = OperatorIndex(toy.DOMAIN).operators
 MOST = 200_000
 
 
@@ -113,7 +113,7 @@ def test_few_parts_are_tested_and_the_effort_is_counted(lamps: int) -> None:
         for i in range(lamps)
     ]
     goal = SearchGoal(0, met, everything, lambda _: False, ())
-    search = _UniformCostSearch(goal, Permitted(press, (), (), (), 0), 600)
+    search = _UniformCostSearch(goal, PermittedActions(press, (), (), (), 0), 600)
     assert search.find_shortest_plans(start) == []
     tested[0] = 0
     found = _find_best_failed_attempt([search])

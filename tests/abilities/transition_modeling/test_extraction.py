@@ -8,7 +8,7 @@ from dataclasses import replace
 import pytest
 
 from eai.abilities.answer_text import ParsedAnswer
-from eai.abilities.transition_modeling.extraction import ResultCache, WrittenOperator, extract
+from eai.abilities.transition_modeling.extraction import ResultCache, WrittenOperator, read_operators
 from eai.abilities.verdict import Unreadable
 from eai.logic.formula import TRUE
 from eai.pddl.check import Violation
@@ -25,7 +25,7 @@ def wrapped(text: str) -> str:
 
 
 def read(answer: str) -> tuple[list[WrittenOperator], tuple[str, ...]]:
-    found = extract(answer, ResultCache())
+    found = read_operators(answer, ResultCache())
     assert isinstance(found, ParsedAnswer), found
     return list(found.value.values()), found.repairs
 
@@ -59,7 +59,7 @@ def test_operators_are_found_and_repairs_are_named(answer: str, repairs: tuple[s
 
 @pytest.mark.parametrize("answer", ["", "No.", "{}", "[1]", '{"output": 3}', "(define (domain d))"])
 def test_an_answer_without_operators_or_output_is_unreadable(answer: str) -> None:
-    assert isinstance(extract(answer, ResultCache()), Unreadable)
+    assert isinstance(read_operators(answer, ResultCache()), Unreadable)
 
 
 def test_an_output_without_operators_is_empty() -> None:
@@ -85,7 +85,7 @@ def test_an_output_without_operators_is_empty() -> None:
 def test_an_operator_with_wrong_brackets_or_keywords_makes_an_answer_unreadable(
     broken: str, reason: str
 ) -> None:
-    answer = extract(wrapped(f"{OPEN} {broken} {SHUT}"), ResultCache())
+    answer = read_operators(wrapped(f"{OPEN} {broken} {SHUT}"), ResultCache())
     assert isinstance(answer, Unreadable)
     assert reason in answer.reason
 
@@ -101,7 +101,7 @@ def test_an_operator_with_wrong_brackets_or_keywords_makes_an_answer_unreadable(
     ],
 )
 def test_a_truncated_answer_or_one_with_other_parts_is_unreadable(answer: str) -> None:
-    assert isinstance(extract(answer, ResultCache()), Unreadable)
+    assert isinstance(read_operators(answer, ResultCache()), Unreadable)
 
 
 HEAD = "(:action open :parameters (?o)"
@@ -165,7 +165,7 @@ def test_an_unreadable_side_leaves_the_other_side_readable(text: str, lost: str,
     ],
 )
 def test_an_operator_whose_parts_are_no_lists_is_unreadable(text: str) -> None:
-    assert isinstance(extract(wrapped(text), ResultCache()), Unreadable)
+    assert isinstance(read_operators(wrapped(text), ResultCache()), Unreadable)
 
 
 def test_an_operator_without_a_valid_side_has_no_meaning() -> None:

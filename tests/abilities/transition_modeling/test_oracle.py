@@ -13,7 +13,7 @@ from eai.abilities.transition_modeling.verdict import OperatorStatus, OperatorVe
 from eai.abilities.verdict import Confusion
 from eai.base.errors import DataError
 from eai.base.store import Store
-from eai.benchmarks.published import TransitionTasks, open_virtualhome
+from eai.benchmarks.published import TransitionTasks, open_virtualhome_operators
 from eai.benchmarks.registry import find_benchmark
 from eai.benchmarks.suite import open_suite
 from eai.pddl.planners import make_planner
@@ -26,7 +26,7 @@ from oracle import Oracle
 
 @pytest.fixture(scope="module")
 def virtualhome(data_store: Store) -> TransitionTasks:
-    return open_virtualhome(Source(data_store))
+    return open_virtualhome_operators(Source(data_store))
 
 
 @pytest.fixture(scope="module")

@@ -20,7 +20,7 @@ from eai.benchmarks.behavior_1k.kinds import PACK
 from eai.benchmarks.behavior_1k.operators import build_domain
 from eai.benchmarks.behavior_1k.tasks import load_exclusions
 from eai.benchmarks.gold_answers import open_answer_book
-from eai.benchmarks.prompt_library import Library
+from eai.benchmarks.prompt_library import PromptLibrary
 from eai.benchmarks.suite import open_suite
 from eai.logic import formula as f
 from eai.logic.formula import Atom
@@ -169,7 +169,7 @@ def test_an_object_without_a_known_floor_is_visible_from_everywhere(activities: 
 
 
 def test_prompts_for_plans_list_conventions_unless_the_benchmark_tests_them(activity_store: Store) -> None:
-    library, task_id = Library("eai", source=Source(store=activity_store)), "clean_a_patio"
+    library, task_id = PromptLibrary("eai", source=Source(store=activity_store)), "clean_a_patio"
     explained, silent = (
         {ability: library.open(benchmark, ability)[task_id].user for ability in PAPER_ABILITIES[:3]}
         for benchmark in (behavior_1k(), behavior_1k_untold())
@@ -197,7 +197,7 @@ def test_prompts_of_transition_modeling_show_the_facts_of_their_operators_and_li
 ) -> None:
     source = Source(store=activity_store)
     operators = behavior_1k().operators(source)
-    prompts = Library("eai", source=source).open(behavior_1k(), Ability.TRANSITION_MODELING)
+    prompts = PromptLibrary("eai", source=source).open(behavior_1k(), Ability.TRANSITION_MODELING)
     for task_id in list(operators)[::40]:
         shown, _, question = prompts[task_id].user.partition("An example of another task")
         task = operators[task_id]

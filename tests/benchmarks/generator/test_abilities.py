@@ -12,7 +12,7 @@ from eai.abilities.transition_modeling.verdict import OperatorVerdict
 from eai.agents.environment import make
 from eai.benchmarks.benchmark import Benchmark
 from eai.benchmarks.gold_answers import open_answer_book, open_planned_book
-from eai.benchmarks.prompt_library import Library
+from eai.benchmarks.prompt_library import PromptLibrary
 from eai.benchmarks.registry import find_benchmark
 from eai.benchmarks.suite import open_suite
 from eai.pddl.planning import PlannerChoice
@@ -49,8 +49,8 @@ def test_gold_answers_to_generated_tasks_are_right(like: str, ability: Ability, 
 @pytest.mark.parametrize("like", HOUSEHOLDS)
 def test_prompts_say_the_instruction_and_show_all_there_is(like: str, tmp_path: Path) -> None:
     benchmark = made(like, tmp_path)
-    prompts = Library("eai", source=SOURCE).open(benchmark, Ability.GOAL_INTERPRETATION)
-    plans = Library("eai", source=SOURCE).open(benchmark, Ability.ACTION_SEQUENCING)
+    prompts = PromptLibrary("eai", source=SOURCE).open(benchmark, Ability.GOAL_INTERPRETATION)
+    plans = PromptLibrary("eai", source=SOURCE).open(benchmark, Ability.ACTION_SEQUENCING)
     for task_id, task in benchmark.tasks(SOURCE).items():
         assert task.instruction in prompts[task_id].user
         assert all(thing.name in plans[task_id].user for thing in task.scene.objects)

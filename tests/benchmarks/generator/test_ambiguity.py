@@ -19,8 +19,8 @@ from eai.agents.play import make_game_rules
 from eai.agents.reference import make_setup
 from eai.agents.rules import TRAINING
 from eai.agents.setting import STANDARD
-from eai.benchmarks.generator.spec import Generated, TaskKind
-from eai.benchmarks.prompt_library import Library
+from eai.benchmarks.generator.spec import GeneratedTask, TaskKind
+from eai.benchmarks.prompt_library import PromptLibrary
 from eai.benchmarks.registry import find_benchmark
 from eai.tasks.goal_test import solves
 from eai.tasks.source import Source
@@ -40,7 +40,9 @@ def pairs(like: str) -> list[tuple[Task, Task]]:
     """Return pairs of a clear and an ambiguous task."""
     made = generator(like, kind=TaskKind.AMBIGUOUS)
     found = [made.generate_task(f"tasks-7-{seed}") for seed in SEEDS[like]]
-    return [(each.task, each.paired.task) for each in found if isinstance(each, Generated) and each.paired]
+    return [
+        (each.task, each.paired.task) for each in found if isinstance(each, GeneratedTask) and each.paired
+    ]
 
 
 def fits(task: Task) -> tuple[str, ...]:
@@ -103,7 +105,7 @@ def test_prompts_give_only_the_instruction_and_allow_a_question(like: str) -> No
     for pair in pairs(like):
         alone = Benchmark("pair", benchmark.domain, given(*pair))
         suite = eai.open(alone, Ability.ACTION_SEQUENCING)
-        prompts = Library("eai").open(alone, Ability.ACTION_SEQUENCING)
+        prompts = PromptLibrary("eai").open(alone, Ability.ACTION_SEQUENCING)
         for task in pair:
             told = prompts[task.id].user
             assert told.count(task.instruction) == 1

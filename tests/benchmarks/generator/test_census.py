@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from eai.benchmarks.generator.census import _make_all_possible_patterns
-from eai.benchmarks.generator.prior import Pattern
+from eai.benchmarks.generator.prior import LiteralPattern
 from eai.world import Predicate, Scene, Vocabulary, WorldObject
 
 
@@ -14,7 +14,7 @@ def test_without_plans_every_literal_of_goals_is_usual_for_every_category() -> N
     wanted = [("on", True), ("lit", False), ("raining", True)]
     kinds = ("lamp", "desk")
     assert list(_make_all_possible_patterns(wanted, [state])) == [
-        *(Pattern("on", (one, other), True) for one in kinds for other in kinds),
-        *(Pattern("lit", (kind,), False) for kind in kinds),
-        Pattern("raining", (), True),
+        *(LiteralPattern("on", (one, other), True) for one in kinds for other in kinds),
+        *(LiteralPattern("lit", (kind,), False) for kind in kinds),
+        LiteralPattern("raining", (), True),
     ]

@@ -10,51 +10,51 @@ import eai.logic.formula as f
 from eai.base.errors import InputError
 from eai.benchmarks.benchmark import Benchmark
 from eai.benchmarks.generator import sets
-from eai.benchmarks.generator.generator import Generator, generate
-from eai.benchmarks.generator.goals import Proposals
+from eai.benchmarks.generator.generator import TaskGenerator, generate
+from eai.benchmarks.generator.goals import GoalProposals
 from eai.benchmarks.generator.sets import make_seeds
-from eai.benchmarks.generator.spec import Reason, Spec, Split, Tier
-from eai.benchmarks.generator.walk import Walk
+from eai.benchmarks.generator.spec import PlanLengthTier, RejectionReason, TaskSpecification, TaskSplit
+from eai.benchmarks.generator.walk import GoalByGoalPlan
 from eai.tasks.source import Source
 
 TITLES = 2
 """Titles in the world of lamps, each of which is tried if no goal is reached."""
 
 
-def made(lamps: Benchmark, tier: Tier, **options: object) -> Generator:
-    spec = Spec("lamps:lamps", lamps.tasks(Source()).sha256, tier, disturbances=0, **options)  # type: ignore[arg-type]
-    return Generator(lamps, spec, Source())
+def made(lamps: Benchmark, tier: PlanLengthTier, **options: object) -> TaskGenerator:
+    spec = TaskSpecification("lamps:lamps", lamps.tasks(Source()).sha256, tier, disturbances=0, **options)  # type: ignore[arg-type]
+    return TaskGenerator(lamps, spec, Source())
 
 
 def proposed(monkeypatch: pytest.MonkeyPatch, wishes: list[f.Formula | None]) -> list[f.Formula | None]:
     """Replace the proposals by these goals, then none; returns the list of requested proposals."""
     asked: list[f.Formula | None] = []
 
-    def goal(self: Proposals, rng: object) -> f.Formula | None:
+    def goal(self: GoalProposals, rng: object) -> f.Formula | None:
         asked.append(wishes[len(asked)] if len(asked) < len(wishes) else None)
         return asked[-1]
 
-    monkeypatch.setattr(Proposals, "draw_goal", goal)
+    monkeypatch.setattr(GoalProposals, "draw_goal", goal)
     return asked
 
 
 @pytest.mark.parametrize(
     ("tier", "numbers"),
     [
-        (Tier.DATA, {24}),  # twelve for each of two goals, of which a plan of 5 to 7 steps is long
-        (Tier.S, {24}),
-        (Tier.M, {36, 48}),  # of three steps each
-        (Tier.L, {720, 840, 960}),  # ten times as many
-        (Tier.XL, {120 * wanted for wanted in range(12, 17)}),
+        (PlanLengthTier.DATA, {24}),  # twelve for each of two goals, of which a plan of 5 to 7 steps is long
+        (PlanLengthTier.S, {24}),
+        (PlanLengthTier.M, {36, 48}),  # of three steps each
+        (PlanLengthTier.L, {720, 840, 960}),  # ten times as many
+        (PlanLengthTier.XL, {120 * wanted for wanted in range(12, 17)}),
     ],
 )
 def test_the_number_of_proposed_goals_depends_on_the_tier(
-    lamps: Benchmark, monkeypatch: pytest.MonkeyPatch, tier: Tier, numbers: set[int]
+    lamps: Benchmark, monkeypatch: pytest.MonkeyPatch, tier: PlanLengthTier, numbers: set[int]
 ) -> None:
     generator, found = made(lamps, tier), set()
     for seed in range(12):
         asked = proposed(monkeypatch, [])
-        assert generator.generate_task(str(seed)) == Reason.NO_GOALS
+        assert generator.generate_task(str(seed)) == RejectionReason.NO_GOALS
         assert len(asked) % TITLES == 0
         found.add(len(asked) // TITLES)
     assert found <= numbers
@@ -62,10 +62,11 @@ def test_the_number_of_proposed_goals_depends_on_the_tier(
 
 
 @pytest.mark.parametrize(
-    ("tier", "failures"), [(Tier.DATA, {5}), (Tier.M, {5}), (Tier.XL, set(range(12, 17)))]
+    ("tier", "failures"),
+    [(PlanLengthTier.DATA, {5}), (PlanLengthTier.M, {5}), (PlanLengthTier.XL, set(range(12, 17)))],
 )
 def test_proposals_stop_after_several_failures_in_a_row(
-    lamps: Benchmark, monkeypatch: pytest.MonkeyPatch, tier: Tier, failures: set[int]
+    lamps: Benchmark, monkeypatch: pytest.MonkeyPatch, tier: PlanLengthTier, failures: set[int]
 ) -> None:
     generator, found = made(lamps, tier), set()
     for seed in range(8):
@@ -73,25 +74,27 @@ def test_proposals_stop_after_several_failures_in_a_row(
         wishes = [f.Exactly(n, lamp, f.Atom("lit", (f.Variable("x"),))) for n in range(3, 200)]
         proposed(monkeypatch, list(wishes))
         reached: list[f.Formula] = []
-        monkeypatch.setattr(Walk, "reach", lambda self, wish, reached=reached: reached.append(wish))
-        assert generator.generate_task(str(seed)) == Reason.NO_GOALS
+        monkeypatch.setattr(GoalByGoalPlan, "reach", lambda self, wish, reached=reached: reached.append(wish))
+        assert generator.generate_task(str(seed)) == RejectionReason.NO_GOALS
         assert len(reached) == len(set(reached))
         found.add(len(reached) // TITLES)
     assert found <= failures
 
 
-@pytest.mark.parametrize(("split", "limit"), [(Split.ALL, 300), (Split.TRAIN, 1500), (Split.TEST, 1500)])
+@pytest.mark.parametrize(
+    ("split", "limit"), [(TaskSplit.ALL, 300), (TaskSplit.TRAIN, 1500), (TaskSplit.TEST, 1500)]
+)
 def test_generation_fails_after_many_rejected_seeds(
-    lamps: Benchmark, monkeypatch: pytest.MonkeyPatch, split: Split, limit: int
+    lamps: Benchmark, monkeypatch: pytest.MonkeyPatch, split: TaskSplit, limit: int
 ) -> None:
     tried: list[str] = []
     monkeypatch.setattr(
-        Generator,
+        TaskGenerator,
         "generate_task",
-        lambda self, seed, known: tried.append(seed) or Reason.COPY,
+        lambda self, seed, known: tried.append(seed) or RejectionReason.COPY,
     )
-    monkeypatch.setattr(sets, "select_bases", lambda tasks, split, held_out: tasks)
-    generator = made(lamps, Tier.DATA, split=split)
+    monkeypatch.setattr(sets, "select_base_tasks", lambda tasks, split, held_out: tasks)
+    generator = made(lamps, PlanLengthTier.DATA, split=split)
     with pytest.raises(
         InputError, match=f"only 0 of 1 tasks generated; the last {limit} seeds gave no task: "
     ):
@@ -102,13 +105,15 @@ def test_generation_fails_after_many_rejected_seeds(
 def test_seeds_in_a_row_are_counted_from_the_last_task_on(
     lamps: Benchmark, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    generator = made(lamps, Tier.DATA)
+    generator = made(lamps, PlanLengthTier.DATA)
     *_, task = generate(generator, make_seeds("train", 0), 1, set())
-    outcomes = iter([Reason.COPY, task])
-    monkeypatch.setattr(Generator, "generate_task", lambda self, seed, known: next(outcomes, Reason.COPY))
+    outcomes = iter([RejectionReason.COPY, task])
+    monkeypatch.setattr(
+        TaskGenerator, "generate_task", lambda self, seed, known: next(outcomes, RejectionReason.COPY)
+    )
     tried = generate(generator, make_seeds("train", 0), 2, set())
-    assert [next(tried), next(tried)] == [Reason.COPY, task]
-    assert list(islice(tried, 300)) == [Reason.COPY] * 300
+    assert [next(tried), next(tried)] == [RejectionReason.COPY, task]
+    assert list(islice(tried, 300)) == [RejectionReason.COPY] * 300
     with pytest.raises(InputError, match="only 1 of 2 tasks generated; the last 300 seeds gave no task: "):
         next(tried)
 
@@ -117,7 +122,7 @@ def test_planners_are_replaced_after_two_hundred_tasks(
     lamps: Benchmark, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     proposed(monkeypatch, [])
-    generator, planners = made(lamps, Tier.DATA), []
+    generator, planners = made(lamps, PlanLengthTier.DATA), []
     for number in range(401):
         generator.generate_task(str(number))
         planners.append(generator._planner)

@@ -17,11 +17,11 @@ from benchmarks.generator.worlds import HOUSEHOLDS, generate, generator, outcome
 from eai.base.errors import DataError
 from eai.base.store import Store
 from eai.benchmarks.benchmark import Benchmark
-from eai.benchmarks.generator.goals import Proposals
-from eai.benchmarks.generator.prior import Pattern, find_argument_uses
+from eai.benchmarks.generator.goals import GoalProposals
+from eai.benchmarks.generator.prior import LiteralPattern, find_argument_uses
 from eai.benchmarks.generator.sets import fingerprint_task, make_seeds
-from eai.benchmarks.generator.spec import LENGTHS, Generated, Reason, Tier
-from eai.benchmarks.generator.walk import Walk, find_min_plan_length
+from eai.benchmarks.generator.spec import LENGTHS, GeneratedTask, PlanLengthTier, RejectionReason
+from eai.benchmarks.generator.walk import GoalByGoalPlan, find_min_plan_length
 from eai.benchmarks.registry import find_benchmark
 from eai.cli.generate import verdict_of_val
 from eai.logic.traversal import walk_subformulas
@@ -55,7 +55,7 @@ def test_a_task_is_a_function_of_its_seed_alone(like: str) -> None:
     made = tasks(like)[-1]
     again = generator.__wrapped__(like).generate_task(str(made.about["seed"]))  # type: ignore[attr-defined]
     domain = find_benchmark(like).domain
-    assert isinstance(again, Generated)
+    assert isinstance(again, GeneratedTask)
     assert write_task_line(again.task, like, domain, again.about) == write_task_line(
         made.task, like, domain, made.about
     )
@@ -190,13 +190,13 @@ def test_no_task_is_public_and_none_twice(like: str, data_store: Store) -> None:
     made = [
         each
         for each in generate(generator(like), make_seeds("test", 1), 15, known)
-        if isinstance(each, Generated)
+        if isinstance(each, GeneratedTask)
     ]
     prints = [fingerprint_task(each.task) for each in made]
     assert public.isdisjoint(of_goals for of_goals, _ in prints)
     assert len(set(prints)) == 15
     repeated = next(generate(generator(like), iter([str(made[0].about["seed"])]), 1, known))
-    assert repeated == Reason.COPY
+    assert repeated == RejectionReason.COPY
 
 
 def test_fingerprints_know_objects_by_category() -> None:
@@ -225,16 +225,21 @@ def test_the_lower_bound_is_exact_for_short_plans(lamps: Benchmark) -> None:
     assert [find_min_plan_length(light, lamps.domain, depth) for depth in (1, 4, 5)] == [2, 4, 4]
 
 
-TIERS = (Tier.S, Tier.M, Tier.L, Tier.XL)
-SHORT = [("virtualhome", Tier.S), ("virtualhome", Tier.M), ("virtualhome", Tier.L), ("behavior", Tier.S)]
+TIERS = (PlanLengthTier.S, PlanLengthTier.M, PlanLengthTier.L, PlanLengthTier.XL)
+SHORT = [
+    ("virtualhome", PlanLengthTier.S),
+    ("virtualhome", PlanLengthTier.M),
+    ("virtualhome", PlanLengthTier.L),
+    ("behavior", PlanLengthTier.S),
+]
 
 
 @pytest.mark.parametrize(
     ("like", "tier"), [*SHORT, *swept(*(each for each in product(HOUSEHOLDS, TIERS) if each not in SHORT))]
 )
-def test_tiers_are_lengths_of_certificates(like: str, tier: Tier) -> None:
+def test_tiers_are_lengths_of_certificates(like: str, tier: PlanLengthTier) -> None:
     made = generator(like, tier)
-    sound = (each for each in map(made.generate_task, map(str, range(60))) if isinstance(each, Generated))
+    sound = (each for each in map(made.generate_task, map(str, range(60))) if isinstance(each, GeneratedTask))
     found = list(islice(sound, 3))
     least, most = LENGTHS[tier]
     assert found
@@ -251,17 +256,17 @@ def test_all_shapes_of_goals_are_made() -> None:
 
 def test_goals_ask_for_actions_if_the_specification_does() -> None:
     made = generator("virtualhome", actions=True)
-    found = [each for each in map(made.generate_task, map(str, range(20))) if isinstance(each, Generated)]
+    found = [each for each in map(made.generate_task, map(str, range(20))) if isinstance(each, GeneratedTask)]
     asked = [each for each in found if "has been taken" in each.task.instruction]
     assert asked
     assert all(solves(made.benchmark.domain, each.task, each.task.script) for each in asked)
 
 
 def test_rejections_have_reasons() -> None:
-    reasons = {each for like in HOUSEHOLDS for each in outcomes(like) if isinstance(each, Reason)}
-    assert Reason.TOO_SHORT in reasons
-    assert Reason.NO_CERTIFICATE not in reasons
-    assert Reason.AMBIGUOUS not in reasons
+    reasons = {each for like in HOUSEHOLDS for each in outcomes(like) if isinstance(each, RejectionReason)}
+    assert RejectionReason.TOO_SHORT in reasons
+    assert RejectionReason.NO_CERTIFICATE not in reasons
+    assert RejectionReason.AMBIGUOUS not in reasons
 
 
 def test_a_task_with_objects_that_can_never_be_seen_is_rejected(monkeypatch: pytest.MonkeyPatch) -> None:
@@ -270,20 +275,22 @@ def test_a_task_with_objects_that_can_never_be_seen_is_rejected(monkeypatch: pyt
     from eai.agents.rules import STANDARD
 
     made = generator("virtualhome")
-    assert made.generate_task("107") is Reason.NEVER_SEEN
+    assert made.generate_task("107") is RejectionReason.NEVER_SEEN
     monkeypatch.setattr(made, "_can_be_seen", lambda task: True)
     kept = made.generate_task("107")
-    assert isinstance(kept, Generated)
+    assert isinstance(kept, GeneratedTask)
     assert make_setup(kept.task, made.benchmark, STANDARD).reference.commands is None
 
 
 def test_generation_uses_only_declarations_of_the_benchmark(lamps: Benchmark) -> None:
-    from eai.benchmarks.generator.generator import Generator
-    from eai.benchmarks.generator.spec import Spec
+    from eai.benchmarks.generator.generator import TaskGenerator
+    from eai.benchmarks.generator.spec import TaskSpecification
 
     source = Source()
-    made = Generator(lamps, Spec("lamps:lamps", lamps.tasks(source).sha256), source)
-    found = [each for each in generate(made, make_seeds("test", 0), 5, set()) if isinstance(each, Generated)]
+    made = TaskGenerator(lamps, TaskSpecification("lamps:lamps", lamps.tasks(source).sha256), source)
+    found = [
+        each for each in generate(made, make_seeds("test", 0), 5, set()) if isinstance(each, GeneratedTask)
+    ]
     assert all(solves(lamps.domain, each.task, each.task.script) for each in found)
 
 
@@ -291,11 +298,11 @@ def test_planners_are_replaced_after_a_fixed_number_of_tasks(
     lamps: Benchmark, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     from eai.benchmarks.generator import generator as module
-    from eai.benchmarks.generator.spec import Spec
+    from eai.benchmarks.generator.spec import TaskSpecification
 
     monkeypatch.setattr(module, "_TASKS_PER_PLANNER", 4)
     source = Source()
-    made = module.Generator(lamps, Spec("lamps:lamps", lamps.tasks(source).sha256), source)
+    made = module.TaskGenerator(lamps, TaskSpecification("lamps:lamps", lamps.tasks(source).sha256), source)
     planners = []
     for seed in range(9):
         made.generate_task(str(seed))
@@ -309,17 +316,17 @@ def test_no_more_goals_are_proposed_after_failures_in_a_row(
     lamps: Benchmark, monkeypatch: pytest.MonkeyPatch, wanted: int, tried: int
 ) -> None:
     """The limit is five failures in a row, or a third of the wanted steps if that is more."""
-    from eai.benchmarks.generator.generator import Generator
-    from eai.benchmarks.generator.spec import Spec
+    from eai.benchmarks.generator.generator import TaskGenerator
+    from eai.benchmarks.generator.spec import TaskSpecification
 
     source = Source()
-    made = Generator(lamps, Spec("lamps:lamps", lamps.tasks(source).sha256), source)
+    made = TaskGenerator(lamps, TaskSpecification("lamps:lamps", lamps.tasks(source).sha256), source)
     things = [WorldObject(f"lamp_{n}", "lamp") for n in range(30)]
     start = Scene(lamps.domain.vocabulary, [WorldObject("robot", "robot"), *things], 0).state([])
-    lit = {("lit", True): {Pattern("lit", ("lamp",), True): 1.0}}
-    proposals = Proposals(made.prior, start.scene, {"Atom": 1}, lit)
-    walk, asked = Walk(Planner(lamps.domain), start), []
-    monkeypatch.setattr(Walk, "reach", lambda self, goal: bool(asked.append(goal)))
+    lit = {("lit", True): {LiteralPattern("lit", ("lamp",), True): 1.0}}
+    proposals = GoalProposals(made.prior, start.scene, {"Atom": 1}, lit)
+    walk, asked = GoalByGoalPlan(Planner(lamps.domain), start), []
+    monkeypatch.setattr(GoalByGoalPlan, "reach", lambda self, goal: bool(asked.append(goal)))
     made._extend_action_sequence(walk, proposals, (), random.Random(0), wanted, frozenset())
     assert len(asked) == len(set(asked)) == tried
 

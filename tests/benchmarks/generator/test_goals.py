@@ -10,18 +10,20 @@ import pytest
 
 import eai.logic.formula as f
 from benchmarks.generator.worlds import NOTHING_IS_USUAL
-from eai.benchmarks.generator.goals import Proposals
-from eai.benchmarks.generator.prior import Pattern, Prior
+from eai.benchmarks.generator.goals import GoalProposals
+from eai.benchmarks.generator.prior import LiteralPattern, UsualGoals
 from eai.world import Predicate, Scene, Vocabulary, WorldObject
 
-PUT = Pattern("inside", ("cup", "box"), True)
-CLEAN, DIRTY = Pattern("clean", ("cup",), True), Pattern("clean", ("cup",), False)
+PUT = LiteralPattern("inside", ("cup", "box"), True)
+CLEAN, DIRTY = LiteralPattern("clean", ("cup",), True), LiteralPattern("clean", ("cup",), False)
 VOCABULARY = Vocabulary((Predicate("inside", 2), Predicate("clean", 1)))
 DRAWN = 60
 
 
-def prior(patterns: Mapping[Pattern, int], forms: Mapping[str, int], several: frozenset[str]) -> Prior:
-    by_key: dict[tuple[str, bool], dict[Pattern, float]] = {}
+def prior(
+    patterns: Mapping[LiteralPattern, int], forms: Mapping[str, int], several: frozenset[str]
+) -> UsualGoals:
+    by_key: dict[tuple[str, bool], dict[LiteralPattern, float]] = {}
     for pattern, weight in patterns.items():
         by_key.setdefault((pattern.predicate, pattern.truth), {})[pattern] = weight
     wanted = {key: int(sum(known.values())) for key, known in by_key.items()}
@@ -36,14 +38,14 @@ def prior(patterns: Mapping[Pattern, int], forms: Mapping[str, int], several: fr
 
 def drawn(
     things: Mapping[str, int],
-    patterns: Mapping[Pattern, int],
+    patterns: Mapping[LiteralPattern, int],
     *shapes: str,
     several: frozenset[str] = frozenset(),
 ) -> set[f.Formula]:
     """Return all goals of some shapes that are drawn for a scene with these numbers of objects."""
     objects = [WorldObject(f"{kind}_{n}", kind) for kind, number in things.items() for n in range(number)]
     known = prior(patterns, dict.fromkeys(shapes, 1), several)
-    proposals = Proposals.make(Scene(VOCABULARY, objects, None), known, "data", actions=False)
+    proposals = GoalProposals.make(Scene(VOCABULARY, objects, None), known, "data", actions=False)
     rng = random.Random(0)
     return {goal for goal in (proposals.draw_goal(rng) for _ in range(DRAWN)) if goal is not None}
 

@@ -18,10 +18,10 @@ import pytest
 from benchmarks.generator.worlds import HOUSEHOLDS
 from eai.base.store import Store
 from eai.benchmarks.generator.census import count_prior
-from eai.benchmarks.generator.generator import Generator
-from eai.benchmarks.generator.goals import Proposals
-from eai.benchmarks.generator.measures import Measure
-from eai.benchmarks.generator.prior import clash, is_idle
+from eai.benchmarks.generator.generator import TaskGenerator
+from eai.benchmarks.generator.goals import GoalProposals
+from eai.benchmarks.generator.measures import TaskMeasure
+from eai.benchmarks.generator.prior import do_goals_clash, is_goal_pointless
 from eai.benchmarks.generator.scene import (
     add_objects_of_other_tasks,
     add_similar_objects,
@@ -29,7 +29,14 @@ from eai.benchmarks.generator.scene import (
     make_hiding_place_finder,
 )
 from eai.benchmarks.generator.sets import make_seeds
-from eai.benchmarks.generator.spec import Forms, Generated, Reason, Spec, TaskKind, Tier
+from eai.benchmarks.generator.spec import (
+    Forms,
+    GeneratedTask,
+    PlanLengthTier,
+    RejectionReason,
+    TaskKind,
+    TaskSpecification,
+)
 from eai.benchmarks.registry import find_benchmark
 from eai.tasks.source import Source
 from eai.tasks.task_lines import write_task_line
@@ -37,11 +44,11 @@ from golden_files import assert_golden
 
 SPECS = {
     "data": {},
-    "all forms": {"forms": "all", "tier": Tier.M},
+    "all forms": {"forms": "all", "tier": PlanLengthTier.M},
     "actions, over time": {"actions": True, "kind": TaskKind.ORDER},
     "by place": {"by_place": True, "forms": "all"},
-    "hidden": {"at_least": ((Measure.HIDDEN, 1),)},
-    "little": {"tier": Tier.S, "disturbances": 0, "most_objects": 8, "depth": 2},
+    "hidden": {"at_least": ((TaskMeasure.HIDDEN, 1),)},
+    "little": {"tier": PlanLengthTier.S, "disturbances": 0, "most_objects": 8, "depth": 2},
 }
 SEEDS, TASKS = 40, 4
 """Maximum number of seeds for each specification, and number of tasks after which it is done."""
@@ -52,14 +59,16 @@ def test_equal_seeds_give_the_recorded_tasks(like: str, data_store: Store) -> No
     benchmark, source = find_benchmark(like), Source()
     lines = []
     for name, options in SPECS.items():
-        made = Generator(benchmark, Spec(like, benchmark.tasks(source).sha256, **options), source)  # type: ignore[arg-type]
+        made = TaskGenerator(
+            benchmark, TaskSpecification(like, benchmark.tasks(source).sha256, **options), source
+        )  # type: ignore[arg-type]
         tasks = 0
         for seed in islice(make_seeds("golden", 0), SEEDS):
             if tasks == TASKS:
                 break
             outcome = made.generate_task(seed)
-            tasks += isinstance(outcome, Generated)
-            if isinstance(outcome, Reason):
+            tasks += isinstance(outcome, GeneratedTask)
+            if isinstance(outcome, RejectionReason):
                 lines.append(f"{name} {seed}: {outcome.value}")
                 continue
             line = write_task_line(outcome.task, like, benchmark.domain, outcome.about)
@@ -106,7 +115,7 @@ def test_equal_random_numbers_give_the_recorded_scenes_and_proposals(like: str, 
         lines.append(f"{task.id}: {len(names)} objects, {digest((names, sorted(scene.facts())))}")
         lines.append(f"{task.id}: hidden {digest(hiding(task))}")
         for forms, about in product(get_args(Forms), (None, theme)):
-            known = Proposals.make(scene.scene, prior, forms, actions=number % 3 > 0, theme=about)
+            known = GoalProposals.make(scene.scene, prior, forms, actions=number % 3 > 0, theme=about)
             told = [known.draw_goal(rng) for _ in range(60)] if known.patterns else []
             told += [known.draw_literal(rng) for _ in range(10)] + [
                 known.draw_literal(rng, 0.5) for _ in range(10)
@@ -114,8 +123,8 @@ def test_equal_random_numbers_give_the_recorded_scenes_and_proposals(like: str, 
             told += known.draw_agent_goals(theme, rng)
             told += [known.restrict_to_categories(kinds)._draw_pattern(rng)] if known.patterns else []
             pairs = list(pairwise([goal for goal in told[:60] if goal is not None]))
-            clashes = [clash(*pair, scene.scene, prior) for pair in pairs]
-            idle = [is_idle(one, [other], scene.scene, prior) for one, other in pairs]
+            clashes = [do_goals_clash(*pair, scene.scene, prior) for pair in pairs]
+            idle = [is_goal_pointless(one, [other], scene.scene, prior) for one, other in pairs]
             lines.append(
                 f"{task.id}: {sum(clashes)} clash, {sum(idle)} idle, {digest((told, clashes, idle))}"
             )

@@ -13,8 +13,8 @@ from eai.abilities.reports import HIDDEN_HAZARD, report_goals
 from eai.abilities.verdict import PlanVerdict
 from eai.benchmarks.generator.hazards import find_hazard_goals
 from eai.benchmarks.generator.sets import make_manifest_entry
-from eai.benchmarks.generator.spec import SHUT_LAST, Generated, TaskKind
-from eai.benchmarks.generator.words import Words
+from eai.benchmarks.generator.spec import SHUT_LAST, GeneratedTask, TaskKind
+from eai.benchmarks.generator.words import InstructionWriter
 from eai.benchmarks.registry import find_benchmark
 from eai.tasks.source import Source
 from eai.tasks.special import Hazards
@@ -29,10 +29,10 @@ SEEDS = {"virtualhome": (44,), "behavior": (8,)}
 
 
 @cache
-def tasks(like: str, kind: TaskKind = TaskKind.HAZARDS) -> list[Generated]:
+def tasks(like: str, kind: TaskKind = TaskKind.HAZARDS) -> list[GeneratedTask]:
     made = generator(like, kind=kind)
     found = [made.generate_task(f"tasks-7-{seed}") for seed in SEEDS[like]]
-    return [each for each in found if isinstance(each, Generated)]
+    return [each for each in found if isinstance(each, GeneratedTask)]
 
 
 def hazards_of(task: Task) -> tuple[str, ...]:
@@ -97,7 +97,9 @@ def test_each_hazard_can_be_stated_about_a_public_scene(like: str) -> None:
     assert len(open_ones) == len(benchmark.notation.english.hazards) > 3
     for task in benchmark.tasks(Source()).values():
         for guard in find_hazard_goals(
-            list(open_ones.values()), benchmark.domain, Words.make_for_benchmark(benchmark, task.initial)
+            list(open_ones.values()),
+            benchmark.domain,
+            InstructionWriter.make_for_benchmark(benchmark, task.initial),
         ):
             open_ones.pop(guard.name, None)
         if not open_ones:
@@ -115,7 +117,9 @@ def kept(like: str, task_id: str, hazard: str, plan: str) -> bool:
     assert course.failure is None, course.failure
     hazards = [each for each in benchmark.notation.english.hazards if each.name == hazard]
     guards = list(
-        find_hazard_goals(hazards, benchmark.domain, Words.make_for_benchmark(benchmark, task.initial))
+        find_hazard_goals(
+            hazards, benchmark.domain, InstructionWriter.make_for_benchmark(benchmark, task.initial)
+        )
     )
     assert guards
     return all(guard.holds_in(course) for guard in guards)

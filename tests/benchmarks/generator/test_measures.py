@@ -14,10 +14,10 @@ from agents.switches import SWITCHES
 from benchmarks.generator.worlds import HOUSEHOLDS, tasks
 from by_path import module_at
 from eai.base.errors import InputError
-from eai.benchmarks.generator.generator import Generator
+from eai.benchmarks.generator.generator import TaskGenerator
 from eai.benchmarks.generator.measures import (
     FILE,
-    Measure,
+    TaskMeasure,
     _DifficultyModel,
     _VisibilityState,
     find_visibility_states,
@@ -25,14 +25,14 @@ from eai.benchmarks.generator.measures import (
     make_presence_condition,
     measure_task,
 )
-from eai.benchmarks.generator.spec import Spec
+from eai.benchmarks.generator.spec import TaskSpecification
 from eai.benchmarks.registry import find_benchmark
 from eai.tasks.goal_text import make_task
 from eai.tasks.source import Source
 from eai.world.action import Action
 from eai.world.state import Fact, Scene, WorldObject
 
-_MEASURED = (Measure.CONTAINERS, Measure.HIDDEN, Measure.TOOL_STEPS, Measure.DISTRACTORS)
+_MEASURED = (TaskMeasure.CONTAINERS, TaskMeasure.HIDDEN, TaskMeasure.TOOL_STEPS, TaskMeasure.DISTRACTORS)
 
 
 def test_absent_objects_are_distinguished_from_hidden_ones() -> None:
@@ -100,8 +100,8 @@ def test_containers_hidden_things_and_tools_of_a_plan(plan: str, expected: tuple
 def test_all_that_is_measured_is_recorded(like: str) -> None:
     for made in tasks(like):
         found = measure_task(made.task, find_benchmark(like).domain)
-        assert {each.value: made.about[each.value] for each in Measure} == found
-        assert found[Measure.STEPS] == len(made.task.script)
+        assert {each.value: made.about[each.value] for each in TaskMeasure} == found
+        assert found[TaskMeasure.STEPS] == len(made.task.script)
 
 
 pytestmark = pytest.mark.usefixtures("data_store")
@@ -145,4 +145,4 @@ def test_a_world_without_public_answers_has_no_difficulties() -> None:
     assert get_difficulty_model("lamps") is None
     benchmark, source = replace(find_benchmark("behavior"), name="another"), Source()
     with pytest.raises(InputError, match="no difficulties of tasks are known"):
-        Generator(benchmark, Spec("behavior", "", difficulty=(0.0, 1.0)), source)
+        TaskGenerator(benchmark, TaskSpecification("behavior", "", difficulty=(0.0, 1.0)), source)

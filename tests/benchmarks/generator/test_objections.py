@@ -10,9 +10,9 @@ import pytest
 
 import eai.logic.formula as f
 from eai.benchmarks.benchmark import Benchmark
-from eai.benchmarks.generator.generator import Generator, _RejectionFinder
-from eai.benchmarks.generator.spec import Reason, Spec
-from eai.benchmarks.generator.words import Words
+from eai.benchmarks.generator.generator import TaskGenerator, _RejectionFinder
+from eai.benchmarks.generator.spec import RejectionReason, TaskSpecification
+from eai.benchmarks.generator.words import InstructionWriter
 from eai.tasks.source import Source
 from eai.tasks.task import Task, goal
 from eai.world.action import Action
@@ -36,7 +36,9 @@ LIT, OPEN = of("lit", "lamp_1"), of("is_open", "box")
 def made(lamps: Benchmark, *goals: f.Formula, way: str = WAY, facts: tuple[Fact, ...] = ()) -> Task:
     task = lamps.tasks(Source())["light"]
     initial = task.scene.state(facts)
-    instruction = Words.make_for_benchmark(lamps, initial).make_instruction(goals, random.Random(0))
+    instruction = InstructionWriter.make_for_benchmark(lamps, initial).make_instruction(
+        goals, random.Random(0)
+    )
     asked = replace(task, initial=initial, goals=tuple(map(goal, goals)), instruction=instruction)
     return replace(asked, script=steps(task, way))
 
@@ -48,27 +50,29 @@ Change = Callable[[Task], Task]
     ("change", "least", "most", "reason"),
     [
         (lambda task: task, 4, 4, None),
-        (lambda task: task, 5, 9, Reason.TOO_SHORT),
-        (lambda task: task, 3, 3, Reason.TOO_LONG),
-        (lambda task: replace(task, script=task.script[:3]), 3, 3, Reason.NO_CERTIFICATE),
+        (lambda task: task, 5, 9, RejectionReason.TOO_SHORT),
+        (lambda task: task, 3, 3, RejectionReason.TOO_LONG),
+        (lambda task: replace(task, script=task.script[:3]), 3, 3, RejectionReason.NO_CERTIFICATE),
         (
             lambda task: replace(task, initial=task.scene.state([Fact("is_open", (4,))])),
             4,
             4,
-            Reason.HOLDS_ALREADY,
+            RejectionReason.HOLDS_ALREADY,
         ),
-        (lambda task: replace(task, instruction="Light it."), 4, 4, Reason.AMBIGUOUS),
-        (lambda task: replace(task, goals=task.goals[:1]), 4, 4, Reason.AMBIGUOUS),
-        (lambda task: replace(task, goals=task.goals[::-1]), 4, 4, Reason.AMBIGUOUS),
+        (lambda task: replace(task, instruction="Light it."), 4, 4, RejectionReason.AMBIGUOUS),
+        (lambda task: replace(task, goals=task.goals[:1]), 4, 4, RejectionReason.AMBIGUOUS),
+        (lambda task: replace(task, goals=task.goals[::-1]), 4, 4, RejectionReason.AMBIGUOUS),
     ],
 )
 def test_a_task_is_rejected_for_one_reason(
-    lamps: Benchmark, change: Change, least: int, most: int, reason: Reason | None
+    lamps: Benchmark, change: Change, least: int, most: int, reason: RejectionReason | None
 ) -> None:
     task = change(made(lamps, LIT, OPEN))
     objections = _RejectionFinder(lamps.domain, (), by_place=False)
     assert (
-        objections.find_rejection_reason(task, Words.make_for_benchmark(lamps, task.initial), least, most)
+        objections.find_rejection_reason(
+            task, InstructionWriter.make_for_benchmark(lamps, task.initial), least, most
+        )
         is reason
     )
 
@@ -77,21 +81,25 @@ def test_a_public_task_or_one_solved_by_a_public_plan_is_rejected(lamps: Benchma
     public = made(lamps, LIT, OPEN)
     objections = _RejectionFinder(lamps.domain, [public], by_place=False)
 
-    def reason(task: Task) -> Reason | None:
+    def reason(task: Task) -> RejectionReason | None:
         task = replace(task, id="new")
-        return objections.find_rejection_reason(task, Words.make_for_benchmark(lamps, task.initial), 0, 9)
+        return objections.find_rejection_reason(
+            task, InstructionWriter.make_for_benchmark(lamps, task.initial), 0, 9
+        )
 
-    assert reason(public) is Reason.PUBLIC
-    assert reason(made(lamps, of("lit", "lamp_2"), OPEN, way=WAY.replace("_1", "_2"))) is Reason.PUBLIC
-    assert reason(made(lamps, LIT, way="GO lamp_1; PRESS lamp_1")) is Reason.PUBLIC_PLAN
+    assert reason(public) is RejectionReason.PUBLIC
+    assert (
+        reason(made(lamps, of("lit", "lamp_2"), OPEN, way=WAY.replace("_1", "_2"))) is RejectionReason.PUBLIC
+    )
+    assert reason(made(lamps, LIT, way="GO lamp_1; PRESS lamp_1")) is RejectionReason.PUBLIC_PLAN
     assert reason(made(lamps, of("at", "robot", "ball"), way="GO ball")) is None
 
 
 def test_without_names_an_object_needs_a_description_by_place(lamps: Benchmark) -> None:
     task = made(lamps, LIT, way="GO lamp_1; PRESS lamp_1")
-    words = Words.make_for_benchmark(lamps, task.initial, by_place=True)
+    words = InstructionWriter.make_for_benchmark(lamps, task.initial, by_place=True)
     by_place = _RejectionFinder(lamps.domain, (), by_place=True)
-    assert by_place.find_rejection_reason(task, words, 0, 9) is Reason.NAMELESS
+    assert by_place.find_rejection_reason(task, words, 0, 9) is RejectionReason.NAMELESS
     assert _RejectionFinder(lamps.domain, (), by_place=False).find_rejection_reason(task, words, 0, 9) is None
     alone = made(lamps, OPEN, way="GO box; OPEN box")
     assert by_place.find_rejection_reason(alone, words, 0, 9) is None
@@ -103,9 +111,11 @@ def test_objects_of_goals_must_become_visible(lamps: Benchmark, where: str, is_s
     x, y = map(f.Variable, "xy")
     hidden = f.Exists(y, f.And((f.Atom("inside", (x, y)), f.Not(f.Atom("is_open", (y,))))))
     world = replace(lamps, domain=replace(lamps.domain, visible=f.Not(hidden)))
-    generator = Generator(world, Spec("lamps", ""), Source())
+    generator = TaskGenerator(world, TaskSpecification("lamps", ""), Source())
     index = made(lamps, LIT).scene.index
     put_away = (Fact("inside", (index["ball"], index[where])),)
     assert generator._can_be_seen(made(lamps, of("at", "robot", "ball"), facts=put_away)) is is_seen
     assert generator._can_be_seen(made(lamps, LIT, facts=put_away))
-    assert Generator(lamps, Spec("lamps", ""), Source())._can_be_seen(made(lamps, LIT, facts=put_away))
+    assert TaskGenerator(lamps, TaskSpecification("lamps", ""), Source())._can_be_seen(
+        made(lamps, LIT, facts=put_away)
+    )

@@ -16,12 +16,12 @@ from eai.abilities.protocol import Ability
 from eai.abilities.verdict import PlanVerdict
 from eai.benchmarks.benchmark import Benchmark
 from eai.benchmarks.generator import walk as module
-from eai.benchmarks.generator.goals import Proposals
-from eai.benchmarks.generator.prior import Prior
-from eai.benchmarks.generator.spec import Generated, TaskKind
+from eai.benchmarks.generator.goals import GoalProposals
+from eai.benchmarks.generator.prior import UsualGoals
+from eai.benchmarks.generator.spec import GeneratedTask, TaskKind
 from eai.benchmarks.generator.walk import (
+    GoalByGoalPlan,
     TemporalGoalFinder,
-    Walk,
     _have_no_common_object,
     _make_goal_if_distinguishing,
     reach_all,
@@ -46,12 +46,12 @@ DETOUR = 54
 
 
 @cache
-def tasks(like: str) -> list[Generated]:
+def tasks(like: str) -> list[GeneratedTask]:
     made = generator(like, kind=TaskKind.ORDER)
     return [
         each
         for each in map(made.generate_task, map(str, (*range(30), DETOUR)))
-        if isinstance(each, Generated)
+        if isinstance(each, GeneratedTask)
     ]
 
 
@@ -165,10 +165,10 @@ def asked(lamps: Benchmark, way: str, *goals: f.Formula) -> Task:
     return replace(task, goals=tuple(map(goal, goals or (ONE, OTHER))), script=tuple(steps))
 
 
-def seeker(lamps: Benchmark, task: Task, prior: Prior) -> TemporalGoalFinder:
+def seeker(lamps: Benchmark, task: Task, prior: UsualGoals) -> TemporalGoalFinder:
     listings = lamps.wording(Ability.ACTION_SEQUENCING).goal_listings
-    proposals = Proposals(prior, task.scene, {}, {})
-    begin = partial(Walk, Planner(lamps.domain), task.initial)
+    proposals = GoalProposals(prior, task.scene, {}, {})
+    begin = partial(GoalByGoalPlan, Planner(lamps.domain), task.initial)
     return TemporalGoalFinder(task, lamps.domain, listings, proposals, random.Random(0), begin)
 
 
@@ -238,7 +238,7 @@ def test_goals_are_reached_in_another_order_where_there_are_several(
 
 def test_all_goals_are_reached_or_not(lamps: Benchmark) -> None:
     def reached(*goals: f.Formula) -> tuple[bool, int]:
-        walk = Walk(Planner(lamps.domain), asked(lamps, FIRST).initial)
+        walk = GoalByGoalPlan(Planner(lamps.domain), asked(lamps, FIRST).initial)
         return reach_all(walk, goals), len(walk.conditions)
 
     assert reached(ONE, OTHER) == (True, 2)

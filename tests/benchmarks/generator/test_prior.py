@@ -5,7 +5,7 @@ from __future__ import annotations
 import pytest
 
 from benchmarks.generator.worlds import generator
-from eai.benchmarks.generator.prior import clash, is_idle
+from eai.benchmarks.generator.prior import do_goals_clash, is_goal_pointless
 from eai.benchmarks.registry import find_benchmark
 from eai.logic.ltl import parse
 from eai.world.state import Scene, WorldObject
@@ -59,8 +59,8 @@ def scene(like: str) -> Scene:
 def test_goals_that_no_public_task_combines_clash(goal: str, other: str, clashes: bool) -> None:
     formulas = [parse(text) for text in (goal, other)]
     where, prior = scene("behavior"), generator("behavior").prior
-    assert clash(formulas[0], formulas[1], where, prior) == clashes
-    assert clash(formulas[1], formulas[0], where, prior) == clashes
+    assert do_goals_clash(formulas[0], formulas[1], where, prior) == clashes
+    assert do_goals_clash(formulas[1], formulas[0], where, prior) == clashes
 
 
 @pytest.mark.parametrize(
@@ -75,4 +75,4 @@ def test_goals_that_no_public_task_combines_clash(goal: str, other: str, clashes
 )
 def test_goals_of_empty_machines_are_idle(goal: str, others: list[str], idle: bool) -> None:
     where, prior = scene("virtualhome"), generator("virtualhome").prior
-    assert is_idle(parse(goal), [parse(each) for each in others], where, prior) == idle
+    assert is_goal_pointless(parse(goal), [parse(each) for each in others], where, prior) == idle

@@ -10,7 +10,7 @@ from typing import Any
 import pytest
 
 from benchmarks.generator.worlds import NOTHING_IS_USUAL
-from eai.benchmarks.generator.prior import Pattern, Prior
+from eai.benchmarks.generator.prior import LiteralPattern, UsualGoals
 from eai.benchmarks.generator.scene import (
     _make_free_name,
     _order_by_category,
@@ -33,7 +33,7 @@ VOCABULARY = Vocabulary(
         Predicate("night", 0),
     )
 )
-ON_TABLE = Pattern("on", ("cup", "table"), True)
+ON_TABLE = LiteralPattern("on", ("cup", "table"), True)
 KITCHEN: dict[str, Any] = {
     "patterns": {("on", True): {ON_TABLE: 1.0}},
     "taken_categories": frozenset({"cup", "plate"}),
@@ -42,7 +42,7 @@ KITCHEN: dict[str, Any] = {
 }
 
 
-def usual(**changes: Any) -> Prior:
+def usual(**changes: Any) -> UsualGoals:
     return replace(NOTHING_IS_USUAL, **{**KITCHEN, **changes})
 
 
@@ -70,8 +70,14 @@ HERE = (["plate.1", "table.2"], ("on", "plate.1", "table.2"))
         (HOME, HERE, {}, 4, ["cup.3", "cup.4"]),
         (HOME, HERE, {}, 2, []),
         (HOME, HERE, {"patterns": {("on", False): {ON_TABLE._replace(truth=False): 1.0}}}, 3, []),
-        (HOME, HERE, {"patterns": {("clean", True): {Pattern("clean", ("cup",), True): 1.0}}}, 3, []),
-        (HOME, HERE, {"patterns": {("on", True): {Pattern("on", ("cup", "shelf"), True): 1.0}}}, 3, []),
+        (HOME, HERE, {"patterns": {("clean", True): {LiteralPattern("clean", ("cup",), True): 1.0}}}, 3, []),
+        (
+            HOME,
+            HERE,
+            {"patterns": {("on", True): {LiteralPattern("on", ("cup", "shelf"), True): 1.0}}},
+            3,
+            [],
+        ),
         (HOME, HERE, {"taken_categories": frozenset({"plate"})}, 3, []),
         (
             HOME,
@@ -144,7 +150,9 @@ CROWD = [f"cup.{n}" for n in range(40)]
 )
 def test_the_number_of_objects_in_a_scene_is_limited(most: int, rich: bool, sizes: set[int]) -> None:
     """A rich scene has two thirds of the maximum, others at least sixteen objects."""
-    prior = usual(patterns={("clean", True): {Pattern("clean", (f"kind{n}",), True): 1.0 for n in range(40)}})
+    prior = usual(
+        patterns={("clean", True): {LiteralPattern("clean", (f"kind{n}",), True): 1.0 for n in range(40)}}
+    )
     things = [f"kind{n}.{n}" for n in range(40)] if rich else CROWD
     crowded = replace(task(things), relevant=())
     found = {

@@ -22,14 +22,20 @@ from eai.benchmarks.generator.sets import (
     read_other_sets,
     write_manifest,
 )
-from eai.benchmarks.generator.spec import CANARY, Generated, Reason, Spec, Tier
+from eai.benchmarks.generator.spec import (
+    CANARY,
+    GeneratedTask,
+    PlanLengthTier,
+    RejectionReason,
+    TaskSpecification,
+)
 from eai.tasks.source import Source
 from eai.tasks.task import Task
 from eai.tasks.task_files import write_task_file
 from eai.tasks.task_lines import write_task_line
 from eai.world.action import Action
 
-SPEC = Spec("lamps", "0" * 64, Tier.M)
+SPEC = TaskSpecification("lamps", "0" * 64, PlanLengthTier.M)
 SECRET = "tomatoes"  # noqa: S105
 
 
@@ -70,8 +76,8 @@ def test_the_most_frequent_form_is_first(lamps: Benchmark) -> None:
 
 
 def test_an_entry_allows_making_a_set_again_and_counts_rejections(light: Task) -> None:
-    rejected = [Reason.COPY, Reason.TOO_LONG, Reason.COPY]
-    made = [Generated(task, {}) for task in of_steps(light, 3, 4)]
+    rejected = [RejectionReason.COPY, RejectionReason.TOO_LONG, RejectionReason.COPY]
+    made = [GeneratedTask(task, {}) for task in of_steps(light, 3, 4)]
     entry = make_manifest_entry(SPEC, 7, SECRET, b"content", made, rejected)
     spec = entry.pop("spec")
     assert json.loads(json.dumps(spec)) == json.loads(json.dumps(asdict(SPEC)))
@@ -81,7 +87,7 @@ def test_an_entry_allows_making_a_set_again_and_counts_rejections(light: Task) -
         "secret_sha256": hashlib.sha256(SECRET.encode()).hexdigest(),
         "tasks": 2,
         "sha256": hashlib.sha256(b"content").hexdigest(),
-        "rejected": {Reason.TOO_LONG.value: 1, Reason.COPY.value: 2},
+        "rejected": {RejectionReason.TOO_LONG.value: 1, RejectionReason.COPY.value: 2},
         "shape": {
             "steps": [3, 3, 4, 4, 4],
             "goals": [1] * 5,
@@ -101,7 +107,7 @@ def write_set(folder: Path, lamps: Benchmark, seeds: list[str]) -> None:
     ]
     file = folder / "test.jsonl"
     write_task_file(file, lines)
-    made, rejected = [Generated(light, {})] * len(seeds), [Reason.COPY] * 2
+    made, rejected = [GeneratedTask(light, {})] * len(seeds), [RejectionReason.COPY] * 2
     entry = make_manifest_entry(SPEC, 3, SECRET, file.read_bytes(), made, rejected)
     write_manifest(folder, "test", entry, {})
 

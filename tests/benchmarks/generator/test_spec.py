@@ -4,13 +4,21 @@ from __future__ import annotations
 
 import pytest
 
-from eai.benchmarks.generator.spec import LENGTHS, Tier, get_tier_of_length
+from eai.benchmarks.generator.spec import LENGTHS, PlanLengthTier, get_tier_of_length
 
 
 @pytest.mark.parametrize(
     ("least", "greatest", "tier"),
-    [(3, 6, Tier.S), (7, 12, Tier.M), (13, 24, Tier.L), (25, 48, Tier.XL), (49, 96, Tier.XXL)],
+    [
+        (3, 6, PlanLengthTier.S),
+        (7, 12, PlanLengthTier.M),
+        (13, 24, PlanLengthTier.L),
+        (25, 48, PlanLengthTier.XL),
+        (49, 96, PlanLengthTier.XXL),
+    ],
 )
-def test_a_tier_has_all_lengths_from_its_least_to_its_greatest(least: int, greatest: int, tier: Tier) -> None:
+def test_a_tier_has_all_lengths_from_its_least_to_its_greatest(
+    least: int, greatest: int, tier: PlanLengthTier
+) -> None:
     assert LENGTHS[tier] == (least, greatest)
     assert {get_tier_of_length(steps) for steps in range(least, greatest + 1)} == {tier}

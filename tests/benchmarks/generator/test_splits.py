@@ -12,8 +12,8 @@ import pytest
 import eai.logic.formula as f
 from benchmarks.generator.worlds import HOUSEHOLDS, generate, generator, tasks
 from eai.benchmarks.benchmark import Benchmark
-from eai.benchmarks.generator.generator import Generator
-from eai.benchmarks.generator.prior import Pattern, find_patterns
+from eai.benchmarks.generator.generator import TaskGenerator
+from eai.benchmarks.generator.prior import LiteralPattern, find_patterns
 from eai.benchmarks.generator.sets import (
     SHARES,
     _get_split_at_share,
@@ -25,9 +25,15 @@ from eai.benchmarks.generator.sets import (
     make_leak_test,
     make_seeds,
     measure_overlap,
-    select_bases,
+    select_base_tasks,
 )
-from eai.benchmarks.generator.spec import Generated, HeldOut, Reason, Spec, Split
+from eai.benchmarks.generator.spec import (
+    GeneratedTask,
+    HeldOut,
+    RejectionReason,
+    TaskSpecification,
+    TaskSplit,
+)
 from eai.benchmarks.registry import find_benchmark
 from eai.tasks.source import Source
 from sweeps import swept
@@ -37,29 +43,29 @@ pytestmark = pytest.mark.usefixtures("data_store")
 PARTS = tuple(SHARES)
 
 
-def goals_of(made: Generated) -> list[f.Formula]:
+def goals_of(made: GeneratedTask) -> list[f.Formula]:
     return [goal.formula for goal in made.task.goals]
 
 
-def made_in(like: str, split: Split, number: int, held_out: HeldOut = "goals") -> list[Generated]:
+def made_in(like: str, split: TaskSplit, number: int, held_out: HeldOut = "goals") -> list[GeneratedTask]:
     benchmark, source = find_benchmark(like), Source()
-    spec = Spec(like, benchmark.tasks(source).sha256, split=split, held_out=held_out)
-    found = generate(Generator(benchmark, spec, source), make_seeds(split.value, 5), number, set())
-    return [each for each in found if isinstance(each, Generated)]
+    spec = TaskSpecification(like, benchmark.tasks(source).sha256, split=split, held_out=held_out)
+    found = generate(TaskGenerator(benchmark, spec, source), make_seeds(split.value, 5), number, set())
+    return [each for each in found if isinstance(each, GeneratedTask)]
 
 
 def test_a_hash_gives_each_split_its_share() -> None:
     found = Counter(choose_split(f"goals {number}") for number in range(5000))
-    assert list(SHARES) == [Split.TRAIN, Split.VALIDATION, Split.TEST]
+    assert list(SHARES) == [TaskSplit.TRAIN, TaskSplit.VALIDATION, TaskSplit.TEST]
     assert all(abs(found[split] / 5000 - share) < 0.03 for split, share in SHARES.items())
 
 
 @pytest.mark.parametrize("like", ["behavior", *swept("virtualhome")])
 def test_no_goals_are_in_two_splits(like: str) -> None:
     prints = {split: {fingerprint_task(each.task)[0] for each in made_in(like, split, 6)} for split in PARTS}
-    assert not prints[Split.TRAIN] & prints[Split.TEST]
-    assert not prints[Split.TRAIN] & prints[Split.VALIDATION]
-    assert not prints[Split.VALIDATION] & prints[Split.TEST]
+    assert not prints[TaskSplit.TRAIN] & prints[TaskSplit.TEST]
+    assert not prints[TaskSplit.TRAIN] & prints[TaskSplit.VALIDATION]
+    assert not prints[TaskSplit.VALIDATION] & prints[TaskSplit.TEST]
     for made in tasks(like):
         split = choose_split_of_goals(goals_of(made), made.task.scene, "goals")
         assert made.about["split"] == split.value
@@ -75,7 +81,7 @@ def test_names_of_objects_and_the_order_of_goals_do_not_decide() -> None:
 
 @pytest.mark.parametrize("like", HOUSEHOLDS)
 def test_a_later_split_asks_for_a_pair_that_no_earlier_one_has(like: str) -> None:
-    def pairs(split: Split) -> list[set[tuple[str, ...]]]:
+    def pairs(split: TaskSplit) -> list[set[tuple[str, ...]]]:
         found = []
         for made in made_in(like, split, 4, "pairs"):
             scene = made.task.scene
@@ -84,18 +90,18 @@ def test_a_later_split_asks_for_a_pair_that_no_earlier_one_has(like: str) -> Non
             found.append({(p.predicate, *[k for k in p.categories if k != agent][:1]) for p in literals})
         return found
 
-    seen = set().union(*pairs(Split.TRAIN))
+    seen = set().union(*pairs(TaskSplit.TRAIN))
     assert seen
-    assert all(each - seen for each in pairs(Split.TEST))
+    assert all(each - seen for each in pairs(TaskSplit.TEST))
 
 
 @pytest.mark.parametrize("held_out", ["titles", "scenes"])
 @pytest.mark.parametrize("like", HOUSEHOLDS)
 def test_every_public_task_is_the_base_of_one_split(like: str, held_out: HeldOut) -> None:
     public = list(find_benchmark(like).tasks(Source()).values())
-    parts = [select_bases(public, split, held_out) for split in PARTS]
+    parts = [select_base_tasks(public, split, held_out) for split in PARTS]
     assert all(parts)
-    assert sum(map(len, parts)) == len(public) == len(select_bases(public, Split.ALL, held_out))
+    assert sum(map(len, parts)) == len(public) == len(select_base_tasks(public, TaskSplit.ALL, held_out))
     if held_out == "titles":
         titles = [{task.title for task in part} for part in parts]
         assert sum(map(len, titles)) == len({task.title for task in public})
@@ -108,7 +114,7 @@ def test_titles_and_scenes_are_split_as_close_to_the_shares_as_possible(
 ) -> None:
     task = lamps.tasks(Source())["light"]
     public = [replace(task, id=f"{n}", title=f"t{n}") for n in range(number)]
-    shared = [len(select_bases(public, split, held_out)) for split in PARTS]
+    shared = [len(select_base_tasks(public, split, held_out)) for split in PARTS]
     assert shared == [pytest.approx(share * number) for share in SHARES.values()]
 
 
@@ -120,10 +126,10 @@ def test_a_task_solved_by_lookup_in_another_split_is_rejected() -> None:
     assert make_leak_test(domain, held_out=[copy])(made.task)
     assert not make_leak_test(domain)(made.task)
     benchmark, source = find_benchmark("behavior"), Source()
-    spec = Spec("behavior", benchmark.tasks(source).sha256)
+    spec = TaskSpecification("behavior", benchmark.tasks(source).sha256)
     seed = str(made.about["seed"])
-    again = Generator(benchmark, spec, source, make_leak_test(domain, known=[copy])).generate_task(seed)
-    assert again == Reason.KNOWN_PLAN
+    again = TaskGenerator(benchmark, spec, source, make_leak_test(domain, known=[copy])).generate_task(seed)
+    assert again == RejectionReason.KNOWN_PLAN
 
 
 def test_overlap_counts_equal_tasks_equal_goals_and_tasks_solved_by_lookup() -> None:
@@ -165,12 +171,17 @@ def test_quantifiers_range_over_categories_with_several_objects_in_a_public_task
 @pytest.mark.parametrize(
     ("place", "split"),
     [
-        *((0.0, Split.TRAIN), (0.599, Split.TRAIN), (0.601, Split.VALIDATION), (0.799, Split.VALIDATION)),
-        *((0.801, Split.TEST), (0.999, Split.TEST), (1.0, Split.TEST)),
+        *(
+            (0.0, TaskSplit.TRAIN),
+            (0.599, TaskSplit.TRAIN),
+            (0.601, TaskSplit.VALIDATION),
+            (0.799, TaskSplit.VALIDATION),
+        ),
+        *((0.801, TaskSplit.TEST), (0.999, TaskSplit.TEST), (1.0, TaskSplit.TEST)),
     ],
 )
 def test_sixty_percent_of_tasks_are_for_training_and_twenty_for_each_other_split(
-    place: float, split: Split
+    place: float, split: TaskSplit
 ) -> None:
     assert _get_split_at_share(place) is split
 
@@ -189,7 +200,7 @@ def test_a_pair_has_a_predicate_and_the_first_category_other_than_the_agents(
     lamps: Benchmark, categories: tuple[str, ...], pair: tuple[str, ...]
 ) -> None:
     scene = lamps.tasks(Source())["light"].scene
-    assert _make_split_pair(Pattern("p", categories, True), scene) == pair
+    assert _make_split_pair(LiteralPattern("p", categories, True), scene) == pair
 
 
 @pytest.mark.parametrize(
@@ -215,10 +226,10 @@ def test_each_title_and_each_scene_is_of_one_split_and_the_shares_are_those_of_a
             for n in range(10)
             for task in (light, pack)
         ]
-        parts = [select_bases(public, split, held_out) for split in PARTS]
+        parts = [select_base_tasks(public, split, held_out) for split in PARTS]
         keys = [{task.title if held_out == "titles" else task.id for task in part} for part in parts]
         number = 5 if held_out == "titles" else 20
         assert [len(key) for key in keys] == [3 * number // 5, number // 5, number // 5]
         assert sorted(task.id for part in parts for task in part) == sorted(task.id for task in public)
-        assert select_bases(public, Split.ALL, held_out) == public
-    assert select_bases(public, Split.TEST, "goals") == public
+        assert select_base_tasks(public, TaskSplit.ALL, held_out) == public
+    assert select_base_tasks(public, TaskSplit.TEST, "goals") == public

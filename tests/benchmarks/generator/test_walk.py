@@ -9,7 +9,7 @@ import pytest
 
 from eai.benchmarks.benchmark import Benchmark
 from eai.benchmarks.generator import walk as walking
-from eai.benchmarks.generator.walk import Walk, _make_trajectory, make_short_plan
+from eai.benchmarks.generator.walk import GoalByGoalPlan, _make_trajectory, make_short_plan
 from eai.logic.formula import Always, Atom, Constant, Formula, Not, Occurs, Or
 from eai.planning.planner import Planner
 from eai.planning.search import Limits, Node
@@ -37,7 +37,7 @@ def test_a_plan_is_followed_that_runs_and_reaches_its_goals(lamps: Benchmark) ->
     wanted = Atom("lit", (Constant("lamp_1"),))
     lamp = task.scene.index["lamp_1"]
     go, press = Action("GO", (lamp,)), Action("PRESS", (lamp,))
-    walk = Walk(Planner(lamps.domain), task.initial)
+    walk = GoalByGoalPlan(Planner(lamps.domain), task.initial)
     assert not walk.follow((go,), (wanted,)), "the goal is not met"
     assert not walk.follow((go, press, Action("TAKE", (lamp,))), (wanted,)), (
         "the last action fails, though the goal is met"
@@ -51,13 +51,13 @@ def lit(lamp: str) -> Formula:
     return Atom("lit", (Constant(lamp),))
 
 
-def names(walk: Walk) -> list[str]:
+def names(walk: GoalByGoalPlan) -> list[str]:
     return [action.operator for action in walk.trail]
 
 
 def test_a_walk_reaches_one_more_goal_and_returns_to_a_mark(lamps: Benchmark) -> None:
     task = lamps.tasks(Source())["light"]
-    walk = Walk(Planner(lamps.domain), task.initial)
+    walk = GoalByGoalPlan(Planner(lamps.domain), task.initial)
     assert walk.objects == tuple(range(5))
     assert not walk.reach(lit("robot")), "no way is found"
     assert walk.reach(lit("lamp_1"))
@@ -118,8 +118,8 @@ def test_a_shorter_plan_is_searched_for_a_long_walk(
     left: int,
 ) -> None:
     planner, trail = _Stub([Action("PRESS", (0,))] * found), [STEP] * walked
-    monkeypatch.setattr(walking, "_drop_needless", lambda walk, asked, over_time: trail)
-    walk = Walk(planner, lamps.tasks(Source())["light"].initial)  # type: ignore[arg-type]
+    monkeypatch.setattr(walking, "_drop_needless_actions", lambda walk, asked, over_time: trail)
+    walk = GoalByGoalPlan(planner, lamps.tasks(Source())["light"].initial)  # type: ignore[arg-type]
     certified = make_short_plan(walk, over_time)
     assert len(certified) == left
     assert (certified is trail) == (left == walked)
@@ -130,7 +130,7 @@ def test_a_shorter_plan_is_searched_for_a_long_walk(
 def test_a_certificate_drops_needless_actions(lamps: Benchmark) -> None:
     task = lamps.tasks(Source())["light"]
     one, two, ball = (task.scene.index[name] for name in ("lamp_1", "lamp_2", "ball"))
-    walk = Walk(Planner(lamps.domain), task.initial)
+    walk = GoalByGoalPlan(Planner(lamps.domain), task.initial)
     plan = [("GO", ball), ("GO", one), ("PRESS", one), ("GO", two), ("PRESS", two)]
     assert walk.follow([Action(name, (index,)) for name, index in plan], [lit("lamp_1")])
     assert [(name, index) for name, (index,) in make_short_plan(walk)] == plan[1:3]

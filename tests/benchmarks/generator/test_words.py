@@ -12,7 +12,7 @@ import eai.logic.formula as f
 from benchmarks.generator.worlds import tasks
 from eai.base.errors import InputError
 from eai.benchmarks.generator.spec import Forms
-from eai.benchmarks.generator.words import Words, _InstructionReader
+from eai.benchmarks.generator.words import InstructionWriter, _InstructionReader
 from eai.benchmarks.registry import find_benchmark
 from eai.logic.ltl import read_formula
 from eai.logic.signature import Signature
@@ -31,7 +31,7 @@ THINGS = {
     "lamp_1": "lamp",
 }
 ARITIES = {"is_clean": 1, "ON": 1, "inside": 2, "on_top": 2, "holds": 2}
-WORDS = Words(
+WORDS = InstructionWriter(
     ARITIES,
     Scene(
         Vocabulary(tuple(Predicate(name, arity) for name, arity in ARITIES.items())),
@@ -201,9 +201,9 @@ def test_plurals(noun: str, nouns: str) -> None:
 def test_instructions_read_back_as_the_goals(like: str, forms: Forms) -> None:
     benchmark = find_benchmark(like)
     for each in tasks(like, 40, forms):
-        goals = _InstructionReader(Words.make_for_benchmark(benchmark, each.task.initial)).read_goals(
-            each.task.instruction
-        )
+        goals = _InstructionReader(
+            InstructionWriter.make_for_benchmark(benchmark, each.task.initial)
+        ).read_goals(each.task.instruction)
         assert goals == tuple(goal.formula for goal in each.task.goals)
 
 
@@ -212,7 +212,7 @@ def test_objects_are_described_by_their_places() -> None:
     benchmark = find_benchmark("behavior")
     told = 0
     for each in tasks("behavior"):
-        words = Words.make_for_benchmark(benchmark, each.task.initial, by_place=True)
+        words = InstructionWriter.make_for_benchmark(benchmark, each.task.initial, by_place=True)
         goals = [goal.formula for goal in each.task.goals]
         instruction = words.make_instruction(goals, random.Random(0))
         try:

@@ -5,15 +5,22 @@ from __future__ import annotations
 from functools import cache
 from itertools import islice
 
-from eai.benchmarks.generator.generator import Generator, generate
-from eai.benchmarks.generator.prior import Prior
+from eai.benchmarks.generator.generator import TaskGenerator, generate
+from eai.benchmarks.generator.prior import UsualGoals
 from eai.benchmarks.generator.sets import make_seeds
-from eai.benchmarks.generator.spec import Forms, Generated, GenerationOutcome, Spec, TaskKind, Tier
+from eai.benchmarks.generator.spec import (
+    Forms,
+    GeneratedTask,
+    GenerationOutcome,
+    PlanLengthTier,
+    TaskKind,
+    TaskSpecification,
+)
 from eai.benchmarks.registry import find_benchmark
 from eai.tasks.source import Source
 from eai.world.action import Action
 
-NOTHING_IS_USUAL = Prior(
+NOTHING_IS_USUAL = UsualGoals(
     patterns={},
     goal_counts={},
     themes={},
@@ -41,15 +48,15 @@ HOUSEHOLDS = ("virtualhome", "behavior")
 @cache
 def generator(
     like: str,
-    tier: Tier = Tier.DATA,
+    tier: PlanLengthTier = PlanLengthTier.DATA,
     forms: Forms = "data",
     *,
     actions: bool = False,
     kind: TaskKind = TaskKind.PLAIN,
-) -> Generator:
+) -> TaskGenerator:
     benchmark, source = find_benchmark(like), Source()
-    spec = Spec(like, benchmark.tasks(source).sha256, tier, forms, actions=actions, kind=kind)
-    return Generator(benchmark, spec, source)
+    spec = TaskSpecification(like, benchmark.tasks(source).sha256, tier, forms, actions=actions, kind=kind)
+    return TaskGenerator(benchmark, spec, source)
 
 
 PAIR_SEEDS = {"virtualhome": (0,), "behavior": (2,)}
@@ -57,11 +64,11 @@ PAIR_SEEDS = {"virtualhome": (0,), "behavior": (2,)}
 
 
 @cache
-def pairs(like: str) -> list[Generated]:
+def pairs(like: str) -> list[GeneratedTask]:
     """Return the pairs of these seeds; one task of each has no plan."""
     made = generator(like, kind=TaskKind.PAIRS)
     outcomes = [made.generate_task(f"tasks-7-{seed}") for seed in PAIR_SEEDS[like]]
-    return [outcome for outcome in outcomes if isinstance(outcome, Generated)]
+    return [outcome for outcome in outcomes if isinstance(outcome, GeneratedTask)]
 
 
 @cache
@@ -70,14 +77,14 @@ def outcomes(like: str, number: int = 40, forms: Forms = "data") -> tuple[Genera
     return tuple([made.generate_task(seed) for seed in islice(make_seeds("test", 1), number)])
 
 
-def tasks(like: str, number: int = 40, forms: Forms = "data") -> list[Generated]:
-    return [each for each in outcomes(like, number, forms) if isinstance(each, Generated)]
+def tasks(like: str, number: int = 40, forms: Forms = "data") -> list[GeneratedTask]:
+    return [each for each in outcomes(like, number, forms) if isinstance(each, GeneratedTask)]
 
 
 __all__ = ["HOUSEHOLDS", "NOTHING_IS_USUAL", "generate", "generator", "outcomes", "tasks"]
 
 
-def tempting(made: Generated) -> tuple[Action, ...]:
+def tempting(made: GeneratedTask) -> tuple[Action, ...]:
     """Return the temptation of a generated task as a plan."""
     index, steps = made.task.scene.index, made.about["temptation"]
     assert isinstance(steps, list)

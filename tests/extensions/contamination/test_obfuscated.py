@@ -15,7 +15,7 @@ from command_line import Command
 from eai.abilities.protocol import Ability
 from eai.base.store import Store
 from eai.benchmarks.gold_answers import make_noisy_answer, open_answer_book
-from eai.benchmarks.prompt_library import Library
+from eai.benchmarks.prompt_library import PromptLibrary
 from eai.benchmarks.registry import find_benchmark
 from eai.benchmarks.suite import open_suite
 from eai.extensions.contamination.obfuscated import _cipher, _decode, _encode
@@ -64,7 +64,7 @@ def test_words_change_among_those_that_are_used_alike(name: str) -> None:
 
 def test_prompts_and_right_answers_are_in_the_twins_words(name: str) -> None:
     twin, words = find_benchmark(f"obfuscated:{name}"), cipher(name)
-    prompts = Library("eai", source=Source()).open(twin, PLANNED[0])
+    prompts = PromptLibrary("eai", source=Source()).open(twin, PLANNED[0])
     book, plain = open_answer_book(twin, PLANNED[0]), open_answer_book(find_benchmark(name), PLANNED[0])
     task_id = next(iter(prompts))
     task = twin.tasks(Source())[task_id]
@@ -79,7 +79,7 @@ def test_the_same_prompts_in_true_words_differ_in_words_alone(name: str, ability
     """All that a model could use beside the words is the same, so a difference is theirs."""
     told, twin = f"rules:{name}", f"obfuscated:{name}"
     prompts, others = (
-        Library("eai", source=Source()).open(find_benchmark(each), ability) for each in (told, twin)
+        PromptLibrary("eai", source=Source()).open(find_benchmark(each), ability) for each in (told, twin)
     )
     assert list(prompts) == list(others)
     for task_id in list(prompts)[:: max(1, len(prompts) // 6)]:
@@ -123,7 +123,7 @@ def test_prompts_say_exactly_what_actions_need_and_do(monkeypatch: pytest.Monkey
     assert "GO" in cipher("lamps:lamps").values()
     for ability in PLANNED:
         twin = find_benchmark("obfuscated:lamps:lamps")
-        prompt = next(iter(Library("eai", source=Source()).open(twin, ability).values()))
+        prompt = next(iter(PromptLibrary("eai", source=Source()).open(twin, ability).values()))
         assert re.search(
             r"with what each( action)? requires and changes:\nAn action is possible", prompt.user
         )

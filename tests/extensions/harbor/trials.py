@@ -19,7 +19,7 @@ from boxes import Box
 from eai.abilities.protocol import Ability
 from eai.base.files import parse_toml
 from eai.base.store import Store
-from eai.benchmarks.prompt_library import Library
+from eai.benchmarks.prompt_library import PromptLibrary
 from eai.benchmarks.suite import Suite, open_suite
 from eai.extensions.harbor.folders import IMAGE, write_task_folders
 from eai.tasks.prompts.prompt import Prompt
@@ -46,7 +46,7 @@ def lint(folder: Path) -> list[dict[str, object]]:
 def asked(domain: str, ability: str, task_ids: Sequence[str] = ()) -> tuple[Suite, dict[str, Prompt]]:
     """A suite, and the prompts of tasks; of all if none is named."""
     suite = open_suite(domain, Ability(ability))
-    prompts = Library("official", None, suite.source).open(suite.benchmark, suite.ability)
+    prompts = PromptLibrary("official", None, suite.source).open(suite.benchmark, suite.ability)
     return suite, {task_id: prompts[task_id] for task_id in task_ids or suite.task_ids}
 
 

@@ -20,7 +20,7 @@ from eai.abilities.transition_modeling.scorer import TransitionModeling
 from eai.abilities.transition_modeling.verdict import OperatorStatus, OperatorVerdict
 from eai.abilities.verdict import Confusion, Verdict
 from eai.base.store import Store
-from eai.benchmarks.published import TransitionTasks, open_behavior
+from eai.benchmarks.published import TransitionTasks, open_behavior_operators
 from eai.extensions.reference.operator_rules import ReferenceRules
 from eai.pddl.matching import SideMatch
 from eai.pddl.planning import PlannerOutcome
@@ -59,7 +59,7 @@ def plan_works() -> None:
 
 @pytest.fixture(scope="module")
 def behavior_as_published(data_store: Store) -> TransitionTasks:
-    return open_behavior(Source(data_store))
+    return open_behavior_operators(Source(data_store))
 
 
 def expected(row: Mapping[str, Any], side: str) -> dict[str, list[int]]:

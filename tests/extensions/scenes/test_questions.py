@@ -17,7 +17,7 @@ from eai.abilities.protocol import SCENE_GRAPH, Ability
 from eai.agents.play import EpisodeFactory
 from eai.agents.setting import ACTING
 from eai.base.store import Store
-from eai.benchmarks.prompt_library import Library
+from eai.benchmarks.prompt_library import PromptLibrary
 from eai.benchmarks.registry import find_benchmark
 from eai.benchmarks.suite import open_suite
 from eai.extensions.scenes.diagrams import draw_scene, make_picture_words
@@ -119,7 +119,7 @@ def test_a_question_shows_a_picture_and_takes_a_template_of_the_users(
     benchmark = find_benchmark("behavior")
     (tmp_path / "scene_graph.txt").write_text("Look at $objects", encoding="utf-8")
     for folder, begins in ((None, "You see a picture of a scene"), (tmp_path, "Look at ")):
-        prompts = Library("official", folder).open(benchmark, SCENE_GRAPH)
+        prompts = PromptLibrary("official", folder).open(benchmark, SCENE_GRAPH)
         prompt = prompts[next(iter(prompts))]
         assert prompt.user.startswith(begins)
         (image,) = prompt.images

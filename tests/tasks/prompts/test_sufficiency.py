@@ -21,8 +21,8 @@ from eai.benchmarks.behavior_1k.benchmark import UNTOLD
 from eai.benchmarks.behavior_1k.conventions import HEADING, describe_conventions
 from eai.benchmarks.benchmark import Benchmark
 from eai.benchmarks.generator.sets import make_seeds
-from eai.benchmarks.generator.spec import Generated, TaskKind
-from eai.benchmarks.prompt_library import Library
+from eai.benchmarks.generator.spec import GeneratedTask, TaskKind
+from eai.benchmarks.prompt_library import PromptLibrary
 from eai.benchmarks.registry import find_benchmark, replace_tasks
 from eai.planning.planner import Planner
 from eai.planning.search import Limits
@@ -81,7 +81,7 @@ def insufficient(
 @cache
 def own_prompts(reference: str, ability: Ability, source: Source) -> Mapping[str, Prompt]:
     """Return the prompts of our own set, rendered once for all tests."""
-    return Library("eai", None, source).open(find_benchmark(reference), ability)
+    return PromptLibrary("eai", None, source).open(find_benchmark(reference), ability)
 
 
 def own_prompt(ability: Ability, source: Source) -> PromptOf:
@@ -90,7 +90,7 @@ def own_prompt(ability: Ability, source: Source) -> PromptOf:
     def prompt_of(benchmark: Benchmark, task: Task) -> str:
         prompts = own_prompts(benchmark.reference, ability, source) if benchmark.reference else None
         if prompts is None:
-            prompts = Library("eai", None, source).open(benchmark, ability)
+            prompts = PromptLibrary("eai", None, source).open(benchmark, ability)
         return prompts[task.id].user
 
     return prompt_of
@@ -132,7 +132,7 @@ def test_gold_plans_work_in_the_worlds_of_variants_of_our_prompts(
     fetched: Source, name: str, prompts: PromptSet, every: int
 ) -> None:
     benchmark = find_benchmark(name)
-    opened = Library(prompts, None, fetched).open(benchmark, Ability.ACTION_SEQUENCING)
+    opened = PromptLibrary(prompts, None, fetched).open(benchmark, Ability.ACTION_SEQUENCING)
     tasks = chosen(benchmark, Ability.ACTION_SEQUENCING, fetched, every)
 
     def prompt_of(benchmark: Benchmark, task: Task) -> str:
@@ -219,9 +219,9 @@ def test_gold_plans_work_in_the_worlds_of_prompts_about_generated_tasks(
 ) -> None:
     made = generator(like, kind=kind)
     outcomes = [made.generate_task(seed) for seed in islice(make_seeds("sufficient", 1), seeds)]
-    tasks = [each.task for each in outcomes if isinstance(each, Generated)]
+    tasks = [each.task for each in outcomes if isinstance(each, GeneratedTask)]
     tasks += [
-        each.paired.task for each in outcomes if isinstance(each, Generated) and each.paired is not None
+        each.paired.task for each in outcomes if isinstance(each, GeneratedTask) and each.paired is not None
     ]
     benchmark = replace_tasks(find_benchmark(like), "made", given(*tasks))
     asked = list(benchmark.tasks_for(Ability.ACTION_SEQUENCING, fetched).values())

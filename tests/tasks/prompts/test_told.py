@@ -16,7 +16,7 @@ from eai.agents.game import Game
 from eai.agents.reference import make_setup
 from eai.agents.rules import TRAINING
 from eai.benchmarks.benchmark import Benchmark
-from eai.benchmarks.prompt_library import Library
+from eai.benchmarks.prompt_library import PromptLibrary
 from eai.benchmarks.registry import find_benchmark
 from eai.tasks.english import English
 from eai.tasks.problem_world import open_pddl
@@ -138,7 +138,7 @@ def test_prompts_speak_of_the_domain_at_hand_alone(ability: Ability) -> None:
     dispatcher = "the dispatcher of a courier"
     robot = replace(benchmark, notation=Notation(english=English(role=dispatcher)))
     for found, role in ((benchmark, "an agent"), (robot, dispatcher)):
-        for prompt in Library("eai").open(found, ability).values():
+        for prompt in PromptLibrary("eai").open(found, ability).values():
             assert ability is Ability.TRANSITION_MODELING or f" {role}" in prompt.user
             for strange in (
                 "household",

@@ -12,7 +12,7 @@ from agents.switches import SWITCHES
 from eai.abilities.protocol import PAPER_ABILITIES, Ability
 from eai.base.errors import InputError
 from eai.base.store import Store
-from eai.benchmarks.prompt_library import Library
+from eai.benchmarks.prompt_library import PromptLibrary
 from eai.benchmarks.registry import find_benchmark
 from eai.run.spec import read_spec
 from eai.tasks.prompts.prompt import VARIANTS, PromptSet
@@ -43,7 +43,9 @@ def test_a_question_states_what_the_plain_one_states(
     for ability in PAPER_ABILITIES:
         if ability is Ability.TRANSITION_MODELING:
             continue
-        plain, other = (Library(name, None, source).open(benchmark, ability) for name in ("eai", variant))
+        plain, other = (
+            PromptLibrary(name, None, source).open(benchmark, ability) for name in ("eai", variant)
+        )
         wording, tasks = benchmark.wording(ability), benchmark.tasks_for(ability, source)
         for task_id in list(plain)[:3]:
             task, question = tasks[task_id], other[task_id].user
@@ -80,5 +82,5 @@ def test_a_wording_names_itself_unless_the_user_does() -> None:
 
 def test_files_of_the_user_come_before_those_of_a_wording(tmp_path: Path) -> None:
     (tmp_path / "action_sequencing.txt").write_text("Mine: $task")
-    prompts = Library("eai-careful", tmp_path).open(SWITCHES, Ability.ACTION_SEQUENCING)
+    prompts = PromptLibrary("eai-careful", tmp_path).open(SWITCHES, Ability.ACTION_SEQUENCING)
     assert all(prompt.user.startswith("Mine: ") for prompt in prompts.values())

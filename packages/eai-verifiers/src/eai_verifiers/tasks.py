@@ -9,10 +9,10 @@ from itertools import islice
 from typing import NamedTuple
 
 from eai.abilities.protocol import Ability
-from eai.benchmarks.generator.generator import Generator, generate
+from eai.benchmarks.generator.generator import TaskGenerator, generate
 from eai.benchmarks.generator.sets import make_seeds
-from eai.benchmarks.generator.spec import Generated, Spec, Split, Tier
-from eai.benchmarks.prompt_library import Library
+from eai.benchmarks.generator.spec import GeneratedTask, PlanLengthTier, TaskSpecification, TaskSplit
+from eai.benchmarks.prompt_library import PromptLibrary
 from eai.benchmarks.registry import find_benchmark, replace_tasks
 from eai.benchmarks.suite import Suite, open_suite
 from eai.pddl.planning import PlannerChoice
@@ -44,23 +44,25 @@ class Asked(NamedTuple):
 def own_tasks(domain: str, ability: Ability, prompts: PromptSet) -> Iterator[Asked]:
     """Yield the tasks of a benchmark for an ability, in the order of the data set."""
     suite = open_reward_suite(domain, ability)
-    asked = Library(prompts, None, suite.source).open(suite.benchmark, ability)
+    asked = PromptLibrary(prompts, None, suite.source).open(suite.benchmark, ability)
     for task_id in suite.task_ids:
         yield Asked(suite.reference(task_id), asked[task_id])
 
 
-def new_tasks(domain: str, ability: Ability, split: Split, seed: int, tier: Tier) -> Iterator[Asked]:
+def new_tasks(
+    domain: str, ability: Ability, split: TaskSplit, seed: int, tier: PlanLengthTier
+) -> Iterator[Asked]:
     """Yield new tasks in the world of a benchmark without end. Equal seeds give equal tasks.
 
     Two splits have no goals in common. A plan of one split may still solve a task of another split: an
     endless stream cannot be checked for this.
     """
     base, source = find_benchmark(domain), Source(planner=PlannerChoice.NONE)
-    spec = Spec(domain, base.tasks(source).sha256, tier, split=split)
-    made = generate(Generator(base, spec, source), make_seeds(split.value, seed), sys.maxsize, set())
-    found = (each for each in made if isinstance(each, Generated))
+    spec = TaskSpecification(domain, base.tasks(source).sha256, tier, split=split)
+    made = generate(TaskGenerator(base, spec, source), make_seeds(split.value, seed), sys.maxsize, set())
+    found = (each for each in made if isinstance(each, GeneratedTask))
     while batch := list(islice(found, _TOGETHER)):
-        asked = Library("eai", None, source).open(
+        asked = PromptLibrary("eai", None, source).open(
             replace_tasks(base, split.value, given(*[each.task for each in batch])), ability
         )
         for each in batch:

@@ -8,7 +8,7 @@ import verifiers.v1 as vf
 
 from eai.abilities.protocol import Ability
 from eai.agents.rewards import extract_answer
-from eai.benchmarks.generator.spec import Split, Tier
+from eai.benchmarks.generator.spec import PlanLengthTier, TaskSplit
 from eai.benchmarks.gold_answers import open_answer_book
 from eai.benchmarks.names import TaskReference
 from eai.results.reward import Grade, Reward, Shaping, open_reward
@@ -43,9 +43,9 @@ class HouseholdConfig(vf.TasksetConfig):
     """Whether to generate new tasks in the benchmark's world without end, instead of its own tasks."""
     seed: int = 0
     """Seed of generated tasks."""
-    split: Split = Split.TRAIN
+    split: TaskSplit = TaskSplit.TRAIN
     """Split of generated tasks: ``train``, ``validation`` and ``test`` have no common goals."""
-    tier: Tier = Tier.DATA
+    tier: PlanLengthTier = PlanLengthTier.DATA
     """Length of generated tasks' plans, from ``S`` to ``XXL``; ``data`` is that of the data set's plans."""
     task: HouseholdTaskConfig = HouseholdTaskConfig()
 

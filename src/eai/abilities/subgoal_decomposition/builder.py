@@ -24,19 +24,19 @@ from eai.abilities.notation.subgoals import WrittenSubgoals
 from eai.abilities.subgoal_decomposition.program import (
     MAX_ACTIONS,
     CompiledAnswer,
-    Fork,
+    ForkInstruction,
     Instruction,
     MisusedName,
-    Perform,
+    PerformInstruction,
     Program,
     RejectedAnswer,
-    Require,
+    RequireInstruction,
     SubgoalPlanner,
     SubgoalPlans,
     reject_misused_names,
     reject_unparseable,
 )
-from eai.abilities.subgoal_decomposition.refinement import Refinement
+from eai.abilities.subgoal_decomposition.refinement import SubgoalRefiner
 from eai.abilities.subgoal_decomposition.repertoire import Holds
 from eai.abilities.verdict import Unreadable
 from eai.base.errors import InputError, ParseError
@@ -199,7 +199,7 @@ class _StateRequirement:
     refused: Callable[[], Check | None]
 
 
-class Programs:
+class ProgramCompiler:
     """Makes the programs that execute the subgoals of answers to one task.
 
     The conditions and plans of the last `_MAX_CACHED_SUBGOALS` subgoals are cached. Answers to one task begin
@@ -213,7 +213,7 @@ class Programs:
     """
 
     def __init__(
-        self, task: Task, lexicon: FormulaLexicon, refinement: Refinement, distinguished: Collection[str]
+        self, task: Task, lexicon: FormulaLexicon, refinement: SubgoalRefiner, distinguished: Collection[str]
     ) -> None:
         self.task = task
         self.lexicon = lexicon
@@ -334,7 +334,7 @@ class Programs:
 class _ProgramBuilder:
     """Builds the instructions of a program from its end to its beginning."""
 
-    def __init__(self, programs: Programs) -> None:
+    def __init__(self, programs: ProgramCompiler) -> None:
         self.program: list[Instruction] = [None]
         self._programs = programs
         self._lexicon = programs.lexicon
@@ -372,7 +372,7 @@ class _ProgramBuilder:
             case f.Occurs():
                 action = self._lexicon.to_action(formula)
                 return self._add_instruction(
-                    Perform(self._programs.make_action_planner(action), number, then, MAX_ACTIONS)
+                    PerformInstruction(self._programs.make_action_planner(action), number, then, MAX_ACTIONS)
                 )
             case f.Then(parts):
                 for part in reversed(parts):
@@ -423,7 +423,9 @@ class _ProgramBuilder:
         tested = self._add_instruction(_make_require_instruction(required, number, then))
         entries = [
             self._add_instruction(
-                Perform(self._programs.plans(literals_of_one, required), number, tested, MAX_ACTIONS)
+                PerformInstruction(
+                    self._programs.plans(literals_of_one, required), number, tested, MAX_ACTIONS
+                )
             )
             if literals_of_one
             else tested
@@ -433,10 +435,10 @@ class _ProgramBuilder:
         if to_do == tested:
             return tested
         needless = self._programs.needless(alternatives)
-        held = self._add_instruction(Perform(needless, number, then)) if is_all else then
+        held = self._add_instruction(PerformInstruction(needless, number, then)) if is_all else then
         ways = (to_do,), (held,)
         return self._add_instruction(
-            Fork(lambda state: ways[required.holds(state)], number, 1 + required.effort)
+            ForkInstruction(lambda state: ways[required.holds(state)], number, 1 + required.effort)
         )
 
     def _list_alternatives(self, formula: f.Formula) -> Iterator[tuple[GroundAtom, ...]]:
@@ -477,7 +479,11 @@ class _ProgramBuilder:
             yield substitute_terms(body, {f.Variable(variable.name): f.Constant(self._lexicon.name(index))})
 
     def _add_fork(self, entries: Sequence[int], number: int) -> int:
-        return entries[0] if len(entries) == 1 else self._add_instruction(Fork(lambda state: entries, number))
+        return (
+            entries[0]
+            if len(entries) == 1
+            else self._add_instruction(ForkInstruction(lambda state: entries, number))
+        )
 
     def _add_instruction(self, instruction: Instruction) -> int:
         if len(self.program) >= MAX_INSTRUCTIONS:
@@ -486,8 +492,8 @@ class _ProgramBuilder:
         return len(self.program) - 1
 
 
-def _make_require_instruction(required: _StateRequirement, number: int, then: int) -> Require:
-    return Require(required.holds, required.check, number, then, 1 + required.effort)
+def _make_require_instruction(required: _StateRequirement, number: int, then: int) -> RequireInstruction:
+    return RequireInstruction(required.holds, required.check, number, then, 1 + required.effort)
 
 
 def _is_about_states(formula: f.Formula) -> bool:

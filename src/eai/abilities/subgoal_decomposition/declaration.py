@@ -33,7 +33,7 @@ _RUNTIME_FAULTS = (FaultKind.WRONG_ORDER, FaultKind.MISSING_STEP, FaultKind.AFFO
 _EXECUTED = (SubgoalCategory.CORRECT, SubgoalCategory.GOAL_UNREACHABLE)
 
 
-def contributions(verdict: SubgoalVerdict) -> dict[str, Share]:
+def compute_metric_shares(verdict: SubgoalVerdict) -> dict[str, Share]:
     """Return what one answer adds to each rate.
 
     An answer that cannot be executed counts as an error of its category, or as a wrong number of arguments.
@@ -63,12 +63,12 @@ def _make_scorers(world: AbilityWorld) -> Callable[[Task], Scorer]:
 
     The module of scorers is imported late, so that reports do not load the search.
     """
-    from eai.abilities.subgoal_decomposition.refinement import Refinement
+    from eai.abilities.subgoal_decomposition.refinement import SubgoalRefiner
     from eai.abilities.subgoal_decomposition.scorer import SubgoalDecomposition
 
     notation = world.subgoals()
     domain = notation.acting_domain()
-    return partial(SubgoalDecomposition, domain=domain, notation=notation, refinement=Refinement(domain))
+    return partial(SubgoalDecomposition, domain=domain, notation=notation, refinement=SubgoalRefiner(domain))
 
 
 def _make_answer_schema(world: AbilityWorld, task: Task | None) -> tuple[Sequence[str], SchemaMaker]:
@@ -83,7 +83,7 @@ SUBGOAL_DECOMPOSITION = replace(
         "Subgoal decomposition",
         "subgoals",
         SubgoalVerdict,
-        contributions,
+        compute_metric_shares,
     ),
     columns=(*COLUMNS, MetricColumn("granularity", "Added by search", "Granularity", False)),
 )

@@ -51,7 +51,7 @@ SubgoalPlanner: TypeAlias = Callable[[State], SubgoalPlans]
 """Function that finds the plans for a subgoal in a state."""
 
 
-class Perform(NamedTuple):
+class PerformInstruction(NamedTuple):
     """An instruction: execute each plan for a subgoal in the present state. If there is no plan, do nothing.
 
     Attributes:
@@ -67,7 +67,7 @@ class Perform(NamedTuple):
     max_actions: int | None = None
 
 
-class Require(NamedTuple):
+class RequireInstruction(NamedTuple):
     """An instruction: continue if a subgoal holds.
 
     Attributes:
@@ -85,7 +85,7 @@ class Require(NamedTuple):
     effort: int = 1
 
 
-class Fork(NamedTuple):
+class ForkInstruction(NamedTuple):
     """An instruction: continue a subgoal in several branches, greater instruction numbers first.
 
     Attributes:
@@ -99,7 +99,7 @@ class Fork(NamedTuple):
     effort: int = 0
 
 
-Instruction: TypeAlias = Perform | Require | Fork | None
+Instruction: TypeAlias = PerformInstruction | RequireInstruction | ForkInstruction | None
 """An instruction of a program; None stands for the end of the answer, after all subgoals."""
 
 Program: TypeAlias = Sequence[Instruction]

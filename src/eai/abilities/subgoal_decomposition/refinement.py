@@ -22,11 +22,11 @@ from eai.abilities.subgoal_decomposition.repertoire import (
     MAX_LISTED,
     CandidateAction,
     Holds,
-    Repertoire,
+    OperatorIndex,
     is_action_needless,
     list_objects,
 )
-from eai.abilities.subgoal_decomposition.uniform_cost import Permitted, SearchGoal, find_plans
+from eai.abilities.subgoal_decomposition.uniform_cost import PermittedActions, SearchGoal, find_plans
 from eai.planning.exclusion import ExclusionRules
 from eai.planning.subgoal import GroundAtom
 from eai.world.action import Action
@@ -69,7 +69,7 @@ class _SubgoalSearchInput(NamedTuple):
         return reduce(or_, [self.touched.get(name, 0) for name in operators], 0)
 
 
-class Refinement:
+class SubgoalRefiner:
     """Finds the actions for subgoals of one domain.
 
     Args:
@@ -84,7 +84,7 @@ class Refinement:
     def __init__(self, domain: Domain, budget: int = 300) -> None:
         self.domain = domain
         self.exclusion_rules = cache(lambda: ExclusionRules(domain))
-        self._repertoire = Repertoire(domain)
+        self._repertoire = OperatorIndex(domain)
         self._budget = budget
 
     def brings_about(self, literal: GroundAtom) -> bool:
@@ -184,7 +184,7 @@ class Refinement:
         budget = min(self._budget * goal.size, _MAX_TESTED_LITERALS // goal.size)
         return find_plans(goal, self._list_permitted_sets(need), need.state, budget)
 
-    def _list_permitted_sets(self, need: _SubgoalSearchInput) -> Iterator[Permitted]:
+    def _list_permitted_sets(self, need: _SubgoalSearchInput) -> Iterator[PermittedActions]:
         """Yield sets of permitted actions, each wider than the one before.
 
         Actions of the first set use only the objects in the subgoal. Actions of the second set may also
@@ -200,10 +200,10 @@ class Refinement:
         )
         touched = need.find_changed_literal_bits(movement)
         moving = self._to_candidates(self._list_moves(movement, need.named), need)
-        yield Permitted(changes, takes, moves, moving, touched)
+        yield PermittedActions(changes, takes, moves, moving, touched)
         releases = self._to_candidates(self._list_actions_of_role(helping, Role.RELEASES, need.objects), need)
         if releases:
-            yield Permitted(changes, [*takes, *releases], moves, moving, touched)
+            yield PermittedActions(changes, [*takes, *releases], moves, moving, touched)
         wider = need.wanted if need.wider is None else need.wider(need.state)
         _, movement = self._repertoire.find_supporters(_get_operator_names(wider))
         if self._repertoire.movement and not movement:
@@ -213,7 +213,7 @@ class Refinement:
             moves, changes = self._split_off_movement(wider, need)
             touched = need.find_changed_literal_bits(movement)
             moving = self._to_candidates(self._list_moves(movement, need.objects), need)
-            yield Permitted(changes, [*takes, *releases], moves, moving, touched)
+            yield PermittedActions(changes, [*takes, *releases], moves, moving, touched)
 
     def _split_off_movement(
         self, wanted: Mapping[Action, int], need: _SubgoalSearchInput

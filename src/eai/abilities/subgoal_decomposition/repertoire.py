@@ -100,7 +100,7 @@ An argument is None if the literal leaves it open.
 """
 
 
-class Repertoire:
+class OperatorIndex:
     """The uses of the operators of one domain.
 
     Args:

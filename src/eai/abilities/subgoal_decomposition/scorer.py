@@ -9,15 +9,15 @@ from eai.abilities.explanation import Explanation, write_repair_notes
 from eai.abilities.notation.subgoals import SubgoalNotation
 from eai.abilities.reports import report_goal_parts, report_goals, report_steps
 from eai.abilities.scorer import Assessment, Scorer, make_error_report
-from eai.abilities.subgoal_decomposition.builder import Programs
+from eai.abilities.subgoal_decomposition.builder import ProgramCompiler
 from eai.abilities.subgoal_decomposition.program import CompiledAnswer, RejectedAnswer
-from eai.abilities.subgoal_decomposition.refinement import Refinement
+from eai.abilities.subgoal_decomposition.refinement import SubgoalRefiner
 from eai.abilities.subgoal_decomposition.search import (
-    Branch,
+    ExecutionBranch,
     ExplorationLimits,
     ExplorationResult,
     GoalProgress,
-    search,
+    explore_program,
 )
 from eai.abilities.subgoal_decomposition.verdict import SubgoalCategory, SubgoalVerdict
 from eai.abilities.verdict import ErrorReport
@@ -40,7 +40,7 @@ def classify_exploration(outcome: ExplorationResult) -> SubgoalCategory:
     return SubgoalCategory.GOAL_UNREACHABLE if outcome.executable else SubgoalCategory.RUNTIME
 
 
-def find_branch_error(branch: Branch, domain: Domain, scene: Scene) -> ErrorReport | None:
+def find_branch_error(branch: ExecutionBranch, domain: Domain, scene: Scene) -> ErrorReport | None:
     """Return the error that ended a branch of the search, or None. Its step is the subgoal, from 0."""
     failure = branch.failure
     if failure is None:
@@ -68,7 +68,7 @@ class SubgoalDecomposition(Scorer):
         task: the task.
         domain: the domain in which subgoals are executed.
         notation: the notation of subgoals; by default the names that the domain declares.
-        refinement: finds the actions for subgoals; by default `Refinement`.
+        refinement: finds the actions for subgoals; by default `SubgoalRefiner`.
         goals: the test of the task's goals; by default `GoalTest`.
         limits: limits of the search. Only answers with very many alternatives reach them.
     """
@@ -78,7 +78,7 @@ class SubgoalDecomposition(Scorer):
         task: Task,
         domain: Domain,
         notation: SubgoalNotation | None = None,
-        refinement: Refinement | None = None,
+        refinement: SubgoalRefiner | None = None,
         *,
         goals: GoalTest | None = None,
         limits: ExplorationLimits | None = None,
@@ -106,9 +106,9 @@ class SubgoalDecomposition(Scorer):
         return self._compiler.compile(self.notation.read(text))
 
     @cached_property
-    def _compiler(self) -> Programs:
-        refinement = self._refinement or Refinement(self.domain)
-        return Programs(self.task, self.lexicon, refinement, self._goal.actions)
+    def _compiler(self) -> ProgramCompiler:
+        refinement = self._refinement or SubgoalRefiner(self.domain)
+        return ProgramCompiler(self.task, self.lexicon, refinement, self._goal.actions)
 
     def _assess_any_task(self, text: str) -> Assessment:
         """Return the assessment of an answer, even if the task is excluded from scoring."""
@@ -138,7 +138,7 @@ class SubgoalDecomposition(Scorer):
         )
 
     def _explore_program(self, compiled: CompiledAnswer) -> ExplorationResult | RejectedAnswer:
-        return search(self.domain, self.task.initial, compiled.program, self._goal, self._limits)
+        return explore_program(self.domain, self.task.initial, compiled.program, self._goal, self._limits)
 
     def _judge_exploration(self, compiled: CompiledAnswer, outcome: ExplorationResult) -> SubgoalVerdict:
         branch, best = outcome.reported, self._find_best_branch(outcome)
@@ -183,7 +183,7 @@ class SubgoalDecomposition(Scorer):
             offences=tuple(dict.fromkeys([misuse.kind for _, misuse in rejected.misused_names])),
         )
 
-    def _find_best_branch(self, outcome: ExplorationResult) -> Branch:
+    def _find_best_branch(self, outcome: ExplorationResult) -> ExecutionBranch:
         """Return the branch that reaches most goals; the reported branch, if no other branch reaches more.
 
         The paper takes the maximum over all sequences of actions (section "Ability Module 2: Subgoal
@@ -207,11 +207,11 @@ class SubgoalDecomposition(Scorer):
                 break
         return best
 
-    def _list_branches(self, outcome: ExplorationResult) -> tuple[Branch, ...]:
+    def _list_branches(self, outcome: ExplorationResult) -> tuple[ExecutionBranch, ...]:
         """Return the branches whose goals count, the reported branch first."""
         return (outcome.reported, *outcome.ended)
 
-    def _test_goals(self, branch: Branch) -> tuple[bool, ...]:
+    def _test_goals(self, branch: ExecutionBranch) -> tuple[bool, ...]:
         """Return a truth value for each goal, in order: whether the branch reaches the goal."""
         trajectory = branch.trajectory if self.goals.has_goals_over_time else None
         return self.goals.find_reached(branch.state, list_executed_actions(branch), trajectory)
@@ -260,6 +260,6 @@ class SubgoalDecomposition(Scorer):
         )
 
 
-def list_executed_actions(branch: Branch) -> Sequence[str]:
+def list_executed_actions(branch: ExecutionBranch) -> Sequence[str]:
     """Return the names of the executed actions of a branch, in order."""
     return [step.action.operator for step in branch.steps if step.fault is None]

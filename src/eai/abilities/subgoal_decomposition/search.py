@@ -26,11 +26,11 @@ import eai.logic.formula as f
 from eai.abilities.subgoal_decomposition.program import (
     TOO_FAR,
     ActionSequence,
-    Fork,
+    ForkInstruction,
     Instruction,
-    Perform,
+    PerformInstruction,
     Program,
-    Require,
+    RequireInstruction,
 )
 from eai.base.errors import InputError
 from eai.logic.rewriting import rewrite_leaves
@@ -146,7 +146,7 @@ class _TriedStepChain(NamedTuple):
     before: _TriedStepChain | None
 
 
-class Branch(NamedTuple):
+class ExecutionBranch(NamedTuple):
     """One way to execute the subgoals, up to the present point of the search.
 
     Attributes:
@@ -201,16 +201,18 @@ class Branch(NamedTuple):
         return (*faults, self.failure)
 
 
-def _rank_success(branch: Branch) -> int:
+def _rank_success(branch: ExecutionBranch) -> int:
     return branch.errors
 
 
-def _rank_failure(branch: Branch) -> tuple[int, int]:
+def _rank_failure(branch: ExecutionBranch) -> tuple[int, int]:
     """Return the sort key of a failed branch: fewest errors come first, then most executed actions."""
     return branch.errors, -branch.past.number
 
 
-def _merge_branches(branches: list[Branch], subgoal: int, *, with_pasts: bool) -> list[Branch]:
+def _merge_branches(
+    branches: list[ExecutionBranch], subgoal: int, *, with_pasts: bool
+) -> list[ExecutionBranch]:
     """Of branches with the same future, keep the best one for success and the best one for failure, in order.
 
     Args:
@@ -221,7 +223,7 @@ def _merge_branches(branches: list[Branch], subgoal: int, *, with_pasts: bool) -
     """
     if len(branches) < _MIN_BRANCHES_TO_MERGE:
         return branches
-    groups: dict[object, list[Branch]] = {}
+    groups: dict[object, list[ExecutionBranch]] = {}
     for branch in branches:
         way = branch.trajectory.executed if with_pasts else ()
         key = (branch.state, branch.met, branch.count_executed(subgoal), way)
@@ -242,7 +244,9 @@ _NO_SUBGOAL = -1
 """Number that stands for no subgoal, at the end of a program."""
 
 
-def _end_branch(branch: Branch, subgoal: int, check: Check, earlier: int | None = None) -> Branch:
+def _end_branch(
+    branch: ExecutionBranch, subgoal: int, check: Check, earlier: int | None = None
+) -> ExecutionBranch:
     """Return the branch after it failed at a subgoal without trying an action.
 
     ``earlier`` is the number of the last state in which the subgoal held, or None.
@@ -287,15 +291,15 @@ class ExplorationResult:
         ended: all branches that ended, in the order of the search.
     """
 
-    reported: Branch
+    reported: ExecutionBranch
     success: bool
     executable: bool
     end: ExplorationEnd
     attempts: int
-    ended: tuple[Branch, ...] = ()
+    ended: tuple[ExecutionBranch, ...] = ()
 
 
-def search(
+def explore_program(
     domain: Domain,
     initial: State,
     program: Program,
@@ -311,7 +315,7 @@ def search(
         goal: the goal.
         limits: the limits of the search.
     """
-    return _Exploration(domain, program, goal, limits).run(Branch(History(initial)))
+    return _Exploration(domain, program, goal, limits).run(ExecutionBranch(History(initial)))
 
 
 class _Exploration:
@@ -324,17 +328,17 @@ class _Exploration:
         self._program = program
         self._goal = goal
         self._limits = limits
-        self._waiting: list[list[Branch]] = [[] for _ in program]
+        self._waiting: list[list[ExecutionBranch]] = [[] for _ in program]
         self._attempts = Effort(limits.attempts)
         self._effort = Effort(limits.effort)
         self._end: ExplorationEnd = "complete"
         self._is_cut = False
-        self._successful: list[Branch] = []
-        self._executable: list[Branch] = []
-        self._failed: list[Branch] = []
-        self._ended: list[Branch] = []
+        self._successful: list[ExecutionBranch] = []
+        self._executable: list[ExecutionBranch] = []
+        self._failed: list[ExecutionBranch] = []
+        self._ended: list[ExecutionBranch] = []
 
-    def run(self, start: Branch) -> ExplorationResult:
+    def run(self, start: ExecutionBranch) -> ExplorationResult:
         """Explore all branches from a start, and return the result."""
         self._waiting[-1].append(start)
         for number in reversed(range(len(self._program))):
@@ -346,19 +350,21 @@ class _Exploration:
                     return self._make_result(branch)
         return self._make_result(start)
 
-    def _select_branches(self, waiting: list[Branch], instruction: Instruction) -> list[Branch]:
+    def _select_branches(
+        self, waiting: list[ExecutionBranch], instruction: Instruction
+    ) -> list[ExecutionBranch]:
         """Return the branches that continue at an instruction.
 
         The limit on branches does not apply to tests and to the end of the answer.
         """
         subgoal = _NO_SUBGOAL if instruction is None else instruction.subgoal
         branches = _merge_branches(waiting, subgoal, with_pasts=self._goal.trajectory_test is not None)
-        if not isinstance(instruction, Perform | Fork):
+        if not isinstance(instruction, PerformInstruction | ForkInstruction):
             return branches
         self._is_cut |= len(branches) > self._limits.branches
         return branches[: self._limits.branches]
 
-    def _make_result(self, fallback: Branch) -> ExplorationResult:
+    def _make_result(self, fallback: ExecutionBranch) -> ExplorationResult:
         if self._is_cut and self._end == "complete" and not self._successful:
             self._end = "branches"
         if self._successful:
@@ -374,13 +380,13 @@ class _Exploration:
             ended=tuple(self._ended),
         )
 
-    def _run(self, branch: Branch, instruction: Instruction) -> None:
+    def _run(self, branch: ExecutionBranch, instruction: Instruction) -> None:
         match instruction:
-            case Perform():
+            case PerformInstruction():
                 self._perform_plans(branch, instruction)
-            case Require():
+            case RequireInstruction():
                 self._check_requirement(branch, instruction)
-            case Fork(targets):
+            case ForkInstruction(targets):
                 self._effort.used += instruction.effort
                 for target in targets(branch.state):
                     self._waiting[target].append(branch)
@@ -395,7 +401,7 @@ class _Exploration:
             case _:
                 assert_never(instruction)
 
-    def _perform_plans(self, branch: Branch, instruction: Perform) -> None:
+    def _perform_plans(self, branch: ExecutionBranch, instruction: PerformInstruction) -> None:
         if self._has_reached_limit():
             return
         result = instruction.plans(branch.state)
@@ -415,7 +421,9 @@ class _Exploration:
             else:
                 self._add_ended_branch(after, self._failed)
 
-    def _follow_plan(self, branch: Branch, plan: ActionSequence, instruction: Perform) -> Branch:
+    def _follow_plan(
+        self, branch: ExecutionBranch, plan: ActionSequence, instruction: PerformInstruction
+    ) -> ExecutionBranch:
         """Continue a branch by a plan, up to the plan's first failing step. Additional steps do not end it.
 
         A plan that is too long ends the branch.
@@ -438,10 +446,10 @@ class _Exploration:
             tried = _TriedStepChain(Step(action, outcome), tried)
             if outcome.kind is not FaultKind.ADDITIONAL_STEP:
                 self._effort.used += past.number // _PAST_STATES_PER_ACTION
-                return Branch(past, tried, errors, met, subgoal, outcome, executed, refined)
-        return Branch(past, tried, errors, met, subgoal, None, executed, refined)
+                return ExecutionBranch(past, tried, errors, met, subgoal, outcome, executed, refined)
+        return ExecutionBranch(past, tried, errors, met, subgoal, None, executed, refined)
 
-    def _check_requirement(self, branch: Branch, instruction: Require) -> None:
+    def _check_requirement(self, branch: ExecutionBranch, instruction: RequireInstruction) -> None:
         if self._has_reached_limit():
             return
         self._effort.used += instruction.effort
@@ -453,7 +461,7 @@ class _Exploration:
             failed = _end_branch(branch, instruction.subgoal, instruction.check, earlier)
             self._add_ended_branch(failed, self._failed)
 
-    def _find_earlier_state(self, branch: Branch, instruction: Require) -> int | None:
+    def _find_earlier_state(self, branch: ExecutionBranch, instruction: RequireInstruction) -> int | None:
         """Return the number of the latest state in which a required subgoal held, or None.
 
         If the limit of effort is reached, the result may be any number of a state.
@@ -465,7 +473,7 @@ class _Exploration:
 
         return branch.past.find_last_state(instruction.holds, has_held)
 
-    def _add_ended_branch(self, branch: Branch, among: list[Branch]) -> None:
+    def _add_ended_branch(self, branch: ExecutionBranch, among: list[ExecutionBranch]) -> None:
         self._ended.append(branch)
         among.append(branch)
 

@@ -35,7 +35,7 @@ MovementPath: TypeAlias = PlanNode
 """A path of movements from a state, with the state at its end."""
 
 
-class Permitted(NamedTuple):
+class PermittedActions(NamedTuple):
     """The permitted actions of a search. A part is a literal of the subgoal; masks have a bit for each part.
 
     Attributes:
@@ -84,7 +84,7 @@ class SearchGoal(NamedTuple):
         return 1 + self.size // _PARTS_PER_ACTION
 
 
-def find_plans(goal: SearchGoal, sets: Iterable[Permitted], start: State, budget: int) -> SubgoalPlans:
+def find_plans(goal: SearchGoal, sets: Iterable[PermittedActions], start: State, budget: int) -> SubgoalPlans:
     """Return the shortest plans with the first set of actions that allows any, or the best failed attempt.
 
     Args:
@@ -171,7 +171,7 @@ class _UniformCostSearch:
         out_of_reach: pairs of a state and an action that no movement makes possible in this state.
     """
 
-    def __init__(self, goal: SearchGoal, permitted: Permitted, budget: int) -> None:
+    def __init__(self, goal: SearchGoal, permitted: PermittedActions, budget: int) -> None:
         self.goal = goal
         self.permitted = permitted
         self.effort = Effort(budget)

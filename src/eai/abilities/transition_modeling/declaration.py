@@ -50,7 +50,7 @@ _PLANNER_SUCCESS = f"{OVERALL}.planner_success"
 _PLAN_WORKS = f"{OVERALL}.plan_works"
 
 
-def contributions(verdict: OperatorVerdict) -> dict[str, Share]:
+def compute_metric_shares(verdict: OperatorVerdict) -> dict[str, Share]:
     """Return what one answer adds to each rate.
 
     The counts of preconditions and effects are added; the overall counts and literals add all categories. The
@@ -72,7 +72,7 @@ def contributions(verdict: OperatorVerdict) -> dict[str, Share]:
     return shares
 
 
-def outcome(verdict: OperatorVerdict) -> AnswerOutcome:
+def classify_outcome(verdict: OperatorVerdict) -> AnswerOutcome:
     """Return the outcome of an answer.
 
     If a planner was used, right operators are a success only with a plan.
@@ -120,8 +120,8 @@ TRANSITION_MODELING = AbilityDeclaration(
     title="Transition modeling",
     short_title="operators",
     verdict=OperatorVerdict,
-    contributions=contributions,
-    outcome=outcome,
+    contributions=compute_metric_shares,
+    outcome=classify_outcome,
     columns=(
         *make_score_columns((*_PARTS, LITERALS)),
         *(MetricColumn(f"{part}.planner_success", PLANNER, get_display_name(part)) for part in _PARTS),

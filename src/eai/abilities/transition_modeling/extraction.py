@@ -127,7 +127,9 @@ OperatorCache: TypeAlias = ResultCache[str, WrittenOperator | PddlFinding]
 """A cache of operators by their text. For an operator with wrong parentheses, the defect is cached."""
 
 
-def extract(answer: str, readings: OperatorCache) -> ParsedAnswer[dict[str, WrittenOperator]] | Unreadable:
+def read_operators(
+    answer: str, readings: OperatorCache
+) -> ParsedAnswer[dict[str, WrittenOperator]] | Unreadable:
     """Return an answer's operators by name, in order, or why the whole answer cannot be read.
 
     Args:

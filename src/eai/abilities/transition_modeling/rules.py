@@ -15,7 +15,12 @@ from collections.abc import Callable, Hashable, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from typing import ClassVar, Literal, TypeAlias
 
-from eai.abilities.transition_modeling.extraction import OperatorCache, ResultCache, WrittenOperator, extract
+from eai.abilities.transition_modeling.extraction import (
+    OperatorCache,
+    ResultCache,
+    WrittenOperator,
+    read_operators,
+)
 from eai.abilities.transition_modeling.verdict import OperatorReport, OperatorStatus
 from eai.abilities.verdict import Confusion, ErrorReport, Span, Unreadable, add_confusions
 from eai.pddl.check import Declarations, PddlFinding, check_action
@@ -74,7 +79,7 @@ NO_OPERATORS = PlannerResult(PlannerOutcome.INPUT_ERROR, detail="the answer hold
 
 
 @dataclass(frozen=True, slots=True)
-class Judgement:
+class OperatorJudgement:
     """The comparison of an answer's operators with the gold operators, and the result of planning.
 
     Attributes:
@@ -137,11 +142,11 @@ class OperatorRules(ABC):
     counts_clauses: ClassVar[bool] = True
 
     @abstractmethod
-    def judge(self, task: TransitionTask, text: str) -> Judgement:
+    def judge(self, task: TransitionTask, text: str) -> OperatorJudgement:
         """Return the judgement on an answer, even if the answer cannot be read."""
 
     @abstractmethod
-    def judge_missing_answer(self, task: TransitionTask) -> Judgement:
+    def judge_missing_answer(self, task: TransitionTask) -> OperatorJudgement:
         """Return the judgement on a missing answer: each operator of the task is missing."""
 
     @abstractmethod
@@ -197,9 +202,9 @@ class PaperOperatorRules(OperatorRules):
         default_factory=ResultCache
     )
 
-    def judge(self, task: TransitionTask, text: str) -> Judgement:
+    def judge(self, task: TransitionTask, text: str) -> OperatorJudgement:
         """Return the judgement on an answer. An answer without operators misses all operators of the task."""
-        written = extract(text, self.readings)
+        written = read_operators(text, self.readings)
         if isinstance(written, Unreadable):
             error = ErrorReport(FaultKind.PARSING, None, written.reason)
             return replace(self.judge_missing_answer(task), error=error, spans=written.spans)
@@ -222,7 +227,7 @@ class PaperOperatorRules(OperatorRules):
             if written_operator.action is not None
         }
         flaw = plan_flaw(task, actions, planning.plan) if solved else None
-        return Judgement(
+        return OperatorJudgement(
             operators=(*reports, *others),
             planning=planning,
             plan_works=None if unplanned else solved and flaw is None,
@@ -236,13 +241,13 @@ class PaperOperatorRules(OperatorRules):
             matches={report.name: match for report, match in compared},
         )
 
-    def judge_missing_answer(self, task: TransitionTask) -> Judgement:
+    def judge_missing_answer(self, task: TransitionTask) -> OperatorJudgement:
         """Return the judgement on a missing answer: each operator of the task is missing."""
         compared = [self._compare_with_gold(task, name, None) for name in task.operators]
         missing = tuple([report for report, _ in compared])
         planning = self.empty_result
         works = None if planning.outcome is PlannerOutcome.NOT_RUN else False
-        return Judgement(missing, planning, works, literals=_sum_literal_counts(compared))
+        return OperatorJudgement(missing, planning, works, literals=_sum_literal_counts(compared))
 
     def plan_one_at_a_time(
         self, task: TransitionTask, text: str, replaced: ReplacedPart
@@ -251,7 +256,7 @@ class PaperOperatorRules(OperatorRules):
 
         The result is None for an operator that the answer lacks.
         """
-        written = extract(text, self.readings)
+        written = read_operators(text, self.readings)
         by_name = {} if isinstance(written, Unreadable) else written.value
         return {
             name: self._plan_with_operator(task, _replace_part(by_name[name], task.gold[name], replaced))

@@ -7,7 +7,7 @@ from functools import lru_cache, partial
 
 from eai.abilities.explanation import Explanation, Statement, StepReport
 from eai.abilities.scorer import Assessment, Scorer
-from eai.abilities.transition_modeling.rules import Judgement, OperatorRules, ReplacedPart
+from eai.abilities.transition_modeling.rules import OperatorJudgement, OperatorRules, ReplacedPart
 from eai.abilities.transition_modeling.verdict import (
     OTHER,
     ClauseContent,
@@ -82,7 +82,7 @@ class TransitionModeling(Scorer):
         """
         return self._rules.plan_one_at_a_time(self.task, text, replaced)
 
-    def _make_verdict(self, judgement: Judgement) -> OperatorVerdict:
+    def _make_verdict(self, judgement: OperatorJudgement) -> OperatorVerdict:
         categories = tuple(category.value for category in self.task.categories)
         if judgement.excluded is not None:
             return OperatorVerdict(
@@ -126,7 +126,7 @@ class TransitionModeling(Scorer):
         }
 
 
-def _explain_judgement(judgement: Judgement) -> Explanation:
+def _explain_judgement(judgement: OperatorJudgement) -> Explanation:
     if judgement.error is not None:
         return Explanation((judgement.error.detail,))
     steps = tuple(
@@ -136,7 +136,7 @@ def _explain_judgement(judgement: Judgement) -> Explanation:
     return Explanation(notes=tuple(_list_notes(judgement)), steps=steps)
 
 
-def _list_notes(judgement: Judgement) -> Iterator[str]:
+def _list_notes(judgement: OperatorJudgement) -> Iterator[str]:
     of_operators = {repair for repairs in judgement.operator_repairs.values() for repair in repairs}
     of_answer = [repair for repair in judgement.repairs if repair not in of_operators]
     if of_answer:

@@ -26,7 +26,7 @@ from eai.benchmarks.behavior.predicates import GOAL_RELATIONS, GOAL_STATES, part
 from eai.benchmarks.behavior.tasks import open_tasks as open_behavior_tasks
 from eai.benchmarks.benchmark import Benchmark, DataSet, read_answer_formats
 from eai.benchmarks.errata import load_errata
-from eai.benchmarks.published import make_prompt_reader, open_behavior
+from eai.benchmarks.published import make_prompt_reader, open_behavior_operators
 from eai.benchmarks.reference_wheel import find_published_id
 from eai.benchmarks.registry import TITLES
 from eai.tasks.english import read_english
@@ -150,7 +150,7 @@ _HANDS = {"in_right_hand": "holds_rh", "in_left_hand": "holds_lh"}
 NAME = "behavior"
 
 
-def wording(ability: Ability) -> Wording:
+def make_wording(ability: Ability) -> Wording:
     """Return the names of objects and predicates that prompts of an ability use.
 
     Prompts of subgoal decomposition also name hands. Prompts of goal interpretation name objects as problem
@@ -189,7 +189,7 @@ def _get_instance_name(task: Task, index: int) -> str:
 open_tasks = once_per_store(open_behavior_tasks)
 """Opens the 100 tasks of BEHAVIOR."""
 
-open_operators = once_per_store(open_behavior)
+open_operators = once_per_store(open_behavior_operators)
 """Opens BEHAVIOR's 100 tasks of transition modeling."""
 
 
@@ -204,7 +204,7 @@ def behavior() -> Benchmark:
             BehaviorGoals(),
             BehaviorSubgoals(),
             formats=read_answer_formats("eai.benchmarks.behavior"),
-            wordings=wording,
+            wordings=make_wording,
             also_observed=("in_left_hand", "in_right_hand", "robot_on"),
             english=read_english("eai.benchmarks.behavior"),
         ),

@@ -103,7 +103,7 @@ def clear_support(obj: Variable) -> tuple[Effect, ...]:
     return Delete(p.lies_in(obj, ANYTHING)), Delete(p.lies_on(obj, ANYTHING))
 
 
-def grasp(hand: _Hand) -> Operator:
+def make_grasp_action(hand: _Hand) -> Operator:
     """Return the action GRASP of a hand. Objects on the grasped object come along, unless much larger."""
     checks = (
         affordance(~p.floor(X), "{x} is a floor"),
@@ -125,7 +125,7 @@ def grasp(hand: _Hand) -> Operator:
     return Operator(f"{hand.name}_GRASP", (X,), checks, effects, text, role=Role.TAKES)
 
 
-def release(hand: _Hand) -> Operator:
+def make_release_action(hand: _Hand) -> Operator:
     """Return the action RELEASE of a hand: the held object then stands on the floor on which the robot is."""
     checks = (
         missing(~(hand.empty & p.labelled(X)), "that hand holds nothing"),
@@ -206,10 +206,19 @@ def make_pouring_actions(hand: _Hand) -> Iterator[Operator]:
 def make_hand_actions(hand: _Hand) -> tuple[Operator, ...]:
     """Return the actions of a hand, in the order of the reference's list."""
     ontop, inside, nextto, under, nextto_ontop = make_placing_actions(hand)
-    return grasp(hand), ontop, inside, release(hand), nextto, *make_pouring_actions(hand), nextto_ontop, under
+    return (
+        make_grasp_action(hand),
+        ontop,
+        inside,
+        make_release_action(hand),
+        nextto,
+        *make_pouring_actions(hand),
+        nextto_ontop,
+        under,
+    )
 
 
-def set_state(
+def make_state_action(
     name: str,
     ability: Predicate,
     state: Predicate,
@@ -234,10 +243,10 @@ def set_state(
     return Operator(name, (X,), checks, (change, *effects), description)
 
 
-def toggle_on() -> Operator:
+def make_toggle_on_action() -> Operator:
     """Return the action TOGGLE_ON; a running dishwasher cleans the objects directly in or on it."""
     washed = (Delete(p.is_dusty(C)), Delete(p.is_stained(C)))
-    return set_state(
+    return make_state_action(
         "TOGGLE_ON",
         p.toggleable,
         p.is_toggled_on,
@@ -248,7 +257,7 @@ def toggle_on() -> Operator:
     )
 
 
-def slice_() -> Operator:
+def make_slice_action() -> Operator:
     """Return the action SLICE: two halves replace an object, with its support, relations and states."""
     parts = p.part_of(P, X)
     states: tuple[Effect, ...] = tuple(
@@ -269,7 +278,7 @@ def slice_() -> Operator:
         )
         for relation in (p.lies_in, p.lies_on)
     )
-    return set_state(
+    return make_state_action(
         "SLICE",
         p.sliceable,
         p.is_sliced,
@@ -290,7 +299,7 @@ def _pass_relation_to_halves(label: Predicate) -> tuple[Effect, ...]:
     )
 
 
-def clean() -> Operator:
+def make_clean_action() -> Operator:
     """Return the action CLEAN: try to remove dust, then stains; the action succeeds if either is removed."""
     in_sink = Exists(Y, p.carried_by(X, Y) & p.is_toggled_on(Y) & p.sink(Y))
     in_dishwasher = Exists(Y, p.carried_by(X, Y) & p.is_toggled_on(Y) & p.dishwasher(Y))
@@ -327,23 +336,27 @@ def _make_cleaning_try(dirt: Predicate, means: Formula, lacking: str, id: str) -
     return Try(dirt(X), checks, (Delete(dirt(X)),))
 
 
-def soak() -> Operator:
+def make_soak_action() -> Operator:
     """Return the action SOAK: an object in a running sink or a teapot becomes wet."""
     vessel = (p.sink(Y) | p.teapot(Y)) & (p.is_toggled_on(Y) | ~p.toggleable(Y))
     in_water = missing(Exists(Y, p.carried_by(X, Y) & vessel), "{x} is in no running sink and no teapot")
-    return set_state("SOAK", p.soakable, p.is_soaked, "make the object wet", to=True, last=(in_water,))
+    return make_state_action(
+        "SOAK", p.soakable, p.is_soaked, "make the object wet", to=True, last=(in_water,)
+    )
 
 
-def cook() -> Operator:
+def make_cook_action() -> Operator:
     """Return the action COOK: an object in a saucepan becomes cooked."""
     in_pan = missing(Exists(Y, p.carried_by(X, Y) & p.saucepan(Y)), "{x} is in no saucepan")
-    return set_state("COOK", p.cookable, p.is_cooked, "cook the object", to=True, last=(in_pan,))
+    return make_state_action("COOK", p.cookable, p.is_cooked, "cook the object", to=True, last=(in_pan,))
 
 
-def freeze() -> Operator:
+def make_freeze_action() -> Operator:
     """Return the action FREEZE: an object in a fridge freezes."""
     in_cold = missing(Exists(Y, p.carried_by(X, Y) & p.cold_source(Y)), "{x} is in no fridge")
-    return set_state("FREEZE", p.freezable, p.is_frozen, "freeze the object", to=True, last=(in_cold,))
+    return make_state_action(
+        "FREEZE", p.freezable, p.is_frozen, "freeze the object", to=True, last=(in_cold,)
+    )
 
 
 def make_operators() -> tuple[Operator, ...]:
@@ -355,17 +368,17 @@ def make_operators() -> tuple[Operator, ...]:
     return (
         Operator("NAVIGATE_TO", (X,), (), (), "go to the object", role=Role.MOVEMENT),
         *chain.from_iterable(zip(*map(make_hand_actions, HANDS), strict=True)),
-        set_state("OPEN", p.openable, p.is_open, "open the object", to=True, last=(not_on,)),
-        set_state("CLOSE", p.openable, p.is_open, "close the object", to=False),
-        cook(),
-        clean(),
-        freeze(),
-        set_state("UNFREEZE", p.freezable, p.is_frozen, "thaw the object", to=False),
-        slice_(),
-        soak(),
-        set_state("DRY", p.soakable, p.is_soaked, "dry the object", to=False),
-        toggle_on(),
-        set_state("TOGGLE_OFF", p.toggleable, p.is_toggled_on, "switch the object off", to=False),
+        make_state_action("OPEN", p.openable, p.is_open, "open the object", to=True, last=(not_on,)),
+        make_state_action("CLOSE", p.openable, p.is_open, "close the object", to=False),
+        make_cook_action(),
+        make_clean_action(),
+        make_freeze_action(),
+        make_state_action("UNFREEZE", p.freezable, p.is_frozen, "thaw the object", to=False),
+        make_slice_action(),
+        make_soak_action(),
+        make_state_action("DRY", p.soakable, p.is_soaked, "dry the object", to=False),
+        make_toggle_on_action(),
+        make_state_action("TOGGLE_OFF", p.toggleable, p.is_toggled_on, "switch the object off", to=False),
     )
 
 

@@ -35,7 +35,7 @@ Manner: TypeAlias = str | list[str] | None
 """How a tool removes a substance: dry ([]), soaked with a listed solvent, switched on, or never (None)."""
 
 
-def lemma(synset: str) -> str:
+def get_lemma(synset: str) -> str:
     """Return the name of a kind without word class and sense number: ``mug`` for ``mug.n.04``."""
     return _SYNSET.sub(lambda match: match[1].replace("-", "_"), synset)
 
@@ -75,7 +75,7 @@ class Recipe:
 
 
 @dataclass(frozen=True, slots=True)
-class Making:
+class ProductionMethod:
     """A way to make an object of a kind: method, kinds of ingredients, equipment, and recipe, if any."""
 
     by: str
@@ -111,29 +111,29 @@ class _KindRules:
     recipes: Sequence[Recipe]
 
     @cached_property
-    def makings(self) -> Mapping[str, Sequence[Making]]:
+    def makings(self) -> Mapping[str, Sequence[ProductionMethod]]:
         """Kind -> all ways to make an object of the kind."""
         return group_pairs(self._yield_production_methods())
 
-    def _yield_production_methods(self) -> Iterator[tuple[str, Making]]:
+    def _yield_production_methods(self) -> Iterator[tuple[str, ProductionMethod]]:
         for whole, (half, _) in self.slice.items():
-            yield half, Making("slice", (whole,), ("slicer",))
+            yield half, ProductionMethod("slice", (whole,), ("slicer",))
         for whole, dice in self.dice.items():
             for made in dice.values():
-                yield made, Making("dice", (whole,), ("slicer",))
+                yield made, ProductionMethod("dice", (whole,), ("slicer",))
         for by, rules in (("melt", self.melt), ("cook", self.cook)):
             for before, after in rules.items():
-                yield after, Making(by, (before,), ("heatSource",))
+                yield after, ProductionMethod(by, (before,), ("heatSource",))
         for before, after in self.cook_in_water.items():
-            yield after, Making("cook_in_water", (before, BOILED_WATER), ("heatSource",))
+            yield after, ProductionMethod("cook_in_water", (before, BOILED_WATER), ("heatSource",))
         for recipe in self.recipes:
             tools = [kind for kind in (recipe.vessel, recipe.source) if kind]
             equipment = ("mixingTool",) if recipe.by == "stirring" else tuple(tools)
             for made in recipe.makes:
-                yield made, Making("recipe", tuple(recipe.takes), equipment, recipe)
+                yield made, ProductionMethod("recipe", tuple(recipe.takes), equipment, recipe)
 
 
-class Kinds:
+class ObjectKinds:
     """The kinds with their abilities, and the rules that turn objects into other kinds.
 
     Args:

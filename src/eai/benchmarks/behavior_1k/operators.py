@@ -97,14 +97,14 @@ def _go_to(obj: Variable) -> Effect:
     return Let(F, p.floor_of(obj, F), (Delete(p.robot_on(ANYTHING)), Add(p.robot_on(F))))
 
 
-def navigate_to() -> Operator:
+def make_navigate_action() -> Operator:
     """Return the action NAVIGATE_TO (OmniGibson: primitives NAVIGATE_TO)."""
     return Operator(
         "NAVIGATE_TO", (X,), (require_existing(X),), (_go_to(X),), "go to the object", role=Role.MOVEMENT
     )
 
 
-def grasp() -> Operator:
+def make_grasp_action() -> Operator:
     """Return the action GRASP (OmniGibson: primitives GRASP). The action names no hand."""
     checks = (
         MOVABLE,
@@ -123,7 +123,7 @@ def grasp() -> Operator:
     return Operator("GRASP", (X,), checks, (*take_from_place(X), Add(p.held(X))), text, role=Role.TAKES)
 
 
-def release() -> Operator:
+def make_release_action() -> Operator:
     """Return the action RELEASE (OmniGibson: primitives RELEASE)."""
     effects = (Delete(p.held(X)), Let(F, p.robot_on(F), (Add(p.lies_on(X, F)),)))
     text = "let go of the object in a hand; it comes to lie on the floor where the robot is"
@@ -175,7 +175,7 @@ def make_placing_actions() -> Iterator[Operator]:
     )
 
 
-def detach() -> Operator:
+def make_detach_action() -> Operator:
     """Return the action DETACH (OmniGibson: states attached_to)."""
     checks = (
         require_existing(X),
@@ -227,7 +227,7 @@ def make_state_actions() -> Iterator[Operator]:
     yield _make_state_action("UNFOLD", p.foldable, p.is_unfolded, "unfold the object", folded, to=True)
 
 
-def slice_() -> Operator:
+def make_slice_action() -> Operator:
     """Return the action SLICE: two halves replace an object, with its place, states and covers.
 
     OmniGibson: primitives CUT, rules SlicingRule.
@@ -258,7 +258,7 @@ def _require_cutting_tool(ability: Predicate, reason: str) -> tuple[Check, ...]:
     )
 
 
-def dice() -> Operator:
+def make_dice_action() -> Operator:
     """Return the action DICE: dice, a substance, replace an object in its container or on its support.
 
     OmniGibson: rules DicingRule.
@@ -285,7 +285,7 @@ HOLDS_SOMETHING = missing(Exists(S, POURABLE), "{x} holds no substance")
 RUNNING = missing(~p.toggleable(Y) | p.is_toggled_on(Y), "{y} is not switched on")
 
 
-def fill() -> Operator:
+def make_fill_action() -> Operator:
     """Return the action FILL (OmniGibson: states particle_source_or_sink)."""
     checks = (
         require_ability(X, p.fillable, "cannot be filled"),
@@ -311,7 +311,7 @@ def _require_pouring(*checks: Check) -> tuple[Check, ...]:
     )
 
 
-def pour() -> Operator:
+def make_pour_action() -> Operator:
     """Return the action POUR (OmniGibson: states contains, filled).
 
     Some of the substance remains in the vessel (D3).
@@ -329,7 +329,7 @@ def pour() -> Operator:
     return Operator("POUR", (X, Y), checks, effects, text)
 
 
-def empty() -> Operator:
+def make_empty_action() -> Operator:
     """Return the action EMPTY (OmniGibson: states particle_source_or_sink).
 
     Nothing remains in the vessel (D3).
@@ -352,7 +352,7 @@ def empty() -> Operator:
     return Operator("EMPTY", (X, Y), checks, effects, text)
 
 
-def apply() -> Operator:
+def make_apply_action() -> Operator:
     """Return the action APPLY (OmniGibson: states particle_modifier, ParticleApplier).
 
     Liquids soak absorbent objects (D10).
@@ -368,7 +368,7 @@ def apply() -> Operator:
 COVERED = additional(Exists(S, p.has_cover(X, S)), "{x} is covered by nothing")
 
 
-def wipe() -> Operator:
+def make_wipe_action() -> Operator:
     """Return the action WIPE (OmniGibson: primitives WIPE, states particle_modifier, ParticleRemover)."""
     soaked = p.removes_soaked(T, S) & Exists(W, p.dissolved_by(S, W) & p.soaked_with(T, W))
     off = p.has_cover(X, S) & (p.removes_dry(T, S) | soaked | (p.removes_running(T, S) & p.is_toggled_on(T)))
@@ -387,7 +387,7 @@ def wipe() -> Operator:
     return Operator("WIPE", (X, T), checks, (ForEach(S, off, (Delete(p.has_cover(X, S)),)),), text)
 
 
-def soak() -> Operator:
+def make_soak_action() -> Operator:
     """Return the action SOAK (OmniGibson: primitives SOAK_UNDER and SOAK_INSIDE)."""
     fluid = (p.gives(Y, S) & (~p.toggleable(Y) | p.is_toggled_on(Y) | ~p.fixed(Y))) | p.has_in(Y, S)
     checks = (
@@ -402,7 +402,7 @@ def soak() -> Operator:
     return Operator("SOAK", (X, Y), checks, (ForEach(S, fluid, (Add(p.soaked_with(X, S)),)),), text)
 
 
-def rinse() -> Operator:
+def make_rinse_action() -> Operator:
     """Return the action RINSE.
 
     It removes the substances that the table of the washing machine lists for water (D4).
@@ -448,7 +448,7 @@ def make_products(vessel: Variable, chosen: Formula) -> tuple[Effect, ...]:
     )
 
 
-def run() -> Operator:
+def make_run_machine_action() -> Operator:
     """Return the action RUN (OmniGibson: rules ToggleableMachineRule).
 
     Objects that the recipe does not need must be taken out first (D6).
@@ -466,7 +466,7 @@ def run() -> Operator:
     return Operator("RUN", (H,), checks, make_products(H, p.made_in(R, H) & ~p.by_heat(R)), text)
 
 
-def stir() -> Operator:
+def make_stir_action() -> Operator:
     """Return the action STIR (OmniGibson: rules MixingToolRule)."""
     checks = (
         affordance(p.fillable(C), "{c} cannot be filled"),
@@ -492,7 +492,7 @@ def _require_exposure(source: Predicate, reason: str) -> tuple[Check, ...]:
     )
 
 
-def heat() -> Operator:
+def make_heat_action() -> Operator:
     """Return the action HEAT: a source heats an object with all its contents, and completes recipes in it.
 
     OmniGibson: states heat_source_or_sink, cooked; rules CookingSystemRule, CookingObjectRule, MeltingRule.
@@ -536,7 +536,7 @@ def heat() -> Operator:
     return Operator("HEAT", (X, H), _require_exposure(p.heat_source, "heats nothing"), effects, text)
 
 
-def freeze() -> Operator:
+def make_freeze_action() -> Operator:
     """Return the action FREEZE (OmniGibson: states heat_source_or_sink, frozen).
 
     Nothing freezes without this action (D8).
@@ -562,7 +562,7 @@ def _require_running_machine(ability: Predicate, reason: str) -> tuple[Check, ..
     )
 
 
-def wash() -> Operator:
+def make_wash_action() -> Operator:
     """Return the action WASH (OmniGibson: rules WasherRule)."""
     solvent = Exists(W, p.dissolved_by(S, W) & p.has_in(H, W))
     off = p.has_cover(X, S) & (p.washes_off(H, S) | solvent)
@@ -574,7 +574,7 @@ def wash() -> Operator:
     return Operator("WASH", (H,), _require_running_machine(p.washer, "washes nothing"), effects, text)
 
 
-def dry() -> Operator:
+def make_dry_action() -> Operator:
     """Return the action DRY (OmniGibson: rules DryerRule)."""
     inside = p.within(X, H)
     effects = (
@@ -585,7 +585,7 @@ def dry() -> Operator:
     return Operator("DRY", (H,), _require_running_machine(p.dryer, "dries nothing"), effects, text)
 
 
-def ignite() -> Operator:
+def make_ignite_action() -> Operator:
     """Return the action IGNITE (OmniGibson: states on_fire)."""
     checks = (
         require_ability(X, p.flammable, "does not burn"),
@@ -600,7 +600,7 @@ def ignite() -> Operator:
     return Operator("IGNITE", (X, T), checks, (Add(p.is_on_fire(X)),), text)
 
 
-def wait() -> Operator:
+def make_wait_action() -> Operator:
     """Return the action WAIT for hours (OmniGibson: states temperature, which decays over hours)."""
     kept_cold = Exists(Y, p.cold_source(Y) & p.working(Y) & p.exposed_to(X, Y))
     effects = (
@@ -623,8 +623,31 @@ def add_common_checks(operator: Operator) -> Operator:
 
 
 _MAKERS: tuple[Callable[[], Operator], ...] = (
-    *(navigate_to, grasp, release, detach, slice_, dice, fill, pour, empty, apply, wipe, soak, rinse),
-    *(run, stir, heat, freeze, wash, dry, ignite, wait),
+    *(
+        make_navigate_action,
+        make_grasp_action,
+        make_release_action,
+        make_detach_action,
+        make_slice_action,
+        make_dice_action,
+        make_fill_action,
+        make_pour_action,
+        make_empty_action,
+        make_apply_action,
+        make_wipe_action,
+        make_soak_action,
+        make_rinse_action,
+    ),
+    *(
+        make_run_machine_action,
+        make_stir_action,
+        make_heat_action,
+        make_freeze_action,
+        make_wash_action,
+        make_dry_action,
+        make_ignite_action,
+        make_wait_action,
+    ),
 )
 
 

@@ -67,8 +67,8 @@ class _Activity:
     """
 
     def __init__(self, text: str) -> None:
-        self.problem = parse_problem(k.lemma(text))
-        self.synsets = {k.lemma(match[0]): match[0] for match in _SYNSET.finditer(text)}
+        self.problem = parse_problem(k.get_lemma(text))
+        self.synsets = {k.get_lemma(match[0]): match[0] for match in _SYNSET.finditer(text)}
 
     @cached_property
     def objects(self) -> Mapping[str, str]:
@@ -143,7 +143,7 @@ class _SceneMaker:
         containers: kinds of objects that contain another object in some definition.
     """
 
-    def __init__(self, activity: _Activity, kinds: k.Kinds, containers: frozenset[str]) -> None:
+    def __init__(self, activity: _Activity, kinds: k.ObjectKinds, containers: frozenset[str]) -> None:
         self._activity = activity
         self._kinds = kinds
         self._containers = containers
@@ -168,7 +168,7 @@ class _SceneMaker:
         wanted |= {kind for kind in in_goal if kind in self._kinds.rules.makings and kind not in present}
         self._add_products(sorted(wanted), present)
         recipes = {f"recipe_{number}": recipe for number, recipe in enumerate(self._recipes, 1)}
-        made = {name: f"made__{k.lemma(kind)}" for name, kind in self._kind_of_each.items()}
+        made = {name: f"made__{k.get_lemma(kind)}" for name, kind in self._kind_of_each.items()}
         objects = {**made, **self._activity.objects, **dict.fromkeys(recipes, RECIPE)}
         facts = dict.fromkeys((*self._yield_facts(), *self._yield_recipes(recipes)))
         return Scene(p.VOCABULARY, objects).state((predicate.name, names) for predicate, names in facts)
@@ -180,7 +180,7 @@ class _SceneMaker:
         return [name for name, kind in self._kind_of_each.items() if kind == synset]
 
     def _add_object(self, synset: str) -> str:
-        stem, number = k.lemma(synset), 1
+        stem, number = k.get_lemma(synset), 1
         while f"{stem}_{number}" in self._kind_of_each:
             number += 1
         self._kind_of_each[f"{stem}_{number}"] = synset
@@ -207,7 +207,7 @@ class _SceneMaker:
             for making in self._kinds.rules.makings.get(kind, ())
         )
 
-    def _can_be_used(self, making: k.Making, present: set[str], above: tuple[str, ...]) -> bool:
+    def _can_be_used(self, making: k.ProductionMethod, present: set[str], above: tuple[str, ...]) -> bool:
         return all(self._has_equipment(need, present) for need in making.equipment) and all(
             self._can_be_made(ingredient, present, above) for ingredient in making.takes
         )
@@ -215,7 +215,7 @@ class _SceneMaker:
     def _add_products(self, wanted: Sequence[str], present: set[str]) -> None:
         """Add recipes, products and intermediate products by which the wanted kinds can be made."""
         makings = self._kinds.rules.makings
-        pending, ways = list(wanted), dict[str, list[k.Making]]()
+        pending, ways = list(wanted), dict[str, list[k.ProductionMethod]]()
         while pending:
             kind = pending.pop()
             if kind in ways:
@@ -232,7 +232,7 @@ class _SceneMaker:
             if kind in self._kinds.rules.slice and self._has_equipment("slicer", present):
                 self._add_halves(name, kind)
 
-    def _add_instances(self, kind: str, ways: Sequence[k.Making]) -> None:
+    def _add_instances(self, kind: str, ways: Sequence[k.ProductionMethod]) -> None:
         """Add objects of a kind until the scene has as many as can exist at one time."""
         number = 1
         for making in ways:
@@ -281,7 +281,7 @@ class _SceneMaker:
             p.fixed: has(kind, "sceneObject")
             and name in self._rooms
             and name not in self._activity.moved_objects,
-            p.floor: k.lemma(kind) in GROUND,
+            p.floor: k.get_lemma(kind) in GROUND,
             p.sliceable: kind in rules.slice,
             p.diceable: kind in rules.dice and kind not in rules.slice,
             p.container: not has(kind, "substance")
@@ -391,7 +391,7 @@ class _SceneMaker:
         yield from self._yield_floors()
 
     def _yield_floors(self) -> _SceneFacts:
-        floors = [name for name, kind in self._declared_kinds.items() if k.lemma(kind) in GROUND]
+        floors = [name for name, kind in self._declared_kinds.items() if k.get_lemma(kind) in GROUND]
         for name, kind in self._kind_of_each.items():
             room = self._rooms.get(name)
             near = [floor for floor in floors if room is None or self._rooms.get(floor) == room]
@@ -449,7 +449,7 @@ SetUp: TypeAlias = Callable[[str], tuple[_Activity, State]]
 """Returns the parsed definition and the initial state of the activity with this name."""
 
 
-def make_scene_setup(kinds: k.Kinds, texts: Mapping[str, str]) -> SetUp:
+def make_scene_setup(kinds: k.ObjectKinds, texts: Mapping[str, str]) -> SetUp:
     """Return the function that makes the initial state of an activity.
 
     It raises KeyError for an unknown name.

@@ -13,7 +13,7 @@ from importlib.resources import files
 import eai.logic.formula as f
 from eai.base.errors import InputError
 from eai.base.files import parse_toml
-from eai.benchmarks.behavior_1k.kinds import ACTIVITIES, KINDS, PACK, PLANS, RULES, Kinds
+from eai.benchmarks.behavior_1k.kinds import ACTIVITIES, KINDS, PACK, PLANS, RULES, ObjectKinds
 from eai.benchmarks.behavior_1k.operators import READING
 from eai.benchmarks.behavior_1k.scene import RECIPE, SetUp, make_scene_setup
 from eai.benchmarks.packs import open_pack
@@ -68,7 +68,7 @@ def open_tasks(english: English, source: Source | None = None) -> TaskSet[Task]:
 
     @cache
     def set_up() -> SetUp:
-        return make_scene_setup(Kinds(pack.read_json(KINDS), pack.read_json(RULES)), texts)
+        return make_scene_setup(ObjectKinds(pack.read_json(KINDS), pack.read_json(RULES)), texts)
 
     def build_task(task_id: str) -> Task:
         activity, initial = set_up()(task_id)

@@ -20,10 +20,10 @@ from eai.base.grouping import group_pairs
 from eai.benchmarks.benchmark import Benchmark
 from eai.benchmarks.generator.measures import find_needed_objects
 from eai.benchmarks.generator.prior import (
-    Pattern,
+    LiteralPattern,
     Patterns,
-    Prior,
-    Theme,
+    TitleTheme,
+    UsualGoals,
     filter_patterns,
     find_argument_uses,
     find_patterns,
@@ -51,7 +51,7 @@ class UsualDomain:
         domain: the restricted domain.
     """
 
-    def __init__(self, domain: Domain, prior: Prior) -> None:
+    def __init__(self, domain: Domain, prior: UsualGoals) -> None:
         self.domain, self._original = domain, domain.vocabulary
         self._kinds = group_pairs(
             (_make_usual_predicate(name, place), kind) for name, place, kind in sorted(prior.uses)
@@ -109,7 +109,7 @@ _GOAL_WEIGHT, _EFFECT_WEIGHT, _FACT_WEIGHT = 4.0, 1.0, 0.05
 """Weights of a fact that is a goal, of a fact that a plan makes true, and of a fact that holds in a scene."""
 
 
-def count_prior(benchmark: Benchmark, tasks: Iterable[Task]) -> Prior:
+def count_prior(benchmark: Benchmark, tasks: Iterable[Task]) -> UsualGoals:
     """Return the usual goals, places of objects and actions, counted in tasks of a benchmark."""
     tasks, domain = list(tasks), benchmark.domain
     listings = benchmark.wording(Ability.ACTION_SEQUENCING).goal_listings
@@ -139,7 +139,7 @@ def count_prior(benchmark: Benchmark, tasks: Iterable[Task]) -> Prior:
     nestings, combinations, needy = _find_known_combinations(tasks)
     places, parts = _find_place_and_part_relations(domain, states)
     several = {kind for task in tasks for kind, number in _count_categories(task).items() if number > 1}
-    return Prior(
+    return UsualGoals(
         patterns=patterns,
         goal_counts=wanted,
         themes=_make_themes(tasks, sound),
@@ -169,7 +169,7 @@ def _get_goal_shape(goal: Goal) -> str:
     return "Occurs" if goal.kind is GoalKind.ACTION else type(goal.formula).__name__
 
 
-def _find_goal_patterns(task: Task) -> Iterator[tuple[f.Formula, Pattern]]:
+def _find_goal_patterns(task: Task) -> Iterator[tuple[f.Formula, LiteralPattern]]:
     """Yield each goal about states with each of its patterns (literals with categories for objects)."""
     for goal in task.goals:
         if goal.kind is not GoalKind.ACTION:
@@ -178,10 +178,10 @@ def _find_goal_patterns(task: Task) -> Iterator[tuple[f.Formula, Pattern]]:
 
 def _weigh_patterns(
     tasks: Sequence[Task], courses: Sequence[Trajectory], listings: Sequence[FactLister]
-) -> defaultdict[Pattern, float]:
+) -> defaultdict[LiteralPattern, float]:
     """Return the weight of each pattern of literals, given the tasks and the executions of their plans."""
-    weights: defaultdict[Pattern, float] = defaultdict(float)
-    initial_patterns: dict[Pattern, None] = {}
+    weights: defaultdict[LiteralPattern, float] = defaultdict(float)
+    initial_patterns: dict[LiteralPattern, None] = {}
     crowds: Counter[str] = Counter()
     for task, course in zip(tasks, courses, strict=True):
         objects = _find_concerned_objects(task)
@@ -206,7 +206,7 @@ _Triples: TypeAlias = set[tuple[str, str, str]]
 
 
 def _find_known_combinations(tasks: Iterable[Task]) -> tuple[_Triples, _Triples, set[tuple[str, str]]]:
-    """Return the fields `nestings`, `combinations` and `dependent_states` of `Prior`, counted in tasks."""
+    """Return the fields `nestings`, `combinations` and `dependent_states` of `UsualGoals`, from tasks."""
     nestings, combinations = _Triples(), _Triples()
     alone, accompanied = Counter[tuple[str, str]](), Counter[tuple[str, str]]()
     for task in tasks:
@@ -230,13 +230,13 @@ def _count_categories(task: Task) -> Counter[str]:
     return Counter([task.scene.objects[i].category for i in _find_concerned_objects(task)])
 
 
-def _make_themes(tasks: Iterable[Task], usual: Patterns) -> dict[str, Theme]:
+def _make_themes(tasks: Iterable[Task], usual: Patterns) -> dict[str, TitleTheme]:
     themes = {}
     for title, alike in group_pairs((task.title, task) for task in tasks).items():
         shown = Counter(chain.from_iterable(map(_count_categories, alike)))
         needed = {task.scene.objects[i].category for task in alike for i in find_needed_objects(task)}
         about = needed.union(kind for kind, number in shown.items() if 2 * number > len(alike))
-        themes[title] = Theme(
+        themes[title] = TitleTheme(
             frozenset(about), Counter(map(_find_agent_patterns, alike)), restrict_to_categories(usual, about)
         )
     return themes
@@ -270,11 +270,11 @@ def _find_concerned_objects(task: Task) -> list[int]:
 
 def _find_fact_patterns(
     state: State, objects: Sequence[int], listings: Iterable[FactLister]
-) -> dict[Pattern, None]:
+) -> dict[LiteralPattern, None]:
     """Return the patterns of facts that hold in a state and may be goals, each once."""
     things = state.scene.objects
     return {
-        Pattern(fact.predicate, tuple([things[i].category for i in fact.arguments]), True): None
+        LiteralPattern(fact.predicate, tuple([things[i].category for i in fact.arguments]), True): None
         for listing in listings
         for fact in listing.facts(state, objects)
     }
@@ -294,18 +294,18 @@ def _count_excess_pairs(state: State, objects: Sequence[int], listings: Iterable
     return crowds
 
 
-def _find_agent_patterns(task: Task) -> tuple[Pattern, ...]:
+def _find_agent_patterns(task: Task) -> tuple[LiteralPattern, ...]:
     patterns = [p for goal in task.goals for p in find_patterns(goal.formula, task.scene)]
     return tuple(dict.fromkeys([pattern for pattern in patterns if _is_about_agent(pattern, task.scene)]))
 
 
-def _is_about_agent(pattern: Pattern, scene: Scene) -> bool:
+def _is_about_agent(pattern: LiteralPattern, scene: Scene) -> bool:
     return scene.agent is not None and scene.objects[scene.agent].category in pattern.categories
 
 
 def _find_changed_patterns(
-    before: Mapping[Pattern, None], after: Mapping[Pattern, None]
-) -> Iterator[Pattern]:
+    before: Mapping[LiteralPattern, None], after: Mapping[LiteralPattern, None]
+) -> Iterator[LiteralPattern]:
     """Yield patterns that hold only after a plan, then the negation of patterns that hold only before it."""
     yield from (pattern for pattern in after if pattern not in before)
     yield from (pattern._replace(truth=False) for pattern in before if pattern not in after)
@@ -313,13 +313,15 @@ def _find_changed_patterns(
 
 def _make_all_possible_patterns(
     wanted: Iterable[tuple[str, bool]], states: Sequence[State]
-) -> Iterator[Pattern]:
+) -> Iterator[LiteralPattern]:
     """Yield a pattern for every combination of a predicate and categories, for a data set without plans."""
     for state in states:
         categories = dict.fromkeys(thing.category for thing in state.scene.objects)
         for predicate, truth in wanted:
             arity = state.scene.vocabulary.arity(predicate) or 0
-            yield from (Pattern(predicate, chosen, truth) for chosen in product(categories, repeat=arity))
+            yield from (
+                LiteralPattern(predicate, chosen, truth) for chosen in product(categories, repeat=arity)
+            )
 
 
 def _find_place_and_part_relations(

@@ -20,14 +20,21 @@ from eai.benchmarks.benchmark import Benchmark
 from eai.benchmarks.copied_answers import SimilarTaskTable
 from eai.benchmarks.generator import sets
 from eai.benchmarks.generator.census import UsualDomain, count_prior
-from eai.benchmarks.generator.goals import Proposals
+from eai.benchmarks.generator.goals import GoalProposals
 from eai.benchmarks.generator.hazards import add_hazards, find_hazard_goals, may_hazard_occur
-from eai.benchmarks.generator.measures import Measure, get_difficulty_model, measure_task
-from eai.benchmarks.generator.prior import Pattern, Prior, Theme, clash, find_subjects, is_idle
+from eai.benchmarks.generator.measures import TaskMeasure, get_difficulty_model, measure_task
+from eai.benchmarks.generator.prior import (
+    LiteralPattern,
+    TitleTheme,
+    UsualGoals,
+    do_goals_clash,
+    find_subjects,
+    is_goal_pointless,
+)
 from eai.benchmarks.generator.scene import (
     add_objects_of_other_tasks,
     add_similar_objects,
-    hide,
+    hide_object,
     make_closed_scene,
     make_hiding_place_finder,
 )
@@ -35,18 +42,23 @@ from eai.benchmarks.generator.spec import (
     CANARY,
     LENGTHS,
     SHUT_LAST,
-    Generated,
+    GeneratedTask,
     GenerationOutcome,
-    Reason,
-    Spec,
-    Split,
+    PlanLengthTier,
+    RejectionReason,
     TaskKind,
-    Tier,
+    TaskSpecification,
+    TaskSplit,
     get_tier_of_length,
 )
 from eai.benchmarks.generator.twins import Balance, make_ambiguous_pair, make_possible_pair
-from eai.benchmarks.generator.walk import TemporalGoalFinder, Walk, find_min_plan_length, make_short_plan
-from eai.benchmarks.generator.words import Words
+from eai.benchmarks.generator.walk import (
+    GoalByGoalPlan,
+    TemporalGoalFinder,
+    find_min_plan_length,
+    make_short_plan,
+)
+from eai.benchmarks.generator.words import InstructionWriter
 from eai.logic.traversal import find_object_names
 from eai.planning.planner import Planner
 from eai.tasks.goal_test import GoalTest, solves
@@ -67,7 +79,7 @@ _MAX_FAILURES_IN_A_ROW = 5
 _MAX_THEMES = 3
 """Maximum number of public task titles whose goals are combined in one task, unless its scene is rich."""
 
-_RICH_TIERS = (Tier.L, Tier.XL, Tier.XXL)
+_RICH_TIERS = (PlanLengthTier.L, PlanLengthTier.XL, PlanLengthTier.XXL)
 """Tiers (ranges of plan lengths) whose scenes have more objects than the data set's scenes."""
 
 _MIN_STEPS = 3
@@ -114,7 +126,9 @@ class _RejectionFinder:
         }
         self._table = SimilarTaskTable(public, domain)
 
-    def find_rejection_reason(self, task: Task, words: Words, least: int, most: int) -> Reason | None:
+    def find_rejection_reason(
+        self, task: Task, words: InstructionWriter, least: int, most: int
+    ) -> RejectionReason | None:
         """Return the reason to reject a task, or None for a good task.
 
         Args:
@@ -124,23 +138,23 @@ class _RejectionFinder:
             most: maximum number of steps of this plan.
         """
         if len(task.script) < least:
-            return Reason.TOO_SHORT
+            return RejectionReason.TOO_SHORT
         if len(task.script) > most:
-            return Reason.TOO_LONG
+            return RejectionReason.TOO_LONG
         reached = zip(task.goals, GoalTest(task).find_reached(task.initial, ()), strict=True)
         if any(holds for task_goal, holds in reached if not task_goal.is_over_time):
-            return Reason.HOLDS_ALREADY
+            return RejectionReason.HOLDS_ALREADY
         if not solves(self._domain, task, task.script):
-            return Reason.NO_CERTIFICATE
+            return RejectionReason.NO_CERTIFICATE
         if (reason := self._find_instruction_problem(task, words)) is not None:
             return reason
         if sets.fingerprint_task(task)[0] in self._public:
-            return Reason.PUBLIC
+            return RejectionReason.PUBLIC
         if self._table.solves(task):
-            return Reason.PUBLIC_PLAN
+            return RejectionReason.PUBLIC_PLAN
         return None
 
-    def _find_instruction_problem(self, task: Task, words: Words) -> Reason | None:
+    def _find_instruction_problem(self, task: Task, words: InstructionWriter) -> RejectionReason | None:
         """Return the reason to reject an instruction, or None if it is good.
 
         An instruction is rejected if it can describe an object only by its name, or if reading it does not
@@ -149,16 +163,16 @@ class _RejectionFinder:
         goals = tuple([goal.formula for goal in task.goals])
         named = (name for goal in goals for name in find_object_names(goal))
         if self._by_place and not all(map(words.is_described, named)):
-            return Reason.NAMELESS
+            return RejectionReason.NAMELESS
         has_hazards = len(task.asked_goals) < len(
             goals
         )  # the reader of instructions does not understand sentences about hazards
         says = words.is_read_back(task.instruction, goals) or has_hazards
-        return None if says else Reason.AMBIGUOUS
+        return None if says else RejectionReason.AMBIGUOUS
 
 
 @dataclass
-class Generator:
+class TaskGenerator:
     """Generates tasks in the world of a benchmark.
 
     Args:
@@ -173,7 +187,7 @@ class Generator:
     """
 
     benchmark: Benchmark
-    spec: Spec
+    spec: TaskSpecification
     source: Source
     is_given_away: Callable[[Task], bool] | None = None
 
@@ -185,8 +199,8 @@ class Generator:
                 f"difficulty: no difficulties of tasks are known for {self.benchmark.name}; leave it out"
             )
         self._tasks = list(self.benchmark.tasks(self.source).values())
-        self.prior: Prior = count_prior(self.benchmark, self._tasks)
-        self._bases = sets.select_bases(self._tasks, self.spec.split, self.spec.held_out)
+        self.prior: UsualGoals = count_prior(self.benchmark, self._tasks)
+        self._bases = sets.select_base_tasks(self._tasks, self.spec.split, self.spec.held_out)
         if not self._bases:
             raise InputError(
                 f"{self.benchmark.name} has no public task in the split {self.spec.split.value} "
@@ -234,18 +248,18 @@ class Generator:
         if self.spec.kind.is_hazardous and not may_hazard_occur(
             self.benchmark.notation.english.hazards, initial.scene
         ):
-            return Reason.NO_HAZARD
+            return RejectionReason.NO_HAZARD
         least, most = self._get_length_range(base)
         walk = self._make_action_sequence(base, initial, hidden, rng, least, most)
         if not walk.goals:
-            return Reason.NO_GOALS
+            return RejectionReason.NO_GOALS
         goals, start = list(walk.goals), self._usage.restore_state(initial)
         split = sets.choose_split_of_goals(goals, start.scene, self.spec.held_out)
-        if self.spec.split not in (Split.ALL, split):
-            return Reason.OTHER_SPLIT
-        if not self.spec.kind.is_over_time and sets.fingerprint(goals, start) in known:
-            return Reason.COPY
-        words = Words.make_for_benchmark(self.benchmark, start, by_place=self.spec.by_place)
+        if self.spec.split not in (TaskSplit.ALL, split):
+            return RejectionReason.OTHER_SPLIT
+        if not self.spec.kind.is_over_time and sets.fingerprint_goals_and_scene(goals, start) in known:
+            return RejectionReason.COPY
+        words = InstructionWriter.make_for_benchmark(self.benchmark, start, by_place=self.spec.by_place)
         name = f"{self.benchmark.name}-{self.spec.sha256[:6]}-{seed}"
         unsolved = make_task(name, words.make_instruction(goals, rng), start, *goals)
         task = replace(unsolved, script=tuple(make_short_plan(walk)))
@@ -254,32 +268,40 @@ class Generator:
         if reason is None and self.spec.kind.is_over_time:
             proposals = self._make_proposals(initial, self.prior.themes[base.title])
             timed = self._add_goals_over_time(task, initial, proposals, words, rng)
-            if isinstance(timed, Reason):
+            if isinstance(timed, RejectionReason):
                 return timed
             task = timed.task
             about |= timed.about
             reason = self._objections.find_rejection_reason(task, words, least, most + _MAX_EXTRA_STEPS)
             if reason is None and sets.fingerprint_task(task) in known:
-                reason = Reason.COPY
+                reason = RejectionReason.COPY
         if reason is None and self.is_given_away is not None and self.is_given_away(task):
-            reason = Reason.KNOWN_PLAN
+            reason = RejectionReason.KNOWN_PLAN
         if reason is None and not self._can_be_seen(task):
-            reason = Reason.NEVER_SEEN
+            reason = RejectionReason.NEVER_SEEN
         outcome = self._measure_task(task, seed, about) if reason is None else reason
-        return outcome if isinstance(outcome, Reason) else self._add_paired_task(outcome, rng)
+        return outcome if isinstance(outcome, RejectionReason) else self._add_paired_task(outcome, rng)
 
-    def _add_paired_task(self, made: Generated, rng: random.Random) -> GenerationOutcome:
+    def _add_paired_task(self, made: GeneratedTask, rng: random.Random) -> GenerationOutcome:
         """Return the task, or a pair of tasks made from it if the specification asks for pairs of tasks."""
         planner = self._free_planner
         if self.spec.kind is TaskKind.PAIRS:
             may_lack = self.benchmark.notation.english.may_lack
-            return make_possible_pair(made, planner, may_lack, self._balance, rng) or Reason.NO_TWIN
+            return make_possible_pair(made, planner, may_lack, self._balance, rng) or RejectionReason.NO_TWIN
         if self.spec.kind is TaskKind.AMBIGUOUS:
-            return make_ambiguous_pair(made, self.benchmark, self.prior, planner, rng) or Reason.NOT_AMBIGUOUS
+            return (
+                make_ambiguous_pair(made, self.benchmark, self.prior, planner, rng)
+                or RejectionReason.NOT_AMBIGUOUS
+            )
         return made
 
     def _add_goals_over_time(
-        self, task: Task, initial: State, proposals: Proposals, words: Words, rng: random.Random
+        self,
+        task: Task,
+        initial: State,
+        proposals: GoalProposals,
+        words: InstructionWriter,
+        rng: random.Random,
     ) -> GenerationOutcome:
         """Return a task with additional goals over time, or the reason why none can be added.
 
@@ -287,24 +309,24 @@ class Generator:
         """
         tempting = {"temptation": list_plan(task)}
         if self.spec.kind is TaskKind.ORDER:
-            begin, listings = partial(Walk, self._planner, initial), self._listings
+            begin, listings = partial(GoalByGoalPlan, self._planner, initial), self._listings
             temporal = TemporalGoalFinder(task, self.benchmark.domain, listings, proposals, rng, begin).find()
             if temporal is None:
-                return Reason.NO_ORDER
+                return RejectionReason.NO_ORDER
             instruction = words.make_instruction(
                 [*(task_goal.formula for task_goal in task.goals), temporal.goal], rng
             )
             goals, plan = (*task.goals, goal(temporal.goal)), tuple(temporal.plan)
             tempting = {"temptation": list_plan(replace(task, script=tuple(temporal.temptation)))}
-            return Generated(replace(task, goals=goals, script=plan, instruction=instruction), tempting)
+            return GeneratedTask(replace(task, goals=goals, script=plan, instruction=instruction), tempting)
         guards = list(
             find_hazard_goals(self.benchmark.notation.english.hazards, self.benchmark.domain, words)
         )
         guide = self._free_planner, self._planner
         safe = add_hazards(task, initial, guards, guide, rng, untold=self.spec.kind is TaskKind.UNTOLD)
         if safe is None:
-            return Reason.NO_HAZARD
-        return Generated(safe.task, {**tempting, SHUT_LAST: safe.is_safe_if_shut_last})
+            return RejectionReason.NO_HAZARD
+        return GeneratedTask(safe.task, {**tempting, SHUT_LAST: safe.is_safe_if_shut_last})
 
     def _can_be_seen(self, task: Task) -> bool:
         """Whether each object of the goals is visible at the start, or a relaxed plan makes it visible."""
@@ -319,18 +341,18 @@ class Generator:
         """Return the task with its measures, or the reason why it is too easy, too difficult or too small."""
         measures = measure_task(task, self.benchmark.domain)
         if any(measures[measure] < number for measure, number in self.spec.at_least):
-            return Reason.TOO_LITTLE
+            return RejectionReason.TOO_LITTLE
         if self._difficulty is not None and (expected := self._difficulty.estimate(task)) is not None:
             about["difficulty"] = {"expected": expected, "error": self._difficulty.error}
             low, high = self.spec.difficulty or (-math.inf, math.inf)
             if not low <= expected <= high:
-                return Reason.DIFFICULTY
+                return RejectionReason.DIFFICULTY
         about["lower_bound"] = least = find_min_plan_length(task, self.benchmark.domain, self.spec.depth)
         if least == 1:
-            return Reason.ONE_ACTION
-        return Generated(task, {**self._describe_task(task, seed, measures), **about})
+            return RejectionReason.ONE_ACTION
+        return GeneratedTask(task, {**self._describe_task(task, seed, measures), **about})
 
-    def _describe_task(self, task: Task, seed: str, measured: Mapping[Measure, int]) -> dict[str, Json]:
+    def _describe_task(self, task: Task, seed: str, measured: Mapping[TaskMeasure, int]) -> dict[str, Json]:
         of_goals, of_scene = sets.fingerprint_task(task)
         return {
             "tier": get_tier_of_length(len(task.script)).value,
@@ -358,7 +380,7 @@ class Generator:
             scene = add_objects_of_other_tasks(scene, self._bases, self.prior, rng, most)
         closed = self._usage.make_state(scene.scene, scene.facts())
         proposals = self._make_proposals(closed)
-        walk = Walk(self._planner, closed)
+        walk = GoalByGoalPlan(self._planner, closed)
         for _ in range(rng.randint(0, self.spec.disturbances)):
             wanted, before = proposals.draw_literal(rng, relations=0.5), walk.state
             if wanted is not None:
@@ -369,14 +391,16 @@ class Generator:
         if place is not None:
             names = [base.scene.objects[i].name for i in pair]
             start = self._usage.restore_state(walk.state)
-            after = hide(self._free_planner, start, place.predicate, *names)
+            after = hide_object(self._free_planner, start, place.predicate, *names)
             if after is not None:
                 return self._usage.make_state(after.scene, after.facts()), frozenset(
                     {after.scene.index[names[0]]}
                 )
         return self._usage.make_state(walk.state.scene, walk.state.facts()), frozenset()
 
-    def _draw_hiding_place(self, base: Task, rng: random.Random) -> tuple[Pattern | None, Sequence[int]]:
+    def _draw_hiding_place(
+        self, base: Task, rng: random.Random
+    ) -> tuple[LiteralPattern | None, Sequence[int]]:
         """Return a random way to hide an object: a pattern and objects for it, or None and no objects."""
         places = (
             self._hiding(base)
@@ -395,24 +419,24 @@ class Generator:
 
     def _get_length_range(self, base: Task) -> tuple[int, int]:
         """Return the minimum and maximum number of steps of the plan for a task made from a base task."""
-        if self.spec.tier is not Tier.DATA:
+        if self.spec.tier is not PlanLengthTier.DATA:
             return LENGTHS[self.spec.tier]
         length = len(base.script) or _USUAL_STEPS
         return max(_MIN_STEPS, round(0.5 * length)), max(2 * _MIN_STEPS, round(1.4 * length))
 
-    def _make_proposals(self, state: State, theme: Theme | None = None) -> Proposals:
+    def _make_proposals(self, state: State, theme: TitleTheme | None = None) -> GoalProposals:
         spec = self.spec
-        return Proposals.make(state.scene, self.prior, spec.forms, actions=spec.actions, theme=theme)
+        return GoalProposals.make(state.scene, self.prior, spec.forms, actions=spec.actions, theme=theme)
 
     def _make_action_sequence(
         self, base: Task, initial: State, hidden: frozenset[int], rng: random.Random, least: int, most: int
-    ) -> Walk:
+    ) -> GoalByGoalPlan:
         """Return a sequence of about the wanted number of actions, with the goals that it reaches.
 
         The goals come from one public task title after the other. The first goal is about a hidden object if
         possible.
         """
-        walk = Walk(self._planner, initial)
+        walk = GoalByGoalPlan(self._planner, initial)
         is_rich = self.spec.tier in _RICH_TIERS
         wanted = rng.randint((least + most) // 2, most)
         enough = (
@@ -439,8 +463,8 @@ class Generator:
 
     def _extend_action_sequence(
         self,
-        walk: Walk,
-        proposals: Proposals,
+        walk: GoalByGoalPlan,
+        proposals: GoalProposals,
         ending: Sequence[f.Formula],
         rng: random.Random,
         wanted: int,
@@ -459,19 +483,19 @@ class Generator:
             searched -= 1
             is_search = searched >= 0 and not walk.goals
             wish = (sought if is_search else proposals).draw_goal(rng)
-            if wish is None or wish in tried or is_idle(wish, walk.goals, scene, self.prior):
+            if wish is None or wish in tried or is_goal_pointless(wish, walk.goals, scene, self.prior):
                 continue
             if is_search and find_subjects(wish, scene).isdisjoint(hidden):
                 continue
             tried.add(wish)
             others = (*walk.goals, *ending)
-            if any(clash(wish, other, scene, self.prior) for other in others):
+            if any(do_goals_clash(wish, other, scene, self.prior) for other in others):
                 continue
             if not walk.holds(wish, initial):
                 reached = self._reach_goal_and_let_go(walk, wish)
                 failures = 0 if reached else failures + 1
 
-    def _reach_goal_and_let_go(self, walk: Walk, goal: f.Formula) -> bool:
+    def _reach_goal_and_let_go(self, walk: GoalByGoalPlan, goal: f.Formula) -> bool:
         """Extend the actions to reach one more goal. Return whether this was possible.
 
         The extension is undone if the agent holds an object of the goal at its end.
@@ -486,7 +510,7 @@ class Generator:
 
 
 def generate(
-    generator: Generator, seeds: Iterator[str], number: int, known: set[tuple[str, str]]
+    generator: TaskGenerator, seeds: Iterator[str], number: int, known: set[tuple[str, str]]
 ) -> Iterator[GenerationOutcome]:
     """Yield generated tasks, and reasons for rejecting seeds, until `number` tasks are generated.
 
@@ -502,7 +526,7 @@ def generate(
     generated = failures = 0
     reasons = Counter[str]()
     limit = _MAX_FAILED_SEEDS * (_PAIRS_FACTOR if generator.spec.kind is TaskKind.PAIRS else 1)
-    if generator.spec.split is not Split.ALL:
+    if generator.spec.split is not TaskSplit.ALL:
         limit = round(limit / min(sets.SHARES.values()))
     while generated < number:
         if failures == limit:
@@ -510,7 +534,7 @@ def generate(
             given = f"the last {failures} seeds gave no task: {why}"
             raise InputError(f"only {generated} of {number} tasks generated; {given}")
         outcome = generator.generate_task(next(seeds), known)
-        if isinstance(outcome, Generated):
+        if isinstance(outcome, GeneratedTask):
             known.add(sets.fingerprint_task(outcome.task))
             generated += 1
             failures = 0

@@ -13,10 +13,10 @@ from typing import TypeVar
 
 import eai.logic.formula as f
 from eai.benchmarks.generator.prior import (
-    Pattern,
+    LiteralPattern,
     Patterns,
-    Prior,
-    Theme,
+    TitleTheme,
+    UsualGoals,
     filter_patterns,
     restrict_to_categories,
 )
@@ -35,7 +35,7 @@ _MAX_COUNT = 4
 
 
 @dataclass(frozen=True)
-class Proposals:
+class GoalProposals:
     """Draws random goals for one scene. A pattern is a literal with categories in place of objects.
 
     Attributes:
@@ -46,16 +46,16 @@ class Proposals:
         pair_patterns: patterns allowed in goals about pairs of objects. If empty, all patterns are allowed.
     """
 
-    prior: Prior
+    prior: UsualGoals
     scene: Scene
     forms: Mapping[str, int]
     patterns: Patterns
-    pair_patterns: frozenset[Pattern] = frozenset()
+    pair_patterns: frozenset[LiteralPattern] = frozenset()
 
     @staticmethod
     def make(
-        scene: Scene, prior: Prior, forms: Forms, *, actions: bool, theme: Theme | None = None
-    ) -> Proposals:
+        scene: Scene, prior: UsualGoals, forms: Forms, *, actions: bool, theme: TitleTheme | None = None
+    ) -> GoalProposals:
         """Return proposals for a scene: goals of one task title (the theme), or all usual goals."""
         usual = restrict_to_categories((prior if theme is None else theme).patterns, _list_categories(scene))
         patterns = filter_patterns(usual, lambda pattern: _can_be_goal(pattern, scene, prior))
@@ -63,10 +63,10 @@ class Proposals:
         fitting -= set() if _filter_countable(patterns, scene, prior) else {*_QUANTIFIED_SHAPES}
         usual_shapes = dict.fromkeys(_SHAPES, 1) if forms == "all" else prior.shape_counts
         shapes = {shape: n for shape, n in usual_shapes.items() if shape in fitting}
-        paired = frozenset[Pattern]() if forms == "all" else prior.pair_patterns
-        return Proposals(prior, scene, shapes, patterns, paired)
+        paired = frozenset[LiteralPattern]() if forms == "all" else prior.pair_patterns
+        return GoalProposals(prior, scene, shapes, patterns, paired)
 
-    def restrict_to_categories(self, kinds: Collection[str]) -> Proposals:
+    def restrict_to_categories(self, kinds: Collection[str]) -> GoalProposals:
         """Return proposals only about objects of the given categories."""
         patterns = filter_patterns(self.patterns, lambda p: bool(p.categories) and p.categories[0] in kinds)
         return replace(self, patterns=patterns)
@@ -81,7 +81,7 @@ class Proposals:
         )
         return None if pattern is None else self._draw_ground_literal(pattern, rng)
 
-    def draw_agent_goals(self, theme: Theme, rng: random.Random) -> list[f.Formula]:
+    def draw_agent_goals(self, theme: TitleTheme, rng: random.Random) -> list[f.Formula]:
         """Return goals about the agent, as a random public task of one title has them; possibly none."""
         here = _list_categories(self.scene)
         fitting = {
@@ -119,7 +119,7 @@ class Proposals:
 
     def _draw_pattern(
         self, rng: random.Random, *, truth: bool | None = None, relations_only: bool = False
-    ) -> Pattern | None:
+    ) -> LiteralPattern | None:
         """Return a random pattern.
 
         Its predicate is drawn by frequency in goals, then the pattern by its weight.
@@ -138,7 +138,7 @@ class Proposals:
     def _list_category_members(self, category: str) -> list[int]:
         return list(bits(self.scene.category(category)))
 
-    def _draw_ground_literal(self, pattern: Pattern, rng: random.Random) -> f.Formula | None:
+    def _draw_ground_literal(self, pattern: LiteralPattern, rng: random.Random) -> f.Formula | None:
         """Return a literal of a pattern with random objects, or None if it would repeat an object."""
         chosen = [rng.choice(self._list_category_members(category)) for category in pattern.categories]
         if len(set(chosen)) < len(chosen):
@@ -148,11 +148,11 @@ class Proposals:
         )
 
     @staticmethod
-    def _make_literal_of_pattern(pattern: Pattern, terms: Sequence[f.Term]) -> f.Formula:
+    def _make_literal_of_pattern(pattern: LiteralPattern, terms: Sequence[f.Term]) -> f.Formula:
         atom = f.Atom(pattern.predicate, tuple(terms))
         return atom if pattern.truth else f.Not(atom)
 
-    def _draw_disjunction(self, pattern: Pattern, rng: random.Random) -> f.Formula | None:
+    def _draw_disjunction(self, pattern: LiteralPattern, rng: random.Random) -> f.Formula | None:
         """Return the goal that an object has one of two random relations, or None if no relations fit."""
         others = {
             other: weight
@@ -174,7 +174,7 @@ class Proposals:
         return None if same == first else f.Or((first, same))
 
     def _draw_quantified_literal(
-        self, pattern: Pattern, rng: random.Random, *, several: bool = False
+        self, pattern: LiteralPattern, rng: random.Random, *, several: bool = False
     ) -> tuple[f.Variable, f.Formula, int] | None:
         """Return a variable for objects of a category, a literal about it, and the number of such objects.
 
@@ -199,7 +199,9 @@ class Proposals:
         body = self._make_literal_of_pattern(pattern, terms)
         return f.Variable(X, category), body if inner is None else f.Exists(inner, body), len(members)
 
-    def _draw_quantified_goal(self, shape: str, pattern: Pattern, rng: random.Random) -> f.Formula | None:
+    def _draw_quantified_goal(
+        self, shape: str, pattern: LiteralPattern, rng: random.Random
+    ) -> f.Formula | None:
         """Return a goal about all, some or a number of objects of a category, or None if no goal fits.
 
         Goals about all objects are negated as often as goals of the benchmark are.
@@ -219,7 +221,7 @@ class Proposals:
         negated = sum(n for (_, truth), n in counts.items() if not truth)
         return negated / max(1, sum(counts.values()))
 
-    def _make_pair_goal(self, pattern: Pattern) -> f.Formula | None:
+    def _make_pair_goal(self, pattern: LiteralPattern) -> f.Formula | None:
         """Return the goal that each object of one category has its own object of another, or None."""
         kinds = pattern.categories
         if (
@@ -240,22 +242,22 @@ def _list_categories(scene: Scene) -> Mapping[str, None]:
     return dict.fromkeys([thing.category for thing in scene.objects])
 
 
-def _may_be_quantified(category: str, prior: Prior) -> bool:
+def _may_be_quantified(category: str, prior: UsualGoals) -> bool:
     """Whether goals may quantify over the objects of a category."""
     return not prior.countable_categories or category in prior.countable_categories
 
 
-def _filter_countable(patterns: Patterns, scene: Scene, prior: Prior) -> Patterns:
+def _filter_countable(patterns: Patterns, scene: Scene, prior: UsualGoals) -> Patterns:
     """Return patterns whose first category may be quantified and has several objects in the scene."""
 
-    def is_countable(pattern: Pattern) -> bool:
+    def is_countable(pattern: LiteralPattern) -> bool:
         first = pattern.categories[:1]
         return any(_may_be_quantified(c, prior) and scene.category(c).bit_count() > 1 for c in first)
 
     return filter_patterns(patterns, is_countable)
 
 
-def _can_be_goal(pattern: Pattern, scene: Scene, prior: Prior) -> bool:
+def _can_be_goal(pattern: LiteralPattern, scene: Scene, prior: UsualGoals) -> bool:
     """Whether literals of a pattern may be goals.
 
     They may have at most two arguments, and may not be about the agent or a part of an object. In a relation,

@@ -12,8 +12,8 @@ from typing import NamedTuple
 
 import eai.logic.formula as f
 import eai.logic.semantics as semantics
-from eai.benchmarks.generator.walk import Walk, make_short_plan, reach_all
-from eai.benchmarks.generator.words import Words
+from eai.benchmarks.generator.walk import GoalByGoalPlan, make_short_plan, reach_all
+from eai.benchmarks.generator.words import InstructionWriter
 from eai.logic.traversal import find_object_names, is_state_formula
 from eai.logic.traversal import walk_subformulas as parts_of
 from eai.planning.planner import Planner, PlanningGoal
@@ -76,7 +76,9 @@ class _HazardGoal(NamedTuple):
         return True
 
 
-def find_hazard_goals(hazards: Sequence[Hazard], domain: Domain, words: Words) -> Iterator[_HazardGoal]:
+def find_hazard_goals(
+    hazards: Sequence[Hazard], domain: Domain, words: InstructionWriter
+) -> Iterator[_HazardGoal]:
     """Yield each hazard of a scene for each combination of objects that may cause it."""
     scene = words.scene
     lexicon = lexicon_of_goals(domain, scene)
@@ -209,12 +211,12 @@ class _SafePlanFinder:
                 safe.append(make_short_plan(walk, asked))
         return min(safe, key=len, default=None)
 
-    def _find_with_precaution(self, guard: _HazardGoal, plan: Sequence[Action]) -> Iterator[Walk]:
+    def _find_with_precaution(self, guard: _HazardGoal, plan: Sequence[Action]) -> Iterator[GoalByGoalPlan]:
         """Yield executions of the plan with inserted actions that reach the safe condition of the hazard."""
         if guard.safe is None:
             return
         for cut in range(len(plan) + 1):
-            walk = Walk(self.planner, self.task.initial)
+            walk = GoalByGoalPlan(self.planner, self.task.initial)
             if (
                 walk.follow(plan[:cut], ())
                 and walk.reach(guard.safe)
@@ -222,7 +224,7 @@ class _SafePlanFinder:
             ):
                 yield walk
 
-    def _find_by_other_actions(self, guards: Sequence[_HazardGoal]) -> Iterator[Walk]:
+    def _find_by_other_actions(self, guards: Sequence[_HazardGoal]) -> Iterator[GoalByGoalPlan]:
         """Yield executions of other plans without unsafe states, if one state suffices to see each hazard."""
         invariants = [guard.formula.operand for guard in guards if isinstance(guard.formula, f.Always)]
         if len(invariants) < len(guards) or not all(map(is_state_formula, invariants)):
@@ -236,13 +238,13 @@ class _SafePlanFinder:
             [condition for condition in self._goals if (condition in parts) == late] for late in (False, True)
         ]
         for ordered in (self._goals, [*calm, *safe, *last]):
-            walk = Walk(planner, self.start)
+            walk = GoalByGoalPlan(planner, self.start)
             if reach_all(walk, ordered):
                 yield walk
 
     def are_safe_if_shut_last(self, guards: Sequence[_HazardGoal]) -> bool:
         """Whether the task's plan is safe if the agent at its end shuts and switches off all objects."""
-        walk = Walk(self.planner, self.task.initial)
+        walk = GoalByGoalPlan(self.planner, self.task.initial)
         safe = [guard.safe for guard in guards if guard.safe is not None]
         is_shut = walk.follow(self.task.script, self._goals) and all(
             walk.holds(condition, walk.state) or walk.reach(condition) for condition in safe

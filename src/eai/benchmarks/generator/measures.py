@@ -85,7 +85,7 @@ def _read_difficulty_models() -> Mapping[str, _DifficultyModel]:
     return {name: _DifficultyModel(**coefficients) for name, coefficients in json.loads(text).items()}
 
 
-class Measure(str, Enum):
+class TaskMeasure(str, Enum):
     """A quantity that is counted in a task."""
 
     STEPS = "steps"
@@ -115,19 +115,19 @@ class _VisibilityState(NamedTuple):
     reveals: bool
 
 
-def measure_task(task: Task, domain: Domain) -> Mapping[Measure, int]:
+def measure_task(task: Task, domain: Domain) -> Mapping[TaskMeasure, int]:
     """Return all measures of a task."""
     needed, tools = find_needed_objects(task), find_tool_operators(domain)
     operators = [action.operator for action in task.script]
     containers, hidden = _find_opened_and_revealed(task, needed, domain)
     return {
-        Measure.STEPS: len(operators),
-        Measure.GOALS: len(task.goals),
-        Measure.OPERATORS: len(set(operators)),
-        Measure.DISTRACTORS: len(task.scene.objects) - len(needed),
-        Measure.CONTAINERS: len(containers),
-        Measure.HIDDEN: len(hidden),
-        Measure.TOOL_STEPS: sum(operator in tools for operator in operators),
+        TaskMeasure.STEPS: len(operators),
+        TaskMeasure.GOALS: len(task.goals),
+        TaskMeasure.OPERATORS: len(set(operators)),
+        TaskMeasure.DISTRACTORS: len(task.scene.objects) - len(needed),
+        TaskMeasure.CONTAINERS: len(containers),
+        TaskMeasure.HIDDEN: len(hidden),
+        TaskMeasure.TOOL_STEPS: sum(operator in tools for operator in operators),
     }
 
 

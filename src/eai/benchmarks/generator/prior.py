@@ -16,7 +16,7 @@ from eai.world.relation import bits
 from eai.world.state import Scene
 
 
-def clash(goal: f.Formula, other: f.Formula, scene: Scene, prior: Prior) -> bool:
+def do_goals_clash(goal: f.Formula, other: f.Formula, scene: Scene, prior: UsualGoals) -> bool:
     """Whether two goals should not be combined in one task.
 
     They should not be combined in these cases:
@@ -37,7 +37,7 @@ def clash(goal: f.Formula, other: f.Formula, scene: Scene, prior: Prior) -> bool
     )
 
 
-def is_idle(goal: f.Formula, others: Iterable[f.Formula], scene: Scene, prior: Prior) -> bool:
+def is_goal_pointless(goal: f.Formula, others: Iterable[f.Formula], scene: Scene, prior: UsualGoals) -> bool:
     """Whether a goal is pointless, because it needs another goal that the task does not have.
 
     For example, nobody starts a dishwasher without putting dishes into it.
@@ -75,7 +75,7 @@ def _find_masked_literals(goal: f.Formula, scene: Scene) -> Iterator[_MaskedLite
 
 
 def _is_unusual_combination(
-    literal: _MaskedLiteral, other: _MaskedLiteral, scene: Scene, prior: Prior
+    literal: _MaskedLiteral, other: _MaskedLiteral, scene: Scene, prior: UsualGoals
 ) -> bool:
     """Whether no public task combines two such literals: food on a plate and the plate in a cupboard."""
     if len(other.terms) != 2 or len(literal.terms) > 2:
@@ -121,7 +121,7 @@ def find_subjects(goal: f.Formula, scene: Scene) -> frozenset[int]:
     return frozenset({index for _, index in _find_stated_subjects(goal, scene)})
 
 
-class Pattern(NamedTuple):
+class LiteralPattern(NamedTuple):
     """A literal with categories of objects in place of objects."""
 
     predicate: str
@@ -129,11 +129,11 @@ class Pattern(NamedTuple):
     truth: bool
 
 
-Patterns: TypeAlias = Mapping[tuple[str, bool], Mapping[Pattern, float]]
+Patterns: TypeAlias = Mapping[tuple[str, bool], Mapping[LiteralPattern, float]]
 """Weights of patterns of literals, by predicate and truth value."""
 
 
-def filter_patterns(patterns: Patterns, is_kept: Callable[[Pattern], bool]) -> Patterns:
+def filter_patterns(patterns: Patterns, is_kept: Callable[[LiteralPattern], bool]) -> Patterns:
     """Return the patterns that fulfil a condition. Predicates without such patterns are left out."""
     filtered = {
         key: {pattern: weight for pattern, weight in known.items() if is_kept(pattern)}
@@ -153,23 +153,23 @@ ArgumentUse: TypeAlias = tuple[str, int, str]
 
 
 @dataclass(frozen=True)
-class Theme:
+class TitleTheme:
     """A theme: usual goals about the objects of public tasks with one title.
 
     Attributes:
         categories: categories of objects that a goal or a plan needs, and categories that most tasks of the
             title mention or use.
         agent_goal_counts: number of tasks with each set of goals about the agent, the empty set included.
-        patterns: weights of usual literals about these categories, as in `Prior`.
+        patterns: weights of usual literals about these categories, as in `UsualGoals`.
     """
 
     categories: frozenset[str]
-    agent_goal_counts: Mapping[tuple[Pattern, ...], int]
+    agent_goal_counts: Mapping[tuple[LiteralPattern, ...], int]
     patterns: Patterns
 
 
 @dataclass(frozen=True)
-class Prior:
+class UsualGoals:
     """The usual goals, places and actions of a world.
 
     Attributes:
@@ -199,9 +199,9 @@ class Prior:
 
     patterns: Patterns
     goal_counts: Mapping[tuple[str, bool], int]
-    themes: Mapping[str, Theme]
+    themes: Mapping[str, TitleTheme]
     shape_counts: Mapping[str, int]
-    pair_patterns: frozenset[Pattern]
+    pair_patterns: frozenset[LiteralPattern]
     nestings: frozenset[tuple[str, str, str]]
     combinations: frozenset[tuple[str, str, str]]
     dependent_states: frozenset[tuple[str, str]]
@@ -225,7 +225,7 @@ def find_argument_uses(action: Action, scene: Scene) -> Iterator[ArgumentUse]:
 
 def find_patterns(
     formula: f.Formula, scene: Scene, bound: Mapping[str, str | None] | None = None, *, truth: bool = True
-) -> Iterator[Pattern]:
+) -> Iterator[LiteralPattern]:
     """Yield the patterns of the literals of a goal. Literals with a variable without category are skipped."""
     bound = {
         **(bound or {}),
@@ -238,6 +238,6 @@ def find_patterns(
         ]
         known = [category for category in categories if category is not None]
         if len(known) == len(categories):
-            yield Pattern(formula.predicate, tuple(known), truth)
+            yield LiteralPattern(formula.predicate, tuple(known), truth)
     for part in get_subformulas(formula):
         yield from find_patterns(part, scene, bound, truth=truth != isinstance(formula, f.Not))

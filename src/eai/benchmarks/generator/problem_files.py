@@ -12,7 +12,7 @@ import eai.logic.formula as f
 from eai.base.errors import InputError, prefix_errors, read_items_or_raise_all
 from eai.base.files import find_files_below
 from eai.benchmarks.benchmark import Benchmark
-from eai.benchmarks.generator.words import Words
+from eai.benchmarks.generator.words import InstructionWriter
 from eai.logic.ltl_printer import print_ltl
 from eai.pddl.bddl import parse_problem
 from eai.pddl.check import Declarations, check_problem
@@ -119,7 +119,7 @@ def _check_formula(formula: f.Formula, initial: State, file: ProblemFile, line: 
 
 def _make_instruction(goals: Sequence[f.Formula], initial: State, benchmark: Benchmark) -> str:
     try:
-        words = Words.make_for_benchmark(benchmark, initial)
+        words = InstructionWriter.make_for_benchmark(benchmark, initial)
         return words.make_instruction(goals, random.Random(0))  # noqa: S311 - draws the opening words
     except (InputError, KeyError):
         return f"Reach a state in which all of this holds: {'; '.join(map(print_ltl, goals))}"

@@ -14,7 +14,7 @@ from typing import TypeVar
 import eai.logic.formula as f
 from eai.base.grouping import group_pairs
 from eai.benchmarks.generator.measures import find_visibility_states
-from eai.benchmarks.generator.prior import Pattern, Prior, Theme
+from eai.benchmarks.generator.prior import LiteralPattern, TitleTheme, UsualGoals
 from eai.logic.traversal import find_predicates
 from eai.planning.effect_schema import make_effect_schemas
 from eai.planning.planner import Planner, PlanningGoal
@@ -30,7 +30,7 @@ _LIMITS = Limits(100, thorough=False)
 """Limits of the search for a plan that hides an object."""
 
 
-def make_hiding_place_finder(domain: Domain, prior: Prior) -> Callable[[Task], list[Pattern]]:
+def make_hiding_place_finder(domain: Domain, prior: UsualGoals) -> Callable[[Task], list[LiteralPattern]]:
     """Return a function that lists ways to hide objects of a task, as patterns: a cup in a cupboard.
 
     A task allows a way only if public tasks usually put such an object there, and their plans open the
@@ -52,7 +52,7 @@ def make_hiding_place_finder(domain: Domain, prior: Prior) -> Callable[[Task], l
         if pattern.categories[0] in prior.taken_categories and pattern.categories[1] in opened
     ]
 
-    def find_hiding_places(task: Task) -> list[Pattern]:
+    def find_hiding_places(task: Task) -> list[LiteralPattern]:
         here, theme = {thing.category for thing in task.scene.objects}, prior.themes[task.title]
         fitting = [place for place in places if here.issuperset(place.categories)]
         return [place for place in fitting if _is_object_wanted_elsewhere(place, theme, prior)]
@@ -60,7 +60,7 @@ def make_hiding_place_finder(domain: Domain, prior: Prior) -> Callable[[Task], l
     return find_hiding_places
 
 
-def _is_object_wanted_elsewhere(place: Pattern, theme: Theme, prior: Prior) -> bool:
+def _is_object_wanted_elsewhere(place: LiteralPattern, theme: TitleTheme, prior: UsualGoals) -> bool:
     thing = place.categories[0]
     wanted = [p for patterns in theme.patterns.values() for p in patterns if p.categories[:1] == (thing,)]
     usual = [p for p in wanted if p.truth and prior.used_categories.issuperset(p.categories[1:])]
@@ -68,7 +68,9 @@ def _is_object_wanted_elsewhere(place: Pattern, theme: Theme, prior: Prior) -> b
     return any(thing in pattern.categories for pattern in asked if pattern != place)
 
 
-def hide(planner: Planner, state: State, relation: str, hidden_object: str, container: str) -> State | None:
+def hide_object(
+    planner: Planner, state: State, relation: str, hidden_object: str, container: str
+) -> State | None:
     """Return a state in which a plan has put an object into a shut container, or None if no plan is found."""
     index, agent = state.scene.index, state.scene.agent
     objects = [index[hidden_object], index[container], *([] if agent is None else [agent])]
@@ -91,7 +93,13 @@ MIN_OBJECTS = 16
 
 
 def make_closed_scene(
-    task: Task, prior: Prior, rng: random.Random, most: int, *, rich: bool = False, with_: Sequence[int] = ()
+    task: Task,
+    prior: UsualGoals,
+    rng: random.Random,
+    most: int,
+    *,
+    rich: bool = False,
+    with_: Sequence[int] = (),
 ) -> State:
     """Return a state with some objects of a task. Relevant objects and objects of usual goals come first.
 
@@ -118,7 +126,7 @@ def make_closed_scene(
         chosen |= _find_attached_objects(index, state, prior)
     usual = prior.taken_categories | prior.used_categories
     others = [i for i in everything if not usual or state.scene.objects[i].category in usual]
-    usually = (*shuffle(task.relevant, rng), *_order_by_category(others, state.scene, rng))
+    usually = (*list_in_random_order(task.relevant, rng), *_order_by_category(others, state.scene, rng))
     for index in _list_by_random_patterns(prior, state.scene, rng) if rich else usually:
         if len(chosen) >= size:
             break
@@ -139,7 +147,7 @@ def make_closed_scene(
 
 
 def add_objects_of_other_tasks(
-    closed: State, tasks: Sequence[Task], prior: Prior, rng: random.Random, most: int
+    closed: State, tasks: Sequence[Task], prior: UsualGoals, rng: random.Random, most: int
 ) -> State:
     """Return the scene with additional portable objects from other tasks (guests), up to `most` objects.
 
@@ -176,7 +184,7 @@ def add_objects_of_other_tasks(
 
 
 def add_similar_objects(
-    closed: State, prior: Prior, rng: random.Random, most: int, kinds: Collection[str]
+    closed: State, prior: UsualGoals, rng: random.Random, most: int, kinds: Collection[str]
 ) -> State:
     """Return the scene with up to five more objects of some categories, each placed like a similar object."""
     objects, facts = list(closed.scene.objects), list(closed.facts())
@@ -193,7 +201,7 @@ def add_similar_objects(
     return Scene(closed.scene.vocabulary, objects, closed.scene.agent).state(facts)
 
 
-def add_copy_of_object(state: State, prior: Prior, thing: int, host: int) -> State:
+def add_copy_of_object(state: State, prior: UsualGoals, thing: int, host: int) -> State:
     """Return the state with a copy of an object, put in the place of another object, the host.
 
     The copy has the states and static relations of the original, such as its size.
@@ -210,7 +218,7 @@ def add_copy_of_object(state: State, prior: Prior, thing: int, host: int) -> Sta
     return Scene(scene.vocabulary, objects, scene.agent).state([*facts, *more])
 
 
-def has_no_contents(index: int, state: State, prior: Prior) -> bool:
+def has_no_contents(index: int, state: State, prior: UsualGoals) -> bool:
     """Whether no object is in or on this object. Objects beside it do not count."""
     relations = map(state.relation, prior.place_relations)
     return not any(relation.column(index) & ~relation.row(index) for relation in relations)
@@ -222,7 +230,7 @@ def _add_object_like(
     states: Iterable[str],
     host: int,
     state: State,
-    prior: Prior,
+    prior: UsualGoals,
 ) -> list[Fact]:
     """Append a similar object to the list. Return its facts: the given states, and places like the host's."""
     another = len(objects)
@@ -241,7 +249,7 @@ _DRAWS_PER_GUEST = 30
 """Number of random draws for each object from another task, because most such objects do not fit."""
 
 
-def find_placement(index: int, state: State, prior: Prior) -> frozenset[tuple[str, str]]:
+def find_placement(index: int, state: State, prior: UsualGoals) -> frozenset[tuple[str, str]]:
     """Return the relations that place an object, each with the category of its target.
 
     The result is empty for an object that is a part of another object or has parts.
@@ -271,7 +279,7 @@ def _make_free_name(name: str, objects: Sequence[WorldObject]) -> str:
     return next(f"{stem}{number}" for number in count(len(objects)) if str(number) not in taken)
 
 
-def shuffle(indices: Sequence[K], rng: random.Random) -> list[K]:
+def list_in_random_order(indices: Sequence[K], rng: random.Random) -> list[K]:
     """Return the items in random order."""
     return rng.sample(indices, len(indices))
 
@@ -280,22 +288,24 @@ def _order_by_category(indices: Sequence[int], scene: Scene, rng: random.Random)
     """Yield objects in random order: one of each category before a second of any category."""
     ranked: dict[str, int] = {}
     order = []
-    for index in shuffle(indices, rng):
+    for index in list_in_random_order(indices, rng):
         category = scene.objects[index].category
         ranked[category] = ranked.get(category, -1) + 1
         order.append((ranked[category], rng.random(), index))
     return (index for _, _, index in sorted(order))
 
 
-def _list_by_random_patterns(prior: Prior, scene: Scene, rng: random.Random) -> Iterator[int]:
+def _list_by_random_patterns(prior: UsualGoals, scene: Scene, rng: random.Random) -> Iterator[int]:
     """Yield objects in random order. Objects about which one usual goal may be follow each other."""
-    for pattern in shuffle([p for (_, truth), known in prior.patterns.items() if truth for p in known], rng):
+    for pattern in list_in_random_order(
+        [p for (_, truth), known in prior.patterns.items() if truth for p in known], rng
+    ):
         members = [list(bits(scene.category(category))) for category in pattern.categories]
         if all(members):
             yield from map(rng.choice, members)
 
 
-def _find_attached_objects(index: int, state: State, prior: Prior) -> set[int]:
+def _find_attached_objects(index: int, state: State, prior: UsualGoals) -> set[int]:
     """Return an object with the objects in or on which it is, and with the parts and wholes of all these."""
     attached, pending = set(), [index]
     while pending:

@@ -18,8 +18,16 @@ from eai.base.files import read_content, write_files_atomically
 from eai.base.json_value import Json
 from eai.benchmarks.copied_answers import SimilarTaskTable
 from eai.benchmarks.generator.measures import find_goal_objects
-from eai.benchmarks.generator.prior import Pattern, find_patterns
-from eai.benchmarks.generator.spec import CANARY, SHUT_LAST, Generated, HeldOut, Reason, Spec, Split
+from eai.benchmarks.generator.prior import LiteralPattern, find_patterns
+from eai.benchmarks.generator.spec import (
+    CANARY,
+    SHUT_LAST,
+    GeneratedTask,
+    HeldOut,
+    RejectionReason,
+    TaskSpecification,
+    TaskSplit,
+)
 from eai.logic.ltl_printer import print_ltl
 from eai.logic.rewriting import rename_objects, rename_variables
 from eai.tasks.special import Hazards
@@ -32,7 +40,7 @@ from eai.world.state import Scene, State
 MANIFEST = "generated.json"
 """Name of the file that describes the sets in a folder of generated tasks."""
 
-SHARES = {Split.TRAIN: 0.6, Split.VALIDATION: 0.2, Split.TEST: 0.2}
+SHARES = {TaskSplit.TRAIN: 0.6, TaskSplit.VALIDATION: 0.2, TaskSplit.TEST: 0.2}
 """Share of all tasks, from 0 to 1, of each split, in the order in which splits are made."""
 
 _ORDER = tuple(SHARES)
@@ -75,21 +83,21 @@ def _fingerprint_scene(initial: State, goals: Iterable[f.Formula]) -> str:
     return _compute_digest(sorted(facts))
 
 
-def fingerprint(goals: Sequence[f.Formula], initial: State) -> tuple[str, str]:
+def fingerprint_goals_and_scene(goals: Sequence[f.Formula], initial: State) -> tuple[str, str]:
     """Return digests of goals and of the scene around them. If both digests are equal, tasks are copies."""
     return fingerprint_goals(goals, initial.scene), _fingerprint_scene(initial, goals)
 
 
 def fingerprint_task(task: Task) -> tuple[str, str]:
     """Return two digests of a task: of its goals, and of its initial facts about objects of the goals."""
-    return fingerprint([goal.formula for goal in task.goals], task.initial)
+    return fingerprint_goals_and_scene([goal.formula for goal in task.goals], task.initial)
 
 
 def _compute_digest(texts: Iterable[str]) -> str:
     return hashlib.sha256("\n".join(texts).encode()).hexdigest()[:16]
 
 
-def choose_split(key: str) -> Split:
+def choose_split(key: str) -> TaskSplit:
     """Return the split that the hash of a text determines."""
     return _get_split_at_share(_hash_to_share(key))
 
@@ -98,7 +106,7 @@ def _hash_to_share(key: str) -> float:
     return int.from_bytes(hashlib.sha256(key.encode()).digest()[:8], "big") / 2**64
 
 
-def _get_split_at_share(position: float) -> Split:
+def _get_split_at_share(position: float) -> TaskSplit:
     """Return the split whose interval contains a position between 0 and 1."""
     for split, share in SHARES.items():
         position -= share
@@ -107,7 +115,7 @@ def _get_split_at_share(position: float) -> Split:
     return _ORDER[-1]
 
 
-def choose_split_of_goals(goals: Sequence[f.Formula], scene: Scene, held_out: HeldOut) -> Split:
+def choose_split_of_goals(goals: Sequence[f.Formula], scene: Scene, held_out: HeldOut) -> TaskSplit:
     """Return the split of a task with these goals. Renamed objects do not change the split."""
     if held_out == "pairs":
         literals = [pattern for goal in goals for pattern in find_patterns(goal, scene)]
@@ -117,20 +125,20 @@ def choose_split_of_goals(goals: Sequence[f.Formula], scene: Scene, held_out: He
     return choose_split(f"goals {fingerprint_goals(goals, scene)}")
 
 
-def _make_split_pair(pattern: Pattern, scene: Scene) -> tuple[str, ...]:
+def _make_split_pair(pattern: LiteralPattern, scene: Scene) -> tuple[str, ...]:
     """Return the predicate of a pattern, and its first category that is not the agent's."""
     agent = None if scene.agent is None else scene.objects[scene.agent].category
     return pattern.predicate, *[kind for kind in pattern.categories if kind != agent][:1]
 
 
-def select_bases(tasks: Sequence[Task], split: Split, held_out: HeldOut) -> Sequence[Task]:
+def select_base_tasks(tasks: Sequence[Task], split: TaskSplit, held_out: HeldOut) -> Sequence[Task]:
     """Return the public tasks from which the tasks of a split are made.
 
     If splits must not share titles or scenes, these are sorted by their hashes and divided by the splits'
     shares. Drawing a split for each title at random would miss the shares, because there are few titles and
     scenes.
     """
-    if split is Split.ALL or held_out not in ("titles", "scenes"):
+    if split is TaskSplit.ALL or held_out not in ("titles", "scenes"):
         return tasks
     keys = [task.title if held_out == "titles" else task.id for task in tasks]
     ranked = sorted(set(keys), key=lambda key: _hash_to_share(f"{held_out} {key}"))
@@ -177,7 +185,7 @@ def measure_overlap(tasks: Sequence[Task], known: Sequence[Task], domain: Domain
 
 def is_earlier_split(one: str, other: str) -> bool:
     """Whether both names are names of splits, and the first split is made before the second."""
-    return one in _ORDER and other in _ORDER and _ORDER.index(Split(one)) < _ORDER.index(Split(other))
+    return one in _ORDER and other in _ORDER and _ORDER.index(TaskSplit(one)) < _ORDER.index(TaskSplit(other))
 
 
 def compute_set_statistics(tasks: Sequence[Task]) -> dict[str, Any]:
@@ -215,12 +223,12 @@ def read_other_sets(folder: Path, base: str, domain: Domain, *, without: Path) -
 
 
 def make_manifest_entry(
-    spec: Spec,
+    spec: TaskSpecification,
     seed: int,
     secret: str | None,
     content: bytes,
-    made: Sequence[Generated],
-    rejected: Iterable[Reason],
+    made: Sequence[GeneratedTask],
+    rejected: Iterable[RejectionReason],
 ) -> dict[str, Json]:
     """Return the manifest's entry for a set: all values needed to make the set again, except its secret.
 
@@ -250,7 +258,7 @@ def make_manifest_entry(
         "secret_sha256": None if secret is None else hashlib.sha256(secret.encode()).hexdigest(),
         "tasks": len(made),
         "sha256": hashlib.sha256(content).hexdigest(),
-        "rejected": {reason.value: reasons[reason] for reason in Reason if reasons[reason]},
+        "rejected": {reason.value: reasons[reason] for reason in RejectionReason if reasons[reason]},
         "shape": compute_set_statistics([generated.task for generated in made]),
         **dangers,
     }

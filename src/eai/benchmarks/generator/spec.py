@@ -14,11 +14,11 @@ from enum import Enum
 from typing import Literal, TypeAlias
 
 from eai.base.json_value import Json
-from eai.benchmarks.generator.measures import Measure
+from eai.benchmarks.generator.measures import TaskMeasure
 from eai.tasks.task import Task
 
 
-class Reason(str, Enum):
+class RejectionReason(str, Enum):
     """The reason why a seed gives no task."""
 
     NO_GOALS = "no goal was reached"
@@ -44,7 +44,7 @@ class Reason(str, Enum):
 
 
 @dataclass(frozen=True, slots=True)
-class Generated:
+class GeneratedTask:
     """A generated task with its measures and, if tasks come in pairs, the second task of the pair.
 
     Attributes:
@@ -55,10 +55,10 @@ class Generated:
 
     task: Task
     about: Mapping[str, Json]
-    paired: Generated | None = None
+    paired: GeneratedTask | None = None
 
 
-GenerationOutcome: TypeAlias = "Generated | Reason"
+GenerationOutcome: TypeAlias = "GeneratedTask | RejectionReason"
 
 
 VERSION, HAZARDS_VERSION = 6, 7
@@ -69,10 +69,10 @@ CANARY = "generated tasks of eai; no training data: 6b0f3f6e-8c1d-4f0a-9d35-2f7c
 
 
 SHUT_LAST = "safe_if_shut_last"
-"""Key in `Generated.about`: whether ignoring hazards is safe if the agent shuts everything at the end."""
+"""Key in `GeneratedTask.about`: whether ignoring hazards is safe if the agent shuts everything at the end."""
 
 
-class Tier(str, Enum):
+class PlanLengthTier(str, Enum):
     """A range of plan lengths. For `DATA`, the length of a public task's plan determines the range."""
 
     DATA = "data"
@@ -83,13 +83,19 @@ class Tier(str, Enum):
     XXL = "XXL"
 
 
-LENGTHS = {Tier.S: (3, 6), Tier.M: (7, 12), Tier.L: (13, 24), Tier.XL: (25, 48), Tier.XXL: (49, 96)}
+LENGTHS = {
+    PlanLengthTier.S: (3, 6),
+    PlanLengthTier.M: (7, 12),
+    PlanLengthTier.L: (13, 24),
+    PlanLengthTier.XL: (25, 48),
+    PlanLengthTier.XXL: (49, 96),
+}
 """Minimum and maximum number of steps of the plan that solves a task, by tier."""
 
 
-def get_tier_of_length(steps: int) -> Tier:
+def get_tier_of_length(steps: int) -> PlanLengthTier:
     """Return the tier of a task whose plan has this number of steps."""
-    return next((tier for tier, (_, most) in LENGTHS.items() if steps <= most), Tier.XXL)
+    return next((tier for tier, (_, most) in LENGTHS.items() if steps <= most), PlanLengthTier.XXL)
 
 
 Forms: TypeAlias = Literal["data", "all"]
@@ -123,7 +129,7 @@ class TaskKind(str, Enum):
         return self in (TaskKind.HAZARDS, TaskKind.UNTOLD)
 
 
-class Split(str, Enum):
+class TaskSplit(str, Enum):
     """Name of a set of generated tasks: all tasks, or one of three splits that have no goals in common."""
 
     ALL = "tasks"
@@ -144,7 +150,7 @@ HeldOut: TypeAlias = Literal["goals", "pairs", "titles", "scenes"]
 
 
 @dataclass(frozen=True, slots=True)
-class Spec:
+class TaskSpecification:
     """The specification of generated tasks.
 
     Attributes:
@@ -170,7 +176,7 @@ class Spec:
 
     like: str
     data_sha256: str
-    tier: Tier = Tier.DATA
+    tier: PlanLengthTier = PlanLengthTier.DATA
     forms: Forms = "data"
     actions: bool = False
     kind: TaskKind = TaskKind.PLAIN
@@ -178,8 +184,8 @@ class Spec:
     most_objects: int = 30
     depth: int = 1
     difficulty: tuple[float, float] | None = None
-    at_least: tuple[tuple[Measure, int], ...] = ()
-    split: Split = Split.ALL
+    at_least: tuple[tuple[TaskMeasure, int], ...] = ()
+    split: TaskSplit = TaskSplit.ALL
     held_out: HeldOut = "goals"
     disturbances: int = 4
     version: int = VERSION

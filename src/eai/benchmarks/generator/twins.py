@@ -25,10 +25,15 @@ from eai.abilities.reports import fact_text
 from eai.base.json_value import Json
 from eai.benchmarks.benchmark import Benchmark
 from eai.benchmarks.generator.measures import make_presence_condition
-from eai.benchmarks.generator.prior import Prior
-from eai.benchmarks.generator.scene import add_copy_of_object, find_placement, has_no_contents, shuffle
-from eai.benchmarks.generator.spec import Generated
-from eai.benchmarks.generator.words import Words
+from eai.benchmarks.generator.prior import UsualGoals
+from eai.benchmarks.generator.scene import (
+    add_copy_of_object,
+    find_placement,
+    has_no_contents,
+    list_in_random_order,
+)
+from eai.benchmarks.generator.spec import GeneratedTask
+from eai.benchmarks.generator.words import InstructionWriter
 from eai.logic.rewriting import rename_objects
 from eai.logic.traversal import find_object_names, get_bound_variables, walk_subformulas
 from eai.planning.planner import Planner
@@ -53,8 +58,8 @@ Balance: TypeAlias = Counter[tuple[str, str]]
 
 
 def make_possible_pair(
-    made: Generated, planner: Planner, may_lack: Collection[str], balance: Balance, rng: random.Random
-) -> Generated | None:
+    made: GeneratedTask, planner: Planner, may_lack: Collection[str], balance: Balance, rng: random.Random
+) -> GeneratedTask | None:
     """Return a pair of a task with a plan and a task without a plan, or None if no such pair is found.
 
     Args:
@@ -130,18 +135,18 @@ def _draw_ids(task: Task, rng: random.Random) -> list[str]:
     return rng.sample([f"{task.id}-a", f"{task.id}-b"], 2)
 
 
-def _make_impossible_pair(made: Generated, fact: Fact, other: Fact, rng: random.Random) -> Generated:
+def _make_impossible_pair(made: GeneratedTask, fact: Fact, other: Fact, rng: random.Random) -> GeneratedTask:
     task, scene, names = made.task, made.task.scene, _draw_ids(made.task, rng)
     solved = replace(_remove_fact(task, other), id=names[0], title=task.id, special=Impossible(()))
     missing = Impossible((fact_text(fact, scene),))
     unsolved = replace(_remove_fact(task, fact), id=names[1], title=task.id, script=(), special=missing)
     lacks: Mapping[str, Json] = {**made.about, "lacks": fact_text(other, scene)}
-    return Generated(solved, lacks, Generated(unsolved, made.about))
+    return GeneratedTask(solved, lacks, GeneratedTask(unsolved, made.about))
 
 
 def make_ambiguous_pair(
-    made: Generated, benchmark: Benchmark, prior: Prior, planner: Planner, rng: random.Random
-) -> Generated | None:
+    made: GeneratedTask, benchmark: Benchmark, prior: UsualGoals, planner: Planner, rng: random.Random
+) -> GeneratedTask | None:
     """Return a pair of tasks with one instruction, which in one of them fits two objects, or None.
 
     Args:
@@ -158,21 +163,23 @@ def make_ambiguous_pair(
         if kinds[i] in prior.taken_categories and find_placement(i, task.initial, prior)
     ]
     named = task.find_named_objects(task.goals)
-    for thing in shuffle([i for i in hosts if i in named and has_no_contents(i, task.initial, prior)], rng):
+    for thing in list_in_random_order(
+        [i for i in hosts if i in named and has_no_contents(i, task.initial, prior)], rng
+    ):
         beside = add_copy_of_object(task.initial, prior, thing, thing)
-        seen = Words.make_for_benchmark(benchmark, beside, by_place=True).initial_facts
-        for host in shuffle(hosts, rng):
+        seen = InstructionWriter.make_for_benchmark(benchmark, beside, by_place=True).initial_facts
+        for host in list_in_random_order(hosts, rng):
             apart = add_copy_of_object(task.initial, prior, thing, host)
-            words = Words.make_for_benchmark(benchmark, apart, by_place=True)
+            words = InstructionWriter.make_for_benchmark(benchmark, apart, by_place=True)
             if _do_words_fit_both(words, seen, thing):
                 pair = _make_tasks_with_same_words(task, words, (apart, beside), thing, rng)
                 if pair is not None and _are_both_objects_possible(*pair, thing, planner):
-                    return Generated(pair[0], made.about, Generated(pair[1], made.about))
+                    return GeneratedTask(pair[0], made.about, GeneratedTask(pair[1], made.about))
                 break
     return None
 
 
-def _do_words_fit_both(words: Words, seen: Iterable[Fact], thing: int) -> bool:
+def _do_words_fit_both(words: InstructionWriter, seen: Iterable[Fact], thing: int) -> bool:
     """Whether words that distinguish an object from its copy in one scene fit both in another scene."""
     said = words.distinguishing_facts.get(thing)
     if said is None or len(said.arguments) == 1:
@@ -187,7 +194,7 @@ def _do_words_fit_both(words: Words, seen: Iterable[Fact], thing: int) -> bool:
 
 
 def _make_tasks_with_same_words(
-    task: Task, words: Words, states: tuple[State, State], thing: int, rng: random.Random
+    task: Task, words: InstructionWriter, states: tuple[State, State], thing: int, rng: random.Random
 ) -> tuple[Task, Task] | None:
     """Return a clear and an ambiguous task with one instruction, or None if it is not read as the goals."""
     ids, formulas = _draw_ids(task, rng), [task_goal.formula for task_goal in task.goals]

@@ -18,7 +18,7 @@ from operator import itemgetter
 
 import eai.logic.formula as f
 import eai.logic.semantics as semantics
-from eai.benchmarks.generator.goals import Proposals
+from eai.benchmarks.generator.goals import GoalProposals
 from eai.logic.trace import Trace
 from eai.logic.traversal import find_object_names
 from eai.planning.planner import Planner, PlanningGoal, drop_needless_actions
@@ -49,7 +49,7 @@ _MAX_TIDY_POSITIONS = 3
 
 
 @dataclass
-class Walk:
+class GoalByGoalPlan:
     """A plan that grows goal by goal, by the actions that reach the next goal.
 
     Attributes:
@@ -131,27 +131,31 @@ def _list_goal_actions(wanted: f.Formula) -> tuple[str, ...]:
     return tuple([part.action for part in parts if isinstance(part, f.Occurs)])
 
 
-def make_short_plan(walk: Walk, over_time: f.Formula | None = None) -> Sequence[Action]:
+def make_short_plan(walk: GoalByGoalPlan, over_time: f.Formula | None = None) -> Sequence[Action]:
     """Return a short plan for the goals of a walk: its necessary actions, or a shorter plan of the planner.
 
     Only long walks are given to the planner. The planner does not know goals over time.
     """
     planning_goal = PlanningGoal(tuple(walk.conditions), tuple(walk.actions))
-    walked = _drop_needless(walk, planning_goal, over_time)
+    walked = _drop_needless_actions(walk, planning_goal, over_time)
     if len(walked) < _MIN_STEPS_TO_SHORTEN or over_time is not None:
         return walked
     plan = walk.planner.plan(walk.start, planning_goal, walk.objects, _SHORTENING_LIMITS).plan
     return plan if 0 < len(plan) < len(walked) else walked
 
 
-def _drop_needless(walk: Walk, asked: PlanningGoal, over_time: f.Formula | None) -> Sequence[Action]:
-    def is_solution(node: PlanNode) -> bool:
+def _drop_needless_actions(
+    walk: GoalByGoalPlan, asked: PlanningGoal, over_time: f.Formula | None
+) -> Sequence[Action]:
+    def reaches_all_goals(node: PlanNode) -> bool:
         holds = walk.planner.holds
         if node.met < len(asked.actions) or not all(holds(c, node.state) for c in asked.conditions):
             return False
         return over_time is None or semantics.holds(over_time, to_trace(_make_trajectory(node)))
 
-    return drop_needless_actions(walk.planner.domain, walk.start, walk.trail, is_solution, asked.actions)
+    return drop_needless_actions(
+        walk.planner.domain, walk.start, walk.trail, reaches_all_goals, asked.actions
+    )
 
 
 def _make_trajectory(node: PlanNode) -> Trajectory:
@@ -241,9 +245,9 @@ class TemporalGoalFinder:
     task: Task
     domain: Domain
     listings: Sequence[FactLister]
-    proposals: Proposals
+    proposals: GoalProposals
     rng: random.Random
-    begin: Callable[[], Walk]
+    begin: Callable[[], GoalByGoalPlan]
 
     def find(self) -> _TemporalGoal | None:
         """Return a goal over time with a certificate and a temptation, or None if no such goal is found."""
@@ -395,7 +399,7 @@ def _make_goal_if_distinguishing(
     return _TemporalGoal(goal, ours.plan, other.plan) if is_kept and not is_kept_by_other else None
 
 
-def reach_all(walk: Walk, goals: Sequence[f.Formula]) -> bool:
+def reach_all(walk: GoalByGoalPlan, goals: Sequence[f.Formula]) -> bool:
     """Extend a walk by goals in this order. Return whether all these goals hold at the end."""
     for wanted in goals:
         if walk.holds(wanted, walk.state):

@@ -32,7 +32,7 @@ _ACTIONS = re.compile(r"the action (\w+(?: or \w+)*) has been taken")
 
 
 @dataclass(frozen=True)
-class Words:
+class InstructionWriter:
     """The words that instructions use for the objects and predicates of one scene.
 
     Attributes:
@@ -48,14 +48,16 @@ class Words:
     initial_facts: Sequence[Fact] = ()
 
     @staticmethod
-    def make_for_benchmark(benchmark: Benchmark, initial: State, *, by_place: bool = False) -> Words:
+    def make_for_benchmark(
+        benchmark: Benchmark, initial: State, *, by_place: bool = False
+    ) -> InstructionWriter:
         """Return a benchmark's words for a scene. With `by_place`, places of objects describe the objects."""
         arity, scene = benchmark.domain.vocabulary.arity, initial.scene
         wording = benchmark.wording(Ability.ACTION_SEQUENCING)
         arities = {name: arity(name) or 0 for name in wording.predicates}
         everything = range(len(scene.objects)) if by_place else ()
         seen = [fact for listing in wording.goal_listings for fact in listing.facts(initial, everything)]
-        return Words(arities, scene, benchmark.notation.english, seen)
+        return InstructionWriter(arities, scene, benchmark.notation.english, seen)
 
     def get_sentences(self, predicate: str) -> Sequence[str]:
         """Return sentences that can state a predicate in the singular: ``{x} is on top of {y}``."""
@@ -275,7 +277,7 @@ def _join_clauses(clauses: Sequence[str]) -> str:
 class _InstructionReader:
     """Reads instructions about one scene back into goals."""
 
-    def __init__(self, words: Words) -> None:
+    def __init__(self, words: InstructionWriter) -> None:
         self._words = words
         self._objects = {words.name_object(thing.name): thing.name for thing in words.scene.objects}
         self._categories = {noun: category for category, noun in words.nouns.items()}

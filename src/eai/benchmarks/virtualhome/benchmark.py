@@ -24,7 +24,7 @@ from eai.benchmarks import reference_wheel as packs
 from eai.benchmarks.benchmark import Benchmark, DataSet, read_answer_formats
 from eai.benchmarks.errata import load_errata
 from eai.benchmarks.packs import open_pack
-from eai.benchmarks.published import make_prompt_reader, open_virtualhome
+from eai.benchmarks.published import make_prompt_reader, open_virtualhome_operators
 from eai.benchmarks.registry import TITLES
 from eai.benchmarks.virtualhome.domain import domain_in_paper_order
 from eai.benchmarks.virtualhome.notation import VirtualHomeGoals, VirtualHomeSubgoals
@@ -225,7 +225,7 @@ def _find_surroundings(task: Task) -> Iterator[int]:
             yield from action.arguments
 
 
-def wording(ability: Ability) -> Wording:
+def make_wording(ability: Ability) -> Wording:
     """Return the names of objects and predicates that prompts of an ability use.
 
     Prompts of goal interpretation use classes of objects, and relations as in scene graphs.
@@ -246,7 +246,7 @@ def wording(ability: Ability) -> Wording:
 open_tasks = once_per_store(open_virtualhome_tasks)
 """Opens the 342 tasks of VirtualHome."""
 
-open_operators = once_per_store(open_virtualhome)
+open_operators = once_per_store(open_virtualhome_operators)
 """Opens VirtualHome's 296 tasks of transition modeling."""
 
 
@@ -261,7 +261,7 @@ def virtualhome() -> Benchmark:
             VirtualHomeGoals(),
             VirtualHomeSubgoals(),
             formats=read_answer_formats("eai.benchmarks.virtualhome"),
-            wordings=wording,
+            wordings=make_wording,
             english=read_english("eai.benchmarks.virtualhome"),
         ),
         DataSet(

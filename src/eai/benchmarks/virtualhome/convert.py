@@ -128,10 +128,10 @@ def _convert_annotated_tasks(
         initial, final = (_read_graph(graphs[name], objects, edges) for name in ("init_graph", "final_graph"))
         sources.append(_SourceTask(task_id, annotation, script, initial, final))
     report("converting", "VirtualHome tasks", len(annotations), len(annotations))
-    return _encode(sources, list(objects))
+    return _encode_tasks(sources, list(objects))
 
 
-def _encode(sources: Sequence[_SourceTask], objects: Sequence[ObjectRecord]) -> bytes:
+def _encode_tasks(sources: Sequence[_SourceTask], objects: Sequence[ObjectRecord]) -> bytes:
     encoder = _TaskEncoder({record: number for number, record in enumerate(objects)})
     base = encoder.find_shared_graph(sources)
     base_edges = encoder.flatten_edges(base.edges)

@@ -102,7 +102,7 @@ class VirtualHomeGoals(GoalNotation):
         return tuple([obj.category for obj in task.scene.objects])
 
 
-def goal_of(fields: list[str]) -> WrittenGoal:
+def make_written_goal(fields: list[str]) -> WrittenGoal:
     """Return the goal that some fields state: three fields state a relation, two a state, one an action."""
     if len(fields) == 3:
         return WrittenGoal(fields[1], (fields[0], fields[2]))
@@ -145,7 +145,7 @@ def _read_goal(names: tuple[str, ...], entry: object) -> WrittenGoal | None:
         return None
     members = dict(entry.members)
     fields = [field for name in names if isinstance(field := members.get(name), str)]
-    return goal_of(fields) if len(fields) == len(names) else None
+    return make_written_goal(fields) if len(fields) == len(names) else None
 
 
 def _write_entry(goal: WrittenGoal) -> tuple[GoalKind, dict[str, str]]:

@@ -65,7 +65,7 @@ FIND does not walk to such an object.
 """
 
 
-def set_state(name: str, old: Predicate, new: Predicate, *checks: Check) -> Operator:
+def make_state_action(name: str, old: Predicate, new: Predicate, *checks: Check) -> Operator:
     """Return an action that replaces one state of an object by another."""
     return _make_action_on_one(name, *checks, effects=(Delete(old(X)), Add(new(X))))
 
@@ -134,7 +134,7 @@ def make_movement_effects(target: f.Variable, effects_on_held: tuple[Effect, ...
     )
 
 
-def find(effects_on_held: tuple[Effect, ...]) -> Operator:
+def make_find_action(effects_on_held: tuple[Effect, ...]) -> Operator:
     """Return the action FIND.
 
     The character steps up to a near object and then faces no object. It walks to any other object.
@@ -157,7 +157,7 @@ def find(effects_on_held: tuple[Effect, ...]) -> Operator:
     )
 
 
-def put(relation: Predicate) -> tuple[Effect, ...]:
+def make_put_effects(relation: Predicate) -> tuple[Effect, ...]:
     """Return effects that relate the held object to a target, and put both next to the character."""
     return (
         *take_out_of_hand(X),
@@ -183,7 +183,7 @@ KEEP_CONTENTS = (
 """Effects of grabbing an object on its contents: objects in it, and grabbable objects on it, stay there."""
 
 
-def grab(effects_on_contents: tuple[Effect, ...] = KEEP_CONTENTS) -> Operator:
+def make_grab_action(effects_on_contents: tuple[Effect, ...] = KEEP_CONTENTS) -> Operator:
     """Return the action GRAB: move an object to a free hand, the right hand first, and remember its origin.
 
     Args:
@@ -236,11 +236,11 @@ def make_put_back_action() -> Operator:
         ),
         missing(~closed, "the place where {x} was taken from is closed", witness=closed),
     )
-    effects = tuple(Let(Y, memory(X, Y), put(relation)) for memory, _, relation in ORIGINS)
+    effects = tuple(Let(Y, memory(X, Y), make_put_effects(relation)) for memory, _, relation in ORIGINS)
     return _make_action_on_one("PUTOBJBACK", *checks, effects=effects)
 
 
-def watch() -> Operator:
+def make_watch_action() -> Operator:
     """Return the action WATCH: look for a while at an object in the same room."""
     return _make_action_on_one(
         "WATCH",
@@ -256,7 +256,7 @@ def watch() -> Operator:
     )
 
 
-def shove(name: str, *checks: Check) -> Operator:
+def make_shove_action(name: str, *checks: Check) -> Operator:
     """Return an action that moves an object by hand without lifting it."""
     return _make_action_on_one(name, *checks, NEAR, REACHABLE, HAND_FREE)
 
@@ -286,7 +286,7 @@ def make_movements(effects_on_held: tuple[Effect, ...]) -> tuple[Operator, ...]:
         _make_action_on_one(name, UPRIGHT, SOMEWHERE, effects=effects, role=Role.MOVEMENT)
         for name in ("WALK", "RUN")
     ]
-    return *walks, find(effects_on_held)
+    return *walks, make_find_action(effects_on_held)
 
 
 def _make_posture_actions() -> tuple[Operator, ...]:
@@ -331,14 +331,14 @@ def _make_posture_actions() -> tuple[Operator, ...]:
 def _make_handling_actions() -> tuple[Operator, ...]:
     drop = (*take_out_of_hand(X), Let(R, p.room_of(AGENT, R), (Add(p.inside(X, R)),)), *forget_origin(X))
     return (
-        grab(),
-        _make_action_on_two("PUTBACK", HELD, NEAR_TARGET, effects=put(p.ontop)),
+        make_grab_action(),
+        _make_action_on_two("PUTBACK", HELD, NEAR_TARGET, effects=make_put_effects(p.ontop)),
         _make_action_on_two(
             "PUTIN",
             HELD,
             NEAR_TARGET,
             missing(~p.can_open(Y) | p.open_(Y), "{y} is closed"),
-            effects=put(p.inside),
+            effects=make_put_effects(p.inside),
         ),
         make_put_back_action(),
         _make_action_on_one("DROP", HELD, effects=drop, role=Role.RELEASES),
@@ -363,12 +363,14 @@ def _make_device_actions() -> tuple[Operator, ...]:
     is_unplugged = additional(p.plugged_out(X), "{x} is not unplugged")
     is_plugged_in = additional(p.plugged_in(X), "{x} is not plugged in")
     return (
-        set_state("OPEN", p.closed, p.open_, *opens, HAND_FREE, is_closed, NOT_RUNNING),
-        set_state("CLOSE", p.open_, p.closed, *opens, additional(p.open_(X), "{x} is not open")),
-        set_state("SWITCHON", p.off, p.on, *switches, additional(p.off(X), "{x} is not off"), has_power),
-        set_state("SWITCHOFF", p.on, p.off, *switches, additional(p.on(X), "{x} is not on")),
-        set_state("PLUGIN", p.plugged_out, p.plugged_in, *plugs, is_unplugged),
-        set_state("PLUGOUT", p.plugged_in, p.plugged_out, *plugs, is_plugged_in),
+        make_state_action("OPEN", p.closed, p.open_, *opens, HAND_FREE, is_closed, NOT_RUNNING),
+        make_state_action("CLOSE", p.open_, p.closed, *opens, additional(p.open_(X), "{x} is not open")),
+        make_state_action(
+            "SWITCHON", p.off, p.on, *switches, additional(p.off(X), "{x} is not off"), has_power
+        ),
+        make_state_action("SWITCHOFF", p.on, p.off, *switches, additional(p.on(X), "{x} is not on")),
+        make_state_action("PLUGIN", p.plugged_out, p.plugged_in, *plugs, is_unplugged),
+        make_state_action("PLUGOUT", p.plugged_in, p.plugged_out, *plugs, is_plugged_in),
     )
 
 
@@ -378,7 +380,7 @@ def _make_looking_actions() -> tuple[Operator, ...]:
     return (
         _make_action_on_one("TURNTO", effects=turn, role=Role.MOVEMENT),
         *(_make_action_on_one(name, FACED) for name in looks),
-        watch(),
+        make_watch_action(),
         _make_action_on_one("READ", affordance(p.readable(X), "{x} cannot be read"), HELD),
         _make_action_on_one("GREET", affordance(p.person(X), "{x} is not a person")),
     )
@@ -411,9 +413,9 @@ def _make_using_actions() -> tuple[Operator, ...]:
         _make_action_on_one(
             "TYPE", NEAR, affordance(is_a(X, "keyboard") | p.has_switch(X), "{x} is nothing to type on")
         ),
-        shove("PUSH"),
-        shove("PULL", can_be_moved),
-        shove("MOVE", can_be_moved),
+        make_shove_action("PUSH"),
+        make_shove_action("PULL", can_be_moved),
+        make_shove_action("MOVE", can_be_moved),
         _make_action_on_one(
             "SQUEEZE",
             HAND_FREE,

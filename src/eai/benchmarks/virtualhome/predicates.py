@@ -35,7 +35,7 @@ Only the first relation that holds counts.
 """
 
 
-def object_id(state: State, index: int) -> int:
+def get_object_id(state: State, index: int) -> int:
     """Return the id of an object in the data set: the digits after the last dot of its name."""
     return int(state.scene.objects[index].name.rpartition(".")[2])
 

@@ -13,7 +13,7 @@ from eai.abilities.protocol import PAPER_ABILITIES, Ability
 from eai.base.errors import InputError
 from eai.base.files import MAX_UNPACKED, require_file, write_files_atomically
 from eai.base.store import Store
-from eai.benchmarks.reference_wheel import SCENE_PREFIX, task_id_of
+from eai.benchmarks.reference_wheel import SCENE_PREFIX, to_task_id
 from eai.benchmarks.registry import PAPER_BENCHMARKS, find_benchmark
 from eai.results.answer_files import UNREADABLE, list_zip_members
 from eai.results.responses import SUFFIX, find_response_files, read_responses
@@ -152,14 +152,14 @@ def _find_problems(
     if not isinstance(rows, list):
         yield 'is not a list of {"identifier", "llm_output"}'
         return
-    expected = {task_id_of(identifier) for identifier in identifiers}
+    expected = {to_task_id(identifier) for identifier in identifiers}
     times: Counter[str] = Counter()
     for number, row in enumerate(rows, 1):
         identifier = row.get("identifier") if isinstance(row, dict) else None
         if not isinstance(identifier, str):
             yield f'row {number} has no text "identifier"'
             continue
-        task_id = task_id_of(identifier)
+        task_id = to_task_id(identifier)
         times[task_id] += 1
         if times[task_id] == 2:
             yield f"{identifier} is repeated"
@@ -167,8 +167,8 @@ def _find_problems(
             yield f"{identifier} is unknown"
         yield from _find_answer_problems(identifier, row)
     for identifier in identifiers:
-        if task_id_of(identifier) not in times:
-            yield f"{task_id_of(identifier)} is missing"
+        if to_task_id(identifier) not in times:
+            yield f"{to_task_id(identifier)} is missing"
 
 
 def _find_answer_problems(identifier: str, row: Mapping[str, object]) -> Iterator[str]:
@@ -190,7 +190,7 @@ def _identifiers(domain: str, ability: Ability, store: Store | None) -> tuple[st
         raise InputError(f"{domain} has no published prompts, so a submission cannot answer them")
     rows = json.loads(published(ability, Source(store)).prompts)
     identifiers: list[str] = [row["identifier"] for row in rows]
-    return tuple(i if i.startswith(SCENE_PREFIX) else task_id_of(i) for i in identifiers)
+    return tuple(i if i.startswith(SCENE_PREFIX) else to_task_id(i) for i in identifiers)
 
 
 def _find_only_model(run: Path, files: Sequence[Path]) -> str:
@@ -202,8 +202,8 @@ def _find_only_model(run: Path, files: Sequence[Path]) -> str:
 
 def _make_content(file: Path, identifiers: Sequence[str]) -> bytes:
     """Return the answers of a response file in the challenge's JSON form, in the order of the identifiers."""
-    ids = {task_id_of(identifier): identifier for identifier in identifiers}
-    texts = {response.task_id: response.text for response in read_responses(file, ids, task_id_of).responses}
+    ids = {to_task_id(identifier): identifier for identifier in identifiers}
+    texts = {response.task_id: response.text for response in read_responses(file, ids, to_task_id).responses}
     rows = [
         {"identifier": identifier, "llm_output": texts[task_id]}
         for task_id, identifier in ids.items()

@@ -6,7 +6,7 @@ from pathlib import Path
 from typing import Annotated
 
 from eai.base.json_value import Json
-from eai.benchmarks.prompt_library import Library
+from eai.benchmarks.prompt_library import PromptLibrary
 from eai.benchmarks.suite import open_suite
 from eai.cli import options
 from eai.cli.console import format_count, tell
@@ -48,7 +48,7 @@ def harbor(
 
     with open_source(data) as source:
         suite = open_suite(domain, ability, source=source)
-        prompts = Library(prompt_set, None, source).open(suite.benchmark, ability)
+        prompts = PromptLibrary(prompt_set, None, source).open(suite.benchmark, ability)
         asked = choose_tasks(prompts, tasks, sample, seed, f"{suite.domain} {ability}")
         written, left_out = write_task_folders(
             suite,

@@ -50,7 +50,7 @@ from functools import partial
 from typing import ClassVar, TypeAlias
 
 from eai.abilities.transition_modeling.extraction import ResultCache
-from eai.abilities.transition_modeling.rules import NOT_RUN, Judgement, OperatorRules, ReplacedPart
+from eai.abilities.transition_modeling.rules import NOT_RUN, OperatorJudgement, OperatorRules, ReplacedPart
 from eai.abilities.transition_modeling.verdict import OperatorReport, OperatorStatus
 from eai.abilities.verdict import ErrorReport
 from eai.extensions.reference.planner_of_2024 import normalise, read_operator
@@ -144,17 +144,17 @@ class ReferenceRules(OperatorRules):
     reports: ResultCache[OperatorText, OperatorReport] = field(default_factory=ResultCache)
     read: ResultCache[OperatorText, PddlAction | PddlFinding | None] = field(default_factory=ResultCache)
 
-    def judge(self, task: TransitionTask, text: str) -> Judgement:
+    def judge(self, task: TransitionTask, text: str) -> OperatorJudgement:
         """Return the judgement on an answer. A task with eai-eval's format error is excluded."""
         written = extract_as_reference(text)
         if written is None:
-            return Judgement((), NOT_RUN, error=_UNREADABLE, excluded=FORMAT_ERROR)
-        return Judgement(
+            return OperatorJudgement((), NOT_RUN, error=_UNREADABLE, excluded=FORMAT_ERROR)
+        return OperatorJudgement(
             operators=tuple(self._report(task, operator) for operator in written),
             planning=self._plan(task, written),
         )
 
-    def judge_missing_answer(self, task: TransitionTask) -> Judgement:
+    def judge_missing_answer(self, task: TransitionTask) -> OperatorJudgement:
         """Count all required operators as missing. Without any answer, no gold operators replace them."""
         gold = [task.domain.operators[name] for name in task.operators]
         missing = [
@@ -163,7 +163,7 @@ class ReferenceRules(OperatorRules):
             )
             for operator in gold
         ]
-        return Judgement(tuple(missing), self.empty_result)
+        return OperatorJudgement(tuple(missing), self.empty_result)
 
     def plan_one_at_a_time(
         self, task: TransitionTask, text: str, replaced: ReplacedPart

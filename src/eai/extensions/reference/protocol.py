@@ -27,7 +27,7 @@ from eai.abilities.verdict import ErrorReport, PlanVerdict, Verdict
 from eai.base.errors import InputError
 from eai.benchmarks.benchmark import Benchmark, Opener
 from eai.benchmarks.names import TaskReference
-from eai.benchmarks.protocols import Implementation
+from eai.benchmarks.protocols import ProtocolImplementation
 from eai.tasks.share import Share
 from eai.tasks.source import Source, TaskSet
 from eai.world.action import Action, Fault
@@ -245,7 +245,7 @@ def _remove_errors(verdict: PlanVerdict) -> PlanVerdict:
     return replace(verdict, error=None, additional_steps=0, counted=counted)
 
 
-EAI_1_0_5 = Implementation(
+EAI_1_0_5 = ProtocolImplementation(
     open_suite,
     attempts=make_scripted_attempts,
     trial=_ScriptedTrial,

@@ -21,7 +21,7 @@ import eai.logic.formula as f
 from eai.abilities.subgoal_decomposition.program import (
     CompiledAnswer,
     Instruction,
-    Perform,
+    PerformInstruction,
     Program,
     RejectedAnswer,
     SubgoalPlanner,
@@ -30,7 +30,7 @@ from eai.abilities.subgoal_decomposition.program import (
     reject_unparseable,
 )
 from eai.abilities.subgoal_decomposition.scorer import SubgoalDecomposition
-from eai.abilities.subgoal_decomposition.search import Branch, ExplorationResult
+from eai.abilities.subgoal_decomposition.search import ExecutionBranch, ExplorationResult
 from eai.abilities.subgoal_decomposition.verdict import SubgoalCategory, SubgoalVerdict
 from eai.abilities.verdict import SummaryCounts, Unreadable
 from eai.base.errors import ParseError
@@ -93,7 +93,7 @@ class ReferenceSubgoals(SubgoalDecomposition):
         """Return the program for the search: it executes the plans in order, and never tests a literal."""
         program: list[Instruction] = [None]
         for number, plans in reversed(self._make_planners(literals)):
-            program.append(Perform(plans, number, len(program) - 1))
+            program.append(PerformInstruction(plans, number, len(program) - 1))
         return program
 
     def halts(self, fault: Fault) -> bool:
@@ -124,7 +124,7 @@ class ReferenceSubgoals(SubgoalDecomposition):
             entries.clear()
         return _set_counted_errors(verdict, entries)
 
-    def _list_branches(self, outcome: ExplorationResult) -> tuple[Branch, ...]:
+    def _list_branches(self, outcome: ExplorationResult) -> tuple[ExecutionBranch, ...]:
         """Return only the branch that eai-eval reports, even if other branches reach more goals."""
         return (outcome.reported,)
 

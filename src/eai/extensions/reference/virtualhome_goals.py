@@ -13,8 +13,8 @@ from eai.abilities.goal_interpretation.scorer import GoalInterpretation, describ
 from eai.abilities.goal_interpretation.verdict import GoalVerdict
 from eai.abilities.notation.goals import SECTIONS, IllFormed, WrittenGoal, WrittenGoals
 from eai.abilities.verdict import ALL, Confusion, Unreadable
-from eai.benchmarks.virtualhome.notation import FIELDS, VirtualHomeGoals, goal_of
-from eai.benchmarks.virtualhome.predicates import object_id
+from eai.benchmarks.virtualhome.notation import FIELDS, VirtualHomeGoals, make_written_goal
+from eai.benchmarks.virtualhome.predicates import get_object_id
 from eai.logic.choice import generate_tree_options
 from eai.tasks.task import GoalKind, Task
 from eai.world.domain import Domain
@@ -73,7 +73,7 @@ class VirtualHomeGoalInterpretation(GoalInterpretation):
     def __init__(self, task: Task, domain: Domain) -> None:
         notation = _VirtualHomeGoalNotation()
         super().__init__(task, domain, notation)
-        by_id = sorted(task.relevant, key=lambda i: object_id(task.initial, i))
+        by_id = sorted(task.relevant, key=lambda i: get_object_id(task.initial, i))
         self._objects = {task.scene.objects[i].category: task.scene.objects[i].name for i in by_id}
         self._options: list[tuple[str, frozenset[WrittenGoal]]] = []
         for goal in notation.list_goal_alternatives(task):
@@ -169,7 +169,7 @@ def _read_entries(kind: GoalKind, values: Any) -> list[WrittenGoal | IllFormed]:
 def _read_goal(names: tuple[str, ...], entry: Any) -> WrittenGoal | None:
     if any(name not in entry for name in names):
         return None
-    return goal_of([_read_field(name, entry[name]) for name in names])
+    return make_written_goal([_read_field(name, entry[name]) for name in names])
 
 
 def _make_hashable(value: Any) -> object:

@@ -53,9 +53,9 @@ def _list_in_set_order(state: State, predicate: str, source: int) -> list[int]:
     relation = state.relation(predicate)
     mask = relation.row(source)
     at_start = relation.base_row(source)
-    by_id = {p.object_id(state, i): i for i in bits(mask | at_start)}
-    added = sorted(p.object_id(state, i) for i in bits(mask & ~at_start))
-    initial = sorted(p.object_id(state, i) for i in bits(at_start))
+    by_id = {p.get_object_id(state, i): i for i in bits(mask | at_start)}
+    added = sorted(p.get_object_id(state, i) for i in bits(mask & ~at_start))
+    initial = sorted(p.get_object_id(state, i) for i in bits(at_start))
     return [by_id[i] for i in {*added, *initial} if mask >> by_id[i] & 1]
 
 
@@ -108,7 +108,7 @@ It stores the facts that the vocabulary of `strict` stores, so states can be sha
 
 def list_relevant_objects(task: VirtualHomeTask) -> tuple[int, ...]:
     """Return the relevant objects of a task, in eai-eval's order (``get_symbolic_goal_nl``)."""
-    by_id = {p.object_id(task.initial, i): i for i in task.relevant}
+    by_id = {p.get_object_id(task.initial, i): i for i in task.relevant}
     return tuple([by_id[i] for i in task.record.relevant_ids])
 
 
@@ -165,7 +165,7 @@ def held_objects_stay_behind(domain: Domain) -> Domain:
 
 def grabbing_empties(domain: Domain) -> Domain:
     """Grabbing an object leaves its contents behind, in no container (``GrabExecutor``)."""
-    return domain.replace_operators(o.grab(effects_on_contents=()))
+    return domain.replace_operators(o.make_grab_action(effects_on_contents=()))
 
 
 @_change_checks
@@ -235,7 +235,8 @@ def put_back_never_fails(domain: Domain) -> Domain:
     }
     has_record = replace(affordance(p.taken(X), "{x} was not grabbed"), fault=FaultKind.UNCATEGORISED)
     effects = tuple(
-        Let(Y, memory(X, Y) & possible_at[memory], o.put(relation)) for memory, _, relation in o.ORIGINS
+        Let(Y, memory(X, Y) & possible_at[memory], o.make_put_effects(relation))
+        for memory, _, relation in o.ORIGINS
     )
     return domain.replace_operators(Operator("PUTOBJBACK", (X,), (has_record,), effects))
 

@@ -18,7 +18,7 @@ from pydantic import Field
 from eai.abilities.explanation import EXECUTED
 from eai.abilities.verdict import make_share_of_one
 from eai.base.grouping import group_pairs
-from eai.benchmarks.features import Features
+from eai.benchmarks.features import TaskStatistics
 from eai.results.certainty import RateCase
 from eai.results.lines import (
     MEASURES,
@@ -62,7 +62,7 @@ if TYPE_CHECKING:
 
 STEPS = "annotated_steps"
 
-FEATURES = tuple([field.name for field in fields(Features) if field.name != "ground_action_goals"])
+FEATURES = tuple([field.name for field in fields(TaskStatistics) if field.name != "ground_action_goals"])
 """Names of the features of a task that are compared with scores.
 
 A feature that always equals another feature is left out."""

@@ -16,7 +16,7 @@ from eai.base.errors import InputError
 from eai.base.files import read_content
 from eai.base.grouping import group_pairs
 from eai.benchmarks.benchmark import Benchmark
-from eai.benchmarks.prompt_library import Library
+from eai.benchmarks.prompt_library import PromptLibrary
 from eai.benchmarks.suite import Suite, open_suite
 from eai.results.codec import dataclass_to_json
 from eai.results.epochs import StatedBeliefs
@@ -239,7 +239,7 @@ def _find_task_of_file(stem: str, task_ids: Sequence[str]) -> str | None:
     return max(begun, key=len, default=None)
 
 
-def _refuse_published_prompts(choice: SceneOptions, library: Library, suite: Suite) -> None:
+def _refuse_published_prompts(choice: SceneOptions, library: PromptLibrary, suite: Suite) -> None:
     """Raise an error if the run uses published prompts, which show scenes only in their own format."""
     is_posed = get_declaration(suite.ability).interaction.make_question is not None
     published = suite.benchmark.data.prompts is not None and not is_posed

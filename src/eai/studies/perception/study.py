@@ -39,7 +39,7 @@ if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
     from eai.base.json_value import Json
-    from eai.benchmarks.prompt_library import Library
+    from eai.benchmarks.prompt_library import PromptLibrary
     from eai.benchmarks.suite import Suite
     from eai.results.runs import RunKey
 
@@ -48,7 +48,7 @@ class _StagedPerception(SceneOptions):
     """Options for how the questions of a run show the scene, with the stage that finds the scenes."""
 
     def make_stage(
-        self, library: Library, wanted: Mapping[str, Collection[str]], ask: AskModel
+        self, library: PromptLibrary, wanted: Mapping[str, Collection[str]], ask: AskModel
     ) -> FirstStage:
         """Return the stage that finds the scenes. The modules of the stage are imported only in a run."""
         from eai.studies.perception.scenes import find_stated_scenes

@@ -13,7 +13,7 @@ from functools import cache
 from typing import TypeAlias
 
 from eai.abilities.protocol import DEFAULT_PROTOCOL, Ability
-from eai.abilities.transition_modeling.extraction import OperatorCache, ResultCache, extract
+from eai.abilities.transition_modeling.extraction import OperatorCache, ResultCache, read_operators
 from eai.abilities.transition_modeling.rules import to_gold_steps
 from eai.abilities.transition_modeling.scorer import TransitionModeling
 from eai.abilities.transition_modeling.verdict import OperatorVerdict
@@ -112,7 +112,7 @@ class _OperatorChain:
         Raises:
             InputError: as raised by `find_chain_end`.
         """
-        scorer, written = self.operators.scorer(task_id), extract(answer, self._readings)
+        scorer, written = self.operators.scorer(task_id), read_operators(answer, self._readings)
         if not isinstance(scorer, TransitionModeling):
             raise TypeError(f"{task_id}: {scorer} scores no operators")
         by_name = {} if isinstance(written, Unreadable) else written.value

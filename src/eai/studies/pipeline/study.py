@@ -18,7 +18,7 @@ from eai.tasks.options import Options
 
 if TYPE_CHECKING:
     from eai.base.json_value import Json
-    from eai.benchmarks.prompt_library import Library
+    from eai.benchmarks.prompt_library import PromptLibrary
     from eai.benchmarks.suite import Suite
     from eai.results.record import Record
     from eai.studies.records import StudyRecords
@@ -80,7 +80,7 @@ class _PipelineOptions(VariationOptions):
         return [Ability.ACTION_SEQUENCING]
 
     def make_stage(
-        self, library: Library, wanted: Mapping[str, Collection[str]], ask: AskModel
+        self, library: PromptLibrary, wanted: Mapping[str, Collection[str]], ask: AskModel
     ) -> FirstStage:
         """Return the stage that asks for goals. If subgoals are chosen, return the stage after it."""
         from eai.studies.pipeline.stage_one import find_interpreted_goals, find_listed_subgoals

@@ -9,7 +9,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from eai.benchmarks.benchmark import Benchmark
-from eai.benchmarks.features import Features
+from eai.benchmarks.features import TaskStatistics
 from eai.results.data_set import profile_tasks
 from eai.results.plots import ACCENT, INK, RULE, clip_label, make_figure, use_plot_style, write_figure
 from eai.tasks.source import Source
@@ -56,7 +56,7 @@ def make_distributions(benchmark: Benchmark, source: Source) -> tuple[_ValueDist
     return tuple(distribution for distribution in counted if distribution.counts)
 
 
-def _make_feature_distributions(features: Sequence[Features]) -> Iterator[_ValueDistribution]:
+def _make_feature_distributions(features: Sequence[TaskStatistics]) -> Iterator[_ValueDistribution]:
     for name, title in (
         ("annotated_steps", "Steps of the annotated plan"),
         ("goals", "Goals (conjuncts)"),
