@@ -2,9 +2,10 @@
 
 from __future__ import annotations
 
+import json
 import re
 from collections import Counter
-from collections.abc import Collection, Iterable
+from collections.abc import Collection, Iterable, Iterator
 
 from claim import Finding, by_degree
 from errors import SEATED
@@ -24,11 +25,15 @@ from evidence import (
     rho_of_means,
     told,
 )
+from measures_questions import CHARACTERS_PER_TOKEN
 from measures_rates import OPEN_MODELS, STRONG
 from rates import all_of, if_so, most_of, rates_of
 
+from eai.abilities.protocol import Ability
+from eai.benchmarks.registry import find_benchmark
 from eai.results.lines import AnswerLine
 from eai.results.paper_tables import read_paper_models
+from eai.results.record import Record
 
 GRAMMAR = ("parsing", "hallucination", "argument_number")
 RUNTIME = ("wrong_order", "missing_step", "affordance", "additional_step")
@@ -49,6 +54,12 @@ RESULTS = {
 
 FRAME = re.compile(r"\s*(?:```(?:json)?)?\s*\{.*\}\s*(?:```)?\s*(?:<\|eot_id\|>)?\s*", re.DOTALL)
 """An answer that is JSON and nothing else, perhaps in a code fence and with an end token."""
+
+LONG_PLAN = 5_000
+"""Characters of a plan that is longer than almost all others."""
+
+SMALLEST_WINDOW = 16_385
+"""Tokens of the context of GPT-3.5-turbo, the smallest of the models with unreadable plans in BEHAVIOR."""
 
 
 def hallucinations(evidence: Evidence) -> Finding:
@@ -366,23 +377,75 @@ def order_of_subgoal_errors(evidence: Evidence) -> Finding:
 
 
 def cut_off(evidence: Evidence) -> Finding:
-    bad = [
-        each
-        for domain in (V, B)
-        for records in evidence.suites[Suite(domain, AS)].values()
-        for each in records
-        if each.verdict.error is not None and each.verdict.error.kind.value == "parsing"
-    ]
-    ends = sum(
-        each.response.count("[") > each.response.count("]")
-        or each.response.count("{") > each.response.count("}")
-        for each in bad
-    )
+    plans = [record for domain in (V, B) for record in _plans(evidence, domain) if _is_unreadable(record)]
+    ends = sum(map(_is_open, plans))
     return if_so(
-        ends > len(bad) / 2,
-        f"of {len(bad)} unreadable plans {ends} have an open bracket at the end",
+        ends > len(plans) / 2,
+        f"of {len(plans)} unreadable plans {ends} have an open bracket at the end",
         in_part=ends > 0,
     )
+
+
+def stopped_early(evidence: Evidence) -> Finding:
+    """Look for short plans with open brackets, and for those of them that lack more than a last brace."""
+    short, _, text = _open_plans(evidence)
+    complete = sum(_is_json(each.rstrip().removesuffix("]") + "}]") for each in short)
+    return if_so(
+        complete < len(short),
+        f"{text}; {complete} of the {len(short)} lack nothing but the last brace",
+        in_part=bool(short),
+    )
+
+
+def too_long(evidence: Evidence) -> Finding:
+    """Compare plans with open brackets, together with their questions, with the smallest context window."""
+    _, long, text = _open_plans(evidence)
+    question = max(
+        len(f"{prompt.system or ''}{prompt.user}")
+        for prompt in (find_benchmark(B).official_prompts(Ability(AS), evidence.published) or {}).values()
+    )
+    size = (question + max(map(len, long), default=0)) / CHARACTERS_PER_TOKEN
+    return if_so(
+        size > SMALLEST_WINDOW,
+        f"{text}; with its question the longest has about {size / 1000:.0f} thousand tokens, "
+        f"and the smallest context window of these models is {SMALLEST_WINDOW / 1000:.0f} thousand",
+        in_part=bool(long),
+    )
+
+
+def _is_unreadable(record: Record) -> bool:
+    """Return whether an answer cannot be read."""
+    return record.verdict.error is not None and record.verdict.error.kind.value == "parsing"
+
+
+def _is_json(text: str) -> bool:
+    try:
+        json.loads(text)
+    except ValueError:
+        return False
+    return True
+
+
+def _plans(evidence: Evidence, domain: str) -> Iterator[Record]:
+    for records in evidence.suites[Suite(domain, AS)].values():
+        yield from records
+
+
+def _is_open(record: Record) -> bool:
+    text = record.response
+    return text.count("[") > text.count("]") or text.count("{") > text.count("}")
+
+
+def _open_plans(evidence: Evidence) -> tuple[list[str], list[str], str]:
+    """Return BEHAVIOR's plans with open brackets that are shorter and longer than most, and their lengths."""
+    bad = [record.response for record in _plans(evidence, B) if _is_unreadable(record) and _is_open(record)]
+    short = [text for text in bad if len(text) < LONG_PLAN]
+    long = [text for text in bad if len(text) >= LONG_PLAN]
+    told = (
+        f"of {len(bad)} BEHAVIOR plans with an open bracket {len(short)} have less than {LONG_PLAN:,} "
+        f"characters, {len(long)} have more, up to {max(map(len, bad), default=0):,}"
+    )
+    return short, long, told
 
 
 def next_to_the_floor(evidence: Evidence) -> Finding:

@@ -28,6 +28,9 @@ CHARACTERS_PER_TOKEN = 4
 _SELF = re.compile(r"\(same_obj [^)]*\)")
 """Facts such as (same_obj bowl bowl), which BEHAVIOR's problems have and its questions lack."""
 
+_SCENE = re.compile(r"_0_([A-Z]\w*?_\d_(?:int|garden))_")
+"""The scene in a name of a task of BEHAVIOR."""
+
 _DATE = re.compile(r"(20\d\d)-?(\d\d)-?(\d\d)$")
 """A date at the end of a model's id."""
 
@@ -55,6 +58,25 @@ def names_in_questions(evidence: Evidence) -> Finding:
         counts[f"{NAMED[domain]}, {ability.value.replace('_', ' ')}"] = hits, len(questions)
     text = ", ".join(f"{name} {hits} of {number}" for name, (hits, number) in counts.items())
     return all_of(*counts.values(), text=f"questions with the name of the task: {text}")
+
+
+def rooms_of_scenes(evidence: Evidence) -> Finding:
+    """Count the rooms of each scene that questions name, VirtualHome's by category, BEHAVIOR's by floors."""
+    counts, text = [], []
+    for domain, ability, pattern in (
+        (V, Ability.SUBGOAL_DECOMPOSITION, r"\| (\w+)\.\d+ \| Rooms \|"),
+        (B, Ability.ACTION_SEQUENCING, r"room_floor_(\w+?)_\d+"),
+    ):
+        prompts = find_benchmark(domain).official_prompts(ability, evidence.published) or {}
+        rooms: dict[str, set[str]] = {}
+        for task, prompt in prompts.items():
+            scene = _SCENE.search(task)
+            own = re.split("Your task:|# Target Task", prompt.user)[-1]
+            rooms.setdefault(scene[1] if scene else "", set()).update(re.findall(pattern, own))
+        several = sum(len(each) > 1 for each in rooms.values())
+        counts.append((several, len(rooms)))
+        text.append(f"{NAMED[domain]} {several} of {len(rooms)}, {max(map(len, rooms.values()))} at most")
+    return all_of(*counts, text=f"scenes of which questions name more than one room: {'; '.join(text)}")
 
 
 def operators_asked_for(evidence: Evidence) -> Finding:

@@ -507,16 +507,19 @@ def replanning_rates(evidence: Evidence) -> Finding:
 
 
 def gains_of_replanning(evidence: Evidence) -> Finding:
-    gains = [
-        (again[column] or 0) - (plain[column] or 0)
-        for table in (read_paper_table("replanning"), read_paper_table("replanning_prose"))
-        for plain, again in [[table.rows[name] for name in ("GPT-4o", "GPT-4o w/ replanning")]]
-        for column in table.columns
-        if column.metric in ("task_success", "execution_success")
-    ]
+    gains = [again - plain for plain, again in _replanned()]
     return all_of(
         (sum(gain > 10.05 for gain in gains), len(gains)),
         text=f"printed gains in success and execution: {', '.join(f'{gain:.1f}' for gain in gains)} points",
+    )
+
+
+def relative_gains_of_replanning(evidence: Evidence) -> Finding:
+    gains = [100 * (again - plain) / plain for plain, again in _replanned()]
+    shown = ", ".join(f"{gain:.0f}" for gain in gains)
+    return all_of(
+        (sum(gain > 10 for gain in gains), len(gains)),
+        text=f"printed gains in success and execution, in percent of the rate without replanning: {shown}",
     )
 
 
@@ -586,6 +589,17 @@ _OVERVIEW = (
     ("TM", "overall.f1"),
     ("TM", "overall.planner_success"),
 )
+
+
+def _replanned() -> list[tuple[float, float]]:
+    """Return printed rates of success and execution without and with replanning, of both worlds."""
+    return [
+        (plain[column] or 0, again[column] or 0)
+        for table in (read_paper_table("replanning"), read_paper_table("replanning_prose"))
+        for plain, again in [[table.rows[name] for name in ("GPT-4o", "GPT-4o w/ replanning")]]
+        for column in table.columns
+        if column.metric in ("task_success", "execution_success")
+    ]
 
 
 def _averages(evidence: Evidence, world: str, models: Sequence[str] = ()) -> list[str]:
