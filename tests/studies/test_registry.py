@@ -87,7 +87,7 @@ def test_a_study_of_another_distribution_is_found_and_run(
     (about / "METADATA").write_text("Metadata-Version: 2.1\nName: brevity\nVersion: 1.0\n")
     (about / "entry_points.txt").write_text(f"[{registry.GROUP}]\nbrevity = brevity:BREVITY\n")
     monkeypatch.syspath_prepend(tmp_path)
-    registry._find_entries.cache_clear()
+    registry._find_study_entry_points.cache_clear()
     try:
         told = eai("analyze").out
         assert "brevity" in told
@@ -99,7 +99,7 @@ def test_a_study_of_another_distribution_is_found_and_run(
         assert row["answers"] == row["short_denominator"]
         assert "brevity has most" in eai("analyze", "brevity", runs, "--with", "least=1", "--out", out).err
     finally:
-        registry._find_entries.cache_clear()
+        registry._find_study_entry_points.cache_clear()
 
 
 def test_an_unknown_study_is_refused_with_similar_names(eai: Command, tmp_path: Path) -> None:
