@@ -33,7 +33,7 @@ from eai.benchmarks.generator.prior import UsualGoals, find_argument_uses
 from eai.benchmarks.generator.sets import fingerprint_task, make_seeds
 from eai.benchmarks.generator.spec import GeneratedTask, PlanLengthTier, TaskKind, TaskSpecification
 from eai.benchmarks.registry import PAPER_BENCHMARKS, find_benchmark
-from eai.cli.generate import verdict_of_val
+from eai.cli.generate import validate_with_val
 from eai.pddl.val import find_val_program
 from eai.tasks.goal_test import solves
 from eai.tasks.source import Source
@@ -140,8 +140,8 @@ def validate_certificates(file: Path, like: str, number: int) -> dict[str, objec
     tasks = [task for task in _tasks(file, domain) if not any(goal.is_over_time for goal in task.goals)]
     verdicts = Counter[str]()
     for task in random.Random(0).sample(tasks, min(number, len(tasks))):  # noqa: S311 - a sample, no secret
-        verdicts[f"whole: {verdict_of_val(val, domain, task, task.script)}"] += 1
-        verdicts[f"without its last step: {verdict_of_val(val, domain, task, task.script[:-1])}"] += 1
+        verdicts[f"whole: {validate_with_val(val, domain, task, task.script)}"] += 1
+        verdicts[f"without its last step: {validate_with_val(val, domain, task, task.script[:-1])}"] += 1
     return {"VAL": verdicts}
 
 

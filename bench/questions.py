@@ -13,12 +13,12 @@ import time
 from eai.benchmarks.registry import PAPER_BENCHMARKS, find_benchmark
 from eai.extensions.questions.question import QuestionForm, QuestionKind
 from eai.extensions.questions.shortcuts import (
-    answer_entropy,
-    best_shortcut,
-    guess_probabilities,
-    shortcut_rates,
+    compute_answer_entropy,
+    compute_guess_probabilities,
+    compute_shortcut_rates,
+    find_best_shortcut,
 )
-from eai.extensions.questions.writer import Writer
+from eai.extensions.questions.writer import QuestionGenerator
 
 WARM = 1_000
 
@@ -31,21 +31,23 @@ def main() -> None:
     parser.add_argument("--n", type=int, default=300)
     arguments = parser.parse_args()
     for domain in arguments.domain:
-        writer = Writer(find_benchmark(domain))
-        list(writer.write(number=WARM))
+        writer = QuestionGenerator(find_benchmark(domain))
+        list(writer.write_questions(number=WARM))
         for kind in QuestionKind:
             start = time.process_time()
-            questions = list(writer.write([kind], number=arguments.n))
+            questions = list(writer.write_questions([kind], number=arguments.n))
             seconds = time.process_time() - start
-            guesses = guess_probabilities(questions)
+            guesses = compute_guess_probabilities(questions)
             chances = [
-                shortcut_rates([question for question in questions if question.form is form], guesses)
+                compute_shortcut_rates([question for question in questions if question.form is form], guesses)
                 for form in QuestionForm
             ]
             best = [
-                f"{each[name].percent:.0f} ({name})" for each in chances for name in [best_shortcut(each)]
+                f"{each[name].percent:.0f} ({name})"
+                for each in chances
+                for name in [find_best_shortcut(each)]
             ]
-            even = [answer_entropy(questions, kind, form) or 0.0 for form in QuestionForm]
+            even = [compute_answer_entropy(questions, kind, form) or 0.0 for form in QuestionForm]
             size = sum(len(question.prompt) for question in questions) / max(1, len(questions))
             print(
                 f"{domain} {kind.value}: {len(questions)} questions, {len(questions) / seconds:.0f} a CPU s, "

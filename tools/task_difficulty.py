@@ -18,7 +18,7 @@ from scipy.stats import spearmanr
 from eai.abilities.protocol import Ability
 from eai.benchmarks.generator.measures import FEATURES, FILE, compute_difficulty_features
 from eai.benchmarks.registry import PAPER_BENCHMARKS, find_benchmark
-from eai.extensions.adaptive.difficulties import item_difficulties
+from eai.extensions.adaptive.difficulties import load_task_difficulties
 from eai.tasks.source import Source
 
 PATH = Path(__file__).resolve().parents[1] / "src" / "eai" / "benchmarks" / "generator" / FILE
@@ -35,7 +35,7 @@ def main() -> None:
 def fit(name: str) -> dict[str, Any]:
     """Return the model of a benchmark, with its cross-validated R squared, rank correlation and error."""
     tasks = find_benchmark(name).tasks(Source())
-    difficulty_of = item_difficulties(name, Ability.ACTION_SEQUENCING)
+    difficulty_of = load_task_difficulties(name, Ability.ACTION_SEQUENCING)
     planned = [task_id for task_id in difficulty_of if tasks[task_id].script]
     features = np.array([compute_difficulty_features(tasks[task_id]) for task_id in planned])
     difficulties = np.array([difficulty_of[task_id] for task_id in planned])

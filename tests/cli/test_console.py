@@ -27,8 +27,8 @@ def test_a_line_is_broken_on_a_terminal_alone_and_never_within_a_path(
 ) -> None:
     written = StringIO()
     shown = Console(file=written, force_terminal=terminal, width=24, color_system=None)
-    monkeypatch.setattr(console, "output", lambda: shown)
-    console.say(LINE)
+    monkeypatch.setattr(console, "get_output_console", lambda: shown)
+    console.print_result_line(LINE)
     assert [line.rstrip() for line in written.getvalue().splitlines()] == lines
 
 
@@ -50,7 +50,7 @@ def test_markdown_stands_as_it_is_where_it_is_piped_and_is_set_on_a_terminal(
 ) -> None:
     written = StringIO()
     screen = Console(file=written, force_terminal=terminal, width=24, color_system=None)
-    monkeypatch.setattr(console, "output", lambda: screen)
+    monkeypatch.setattr(console, "get_output_console", lambda: screen)
     console.print_markdown("| a | b |\n|---|---|\n| **c** | `d` |")
     printed = capsys.readouterr().out + written.getvalue()
     assert shown in (" ".join(printed.split()) if terminal else printed)

@@ -9,16 +9,22 @@ import pytest
 from rich.console import Console
 
 from eai.cli import progress
-from eai.cli.progress import LONGEST_SILENCE, PATIENCE, data_progress, run_progress, scoring_progress
+from eai.cli.progress import (
+    LONGEST_SILENCE,
+    PATIENCE,
+    show_data_progress,
+    show_run_progress,
+    show_scoring_progress,
+)
 from processes import wait_until
 
 
 @pytest.mark.parametrize("width", [60, 80, 150])
 def test_a_narrow_terminal_cuts_the_title_and_no_count(width: int, monkeypatch: pytest.MonkeyPatch) -> None:
     screen = Console(file=io.StringIO(), width=width, force_terminal=True, color_system=None)
-    monkeypatch.setattr(progress, "errors", lambda: screen)
+    monkeypatch.setattr(progress, "get_error_console", lambda: screen)
     title = "scoring behavior action_sequencing claude-3-5-sonnet-20240620"
-    with scoring_progress(title, 100, quiet=False) as told:
+    with show_scoring_progress(title, 100, quiet=False) as told:
         told(100)
     printed = screen.file.getvalue()  # type: ignore[attr-defined]
     assert "100/100" in printed
@@ -30,8 +36,8 @@ def test_without_a_terminal_fetching_and_converting_begin_with_a_line(
     monkeypatch: pytest.MonkeyPatch,
 ) -> None:
     screen = Console(file=io.StringIO(), width=80)
-    monkeypatch.setattr(progress, "errors", lambda: screen)
-    with data_progress() as report:
+    monkeypatch.setattr(progress, "get_error_console", lambda: screen)
+    with show_data_progress() as report:
         report("waiting for", "another process", 0, 0)
         for done in (0, 13_500_000, 27_000_000):
             report("fetching", "tasks.zip", done, 27_000_000)
@@ -64,7 +70,7 @@ def clock(monkeypatch: pytest.MonkeyPatch) -> Clock:
 def make_screen(monkeypatch: pytest.MonkeyPatch, **options: Any) -> io.StringIO:
     """Return the text to which progress is printed."""
     file = io.StringIO()
-    monkeypatch.setattr(progress, "errors", lambda: Console(file=file, width=80, **options))
+    monkeypatch.setattr(progress, "get_error_console", lambda: Console(file=file, width=80, **options))
     return file
 
 
@@ -72,7 +78,7 @@ def test_without_a_terminal_lines_of_a_run_are_some_seconds_apart(
     monkeypatch: pytest.MonkeyPatch, clock: Clock
 ) -> None:
     screen = make_screen(monkeypatch)
-    with run_progress("run", quiet=False) as watch:
+    with show_run_progress("run", quiet=False) as watch:
         assert watch is not None
         for answered, clock.seconds in ((0, 100), (10, 101), (20, 101 + PATIENCE), (30, 108), (40, 109)):
             watch(answered, 0, 40, answered * 30)
@@ -86,7 +92,7 @@ def test_without_a_terminal_lines_of_a_run_are_some_seconds_apart(
 def test_without_a_terminal_a_line_tells_how_long_a_run_waits(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(progress, "LONGEST_SILENCE", 0.01)
     screen = make_screen(monkeypatch)
-    with run_progress("run", quiet=False) as watch:
+    with show_run_progress("run", quiet=False) as watch:
         assert watch is not None
         watch(0, 0, 40, 0)
         assert wait_until(lambda: "run: 0/40, waiting 1 s\n" in screen.getvalue())
@@ -97,7 +103,7 @@ def test_without_a_terminal_a_line_tells_how_long_a_run_waits(monkeypatch: pytes
 
 def test_the_time_left_counts_only_answers_of_this_run(monkeypatch: pytest.MonkeyPatch, clock: Clock) -> None:
     screen = make_screen(monkeypatch)
-    with run_progress("run", quiet=False) as watch:
+    with show_run_progress("run", quiet=False) as watch:
         assert watch is not None
         watch(30, 0, 342, 0)
         clock.seconds += 120
@@ -113,7 +119,7 @@ def test_the_time_left_counts_only_answers_of_this_run(monkeypatch: pytest.Monke
 
 def test_on_a_terminal_one_line_of_a_run_changes(monkeypatch: pytest.MonkeyPatch, clock: Clock) -> None:
     screen = make_screen(monkeypatch, force_terminal=True, color_system=None)
-    with run_progress("virtualhome action_sequencing openai-api/local/small", quiet=False) as watch:
+    with show_run_progress("virtualhome action_sequencing openai-api/local/small", quiet=False) as watch:
         assert watch is not None
         watch(0, 0, 342, 0)
         clock.seconds += 10
@@ -130,8 +136,8 @@ def test_on_a_terminal_one_line_of_a_run_changes(monkeypatch: pytest.MonkeyPatch
 
 def test_each_step_of_fetching_has_a_bar_on_a_terminal(monkeypatch: pytest.MonkeyPatch) -> None:
     screen = Console(file=io.StringIO(), width=80, force_terminal=True, color_system=None)
-    monkeypatch.setattr(progress, "errors", lambda: screen)
-    with data_progress() as report:
+    monkeypatch.setattr(progress, "get_error_console", lambda: screen)
+    with show_data_progress() as report:
         report("waiting for", "another process", 0, 0)
         report("fetching", "tasks.zip", 27_000_000, 27_000_000)
         report("converting", "tasks", 1, 342)

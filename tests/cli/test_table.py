@@ -8,7 +8,7 @@ import pytest
 from rich.console import Console
 
 from eai.abilities.declaration import load_paper_abilities
-from eai.cli.table import heading, rates_table
+from eai.cli.table import format_heading, make_rates_table
 from eai.results.terminal import print_table
 from eai.results.totals import RunTotals
 from results.verdicts import SUCCEEDED, record
@@ -32,7 +32,7 @@ def printed(width: int, *, models: tuple[str, ...] = LONG, wide: bool = False) -
     sums = {metric: (10_000 + place, 10_000) for place, metric in enumerate(METRICS)}
     results = dict.fromkeys(models, of_tasks(342, sums))
     file = io.StringIO()
-    print_table(Console(file=file, width=width), rates_table("title", METRICS, results), wide=wide)
+    print_table(Console(file=file, width=width), make_rates_table("title", METRICS, results), wide=wide)
     return file.getvalue()
 
 
@@ -61,11 +61,11 @@ def test_a_column_without_any_number_is_left_out() -> None:
     file = io.StringIO()
     sums = {"task_success": (1, 2), "parsing": (0, 0)}
     results = dict.fromkeys(("a", "b"), of_tasks(2, sums))
-    print_table(Console(file=file, width=80), rates_table("title", list(sums), results))
+    print_table(Console(file=file, width=80), make_rates_table("title", list(sums), results))
     assert "parsing" not in file.getvalue()
 
 
 def test_headings_are_short() -> None:
-    assert heading("task_success") == "task\nsuccess"
-    assert heading("non_spatial_relations.planner_success") == "non\nspatial\nrelations\nplanner"
-    assert heading("overall.f1") == "overall\nF1"
+    assert format_heading("task_success") == "task\nsuccess"
+    assert format_heading("non_spatial_relations.planner_success") == "non\nspatial\nrelations\nplanner"
+    assert format_heading("overall.f1") == "overall\nF1"

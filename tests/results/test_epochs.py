@@ -11,8 +11,8 @@ import pytest
 from eai.abilities.attempt import Usage
 from eai.abilities.protocol import PAPER_ABILITIES, Ability
 from eai.benchmarks.errata import ErrataUse
-from eai.cli.console import dollars, format_count
-from eai.cli.table import result_json
+from eai.cli.console import format_count, format_dollars
+from eai.cli.table import result_to_json
 from eai.results.epochs import ModelAnswers, find_majority_index, normalise_answer, score_answers
 from eai.results.options import ScoringOptions
 from eai.results.totals import RunTotals
@@ -113,7 +113,7 @@ def test_the_effect_of_errata_is_stated_only_if_errata_were_used(
     result = score_answers(obtained, tmp_path, echo_suite(), ScoringOptions(allow_missing=False))
     (record,) = result.records
     marked = [replace(record, errata=errata)]
-    found = result_json(RunTotals.from_records(marked), result.folder)["errata"]
+    found = result_to_json(RunTotals.from_records(marked), result.folder)["errata"]
     assert told == ((found["version"], found["corrected"]) if isinstance(found, dict) else found)
 
 
@@ -126,4 +126,4 @@ def test_counted_nouns_are_in_singular_or_plural(number: int, text: str) -> None
 
 @pytest.mark.parametrize(("amount", "text"), [(0, "$0.0000"), (0.0012, "$0.0012"), (12.345, "$12.35")])
 def test_small_amounts_are_not_shown_as_zero(amount: float, text: str) -> None:
-    assert dollars(amount) == text
+    assert format_dollars(amount) == text

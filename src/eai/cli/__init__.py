@@ -85,9 +85,11 @@ class _CommandGroup(TyperGroup):
     """A group of commands, which are imported only when used and can be interrupted."""
 
     def __init__(self, **attributes: Any) -> None:
-        super().__init__(**{**attributes, "rich_markup_mode": _help_mode()})
+        super().__init__(**{**attributes, "rich_markup_mode": _choose_markup_mode()})
         self._shown: dict[str, Any] = {
-            name: TyperCommand(name, rich_help_panel=_panel_of(name)) for name in _points() if " " not in name
+            name: TyperCommand(name, rich_help_panel=_find_help_panel(name))
+            for name in _find_command_entry_points()
+            if " " not in name
         }
         self._shown |= self.commands
         self.commands = _LazyCommands(self._shown)
@@ -100,12 +102,12 @@ class _CommandGroup(TyperGroup):
         """Return a command by name: a placeholder with name and summary for the help, without an import."""
         command = self._shown.get(cmd_name)
         if command is not None and command.callback is None and command.help is None:
-            command.help = _summary(_points()[cmd_name])
+            command.help = _read_command_summary(_find_command_entry_points()[cmd_name])
         return command
 
     def format_help(self, ctx: Any, formatter: Any) -> None:
         """Write the help of the group, with a list of its commands."""
-        _label(self)
+        _add_help_texts(self)
         super().format_help(ctx, formatter)
 
     def resolve_command(self, ctx: Any, args: list[str]) -> Any:
@@ -129,16 +131,16 @@ class _LazyCommands(UserDict[str, Any]):
 
 
 @cache
-def _points() -> Mapping[str, EntryPoint]:
+def _find_command_entry_points() -> Mapping[str, EntryPoint]:
     listed = [name for names in _BY_PANEL.values() for name in names]
     return get_entry_points(_COMMANDS, (*listed, *_BELOW))
 
 
-def _panel_of(name: str) -> str:
+def _find_help_panel(name: str) -> str:
     return next((panel for panel, names in _BY_PANEL.items() if name in names), EXTENSIONS)
 
 
-def _summary(point: EntryPoint) -> str:
+def _read_command_summary(point: EntryPoint) -> str:
     """Return the first paragraph of a command's docstring, read from the source without an import."""
     spec = find_spec(point.module)
     if spec is None or spec.origin is None:
@@ -154,34 +156,34 @@ def _summarize_command(shown: Any) -> Any:
     """Return a command by its placeholder in the group's help, after importing the command."""
     if shown.callback is not None:
         return shown
-    command = _load(shown.name, shown.rich_help_panel)
+    command = _load_command(shown.name, shown.rich_help_panel)
     for each in _walk_commands(command):
-        _label(each)
+        _add_help_texts(each)
     return command
 
 
-def _load(path: str, panel: str | None = None) -> Any:
+def _load_command(path: str, panel: str | None = None) -> Any:
     """Import a command or a command group. Add the commands that entry points register in the group."""
-    point, name = _points()[path], path.rpartition(" ")[2]
+    point, name = _find_command_entry_points()[path], path.rpartition(" ")[2]
     target = point.load()
-    app = typer.Typer(pretty_exceptions_enable=False, rich_markup_mode=_help_mode())
+    app = typer.Typer(pretty_exceptions_enable=False, rich_markup_mode=_choose_markup_mode())
     if isinstance(target, typer.Typer):
-        app.add_typer(target, name=name, help=_summary(point), rich_help_panel=panel)
+        app.add_typer(target, name=name, help=_read_command_summary(point), rich_help_panel=panel)
     else:
         app.command(name, rich_help_panel=panel)(target)
     command: Any = get_group(app).commands[name]
     if not isinstance(command, TyperGroup):
         command.no_args_is_help = path in _NEED_OPTIONS or any(each.required for each in command.params)
-    for below in _points():
+    for below in _find_command_entry_points():
         group, _, leaf = below.rpartition(" ")
         if group == path:
             if not isinstance(command, TyperGroup):
                 raise InputError(f"{below} of {_COMMANDS}: {path} is no group of commands")
-            command.add_command(_load(below), leaf)
+            command.add_command(_load_command(below), leaf)
     return command
 
 
-def _help_mode() -> MarkupMode:
+def _choose_markup_mode() -> MarkupMode:
     return "rich" if get_terminal_size().columns >= _PANELS else None
 
 
@@ -193,7 +195,7 @@ def _walk_commands(command: Any) -> Iterator[Any]:
             yield from _walk_commands(each)
 
 
-def _label(command: Any) -> None:
+def _add_help_texts(command: Any) -> None:
     """Set the help texts of a command's options from its docstring, and join the lines of paragraphs.
 
     The docstring describes each option below ``Options:``. Without these changes, Typer would show
@@ -230,7 +232,7 @@ app = typer.Typer(
 )
 
 
-def _version(asked: bool) -> None:
+def _print_version_and_exit(asked: bool) -> None:
     if asked:
         print(f"eai {__version__}")
         raise typer.Exit
@@ -240,7 +242,13 @@ def _version(asked: bool) -> None:
 def eai(
     version: Annotated[
         bool,
-        typer.Option("--version", "-V", callback=_version, is_eager=True, help="Print the version and exit."),
+        typer.Option(
+            "--version",
+            "-V",
+            callback=_print_version_and_exit,
+            is_eager=True,
+            help="Print the version and exit.",
+        ),
     ] = False,
 ) -> None:
     """Measure, diagnose and train language models for embodied decision making.
@@ -257,7 +265,7 @@ def main() -> None:
     """
     interrupted_by = signal.SIGINT
 
-    def interrupt(number: int, frame: object) -> None:
+    def raise_interrupt(number: int, frame: object) -> None:
         nonlocal interrupted_by
         interrupted_by = signal.SIGTERM
         # a job in the background ignores interrupts, so restore the handler
@@ -265,7 +273,7 @@ def main() -> None:
             signal.signal(signal.SIGINT, signal.default_int_handler)
         signal.raise_signal(signal.SIGINT)
 
-    signal.signal(signal.SIGTERM, interrupt)
+    signal.signal(signal.SIGTERM, raise_interrupt)
     if isinstance(sys.stdout, TextIOWrapper):
         # the encoding of the locale may lack characters
         sys.stdout.reconfigure(errors="backslashreplace")
@@ -275,9 +283,9 @@ def main() -> None:
         finally:
             sys.stdout.flush()
     except EaiError as error:
-        from eai.cli.console import note
+        from eai.cli.console import print_note
 
-        note(f"eai: {error}")
+        print_note(f"eai: {error}")
         sys.exit(128 + interrupted_by if isinstance(error, InterruptError) else 2)
     except OSError as error:
         if error.errno not in (errno.EPIPE, *_FULL):
@@ -285,7 +293,7 @@ def main() -> None:
         os.dup2(os.open(os.devnull, os.O_WRONLY), 1)  # otherwise Python tries to write the rest at exit
         if error.errno == errno.EPIPE:  # the reader closed the pipe
             sys.exit(1)
-        from eai.cli.console import note
+        from eai.cli.console import print_note
 
-        note(f"eai: the output cannot be written ({error.strerror})")
+        print_note(f"eai: the output cannot be written ({error.strerror})")
         sys.exit(2)

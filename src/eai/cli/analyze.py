@@ -15,9 +15,17 @@ from eai.base.errors import EaiError, InputError, did_you_mean, require_extra
 from eai.base.files import convert_write_errors
 from eai.base.json_value import Json
 from eai.cli import options
-from eai.cli.console import errors, format_count, note, output, print_markdown, say, tell
-from eai.cli.options import OUTPUT, AsJson, DataFolder, flag
-from eai.cli.progress import scoring_progress
+from eai.cli.console import (
+    format_count,
+    get_error_console,
+    get_output_console,
+    print_markdown,
+    print_note,
+    print_result,
+    print_result_line,
+)
+from eai.cli.options import OUTPUT, AsJson, DataFolder, make_flag
+from eai.cli.progress import show_scoring_progress
 from eai.results.lines import SUITE, TABLES
 from eai.results.plots import use_plot_style, write_figure
 from eai.results.table import Table
@@ -32,7 +40,7 @@ ALL, TABLE = "all", "table"
 """Values for the name of a study: `all` runs several studies, `table` writes tidy tables."""
 
 
-class _Formats(Options):
+class _TableFileOptions(Options):
     """Options of `eai analyze table`.
 
     Attributes:
@@ -45,9 +53,9 @@ class _Formats(Options):
 def analyze(
     name: Annotated[str, typer.Argument(metavar="STUDY")] = "",
     records: Annotated[list[Path] | None, typer.Argument(help=options.RECORDS)] = None,
-    out: Annotated[Path | None, flag(panel=OUTPUT)] = None,
-    settings: Annotated[list[str] | None, flag(options.SETTING, metavar="OPTION=VALUE")] = None,
-    plots: Annotated[bool, flag(panel=OUTPUT)] = True,
+    out: Annotated[Path | None, make_flag(panel=OUTPUT)] = None,
+    settings: Annotated[list[str] | None, make_flag(options.SETTING, metavar="OPTION=VALUE")] = None,
+    plots: Annotated[bool, make_flag(panel=OUTPUT)] = True,
     as_json: AsJson = False,
     data: DataFolder = None,
 ) -> None:
@@ -65,23 +73,27 @@ def analyze(
         plots: Draw plots (needs the extra 'plots').
     """
     if not name:
-        print_markdown("\n".join(_listing()))
+        print_markdown("\n".join(_list_studies_as_markdown()))
         return
-    _refuse_unknown(name)
+    _refuse_unknown_study(name)
     if not records:
         raise InputError(f"{name}: expected records: files, or folders with records.jsonl below")
     folder = out or Path(name)
-    with options.open_source(data) as source, require_extra("analysis", "this analysis needs"):
-        read = StudyRecords(tuple(records), folder, source, note, partial(scoring_progress, quiet=False))
+    with options.open_data_source(data) as source, require_extra("analysis", "this analysis needs"):
+        read = StudyRecords(
+            tuple(records), folder, source, print_note, partial(show_scoring_progress, quiet=False)
+        )
         if name == TABLE:
-            _write_lines(read, options.apply_settings(TABLE, _Formats, settings or ()), as_json=as_json)
+            _write_tidy_tables(
+                read, options.apply_settings(TABLE, _TableFileOptions, settings or ()), as_json=as_json
+            )
             return
-        written = list(_write_all(name, read, settings or (), plots=plots, as_json=as_json))
+        written = list(_write_analyses(name, read, settings or (), plots=plots, as_json=as_json))
     if as_json:
-        tell(value=written, as_json=True)
+        print_result(value=written, as_json=True)
 
 
-def _listing() -> Iterator[str]:
+def _list_studies_as_markdown() -> Iterator[str]:
     """Yield the lines of a Markdown table of studies and the options of their analyses."""
     yield "| study, option | if not given | meaning |"
     yield "|---|---|---|"
@@ -89,48 +101,48 @@ def _listing() -> Iterator[str]:
         study = find_study(name)
         if study.analyze is not None:
             yield f"| **{name}** | | {study.title} |"
-            yield from options.option_rows(study.choices)
-    yield f"| **{ALL}** | | {', '.join(each.name for each in _studies(ALL))}, a folder each. |"
+            yield from options.format_option_rows(study.choices)
+    yield f"| **{ALL}** | | {', '.join(each.name for each in _find_studies(ALL))}, a folder each. |"
     yield f"| **{TABLE}** | | Records as tidy tables. |"
-    yield from options.option_rows(_Formats)
+    yield from options.format_option_rows(_TableFileOptions)
 
 
-def _refuse_unknown(name: str) -> None:
+def _refuse_unknown_study(name: str) -> None:
     known = (*list_study_names(), ALL, TABLE)
     if name not in known:
         raise InputError(f"{name!r} is no study: there are {', '.join(known)}{did_you_mean(name, known)}")
 
 
-def _studies(name: str) -> list[Study]:
+def _find_studies(name: str) -> list[Study]:
     """Return the study with a name, or all studies that the name `all` stands for."""
     if name == ALL:
         return [each for each in map(find_study, list_study_names()) if each.included_in_all]
     return [] if name == TABLE else [find_study(name)]
 
 
-def _write_all(
+def _write_analyses(
     name: str, records: StudyRecords, settings: Sequence[str], *, plots: bool, as_json: bool
 ) -> Iterator[Json]:
     """Write the analyses of one study, or of all studies; yield the JSON value of each analysis.
 
     Among several studies, a study without enough records is left out with a note to the user.
     """
-    studies = _studies(name)
+    studies = _find_studies(name)
     if name != ALL:
-        yield from _write_study(studies[0], records, settings, plots=plots, as_json=as_json)
+        yield from _write_analyses_of_study(studies[0], records, settings, plots=plots, as_json=as_json)
         return
     records.make_plain_tables()
     for study in studies:
-        own = [text for text in settings if options.setting(text)[0] in study.choices.model_fields]
+        own = [text for text in settings if options.split_setting(text)[0] in study.choices.model_fields]
         try:
-            yield from _write_study(
+            yield from _write_analyses_of_study(
                 study, records.change_to_subfolder(study.name), own, plots=plots, as_json=as_json
             )
         except InputError as error:
             records.note(f"{study.name}: {error}")
 
 
-def _write_study(
+def _write_analyses_of_study(
     study: Study, records: StudyRecords, settings: Sequence[str], *, plots: bool, as_json: bool
 ) -> Iterator[Json]:
     """Write the tables of a study's analyses, and figures if wanted; yield the JSON value of each analysis.
@@ -145,7 +157,7 @@ def _write_study(
         write_tables(folder, study.name, analysis.tables, analysis.remarks)
         drawn = _draw_figures(analysis.figures, folder) if plots else 0
         if not as_json:
-            _show(analysis, drawn, folder)
+            _print_analysis(analysis, drawn, folder)
         names = [table.name for table in analysis.tables]
         yield {"folder": str(folder), "tables": names, "plots": drawn, **analysis.facts}
 
@@ -167,20 +179,22 @@ def _draw_figures(figures: Figures, folder: Path) -> int:
                         write_figure(figure, folder / name)
                         drawn += 1
         except EaiError as error:
-            errors().print(f"no plots: {error}", markup=False, highlight=False, soft_wrap=True)
+            get_error_console().print(f"no plots: {error}", markup=False, highlight=False, soft_wrap=True)
     return drawn
 
 
-def _show(analysis: Analysis, drawn: int, folder: Path) -> None:
+def _print_analysis(analysis: Analysis, drawn: int, folder: Path) -> None:
     """Print the tables for the screen with all remarks. Without such tables, print one line on the output."""
     if not analysis.screen_tables:
-        say(f"{format_count(len(analysis.tables), 'table')}, {format_count(drawn, 'plot')}; in {folder}")
+        print_result_line(
+            f"{format_count(len(analysis.tables), 'table')}, {format_count(drawn, 'plot')}; in {folder}"
+        )
         return
     for table in analysis.screen_tables:
-        print_table(output(), _drop_constant_columns(table))
+        print_table(get_output_console(), _drop_constant_columns(table))
     for line in analysis.remarks:
-        output().print(line, markup=False, highlight=False)
-    output().print(f"written to {folder}", soft_wrap=True, highlight=False, markup=False)
+        get_output_console().print(line, markup=False, highlight=False)
+    get_output_console().print(f"written to {folder}", soft_wrap=True, highlight=False, markup=False)
 
 
 def _drop_constant_columns(table: Table) -> Table:
@@ -191,7 +205,7 @@ def _drop_constant_columns(table: Table) -> Table:
     return replace(table.drop_columns(common), title=title)
 
 
-def _write_lines(records: StudyRecords, chosen: _Formats, *, as_json: bool) -> None:
+def _write_tidy_tables(records: StudyRecords, chosen: _TableFileOptions, *, as_json: bool) -> None:
     made = records.make_all_tables()
     out, tables = records.folder, {name: getattr(made, name) for name in TABLES}
     for written in dict.fromkeys(chosen.formats):
@@ -202,4 +216,4 @@ def _write_lines(records: StudyRecords, chosen: _Formats, *, as_json: bool) -> N
                 write_files(out, {f"{name}.csv": format_lines_as_csv(TABLES[name], lines)})
     sizes: dict[str, Json] = {name: len(lines) for name, lines in tables.items()}
     line = ", ".join(format_count(len(lines), name.removesuffix("s")) for name, lines in tables.items())
-    tell(f"{line}; in {out}", value={"folder": str(out), "lines": sizes}, as_json=as_json)
+    print_result(f"{line}; in {out}", value={"folder": str(out), "lines": sizes}, as_json=as_json)

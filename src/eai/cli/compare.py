@@ -15,8 +15,8 @@ from eai.abilities.declaration import get_declaration
 from eai.base.errors import InputError
 from eai.base.json_value import Json
 from eai.benchmarks.names import remove_prompt_variant
-from eai.cli.console import note, output, print_json
-from eai.cli.options import AsJson, flag
+from eai.cli.console import get_output_console, print_json, print_note
+from eai.cli.options import AsJson, make_flag
 from eai.cli.table import PERCENT, print_remark
 from eai.results.certainty import ConfidenceIntervals, Interval
 from eai.results.comparison import MetricDifference, RunComparison
@@ -37,7 +37,7 @@ _UNNAMED = (
 def compare(
     first: Annotated[Path, typer.Argument(metavar="A")],
     second: Annotated[Path, typer.Argument(metavar="B")],
-    tasks: Annotated[int, flag(min=0, metavar="N")] = 10,
+    tasks: Annotated[int, make_flag(min=0, metavar="N")] = 10,
     as_json: AsJson = False,
 ) -> None:
     """Compare two runs task by task: exact McNemar for success, random exchanges for F1.
@@ -57,7 +57,7 @@ def compare(
         second: Records of another run, or a folder.
         tasks: Number of differing tasks to list.
     """
-    before, after = _runs(first), _runs(second)
+    before, after = _read_runs_by_suite(first), _read_runs_by_suite(second)
     if not before.keys() & after.keys():
         before, after = _match_by_tasks(before), _match_by_tasks(after)
     shared = [place for place in before if place in after]
@@ -67,7 +67,7 @@ def compare(
             f"{first} and {second}: no domain, ability and protocol that both have records of{hint}"
         )
     for place in before.keys() ^ after.keys():
-        note(f"only one side has {place}")
+        print_note(f"only one side has {place}")
     printed: list[Json] = []
     for place in shared:
         one, other = before[place], after[place]
@@ -75,16 +75,16 @@ def compare(
         if not comparison.tasks:
             raise InputError(f"{first} and {second}: no task of {place} that both have scored answers to")
         if as_json:
-            printed.append(_json(one, other, comparison))
+            printed.append(_comparison_to_json(one, other, comparison))
             continue
-        _print(place, one, other, comparison, tasks)
+        _print_comparison(place, one, other, comparison, tasks)
         if not all(record.task for record in (*one.records, *other.records)):
-            note(_UNNAMED)
+            print_note(_UNNAMED)
     if as_json:
         print_json(printed)
 
 
-def _json(one: Run, other: Run, comparison: RunComparison) -> dict[str, Json]:
+def _comparison_to_json(one: Run, other: Run, comparison: RunComparison) -> dict[str, Json]:
     """Return the ``--json`` output on two compared runs: unrounded percentages, and all differing tasks."""
     key = one.key
     return {
@@ -114,12 +114,12 @@ def _json(one: Run, other: Run, comparison: RunComparison) -> dict[str, Json]:
     }
 
 
-def _note_planners(totals: Mapping[str, RunTotals]) -> None:
+def _print_planner_note(totals: Mapping[str, RunTotals]) -> None:
     """Print a note on standard error if different planners judged the operators of the two runs."""
     planners = {side: ", ".join(each.planners) or "not known" for side, each in totals.items()}
     if len(set(planners.values())) > 1:
         named = "; ".join(f"{side}: {names}" for side, names in planners.items())
-        note(f"operators are judged by different planners: {named}")
+        print_note(f"operators are judged by different planners: {named}")
 
 
 class _ComparedSuite(NamedTuple):
@@ -140,7 +140,7 @@ class _ComparedSuite(NamedTuple):
         return f"{self.domain} {self.ability}, protocol {self.protocol}{rules}".lstrip()
 
 
-def _runs(path: Path) -> Mapping[_ComparedSuite, Run]:
+def _read_runs_by_suite(path: Path) -> Mapping[_ComparedSuite, Run]:
     """Return the runs in a folder by suite and rules of the game.
 
     Raise InputError if two runs share a key.
@@ -170,7 +170,9 @@ def _match_by_tasks(runs: Mapping[_ComparedSuite, Run]) -> Mapping[_ComparedSuit
     return {places[place] if alone[places[place]] == 1 else place: run for place, run in runs.items()}
 
 
-def _print(place: _ComparedSuite, one: Run, other: Run, comparison: RunComparison, listed: int) -> None:
+def _print_comparison(
+    place: _ComparedSuite, one: Run, other: Run, comparison: RunComparison, listed: int
+) -> None:
     first, second = one.key, other.key
     totals = {"A": RunTotals.from_records(one.records), "B": RunTotals.from_records(other.records)}
     coverages = {side: each.coverage for side, each in totals.items()}
@@ -181,9 +183,11 @@ def _print(place: _ComparedSuite, one: Run, other: Run, comparison: RunCompariso
     )
     numbers = [replace(PERCENT, name=name) for name in ("A", "B")]
     texts = [Column(name, is_number=True) for name in ("B - A", "95 %", "p", "tasks")]
-    rows = tuple(row for metric, each in comparison.differences.items() for row in _rows(metric, each))
-    print_table(output(), Table("", title, "", ("percent", *numbers, *texts), rows))
-    output().print(_caption(comparison), highlight=False, style="italic")
+    rows = tuple(
+        row for metric, each in comparison.differences.items() for row in _make_metric_rows(metric, each)
+    )
+    print_table(get_output_console(), Table("", title, "", ("percent", *numbers, *texts), rows))
+    get_output_console().print(_write_comparison_caption(comparison), highlight=False, style="italic")
     for side, coverage in coverages.items():
         print_remark(side, coverage)
     named = {record.task_id: _format_task_name(record) for record in (*one.records, *other.records)}
@@ -191,16 +195,16 @@ def _print(place: _ComparedSuite, one: Run, other: Run, comparison: RunCompariso
     for metric, difference in comparison.differences.items():
         for name, tasks in ((a, difference.only_first), (b, difference.only_second)):
             if tasks:
-                heading = f"{_name(metric)} only in {name} ({len(tasks)})"
+                heading = f"{_format_metric_name(metric)} only in {name} ({len(tasks)})"
                 _print_tasks(heading, [named[task] for task in tasks], listed)
     for name, tasks in ((a, comparison.only_in_first), (b, comparison.only_in_second)):
         if tasks:
             heading = f"left out, because only {name} has a scored answer ({len(tasks)})"
             _print_tasks(heading, [named[task] for task in tasks], listed)
-    _note_planners(totals)
+    _print_planner_note(totals)
 
 
-def _caption(comparison: RunComparison) -> str:
+def _write_comparison_caption(comparison: RunComparison) -> str:
     """Return the caption of the table, which names the tests behind the p values."""
     kinds = {difference.yes_no for difference in comparison.differences.values()}
     named = ["exact McNemar"] * (True in kinds) + ["random exchanges for F1 and means"] * (False in kinds)
@@ -217,42 +221,46 @@ def _format_task_name(record: Record) -> str:
 def _print_tasks(heading: str, tasks: Sequence[str], listed: int) -> None:
     more = f" … and {len(tasks) - listed} more" if len(tasks) > listed else ""
     text = Text(f"{heading}: ", style="bold").append(", ".join(tasks[:listed]) + more, style="not bold")
-    output().print(text)
+    get_output_console().print(text)
 
 
-def _rows(metric: str, difference: MetricDifference) -> Iterator[tuple[Cell, ...]]:
+def _make_metric_rows(metric: str, difference: MetricDifference) -> Iterator[tuple[Cell, ...]]:
     """Yield a metric's table row. If tasks share names, a second row treats the tasks as independent."""
     certainty, points = difference.certainty, difference.percentage_points
     sure = difference.p_value is not None and difference.p_value < _SURE
     yield (
-        _name(metric),
+        _format_metric_name(metric),
         Estimate.from_rate(difference.first),
         Estimate.from_rate(difference.second),
         "-" if points is None else Label(f"{points:+.1f}", bold=sure),
-        "-" if certainty is None else _interval(certainty.interval),
-        _p_text(difference.p_value),
-        _tasks(certainty),
+        "-" if certainty is None else _format_points_interval(certainty.interval),
+        _format_p_value(difference.p_value),
+        _format_effective_tasks(certainty),
     )
     if certainty is not None and certainty.names < certainty.tasks:
-        below = [_interval(certainty.by_task), _p_text(difference.p_by_task), str(certainty.tasks)]
+        below = [
+            _format_points_interval(certainty.by_task),
+            _format_p_value(difference.p_by_task),
+            str(certainty.tasks),
+        ]
         yield ("", None, None, *(Label(text, dim=True) for text in ("independent:", *below)))
 
 
-def _tasks(certainty: ConfidenceIntervals | None) -> str:
+def _format_effective_tasks(certainty: ConfidenceIntervals | None) -> str:
     """Return the number of independent tasks that would give an interval of equal width, as text."""
     effective = None if certainty is None else certainty.effective_tasks
     return "-" if effective is None else f"{effective:.0f}"
 
 
-def _interval(interval: Interval) -> str:
+def _format_points_interval(interval: Interval) -> str:
     return f"{interval.low:+.1f} to {interval.high:+.1f}"
 
 
-def _p_text(p_value: float | None) -> str:
+def _format_p_value(p_value: float | None) -> str:
     if p_value is None:
         return "-"
     return "<0.001" if p_value < 0.001 else f"{p_value:.3f}"
 
 
-def _name(metric: str) -> str:
+def _format_metric_name(metric: str) -> str:
     return metric.replace("_", " ").replace(".", " ")

@@ -43,38 +43,38 @@ class _SafeConsole(Console):
             yield segment if segment.control else segment._replace(text=escape_unprintable(segment.text))
 
 
-def output() -> Console:
+def get_output_console() -> Console:
     """Return the console for results."""
     return _SafeConsole(markup=False)
 
 
-def errors() -> Console:
+def get_error_console() -> Console:
     """Return the console for everything but results."""
     return _SafeConsole(stderr=True, markup=False)
 
 
-def say(line: str) -> None:
+def print_result_line(line: str) -> None:
     """Print a line of results. A terminal breaks it between words; other output has it unbroken."""
-    _print(output(), line)
+    _print_line(get_output_console(), line)
 
 
 def print_markdown(text: str) -> None:
     """Print Markdown: formatted on a terminal, unchanged elsewhere."""
-    console = output()
+    console = get_output_console()
     if console.is_terminal:
         from rich.markdown import Markdown
 
         console.print(Markdown(text))
     else:
-        say(text)
+        print_result_line(text)
 
 
-def note(line: str) -> None:
+def print_note(line: str) -> None:
     """Print a note on standard error. A terminal breaks it between words."""
-    _print(errors(), line)
+    _print_line(get_error_console(), line)
 
 
-def _print(console: Console, line: str) -> None:
+def _print_line(console: Console, line: str) -> None:
     """Print a text. A path longer than a line is not broken, so that it can be copied."""
     if console.is_terminal:
         parts = (
@@ -90,20 +90,20 @@ def print_json(value: Json) -> None:
     print(json.dumps(value, indent=2))
 
 
-def tell(*lines: str, value: Json, as_json: bool) -> None:
+def print_result(*lines: str, value: Json, as_json: bool) -> None:
     """Print a result as lines, or as JSON."""
     if as_json:
         print_json(value)
     else:
         for line in lines:
-            say(line)
+            print_result_line(line)
 
 
 _SHOWN = 5
 """Maximum number of findings that are listed for one file. Further findings are only counted."""
 
 
-def tell_findings(findings: Sequence[Finding], fine: str, *, as_json: bool) -> None:
+def print_findings_and_exit(findings: Sequence[Finding], fine: str, *, as_json: bool) -> None:
     """Print the findings of a check, the first few of each file, and end with status 2.
 
     Args:
@@ -119,9 +119,9 @@ def tell_findings(findings: Sequence[Finding], fine: str, *, as_json: bool) -> N
             more = len(problems) - _SHOWN
             lines = problems if more <= 1 else [*problems[:_SHOWN], f"and {more:,} more (--json lists all)"]
             for line in lines:
-                say(f"{place}: {line}")
+                print_result_line(f"{place}: {line}")
         if not findings:
-            say(fine)
+            print_result_line(fine)
     if findings:
         raise typer.Exit(2)
 
@@ -131,11 +131,11 @@ def choose_default_abilities(benchmark: Benchmark, abilities: Iterable[Ability])
     abilities, reasons = list(abilities), benchmark.data.only_by_name
     for each in abilities:
         if each in reasons:
-            note(f"{benchmark.name}: no {each}, as {reasons[each]}; --ability {each} asks it")
+            print_note(f"{benchmark.name}: no {each}, as {reasons[each]}; --ability {each} asks it")
     return [each for each in abilities if each not in reasons]
 
 
-def note_planner(suites: Sequence[Suite]) -> None:
+def print_planner_note(suites: Sequence[Suite]) -> None:
     """Print a note, once, if operators are judged without Fast Downward because it is not installed."""
     from eai.pddl.planning import PlannerChoice
 
@@ -144,14 +144,14 @@ def note_planner(suites: Sequence[Suite]) -> None:
         from eai.pddl.planners import resolve_planner_choice
 
         if resolve_planner_choice(PlannerChoice.AUTO) is PlannerChoice.BUILT_IN:
-            note(BUILT_IN_ALONE)
+            print_note(BUILT_IN_ALONE)
 
 
 inspect_needed = partial(require_extra, "run", "model runs and their logs need")
 """Context in which Inspect must be installed; raises EaiError if it is missing."""
 
 
-def need_inspect() -> None:
+def require_inspect() -> None:
     """Raise at once if Inspect is missing, before a command fetches data.
 
     Raises:
@@ -167,6 +167,6 @@ def format_count(number: int, noun: str) -> str:
     return f"{number:,} {noun}" if number == 1 else f"{number:,} {noun}s"
 
 
-def dollars(amount: float) -> str:
+def format_dollars(amount: float) -> str:
     """Return an amount in dollars: with cents from one dollar on, more digits below."""
     return f"${amount:.2f}" if amount >= 1 else f"${amount:.4f}"

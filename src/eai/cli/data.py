@@ -16,9 +16,16 @@ from eai.benchmarks.packs import fetch_packs as fetch_packs
 from eai.benchmarks.packs import find_packs, validate_packs
 from eai.benchmarks.packs import get_pack_statuses as info_on
 from eai.benchmarks.registry import find_benchmark, list_paper_benchmarks
-from eai.cli.console import DOMAIN_HELP, output, print_json, say, tell, tell_findings
-from eai.cli.options import AsJson, DataFolder, Errata, flag, open_source, store
-from eai.cli.progress import data_progress
+from eai.cli.console import (
+    DOMAIN_HELP,
+    get_output_console,
+    print_findings_and_exit,
+    print_json,
+    print_result,
+    print_result_line,
+)
+from eai.cli.options import AsJson, DataFolder, Errata, make_flag, open_data_source, open_store
+from eai.cli.progress import show_data_progress
 from eai.pddl.planning import PlannerChoice
 from eai.results.data_set import count_data_set_figures, make_figure_table, profile_tasks
 from eai.results.table import Column, Table
@@ -30,10 +37,10 @@ from eai.tasks.source import ErrataChoice, Source
 app = typer.Typer(no_args_is_help=True)
 
 
-@app.command()
-def fetch(
+@app.command("fetch")
+def fetch_data(
     data: DataFolder = None,
-    place: Annotated[Path | None, flag("--from")] = None,
+    place: Annotated[Path | None, make_flag("--from")] = None,
     force: bool = False,
     as_json: AsJson = False,
 ) -> None:
@@ -45,20 +52,20 @@ def fetch(
         place: A downloaded archive, or a folder of archives; works offline.
         force: Fetch and convert again.
     """
-    with data_progress() as report:
+    with show_data_progress() as report:
         packs = find_packs()
-        made = fetch_packs(store(data), packs=packs, place=place, force=force, report=report)
+        made = fetch_packs(open_store(data), packs=packs, place=place, force=force, report=report)
     message = f"made {', '.join(made)}" if made else "everything is there already"
-    folder = store(data).folder
-    tell(f"{message} ({folder})", value={"folder": str(folder), "made": list(made)}, as_json=as_json)
+    folder = open_store(data).folder
+    print_result(f"{message} ({folder})", value={"folder": str(folder), "made": list(made)}, as_json=as_json)
 
 
-@app.command()
-def info(
+@app.command("info")
+def show_data_info(
     check: bool = False,
     annotations: bool = False,
     domain: Annotated[
-        list[str] | None, flag(help=f"{DOMAIN_HELP} Of --annotations: the paper's two if not given.")
+        list[str] | None, make_flag(help=f"{DOMAIN_HELP} Of --annotations: the paper's two if not given.")
     ] = None,
     errata: Errata = ErrataChoice.CURRENT,
     as_json: AsJson = False,
@@ -82,9 +89,11 @@ def info(
         _check_annotations(domain or list_paper_benchmarks(), errata, data, as_json=as_json)
         return
     if check:
-        tell_findings(validate_packs(store(data)), "the data set is as published", as_json=as_json)
+        print_findings_and_exit(
+            validate_packs(open_store(data)), "the data set is as published", as_json=as_json
+        )
         return
-    packs = info_on(store(data), packs=find_packs())
+    packs = info_on(open_store(data), packs=find_packs())
     if as_json:
         packs_json: list[Json] = [
             {
@@ -96,25 +105,28 @@ def info(
             }
             for status in packs
         ]
-        print_json({"folder": str(store(data).folder), "packs": packs_json})
+        print_json({"folder": str(open_store(data).folder), "packs": packs_json})
         return
     table = Table.from_columns(
-        f"folder: {store(data).folder}",
+        f"folder: {open_store(data).folder}",
         [
             ("pack", [status.pack for status in packs]),
-            (_number("size"), [f"{status.size / 1e3:,.0f} kB" for status in packs]),
-            (_number("made from"), ["\n".join(status.archives) for status in packs]),
-            (_number("sha256"), [(status.sha256 or "-")[:12] for status in packs]),
-            (_number("state"), [_state(status.problem, status.size) for status in packs]),
+            (_make_number_column("size"), [f"{status.size / 1e3:,.0f} kB" for status in packs]),
+            (_make_number_column("made from"), ["\n".join(status.archives) for status in packs]),
+            (_make_number_column("sha256"), [(status.sha256 or "-")[:12] for status in packs]),
+            (
+                _make_number_column("state"),
+                [_describe_file_state(status.problem, status.size) for status in packs],
+            ),
         ],
     )
-    print_table(output(), table)
+    print_table(get_output_console(), table)
     for status in packs:
         if status.problem:
-            say(status.problem)
+            print_result_line(status.problem)
 
 
-def _state(problem: str | None, size: int) -> str:
+def _describe_file_state(problem: str | None, size: int) -> str:
     """Return a word for the table on the status of a file.
 
     Problems of the file are listed below the table.
@@ -122,11 +134,13 @@ def _state(problem: str | None, size: int) -> str:
     return "ready" if problem is None else "damaged" if size else "missing"
 
 
-@app.command()
-def stats(
-    domain: Annotated[list[str] | None, flag(help=f"{DOMAIN_HELP} The paper's two if not given.")] = None,
+@app.command("stats")
+def print_statistics(
+    domain: Annotated[
+        list[str] | None, make_flag(help=f"{DOMAIN_HELP} The paper's two if not given.")
+    ] = None,
     by_task: bool = False,
-    shapes: Annotated[bool, flag("--distributions")] = False,
+    shapes: Annotated[bool, make_flag("--distributions")] = False,
     out: Path = Path("statistics"),
     as_json: AsJson = False,
     data: DataFolder = None,
@@ -141,7 +155,7 @@ def stats(
         out: Folder of the files.
     """
     benchmarks = [find_benchmark(name) for name in domain or list_paper_benchmarks()]
-    with open_source(data, errata=ErrataChoice.NONE) as source:
+    with open_data_source(data, errata=ErrataChoice.NONE) as source:
         tables = [count_data_set_figures(each, source) for each in benchmarks]
     written: list[Path] = []
     for benchmark in benchmarks:
@@ -158,12 +172,12 @@ def stats(
         )
         return
     for benchmark, rows in zip(benchmarks, tables, strict=True):
-        print_table(output(), make_figure_table(benchmark.title, rows))
+        print_table(get_output_console(), make_figure_table(benchmark.title, rows))
     for path in written:
-        say(f"written to {path}")
+        print_result_line(f"written to {path}")
 
 
-def _number(name: str) -> Column:
+def _make_number_column(name: str) -> Column:
     return Column(name, is_number=True)
 
 
@@ -183,6 +197,6 @@ def _write_distributions(benchmark: Benchmark, source: Source, out: Path) -> lis
 def _check_annotations(
     names: Sequence[str], errata: ErrataChoice, data: Path | None, *, as_json: bool
 ) -> None:
-    with open_source(data, PlannerChoice.BUILT_IN, errata) as source:
+    with open_data_source(data, PlannerChoice.BUILT_IN, errata) as source:
         findings = [each for name in names for each in check_annotations(find_benchmark(name), source)]
-    tell_findings(findings, "all plans reach their goals, all problems are solved", as_json=as_json)
+    print_findings_and_exit(findings, "all plans reach their goals, all problems are solved", as_json=as_json)

@@ -8,8 +8,8 @@ from typing import Annotated
 
 import typer
 
-from eai.cli.console import need_inspect, say
-from eai.cli.options import DataFolder, flag
+from eai.cli.console import print_result_line, require_inspect
+from eai.cli.options import DataFolder, make_flag
 
 _TASKS = 40
 _EXPLAINED = "virtualhome/action_sequencing/eai_noisy 616_1"
@@ -28,7 +28,7 @@ _AFTER = {
 """Suggested next commands, each with its result."""
 
 
-def demo(out: Annotated[Path, flag(metavar="DIR")] = Path("runs/demo"), data: DataFolder = None) -> None:
+def demo(out: Annotated[Path, make_flag(metavar="DIR")] = Path("runs/demo"), data: DataFolder = None) -> None:
     """See in a minute what eai does: score two built-in models, and explain a failed answer.
 
     Example: eai demo
@@ -36,26 +36,26 @@ def demo(out: Annotated[Path, flag(metavar="DIR")] = Path("runs/demo"), data: Da
     Options:
         out: Folder of the results.
     """
-    say(_BEFORE)
-    need_inspect()
+    print_result_line(_BEFORE)
+    require_inspect()
     folder = shlex.quote(str(out))
     at = "" if data is None else f" --data {shlex.quote(str(data))}"
     models = "--model eai/oracle --model eai/noisy"
-    _run(f"run {models} --limit {_TASKS} --planner built_in --out {folder}{at}")
-    say("\nWhy an answer failed:")
-    _run(f"explain {folder}/{_EXPLAINED}{at}")
-    say("\nTo go on:")
+    _run_printed_command(f"run {models} --limit {_TASKS} --planner built_in --out {folder}{at}")
+    print_result_line("\nWhy an answer failed:")
+    _run_printed_command(f"explain {folder}/{_EXPLAINED}{at}")
+    print_result_line("\nTo go on:")
     commands = {command.format(out=folder): shown for command, shown in _AFTER.items()}
     width = max(map(len, commands))
     for command, shown in commands.items():
-        say(f"  eai {command.ljust(width)}  # {shown}")
+        print_result_line(f"  eai {command.ljust(width)}  # {shown}")
 
 
-def _run(command: str) -> None:
+def _run_printed_command(command: str) -> None:
     """Print a command of eai and run it."""
     from eai.cli import app
 
-    say(f"\n$ eai {command}\n")
+    print_result_line(f"\n$ eai {command}\n")
     status = app(shlex.split(command), prog_name="eai", standalone_mode=False)
     if status:
         raise typer.Exit(status)

@@ -31,8 +31,8 @@ from eai.benchmarks.gold_answers import open_answer_book
 from eai.benchmarks.packs import is_stored
 from eai.benchmarks.registry import list_benchmarks
 from eai.benchmarks.suite import Suite, open_suite
-from eai.cli.console import format_count, output, print_json, say
-from eai.cli.options import AsJson, DataFolder, flag, store
+from eai.cli.console import format_count, get_output_console, print_json, print_result_line
+from eai.cli.options import AsJson, DataFolder, make_flag, open_store
 from eai.planning.planner import Planner
 from eai.planning.search import Limits
 from eai.results.answer_files import find_benchmarks_of_runs
@@ -54,7 +54,7 @@ SHOWN_WHOLE = 2
 
 
 @dataclass(frozen=True, slots=True)
-class _Background:
+class _TaskBackground:
     """The data set's information about the task of a record.
 
     Attributes:
@@ -73,13 +73,13 @@ class _Background:
     outlook: tuple[str, ...] = ()
 
 
-_NOTHING_KNOWN = _Background()
+_NOTHING_KNOWN = _TaskBackground()
 
 _MAX_PART = 300
 """Maximum number of characters that are printed for each part of an answer's text."""
 
 
-def _outcome(name: str) -> AnswerOutcome:
+def _parse_outcome(name: str) -> AnswerOutcome:
     return find_enum_member(AnswerOutcome, name, "outcome")
 
 
@@ -87,10 +87,10 @@ def explain(
     records: Path,
     task: Annotated[str, typer.Argument()] = "",
     failed: bool = False,
-    kind: Annotated[AnswerOutcome | None, flag(parser=_outcome, metavar="KIND")] = None,
+    kind: Annotated[AnswerOutcome | None, make_flag(parser=_parse_outcome, metavar="KIND")] = None,
     model: str | None = None,
-    limit: Annotated[int, flag(min=0)] = 20,
-    film: Annotated[Path | None, flag(metavar="FILE")] = None,
+    limit: Annotated[int, make_flag(min=0)] = 20,
+    film: Annotated[Path | None, make_flag(metavar="FILE")] = None,
     as_json: AsJson = False,
     data: DataFolder = None,
 ) -> None:
@@ -123,7 +123,7 @@ def explain(
     elif failed:
         chosen = [record for record in chosen if find_answer_outcome(record) not in NO_FAILURES]
     if film is not None:
-        _film(chosen, records, store(data), film)
+        _write_film(chosen, records, open_store(data), film)
     excluded = 0
     if not task and kind is None and not as_json:
         listed = [record for record in chosen if find_answer_outcome(record) is not AnswerOutcome.EXCLUDED]
@@ -131,17 +131,19 @@ def explain(
     if as_json:
         print_json([record_to_json(record) for record in chosen])
     elif not chosen:
-        say("no such answer")
+        print_result_line("no such answer")
     elif task and len({record.task_id for record in chosen}) == 1 and len(chosen) <= SHOWN_WHOLE:
         for record in chosen:
-            print_record(output(), record, _background(record, records, store(data)))
+            print_record(
+                get_output_console(), record, _open_task_background(record, records, open_store(data))
+            )
     else:
-        _print_list(output(), chosen, limit or len(chosen))
+        _print_answer_list(get_output_console(), chosen, limit or len(chosen))
     if excluded:
-        say(f"{excluded} excluded from all rates (--kind excluded lists them)")
+        print_result_line(f"{excluded} excluded from all rates (--kind excluded lists them)")
 
 
-def _background(record: Record, records: Path, store: Store) -> _Background:
+def _open_task_background(record: Record, records: Path, store: Store) -> _TaskBackground:
     """Return the data set's information about a record's task.
 
     The result is empty if the data set is missing, or differs from the data of the record.
@@ -149,21 +151,26 @@ def _background(record: Record, records: Path, store: Store) -> _Background:
     own = find_benchmarks_of_runs([records]).get(record.domain)
     if own is not None or (record.domain in list_benchmarks() and is_stored(store, record.domain)):
         with suppress(EaiError):
-            suite = _suite(record, own or record.domain, store)
+            suite = _open_suite_of_record(record, own or record.domain, store)
             task = suite.tasks.get(record.task_id)
             if task is not None and suite.data_sha256 == record.data_sha256:
-                outlook = _outlook(suite, record)
-                return _Background(task.instruction, *_gold(suite, task), _rest(suite, record), outlook)
+                outlook = _describe_distance_to_success(suite, record)
+                return _TaskBackground(
+                    task.instruction,
+                    *_find_solving_plan(suite, task),
+                    _list_steps_after_failure(suite, record),
+                    outlook,
+                )
     return _NOTHING_KNOWN
 
 
-def _suite(record: Record, benchmark: Benchmark | str, store: Store) -> Suite:
+def _open_suite_of_record(record: Record, benchmark: Benchmark | str, store: Store) -> Suite:
     """Return the suite in which an answer was scored."""
     source = Source(store, errata=ErrataChoice.CURRENT if record.errata else ErrataChoice.NONE)
     return open_suite(benchmark, record.ability, record.protocol, source=source)
 
 
-def _film(chosen: Sequence[Record], records: Path, store: Store, file: Path) -> None:
+def _write_film(chosen: Sequence[Record], records: Path, store: Store, file: Path) -> None:
     """Write an animated picture (GIF) of the execution of an answer.
 
     Raises:
@@ -175,12 +182,12 @@ def _film(chosen: Sequence[Record], records: Path, store: Store, file: Path) -> 
         raise InputError(f"--film: expected one answer, found {len(chosen)}; give TASK and --model")
     (record,) = chosen
     benchmark = find_benchmarks_of_runs([records]).get(record.domain) or record.domain
-    suite = _suite(record, benchmark, store)
+    suite = _open_suite_of_record(record, benchmark, store)
     film: bytes = load_from_extension("rendered_pictures", "--film").make_film_of_answer(record, suite)
     write_files_atomically({file / make_film_name(record) if file.is_dir() else file: film})
 
 
-def _gold(suite: Suite, task: Task) -> tuple[tuple[str, ...], str]:
+def _find_solving_plan(suite: Suite, task: Task) -> tuple[tuple[str, ...], str]:
     """Return a plan that solves a task, as texts of actions or subgoals, and a heading with its origin.
 
     Both are empty if answers to the ability are not plans.
@@ -196,7 +203,7 @@ def _gold(suite: Suite, task: Task) -> tuple[tuple[str, ...], str]:
     return tuple(action_text(action, task.scene) for action in plan), "a plan by eai/planner"
 
 
-def _outlook(suite: Suite, record: Record) -> tuple[str, ...]:
+def _describe_distance_to_success(suite: Suite, record: Record) -> tuple[str, ...]:
     """Return sentences on how far a failed answer is from success, by its record or a new search."""
     verdict = record.verdict
     if find_answer_outcome(record) in NO_FAILURES or record.unanswered or record.experiment is not None:
@@ -210,7 +217,7 @@ def _outlook(suite: Suite, record: Record) -> tuple[str, ...]:
     return () if verdict.repair is None else tuple(describe_repair(verdict.repair))
 
 
-def _rest(suite: Suite, record: Record) -> tuple[str, ...]:
+def _list_steps_after_failure(suite: Suite, record: Record) -> tuple[str, ...]:
     """Return the steps of a plan after the failed step."""
     verdict, scorer = record.verdict, suite.scorer(record.task_id)
     if record.explanation is None or not isinstance(verdict, PlanVerdict) or verdict.executable:
@@ -227,7 +234,7 @@ def _rest(suite: Suite, record: Record) -> tuple[str, ...]:
     return tuple(action_text(action, scorer.task.scene) for action in actions[tried:])
 
 
-def print_record(console: Console, record: Record, background: _Background = _NOTHING_KNOWN) -> None:
+def print_record(console: Console, record: Record, background: _TaskBackground = _NOTHING_KNOWN) -> None:
     """Print a record: the task, the answer's parts, each step if the record has them, and the verdict.
 
     Args:
@@ -239,7 +246,9 @@ def print_record(console: Console, record: Record, background: _Background = _NO
     heading = Text(f"{record.domain} {record.ability.value} {record.task_id}{title}", style="bold")
     console.print(heading, soft_wrap=True)
     if background.instruction:
-        _print_hanging(console, "  ", Text(" ".join(background.instruction.split()), style="italic"))
+        _print_with_hanging_indent(
+            console, "  ", Text(" ".join(background.instruction.split()), style="italic")
+        )
     console.print(f"model {record.model}, protocol {record.protocol.value}", highlight=False)
     if record.experiment is not None:
         console.print(f"experiment {record.experiment.label}", highlight=False, soft_wrap=True)
@@ -259,8 +268,8 @@ def print_record(console: Console, record: Record, background: _Background = _NO
             Text(f"{background.source} ({format_count(len(background.gold), 'step')})", style="bold")
         )
         for number, step in enumerate(background.gold, 1):
-            _print_hanging(console, f"{number:3} ", Text(step, style="dim"))
-    console.print(_verdict_text(record))
+            _print_with_hanging_indent(console, f"{number:3} ", Text(step, style="dim"))
+    console.print(_format_verdict(record))
 
 
 def _print_explanation(
@@ -273,27 +282,29 @@ def _print_explanation(
     for number, step in enumerate(explanation.steps, 1):
         _print_step(console, number, step, width)
     for number, action in enumerate(rest, len(explanation.steps) + 1):
-        _print_hanging(console, f"{number:3} ", Text(f"{action:{width}}  not tried", style="dim"))
+        _print_with_hanging_indent(console, f"{number:3} ", Text(f"{action:{width}}  not tried", style="dim"))
     if explanation.goals:
-        remark = _conditions_text(record)
-        remark += ": none counts, as nothing was carried out" * _is_refused(record, explanation)
+        remark = _format_met_conditions(record)
+        remark += ": none counts, as nothing was carried out" * _counts_no_goal(record, explanation)
         console.print(Text("goals", style="bold").append(remark, style="not bold"))
     near = find_near_misses(explanation)
     for goal in explanation.goals:
         mark, style = ("✓", "green") if goal.satisfied else ("✗", "red")
-        _print_hanging(console, f"  {mark} {goal.kind:8} ", Text(goal.goal, style=style))
+        _print_with_hanging_indent(console, f"  {mark} {goal.kind:8} ", Text(goal.goal, style=style))
         if goal.why:
-            _print_hanging(console, " " * 13, Text(goal.why, style="yellow"))
+            _print_with_hanging_indent(console, " " * 13, Text(goal.why, style="yellow"))
         if goal.goal in near:
-            _print_hanging(console, " " * 13, Text(f"got {', '.join(near[goal.goal])}", style="yellow"))
-    _print_reading(console, record)
+            _print_with_hanging_indent(
+                console, " " * 13, Text(f"got {', '.join(near[goal.goal])}", style="yellow")
+            )
+    _print_parsed_text(console, record)
     if explanation.parts:
         console.print(Text("temporal goal", style="bold"))
     for number, part in enumerate(explanation.parts):
-        _print_part(console, part, "never after that" if number else "never")
+        _print_goal_part(console, part, "never after that" if number else "never")
 
 
-def _print_reading(console: Console, record: Record) -> None:
+def _print_parsed_text(console: Console, record: Record) -> None:
     """Print how each part of the answer's text was read, unless all text was read without corrections."""
     spans = record.verdict.spans
     if not record.response or all(span.kind is SpanKind.READ for span in spans):
@@ -302,17 +313,17 @@ def _print_reading(console: Console, record: Record) -> None:
     for span in spans:
         words = shorten(record.response[span.start : span.end], _MAX_PART, placeholder=" ...")
         style = {SpanKind.UNREAD: "red", SpanKind.REPAIRED: "yellow", SpanKind.READ: ""}.get(span.kind, "dim")
-        _print_hanging(console, f"  {span.kind.value:9} ", Text(words, style=style))
+        _print_with_hanging_indent(console, f"  {span.kind.value:9} ", Text(words, style=style))
 
 
-def _conditions_text(record: Record) -> str:
+def _format_met_conditions(record: Record) -> str:
     share = record.verdict.partial if isinstance(record.verdict, PlanVerdict) else None
     if share is None:
         return ""
     return f", {share.numerator} of {format_count(int(share.denominator), 'condition')} met"
 
 
-def _is_refused(record: Record, explanation: Explanation) -> bool:
+def _counts_no_goal(record: Record, explanation: Explanation) -> bool:
     """Whether no goal counts, even if it holds at the start, because the answer cannot be executed."""
     error = record.verdict.error
     unread = isinstance(record.verdict, PlanVerdict) and error is not None and error.kind in NOT_EXECUTED
@@ -331,20 +342,20 @@ def _print_step(console: Console, number: int, step: StepReport, width: int) -> 
         fault = f"{step.outcome}: {step.reason}" if step.reason else step.outcome
         fits = 4 + len(line) + len(fault) <= console.width
         (line if fits else below).append(fault, style=style)
-    _print_hanging(console, f"{number:3} ", line)
+    _print_with_hanging_indent(console, f"{number:3} ", line)
     if below:
-        _print_hanging(console, indent, below)
+        _print_with_hanging_indent(console, indent, below)
     if step.earlier:
-        _print_hanging(console, indent, Text(step.earlier, style="yellow"))
+        _print_with_hanging_indent(console, indent, Text(step.earlier, style="yellow"))
     for sign, facts, style in (("+", step.added, "green"), ("-", step.removed, "red")):
-        for fact in _together(facts):
-            _print_hanging(console, f"{indent}{sign} ", Text(fact, style=f"dim {style}"))
+        for fact in _merge_symmetric_facts(facts):
+            _print_with_hanging_indent(console, f"{indent}{sign} ", Text(fact, style=f"dim {style}"))
     if step.hidden_changes:
         more = format_count(step.hidden_changes, "more change")
         console.print(Text(f"{indent}{more}, not shown", style="dim"))
 
 
-def _print_hanging(console: Console, before: str, text: Text) -> None:
+def _print_with_hanging_indent(console: Console, before: str, text: Text) -> None:
     """Print a text after a label. Further lines of the text are indented by the width of the label."""
     for line in text.wrap(console, max(console.width - len(before), 20)):
         line.rstrip()
@@ -352,7 +363,7 @@ def _print_hanging(console: Console, before: str, text: Text) -> None:
         before = " " * len(before)
 
 
-def _together(facts: Sequence[str]) -> list[str]:
+def _merge_symmetric_facts(facts: Sequence[str]) -> list[str]:
     """Merge two facts of a symmetric relation, such as next_to(a, b) and next_to(b, a), into one text."""
     merged: dict[str, str] = {}
     for fact in facts:
@@ -365,7 +376,7 @@ def _together(facts: Sequence[str]) -> list[str]:
     return list(merged.values())
 
 
-def _print_part(console: Console, part: GoalPartReport, never: str) -> None:
+def _print_goal_part(console: Console, part: GoalPartReport, never: str) -> None:
     if part.met_after is not None:
         console.print(Text(f"  ✓ {part.part}  {part.when}", style="green"))
     else:
@@ -373,7 +384,7 @@ def _print_part(console: Console, part: GoalPartReport, never: str) -> None:
         console.print(Text(f"  ✗ {part.part}{lacking}", style="red"))
 
 
-def _print_list(console: Console, records: Sequence[Record], limit: int) -> None:
+def _print_answer_list(console: Console, records: Sequence[Record], limit: int) -> None:
     """Print one line for each answer: task, model, outcome and reason."""
     runs = {(each.domain, each.ability, each.protocol, each.model, each.experiment) for each in records}
     table = Table(box=None, pad_edge=False, padding=(0, 2, 0, 0), show_header=False)
@@ -388,14 +399,14 @@ def _print_list(console: Console, records: Sequence[Record], limit: int) -> None
         style = "green" if came_to is AnswerOutcome.SUCCESS else "red"
         table.add_row(
             Text.assemble((record.task_id, "bold"), *(f"\n{text}" for text in (*title, *where))),
-            Text.assemble((came_to.value, style), f"\n{why}" if (why := _why(record)) else ""),
+            Text.assemble((came_to.value, style), f"\n{why}" if (why := _describe_failure(record)) else ""),
         )
     console.print(table)
     shown = f", of which {limit} are shown (--limit 0: all)" if len(records) > limit else ""
     console.print(f"{format_count(len(records), 'answer')}{shown}", highlight=False)
 
 
-def _why(record: Record) -> str:
+def _describe_failure(record: Record) -> str:
     """Return a short reason why an answer failed."""
     error = record.verdict.error
     if record.unanswered is not None:
@@ -409,7 +420,7 @@ def _why(record: Record) -> str:
     return f"not reached: {', '.join(missed)}" if missed else ""
 
 
-def _verdict_text(record: Record) -> Text:
+def _format_verdict(record: Record) -> Text:
     verdict, failure = record.verdict, "failure"
     if isinstance(verdict, PlanVerdict):
         failure += ", executable" if verdict.executable else ", not executable"

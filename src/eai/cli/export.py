@@ -22,9 +22,9 @@ from eai.benchmarks.prompt_library import PromptLibrary
 from eai.benchmarks.registry import find_benchmark, list_benchmarks
 from eai.benchmarks.suite import open_suite
 from eai.cli import options
-from eai.cli.console import DOMAIN_HELP, choose_default_abilities, format_count, tell
-from eai.cli.options import AsJson, DataFolder, flag, open_source
-from eai.cli.prompts import OfSet, choose_tasks, is_list, write_prompts
+from eai.cli.console import DOMAIN_HELP, choose_default_abilities, format_count, print_result
+from eai.cli.options import AsJson, DataFolder, make_flag, open_data_source
+from eai.cli.prompts import OfSet, choose_tasks, is_prompt_list_file, write_prompts
 from eai.pddl.planning import PlannerChoice
 from eai.results import training_data
 from eai.results.records import read_records
@@ -41,18 +41,20 @@ app = typer.Typer(no_args_is_help=True)
 _Format: TypeAlias = Literal["jsonl", "hf"]
 """Format of a written data set: a JSON Lines file, or a folder for the Hugging Face library `datasets`."""
 
-_Out = Annotated[Path, flag(help="The file to write; of --format hf, the folder.", metavar="FILE")]
+_Out = Annotated[Path, make_flag(help="The file to write; of --format hf, the folder.", metavar="FILE")]
 _OfFormat = Annotated[
-    _Format, flag("--format", help="One file of JSON Lines, or a folder for datasets.load_dataset.")
+    _Format, make_flag("--format", help="One file of JSON Lines, or a folder for datasets.load_dataset.")
 ]
 _Records = Annotated[
     list[Path], typer.Argument(help="Files of records, or folders of them.", metavar="RECORDS")
 ]
 _Domains = Annotated[
     list[str] | None,
-    flag("--domain", help="Where the benchmark of records is that is not known by its name alone."),
+    make_flag("--domain", help="Where the benchmark of records is that is not known by its name alone."),
 ]
-_Shaping = Annotated[Shaping, flag(help=f"What answers are worth: by {', '.join(Shaping)}.", metavar="HOW")]
+_Shaping = Annotated[
+    Shaping, make_flag(help=f"What answers are worth: by {', '.join(Shaping)}.", metavar="HOW")
+]
 
 _LIST = "Of a list or a page"
 _OF_LISTS = "--prompts, --tasks, --sample, --goals"
@@ -61,20 +63,21 @@ TRAIN = "train"
 """Name of the split of data without splits."""
 
 
-@app.command(no_args_is_help=True)
-def prompts(
-    domain: Annotated[list[str], flag(help=DOMAIN_HELP)],
+@app.command("prompts", no_args_is_help=True)
+def export_prompts(
+    domain: Annotated[list[str], make_flag(help=DOMAIN_HELP)],
     out: _Out,
     ability: Annotated[
-        list[Ability] | None, flag(help=f"{options.ABILITIES}. All if not given.", parser=Ability.from_name)
+        list[Ability] | None,
+        make_flag(help=f"{options.ABILITIES}. All if not given.", parser=Ability.from_name),
     ] = None,
     prompt_set: OfSet = "official",
     form: _OfFormat = "jsonl",
-    folder: Annotated[Path | None, flag("--prompts", panel=_LIST)] = None,
-    tasks: Annotated[str, flag(panel=_LIST)] = "",
-    sample: Annotated[int | None, flag(panel=_LIST, min=1)] = None,
-    seed: Annotated[int, flag(panel=_LIST)] = 0,
-    goals: Annotated[Path | None, flag(panel=_LIST)] = None,
+    folder: Annotated[Path | None, make_flag("--prompts", panel=_LIST)] = None,
+    tasks: Annotated[str, make_flag(panel=_LIST)] = "",
+    sample: Annotated[int | None, make_flag(panel=_LIST, min=1)] = None,
+    seed: Annotated[int, make_flag(panel=_LIST)] = 0,
+    goals: Annotated[Path | None, make_flag(panel=_LIST)] = None,
     errata: options.Errata = ErrataChoice.CURRENT,
     as_json: AsJson = False,
     data: DataFolder = None,
@@ -104,20 +107,20 @@ def prompts(
         seed: Seed of --sample.
         goals: Answers to goal interpretation. Prompts state their goals instead of the tasks' goals.
     """
-    if is_list(out) and form == "jsonl":
+    if is_prompt_list_file(out) and form == "jsonl":
         if len(domain) != 1 or ability is None or len(ability) != 1:
             raise InputError(f"--out {out}: expected one --domain and one --ability")
         chosen = partial(choose_tasks, tasks=tasks, sample=sample, seed=seed) if tasks or sample else None
-        with open_source(data, errata=errata) as source:
+        with open_data_source(data, errata=errata) as source:
             library = PromptLibrary(prompt_set, folder, source)
             write_prompts(library, find_benchmark(domain[0]), ability[0], out, chosen, goals, as_json=as_json)
         return
     if folder or tasks or sample or goals:
         raise InputError(f"--out {out}: expected FILE.json or FILE.html with one of {_OF_LISTS}")
 
-    def rows() -> Iterator[TrainingRow]:
-        with open_source(data, PlannerChoice.NONE, errata) as source:
-            for split, name in [each for given in domain for each in _splits(given)]:
+    def make_rows() -> Iterator[TrainingRow]:
+        with open_data_source(data, PlannerChoice.NONE, errata) as source:
+            for split, name in [each for given in domain for each in _list_splits(given)]:
                 benchmark = find_benchmark(name)
                 for each in ability or choose_default_abilities(benchmark, PAPER_ABILITIES):
                     asked = PromptLibrary(prompt_set, None, source).open(benchmark, each)
@@ -126,15 +129,15 @@ def prompts(
                     ):
                         yield {**row, "split": split}
 
-    _tell(out, _write(rows(), out, form), Counter(), as_json=as_json)
+    _print_written_rows(out, _write_data_set(make_rows(), out, form), Counter(), as_json=as_json)
 
 
-@app.command(no_args_is_help=True)
-def sft(
+@app.command("sft", no_args_is_help=True)
+def export_sft_data(
     records: _Records,
     out: _Out,
     domain: _Domains = None,
-    least: Annotated[float, flag(min=0, max=1)] = 1.0,
+    least: Annotated[float, make_flag(min=0, max=1)] = 1.0,
     shaping: _Shaping = Shaping.SUCCESS,
     prompt_set: OfSet = "official",
     form: _OfFormat = "jsonl",
@@ -151,18 +154,21 @@ def sft(
         least: Minimum value of an answer.
     """
     left_out = Counter[str]()
-    answers = _answers(records, domain or [], shaping, prompt_set, data, left_out)
-    _tell(
-        out, _write(training_data.select_verified_rows(answers, least), out, form), left_out, as_json=as_json
+    answers = _read_rewarded_answers(records, domain or [], shaping, prompt_set, data, left_out)
+    _print_written_rows(
+        out,
+        _write_data_set(training_data.select_verified_rows(answers, least), out, form),
+        left_out,
+        as_json=as_json,
     )
 
 
-@app.command(no_args_is_help=True)
-def preference(
+@app.command("preference", no_args_is_help=True)
+def export_preference_data(
     records: _Records,
     out: _Out,
     domain: _Domains = None,
-    margin: Annotated[float, flag(min=0)] = 0.0,
+    margin: Annotated[float, make_flag(min=0)] = 0.0,
     shaping: _Shaping = Shaping.PROGRESS,
     prompt_set: OfSet = "official",
     form: _OfFormat = "jsonl",
@@ -177,13 +183,16 @@ def preference(
         margin: Minimum difference in value of a pair.
     """
     left_out = Counter[str]()
-    answers = _answers(records, domain or [], shaping, prompt_set, data, left_out)
-    _tell(
-        out, _write(training_data.make_preference_rows(answers, margin), out, form), left_out, as_json=as_json
+    answers = _read_rewarded_answers(records, domain or [], shaping, prompt_set, data, left_out)
+    _print_written_rows(
+        out,
+        _write_data_set(training_data.make_preference_rows(answers, margin), out, form),
+        left_out,
+        as_json=as_json,
     )
 
 
-def _answers(
+def _read_rewarded_answers(
     paths: list[Path],
     domains: list[str],
     shaping: Shaping,
@@ -195,7 +204,7 @@ def _answers(
     named = {benchmark.name: benchmark for benchmark in map(find_benchmark, domains)}
     records = (record for file in find_record_files(paths) for record in read_records(file))
     by_suite = group_pairs(((record.domain, record.ability), record) for record in records)
-    with open_source(data, PlannerChoice.NONE) as source:
+    with open_data_source(data, PlannerChoice.NONE) as source:
         for (domain, ability), of_suite in by_suite.items():
             if not is_paid(ability):
                 left_out[training_data.NOT_PAID] += len(of_suite)
@@ -210,7 +219,7 @@ def _answers(
             yield from training_data.make_reward_rows(of_suite, paid, asked, left_out)
 
 
-def _splits(domain: str) -> list[tuple[str, str]]:
+def _list_splits(domain: str) -> list[tuple[str, str]]:
     """Return the splits of a domain: the files of a folder of task files, or one split with all tasks."""
     folder = Path(domain)
     if not folder.is_dir():
@@ -218,28 +227,30 @@ def _splits(domain: str) -> list[tuple[str, str]]:
     return [(file.name.partition(".")[0].replace("-", "_"), str(file)) for file in find_task_files(folder)]
 
 
-def _write(rows: Iterable[TrainingRow], out: Path, form: _Format) -> int:
+def _write_data_set(rows: Iterable[TrainingRow], out: Path, form: _Format) -> int:
     """Write a data set. Its file or folder does not exist before it is complete."""
     made = list(rows)
     if form == "jsonl":
-        write_files_atomically({out: _lines(made)})
+        write_files_atomically({out: _format_json_lines(made)})
         return len(made)
     by_split = group_pairs((row.get("split", TRAIN), row) for row in made) or {TRAIN: []}
-    contents: dict[Path, Content] = {out / f"{split}.jsonl": _lines(some) for split, some in by_split.items()}
+    contents: dict[Path, Content] = {
+        out / f"{split}.jsonl": _format_json_lines(some) for split, some in by_split.items()
+    }
     files = "".join(f"  - split: {split}\n    path: {split}.jsonl\n" for split in by_split)
-    contents[out / "README.md"] = _template("card.txt").format(files=files)
+    contents[out / "README.md"] = _read_template("card.txt").format(files=files)
     asked = dict.fromkeys((row["data_source"], row["split"]) for row in made if "data_source" in row)
     if asked:
-        contents[out / "eval.yaml"] = _eval_yaml(out, asked)
+        contents[out / "eval.yaml"] = _format_eval_yaml(out, asked)
     write_files_atomically(contents)
     return len(made)
 
 
-def _lines(rows: Iterable[TrainingRow]) -> Iterator[str]:
+def _format_json_lines(rows: Iterable[TrainingRow]) -> Iterator[str]:
     return (f"{json.dumps(row)}\n" for row in rows)
 
 
-def _eval_yaml(out: Path, asked: Iterable[tuple[str, str]]) -> str:
+def _format_eval_yaml(out: Path, asked: Iterable[tuple[str, str]]) -> str:
     """Return the text of eval.yaml, which registers a data set as a benchmark on the Hugging Face Hub.
 
     The file lists each suite with its split. Splits for training are left out.
@@ -250,14 +261,14 @@ def _eval_yaml(out: Path, asked: Iterable[tuple[str, str]]) -> str:
         domain, _, ability = source.rpartition("/")
         suite = suite_name(domain, Ability(ability))
         tasks += f"  - id: {suite}\n    config: default\n    split: {split}\n"
-    return _template("eval.txt").format(name=json.dumps(out.resolve().name), tasks=tasks)
+    return _read_template("eval.txt").format(name=json.dumps(out.resolve().name), tasks=tasks)
 
 
-def _template(name: str) -> str:
+def _read_template(name: str) -> str:
     return (resources.files("eai.cli") / "templates" / name).read_text(encoding="utf-8")
 
 
-def _tell(out: Path, number: int, left_out: Counter[str], *, as_json: bool) -> None:
+def _print_written_rows(out: Path, number: int, left_out: Counter[str], *, as_json: bool) -> None:
     lines = [f"left out: {format_count(times, 'record')} {why}" for why, times in left_out.items()]
     made: Json = {"path": str(out), "rows": number, "left_out": {**left_out}}
-    tell(f"{format_count(number, 'row')} written to {out}", *lines, value=made, as_json=as_json)
+    print_result(f"{format_count(number, 'row')} written to {out}", *lines, value=made, as_json=as_json)

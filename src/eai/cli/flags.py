@@ -18,7 +18,7 @@ from eai.base.files import read_toml, to_file_name
 from eai.base.json_value import Json
 from eai.benchmarks.suite import Suite
 from eai.cli import options
-from eai.cli.options import SETTING, setting
+from eai.cli.options import SETTING, split_setting
 from eai.results.answer_files import find_recorded_file
 from eai.run.job import CAPTIONER, PROVIDER, can_model_answer, check_model_name
 from eai.run.spec import RunSpec, list_option_defaults, list_sections, read_spec
@@ -53,15 +53,15 @@ HELP = "help"
 """Value of ``--with`` that lists all options."""
 
 
-def run_flag(parameter: str, panel: str, *names: str, **more: Any) -> Any:
+def make_run_flag(parameter: str, panel: str, *names: str, **more: Any) -> Any:
     """Return the flag of a parameter."""
     section, _, option = FLAGS[parameter].partition(".")
     chosen = type(RunSpec.model_fields[section].default)
     default = chosen.format_default(option)
-    return options.flag_of(chosen, option, panel, *names, show_default=default or False, **more)
+    return options.make_option_flag(chosen, option, panel, *names, show_default=default or False, **more)
 
 
-def specification(
+def read_run_specification(
     command: typer.Context, file: Path | None, model_args: Sequence[str], settings: Sequence[str]
 ) -> RunSpec:
     """Return the specification of a run from a file, flags and settings. Later ones override earlier ones.
@@ -73,10 +73,10 @@ def specification(
     for parameter, key in FLAGS.items():
         value = command.params.get(parameter)
         if value not in (None, [], ()):
-            _put(tables, key.split("."), value)
+            _put_nested_value(tables, key.split("."), value)
     for argument in model_args:
-        name, text = setting(argument, "-M", "NAME=VALUE")
-        _put(tables, ["model", "args", name], _json_or_text(text))
+        name, text = split_setting(argument, "-M", "NAME=VALUE")
+        _put_nested_value(tables, ["model", "args", name], _parse_json_or_text(text))
     for given in settings:
         key, separator, text = given.partition("=")
         places = key.split(".", 2)
@@ -85,11 +85,11 @@ def specification(
             short = [name for name in known if name.endswith(f".{key}")]
             hint = f"; did you mean {short[0]}?" if short else did_you_mean(key, known)
             raise InputError(f"{SETTING} {given}: expected SECTION.OPTION=VALUE{hint}")
-        _put(tables, places, text if len(places) == 2 else _json_or_text(text))
+        _put_nested_value(tables, places, text if len(places) == 2 else _parse_json_or_text(text))
     return read_spec(tables)
 
 
-def _put(table: dict[str, Any], places: Sequence[str], value: object) -> None:
+def _put_nested_value(table: dict[str, Any], places: Sequence[str], value: object) -> None:
     *outer, last = places
     for place in outer:
         table = table.setdefault(place, {})
@@ -98,7 +98,7 @@ def _put(table: dict[str, Any], places: Sequence[str], value: object) -> None:
     table[last] = value
 
 
-def _json_or_text(text: str) -> Json:
+def _parse_json_or_text(text: str) -> Json:
     """Return the JSON value of a text, or the text if it is no JSON."""
     try:
         value: Json = json.loads(text)
@@ -107,7 +107,7 @@ def _json_or_text(text: str) -> Json:
     return value
 
 
-def listing() -> Iterator[str]:
+def list_run_options() -> Iterator[str]:
     """Return a table of all options in Markdown."""
     yield "| option | if not given | meaning |"
     yield "|---|---|---|"
@@ -115,7 +115,7 @@ def listing() -> Iterator[str]:
     for section, chosen in list_sections().items():
         title = titles.get(section) or (chosen.__doc__ or "").splitlines()[0]
         yield f"| **{section}** | | {title} |"
-        yield from options.option_rows(chosen, f"{section}.")
+        yield from options.format_option_rows(chosen, f"{section}.")
 
 
 def check_models(models: Sequence[str], abilities: Sequence[Ability]) -> None:
@@ -160,7 +160,7 @@ def check_captioner(model: str) -> None:
         raise InputError(f"perception.scene_model {model}: {expected}")
 
 
-def check_replay(endpoints: Sequence[Endpoint], suites: Sequence[Suite]) -> None:
+def check_recorded_answers(endpoints: Sequence[Endpoint], suites: Sequence[Suite]) -> None:
     """Raise if recorded answers are missing for a suite, or belong to another suite."""
     for endpoint in endpoints:
         path = endpoint.arguments.get("path")

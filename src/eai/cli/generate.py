@@ -27,8 +27,8 @@ from eai.benchmarks.generator.spec import (
     TaskSplit,
 )
 from eai.benchmarks.registry import find_benchmark
-from eai.cli.console import DOMAIN_HELP, errors, format_count, output, tell
-from eai.cli.options import AsJson, DataFolder, Seed, flag, open_source
+from eai.cli.console import DOMAIN_HELP, format_count, get_error_console, get_output_console, print_result
+from eai.cli.options import AsJson, DataFolder, Seed, make_flag, open_data_source
 from eai.pddl.export import export
 from eai.pddl.val import VALID, find_val_program, run_val
 from eai.tasks.task import Task
@@ -38,7 +38,7 @@ from eai.world.action import Action
 from eai.world.domain import Domain
 
 
-def verdict_of_val(val: Path, domain: Domain, task: Task, plan: Sequence[Action]) -> str:
+def validate_with_val(val: Path, domain: Domain, task: Task, plan: Sequence[Action]) -> str:
     """Return the verdict of VAL on a plan.
 
     Raises:
@@ -49,31 +49,31 @@ def verdict_of_val(val: Path, domain: Domain, task: Task, plan: Sequence[Action]
 
 
 def generate_tasks(
-    like: Annotated[str, flag(help=f"Whose world the tasks are in. {DOMAIN_HELP}")],
-    out: Annotated[Path, flag()],
-    n: Annotated[int, flag(min=1)] = 100,
+    like: Annotated[str, make_flag(help=f"Whose world the tasks are in. {DOMAIN_HELP}")],
+    out: Annotated[Path, make_flag()],
+    n: Annotated[int, make_flag(min=1)] = 100,
     seed: Seed = 0,
     split: TaskSplit = TaskSplit.ALL,
     held_out: HeldOut = "goals",
-    against: Annotated[list[Path] | None, flag(metavar="PATH")] = None,
-    secret: Annotated[str | None, flag(envvar="EAI_SECRET")] = None,
-    tier: Annotated[PlanLengthTier, flag(metavar="SIZE")] = PlanLengthTier.DATA,
+    against: Annotated[list[Path] | None, make_flag(metavar="PATH")] = None,
+    secret: Annotated[str | None, make_flag(envvar="EAI_SECRET")] = None,
+    tier: Annotated[PlanLengthTier, make_flag(metavar="SIZE")] = PlanLengthTier.DATA,
     forms: Forms = "data",
     actions: bool = False,
     kind: TaskKind = TaskKind.PLAIN,
     by_place: bool = False,
-    objects: Annotated[int, flag(min=2)] = 30,
-    depth: Annotated[int, flag(min=1)] = 1,
-    difficulty: Annotated[str | None, flag(metavar="LOW:HIGH")] = None,
+    objects: Annotated[int, make_flag(min=2)] = 30,
+    depth: Annotated[int, make_flag(min=1)] = 1,
+    difficulty: Annotated[str | None, make_flag(metavar="LOW:HIGH")] = None,
     at_least: Annotated[
         list[str] | None,
-        flag(
+        make_flag(
             help=f"Only tasks with so many of {', '.join([each.value for each in TaskMeasure])}. Repeatable.",
             metavar="NAME=N",
         ),
     ] = None,
     val: bool = False,
-    compress: Annotated[bool, flag("--gzip")] = False,
+    compress: Annotated[bool, make_flag("--gzip")] = False,
     as_json: AsJson = False,
     data: DataFolder = None,
 ) -> None:
@@ -108,7 +108,7 @@ def generate_tasks(
     if kind.is_over_time and val:
         raise InputError(f"--val: VAL knows no goals over time; leave out --kind {kind.value}")
     benchmark = find_benchmark(like)
-    with open_source(data) as source:
+    with open_data_source(data) as source:
         tasks = benchmark.tasks(source)
     spec = TaskSpecification(
         like,
@@ -136,13 +136,15 @@ def generate_tasks(
     with convert_write_errors(out):  # generating takes long, so check first that the folder can be written
         out.mkdir(parents=True, exist_ok=True)
     generator = TaskGenerator(benchmark, spec, source, rivals)
-    outcomes, stopped = _collect(generate(generator, sets.make_seeds(split.value, seed, secret), n, known), n)
+    outcomes, stopped = _collect_generated_tasks(
+        generate(generator, sets.make_seeds(split.value, seed, secret), n, known), n
+    )
     made = [each for each in outcomes if isinstance(each, GeneratedTask)]
     rejected = [each for each in outcomes if isinstance(each, RejectionReason)]
     if stopped is not None and (not made or file.exists()):
         raise stopped
     if validator is not None:
-        _validate(validator, benchmark.domain, [each.task for each in made])
+        _validate_certificates(validator, benchmark.domain, [each.task for each in made])
     lines = [
         write_task_line(one.task, like, benchmark.domain, one.about)
         for each in made
@@ -164,17 +166,19 @@ def generate_tasks(
         kept = f"{format_count(len(made), 'task')} written to {file}, those that --n {len(made)} gives"
         raise type(stopped)(f"{stopped}; {kept}")
     if not as_json:
-        _print_shapes(
+        _print_task_statistics(
             sets.compute_set_statistics(list(tasks.values())),
             sets.compute_set_statistics([each.task for each in made]),
         )
     number = format_count(len(made), "task" if all(each.paired is None for each in made) else "pair")
     line = f"{number} written to {file}; {format_count(len(rejected), 'seed')} gave none"
     line += "; VAL accepts every certificate" if val else ""
-    tell(line, value={"file": str(file), "tasks": len(made), "rejected": len(rejected)}, as_json=as_json)
+    print_result(
+        line, value={"file": str(file), "tasks": len(made), "rejected": len(rejected)}, as_json=as_json
+    )
 
 
-def _collect(
+def _collect_generated_tasks(
     generated: Iterator[GenerationOutcome], number: int
 ) -> tuple[Sequence[GenerationOutcome], InputError | InterruptError | None]:
     """Return the outcomes of seeds until enough tasks are made, and the error if fewer tasks were made.
@@ -183,7 +187,9 @@ def _collect(
     """
     outcomes: list[GenerationOutcome] = []
     try:
-        with Progress(console=errors(), transient=True, disable=not errors().is_terminal) as bar:
+        with Progress(
+            console=get_error_console(), transient=True, disable=not get_error_console().is_terminal
+        ) as bar:
             shown = bar.add_task("generating", total=number)
             for outcome in generated:
                 outcomes.append(outcome)
@@ -195,15 +201,17 @@ def _collect(
     return outcomes, None
 
 
-def _validate(val: Path, domain: Domain, tasks: Sequence[Task]) -> None:
+def _validate_certificates(val: Path, domain: Domain, tasks: Sequence[Task]) -> None:
     """Check the certificates (plans that solve the tasks) with the plan validator VAL.
 
     Raises:
         EaiError: VAL rejects a certificate that the engine accepts, so no task can be trusted.
     """
-    with Progress(console=errors(), transient=True, disable=not errors().is_terminal) as bar:
+    with Progress(
+        console=get_error_console(), transient=True, disable=not get_error_console().is_terminal
+    ) as bar:
         for task in bar.track(tasks, description="validating"):
-            verdict = verdict_of_val(val, domain, task, task.script)
+            verdict = validate_with_val(val, domain, task, task.script)
             if verdict != VALID:
                 raise EaiError(f"{task.id}: VAL says of the certificate: {verdict}; nothing is written")
 
@@ -230,11 +238,11 @@ def _parse_minimum(text: str) -> tuple[TaskMeasure, int]:
     return TaskMeasure(name), int(number)
 
 
-def _print_shapes(public: Mapping[str, Any], made: Mapping[str, Any]) -> None:
+def _print_task_statistics(public: Mapping[str, Any], made: Mapping[str, Any]) -> None:
     """Print numbers of steps, goals and objects, and shapes of goals, for the data set and the new tasks."""
     table = Table("min, quartiles, max", "data set", "generated")
     for name in ("steps", "goals", "objects"):
         table.add_row(name, *(", ".join(map(str, shape[name])) for shape in (public, made)))
     forms = [[f"{form} {n}" for form, n in shape["forms"].items()] for shape in (public, made)]
     table.add_row("forms", *map("\n".join, forms))
-    output().print(table)
+    get_output_console().print(table)

@@ -9,7 +9,7 @@ from pathlib import Path
 
 from eai.base.errors import InputError
 from eai.base.files import write_files_atomically
-from eai.cli.console import tell
+from eai.cli.console import print_result
 from eai.cli.options import AsJson
 
 _FILES = {"{name}.py": "domain.txt", "README.md": "readme.txt"}
@@ -38,4 +38,4 @@ def new(name: str, as_json: AsJson = False) -> None:
     }
     write_files_atomically({path: text.encode() for path, text in made.items()})
     lines = [f"{', '.join(map(str, made))} written", f"next: cd {name}; eai check {name}:{name}"]
-    tell(*lines, value={"files": [*map(str, made)], "domain": f"{name}:{name}"}, as_json=as_json)
+    print_result(*lines, value={"files": [*map(str, made)], "domain": f"{name}:{name}"}, as_json=as_json)

@@ -15,7 +15,7 @@ from eai.abilities.protocol import PAPER_ABILITIES, Ability
 from eai.base.errors import InputError
 from eai.base.store import FOLDER_VARIABLE, Store
 from eai.cli.console import DOMAIN_HELP
-from eai.cli.progress import data_progress
+from eai.cli.progress import show_data_progress
 from eai.pddl.planning import PlannerChoice, PlannerTerms
 from eai.results.options import ScoringOptions
 from eai.tasks.options import Options
@@ -34,7 +34,7 @@ RECORDS = "Files of records, or folders with records.jsonl somewhere below."
 """Help text of arguments that name records."""
 
 
-def flag(*names: str, panel: str | None = None, **more: Any) -> Any:
+def make_flag(*names: str, panel: str | None = None, **more: Any) -> Any:
     """Return an option of a command, with names if they differ from its parameter's, and its help panel.
 
     Its meaning is the argument ``help``, or an entry below ``Options:`` in the docstring of the command.
@@ -42,73 +42,75 @@ def flag(*names: str, panel: str | None = None, **more: Any) -> Any:
     return typer.Option(*names, rich_help_panel=panel, **more)
 
 
-OfDomain = Annotated[str, flag("--domain", help=DOMAIN_HELP)]
-OfAbility = Annotated[Ability, flag("--ability", help=f"{ABILITIES}.", parser=Ability.from_name)]
-Seed = Annotated[int, flag("--seed", help="Of all that is random.")]
+OfDomain = Annotated[str, make_flag("--domain", help=DOMAIN_HELP)]
+OfAbility = Annotated[Ability, make_flag("--ability", help=f"{ABILITIES}.", parser=Ability.from_name)]
+Seed = Annotated[int, make_flag("--seed", help="Of all that is random.")]
 
 
-def flag_of(options: type[Options], option: str, panel: str, *names: str, **more: Any) -> Any:
+def make_option_flag(options: type[Options], option: str, panel: str, *names: str, **more: Any) -> Any:
     """Return the flag of an option of a run's specification, with its meaning and limits."""
     field = options.model_fields[option]
     for end, name in (("min", "ge"), ("max", "le")):
         more |= {end: getattr(each, name) for each in field.metadata if hasattr(each, name)}  # noqa: B035
-    return flag(*names, help=options.describe_option(option), panel=panel, **more)
+    return make_flag(*names, help=options.describe_option(option), panel=panel, **more)
 
 
-def scoring(option: str, *names: str, **more: Any) -> Any:
+def make_scoring_flag(option: str, *names: str, **more: Any) -> Any:
     """Return the flag of a scoring option."""
-    return flag_of(ScoringOptions, option, SCORING, *names, **more)
+    return make_option_flag(ScoringOptions, option, SCORING, *names, **more)
 
 
-Planner = Annotated[PlannerChoice, scoring("planner", parser=planner_choice)]
-Errata = Annotated[ErrataChoice, scoring("errata", parser=errata_choice)]
+Planner = Annotated[PlannerChoice, make_scoring_flag("planner", parser=planner_choice)]
+Errata = Annotated[ErrataChoice, make_scoring_flag("errata", parser=errata_choice)]
 
-AsJson = Annotated[bool, flag("--json", help="Print the results as JSON, and nothing else.", panel=OUTPUT)]
-Wide = Annotated[bool, flag("--wide", help="All columns in one table, however wide.", panel=OUTPUT)]
+AsJson = Annotated[
+    bool, make_flag("--json", help="Print the results as JSON, and nothing else.", panel=OUTPUT)
+]
+Wide = Annotated[bool, make_flag("--wide", help="All columns in one table, however wide.", panel=OUTPUT)]
 
 
-def _data_of(command: typer.Context, folder: Path | None) -> Path | None:
+def _set_data_folder(command: typer.Context, folder: Path | None) -> Path | None:
     """Make a folder the data set's default folder for a command, and for the processes that it starts."""
     if folder is not None:
         before = {name: os.environ[name] for name in (FOLDER_VARIABLE,) if name in os.environ}
 
-        def restore() -> None:
+        def restore_environment() -> None:
             del os.environ[FOLDER_VARIABLE]
             os.environ.update(before)
 
-        command.call_on_close(restore)
+        command.call_on_close(restore_environment)
         os.environ[FOLDER_VARIABLE] = str(folder)
     return folder
 
 
 DataFolder = Annotated[
     Path | None,
-    flag(
+    make_flag(
         "--data",
         help="Where the data set is; EAI_DATA_DIR or the user's cache if not given.",
-        callback=_data_of,
+        callback=_set_data_folder,
     ),
 ]
 
 
-def store(folder: Path | None) -> Store:
+def open_store(folder: Path | None) -> Store:
     """Return the data store in a folder, or the default store."""
     return Store() if folder is None else Store(folder)
 
 
 @contextmanager
-def open_source(
+def open_data_source(
     folder: Path | None,
     planner: PlannerChoice = PlannerChoice.AUTO,
     errata: ErrataChoice = ErrataChoice.CURRENT,
     terms: PlannerTerms | None = None,
 ) -> Iterator[Source]:
     """Open the data set in a folder or in the default one, with a progress bar for downloads."""
-    with data_progress() as report:
-        yield Source(store(folder), report, planner, errata, terms or PlannerTerms())
+    with show_data_progress() as report:
+        yield Source(open_store(folder), report, planner, errata, terms or PlannerTerms())
 
 
-def planner_terms(command: typer.Context, seconds: int | None, memory_mib: int | None) -> PlannerTerms:
+def open_planner_terms(command: typer.Context, seconds: int | None, memory_mib: int | None) -> PlannerTerms:
     """Open the planner settings of a command. Its processes share planner results until it ends."""
     folder = command.with_resource(TemporaryDirectory(prefix="eai-planning-"))
     return PlannerTerms(seconds, memory_mib, Path(folder))
@@ -126,11 +128,11 @@ def apply_settings(name: str, options: type[Chosen], settings: Sequence[str]) ->
     Raises:
         InputError: An option or its value is unknown.
     """
-    values = dict(map(setting, settings))
+    values = dict(map(split_setting, settings))
     return options.read(name, {key.removeprefix(f"{name}."): value for key, value in values.items()})
 
 
-def setting(text: str, flag: str = SETTING, form: str = "OPTION=VALUE") -> tuple[str, str]:
+def split_setting(text: str, flag: str = SETTING, form: str = "OPTION=VALUE") -> tuple[str, str]:
     """Split a flag NAME=VALUE.
 
     Raises:
@@ -143,11 +145,11 @@ def setting(text: str, flag: str = SETTING, form: str = "OPTION=VALUE") -> tuple
 
 
 AgentSettings = Annotated[
-    list[str] | None, flag(SETTING, help="An option of agent, as in eai run.", metavar="OPTION=VALUE")
+    list[str] | None, make_flag(SETTING, help="An option of agent, as in eai run.", metavar="OPTION=VALUE")
 ]
 
 
-def setting_of_others(settings: Sequence[str]) -> AgentSetting:
+def read_outside_agent_setting(settings: Sequence[str]) -> AgentSetting:
     """Return the acting setting for a person or an agent outside this program.
 
     Raises:
@@ -164,7 +166,7 @@ def setting_of_others(settings: Sequence[str]) -> AgentSetting:
     return chosen
 
 
-def option_rows(options: type[Options], before: str = "") -> Iterator[str]:
+def format_option_rows(options: type[Options], before: str = "") -> Iterator[str]:
     """Return rows of options for a table in Markdown: name, default, meaning."""
     for name in options.model_fields:
         default = options.format_default(name)

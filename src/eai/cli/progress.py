@@ -17,7 +17,7 @@ from typing_extensions import ParamSpec
 
 from eai.base.errors import InterruptError
 from eai.base.store import FetchStage, ReportProgress
-from eai.cli.console import errors
+from eai.cli.console import get_error_console
 
 if TYPE_CHECKING:
     from eai.results.batch import ProgressCallback
@@ -41,65 +41,69 @@ _WorkWatch: TypeAlias = Callable[[int, int], None]
 """Function that is called with the numbers of finished parts and of all parts of some local work."""
 
 
-def resumable(command: Callable[P, None]) -> Callable[P, None]:
+def make_resumable(command: Callable[P, None]) -> Callable[P, None]:
     """Return a command that prints how to resume it if it is interrupted."""
 
     @wraps(command)
-    def interruptible(*arguments: P.args, **options: P.kwargs) -> None:
+    def run_interruptible(*arguments: P.args, **options: P.kwargs) -> None:
         try:
             command(*arguments, **options)
         except KeyboardInterrupt:
             raise InterruptError("interrupted; the same command resumes from here") from None
 
-    return interruptible
+    return run_interruptible
 
 
 @contextmanager
-def data_progress() -> Iterator[ReportProgress]:
+def show_data_progress() -> Iterator[ReportProgress]:
     """Show the progress of each step of obtaining the data set, with downloads in megabytes."""
     watches: dict[str, _WorkWatch] = {}
     with ExitStack() as shown:
 
-        def report(stage: FetchStage, subject: str, done: int, total: int) -> None:
+        def report_progress(stage: FetchStage, subject: str, done: int, total: int) -> None:
             title = f"{stage} {subject}"
             size, unit = (1_000_000, " MB") if stage == "fetching" else (1, "")
             if title not in watches:
                 shown.close()
-                watches[title] = shown.enter_context(_watching(title, unit=unit))
+                watches[title] = shown.enter_context(_show_work_progress(title, unit=unit))
             watches[title](done // size, total // size)
 
-        yield report
+        yield report_progress
 
 
-def run_progress(title: str, *, quiet: bool) -> AbstractContextManager[ProgressWatch | None]:
+def show_run_progress(title: str, *, quiet: bool) -> AbstractContextManager[ProgressWatch | None]:
     """Show the progress of a run on standard error: a line that changes on a terminal, else lines.
 
     The line tells the answers, the seconds since the last answer, the speed and the time left.
     """
     if quiet:
         return nullcontext()
-    console = errors()
-    return _live_line(title, console) if console.is_terminal else _run_lines(title, console)
+    console = get_error_console()
+    return _show_live_line(title, console) if console.is_terminal else _print_run_lines(title, console)
 
 
 @contextmanager
-def scoring_progress(title: str, total: int, *, quiet: bool) -> Iterator[ProgressCallback]:
+def show_scoring_progress(title: str, total: int, *, quiet: bool) -> Iterator[ProgressCallback]:
     """Show the progress of scoring. Without a terminal, lines begin after a few seconds."""
     if quiet:
         yield lambda scored: None
         return
-    with _watching(title, PATIENCE) as watch:
+    with _show_work_progress(title, PATIENCE) as watch:
         yield lambda scored: watch(scored, total)
 
 
-def _watching(title: str, first: float = 0, unit: str = "") -> AbstractContextManager[_WorkWatch]:
+def _show_work_progress(title: str, first: float = 0, unit: str = "") -> AbstractContextManager[_WorkWatch]:
     """Show the progress of local work by a bar on a terminal, or by lines in other output."""
-    console = errors()
-    return _bar(title, console) if console.is_terminal else nullcontext(_lines(title, console, first, unit))
+    console = get_error_console()
+    return (
+        _show_progress_bar(title, console)
+        if console.is_terminal
+        else nullcontext(_make_line_printer(title, console, first, unit))
+    )
 
 
 @contextmanager
-def _bar(title: str, console: Console) -> Iterator[_WorkWatch]:
+def _show_progress_bar(title: str, console: Console) -> Iterator[_WorkWatch]:
     from rich.progress import BarColumn, MofNCompleteColumn, Progress, TextColumn, TimeRemainingColumn
 
     columns = (
@@ -114,7 +118,7 @@ def _bar(title: str, console: Console) -> Iterator[_WorkWatch]:
     with Progress(*columns, console=console, transient=True) as bar:
         task = bar.add_task(title, total=None, rate="")
 
-        def watch(done: int, total: int) -> None:
+        def update_bar(done: int, total: int) -> None:
             speed = bar.tasks[0].speed
             bar.update(
                 task,
@@ -123,7 +127,7 @@ def _bar(title: str, console: Console) -> Iterator[_WorkWatch]:
                 rate="" if speed is None else f"{speed:.1f}/s",
             )
 
-        yield watch
+        yield update_bar
 
 
 def _cut_start(text: str, width: int) -> str:
@@ -172,30 +176,30 @@ def _format_seconds(seconds: float) -> str:
 
 
 @contextmanager
-def _live_line(title: str, console: Console) -> Iterator[ProgressWatch]:
+def _show_live_line(title: str, console: Console) -> Iterator[ProgressWatch]:
     """Show the progress of a run in one line, which is rewritten until the run ends."""
     from rich.live import Live
     from rich.text import Text
 
     pace = _RunPace()
 
-    def draw() -> Text:
+    def draw_line() -> Text:
         progress = pace.describe()
         return Text(f"{_cut_start(title, console.width - len(progress) - 2)}  {progress}", no_wrap=True)
 
-    with Live(console=console, transient=True, get_renderable=draw):
+    with Live(console=console, transient=True, get_renderable=draw_line):
         yield pace.update
 
 
 @contextmanager
-def _run_lines(title: str, console: Console) -> Iterator[ProgressWatch]:
+def _print_run_lines(title: str, console: Console) -> Iterator[ProgressWatch]:
     """Print a line for each tenth of a run, and a line after each minute without a line."""
-    pace, lines, over = _RunPace(), _SpacedLines(console), Event()
+    pace, lines, over = _RunPace(), _SpacedLinePrinter(console), Event()
 
     def show_if_due() -> None:
         lines.offer(f"{title}: {pace.describe()}", pace.done, pace.total)
 
-    def watch(answered: int, failed: int, total: int, tokens: int) -> None:
+    def update_pace(answered: int, failed: int, total: int, tokens: int) -> None:
         pace.update(answered, failed, total, tokens)
         show_if_due()
 
@@ -206,13 +210,13 @@ def _run_lines(title: str, console: Console) -> Iterator[ProgressWatch]:
     timer = Thread(target=break_silence, daemon=True)
     timer.start()
     try:
-        yield watch
+        yield update_pace
     finally:
         over.set()
         timer.join()
 
 
-class _SpacedLines:
+class _SpacedLinePrinter:
     """Lines for each tenth of some work, with a minimum time between lines, and a line after a long silence.
 
     Args:
@@ -237,13 +241,13 @@ class _SpacedLines:
                 self._console.print(line, markup=False, highlight=False, soft_wrap=True)
 
 
-def _lines(title: str, console: Console, first: float, unit: str) -> _WorkWatch:
+def _make_line_printer(title: str, console: Console, first: float, unit: str) -> _WorkWatch:
     """Return a function that prints lines about local work, with the estimated time left if it is slow."""
-    began, lines = time.monotonic(), _SpacedLines(console, first)
+    began, lines = time.monotonic(), _SpacedLinePrinter(console, first)
 
-    def watch(done: int, total: int) -> None:
+    def print_if_due(done: int, total: int) -> None:
         left = (time.monotonic() - began) / done * (total - done) if done else 0
         about = f", about {round(left / 60)} min left" if left >= LONGEST_SILENCE else ""
         lines.offer(f"{title}{f': {done}/{total}{unit}' if total else ''}{about}", done, total)
 
-    return watch
+    return print_if_due

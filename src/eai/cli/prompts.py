@@ -16,14 +16,14 @@ from eai.base.json_value import Json
 from eai.benchmarks.benchmark import Benchmark
 from eai.benchmarks.prompt_library import PromptLibrary
 from eai.benchmarks.suite import Suite, open_suite
-from eai.cli.console import format_count, tell
-from eai.cli.options import flag, open_source, split_names
+from eai.cli.console import format_count, print_result
+from eai.cli.options import make_flag, open_data_source, split_names
 from eai.tasks.prompts.prompt import Prompt, PromptFiles, PromptSet
 
-OfSet = Annotated[PromptSet, flag("--set", help="The data set's prompts, or ours (in three wordings).")]
-TaskIds = Annotated[str, flag(help="Only these tasks, in this order: ids separated by commas.")]
-Sample = Annotated[int | None, flag(help="So many of them, drawn at random.", min=1)]
-SampleSeed = Annotated[int, flag(help="Which ones --sample draws.")]
+OfSet = Annotated[PromptSet, make_flag("--set", help="The data set's prompts, or ours (in three wordings).")]
+TaskIds = Annotated[str, make_flag(help="Only these tasks, in this order: ids separated by commas.")]
+Sample = Annotated[int | None, make_flag(help="So many of them, drawn at random.", min=1)]
+SampleSeed = Annotated[int, make_flag(help="Which ones --sample draws.")]
 
 SHORT = "short"
 """Value of ``--tasks`` for the short test of a suite."""
@@ -32,7 +32,7 @@ PAGE = ".html"
 """File extension of a page for people."""
 
 
-def is_list(out: Path) -> bool:
+def is_prompt_list_file(out: Path) -> bool:
     """Whether a file with this extension holds a list of prompts or a page, not rows for training."""
     return out.suffix in (".json", PAGE)
 
@@ -72,13 +72,17 @@ def write_prompts(
             page: str = load_from_extension("answer_form", f"--out {out}")(benchmark, ability, asked, source)
             write_files_atomically({out: page})
             made: Json = {"file": str(out), "questions": len(asked)}
-            tell(f"{format_count(len(asked), 'question')}; written to {out}", value=made, as_json=as_json)
+            print_result(
+                f"{format_count(len(asked), 'question')}; written to {out}", value=made, as_json=as_json
+            )
             return
         files = PromptFiles.from_prompts(asked)
     beside = out.with_name(f"{out.stem}_system{out.suffix}")
     written = {out: files.prompts, **({} if files.system is None else {beside: files.system})}
     write_files_atomically(written)
-    tell(*(f"written to {path}" for path in written), value={"files": [*map(str, written)]}, as_json=as_json)
+    print_result(
+        *(f"written to {path}" for path in written), value={"files": [*map(str, written)]}, as_json=as_json
+    )
 
 
 def _open_prompts(
@@ -114,7 +118,7 @@ def choose_tasks(
     return {task_id: entries[task_id] for task_id in dict.fromkeys(named) if task_id in some}
 
 
-def playable(
+def open_acting_tasks(
     domain: str, tasks: str, sample: int | None, seed: int, data: Path | None
 ) -> tuple[Suite, list[str]]:
     """Return the acting suite of a benchmark, and the ids of named tasks or of a random sample.
@@ -122,20 +126,20 @@ def playable(
     Raises:
         InputError: The benchmark or a task does not exist.
     """
-    with open_source(data) as source:
+    with open_data_source(data) as source:
         suite = open_suite(domain, ACTING, source=source)
     ids = [task_id for task_id in suite.task_ids if tasks or suite.tasks[task_id].plan_exclusion is None]
     return suite, [*choose_tasks(dict.fromkeys(ids), tasks, sample, seed, f"{suite.domain} {ACTING.value}")]
 
 
-def tasks_of(tasks: str, suites: Sequence[Suite], limit: int | None) -> list[list[str]]:
+def select_tasks_of_suites(tasks: str, suites: Sequence[Suite], limit: int | None) -> list[list[str]]:
     """Return for each suite the tasks that ``--tasks`` names, or all tasks, up to a limit.
 
     Raises:
         InputError: No suite has a task of this name, or a suite has no short test.
     """
     if tasks == SHORT:
-        wanted = [_short(suite) for suite in suites]
+        wanted = [_list_short_test(suite) for suite in suites]
     else:
         named = split_names(tasks)
         for task_id in named:
@@ -148,7 +152,7 @@ def tasks_of(tasks: str, suites: Sequence[Suite], limit: int | None) -> list[lis
     return [[each for each in suite.task_ids if not some or each in some][:limit] for suite, some in pairs]
 
 
-def _short(suite: Suite) -> Sequence[str]:
+def _list_short_test(suite: Suite) -> Sequence[str]:
     task_ids: Sequence[str] = load_from_extension("short_tests", f"--tasks {SHORT}")(
         suite.domain, suite.ability
     )

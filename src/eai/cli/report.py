@@ -22,9 +22,9 @@ from eai.benchmarks.benchmark import Benchmark
 from eai.benchmarks.packs import is_stored
 from eai.benchmarks.prompt_library import PromptLibrary
 from eai.benchmarks.registry import find_benchmark, get_title, list_benchmarks
-from eai.cli.console import format_count, note, output, say, tell
-from eai.cli.options import RECORDS, AsJson, DataFolder, Wide, flag, split_names, store
-from eai.cli.progress import scoring_progress
+from eai.cli.console import format_count, get_output_console, print_note, print_result, print_result_line
+from eai.cli.options import RECORDS, AsJson, DataFolder, Wide, make_flag, open_store, split_names
+from eai.cli.progress import show_scoring_progress
 from eai.results.answer_files import find_benchmarks_of_runs
 from eai.results.cost import PriceList
 from eai.results.plots import FORMATS
@@ -54,10 +54,10 @@ def report(
     summary: bool = False,
     prompts: bool = True,
     pictures: bool = False,
-    models: Annotated[str | None, flag(panel=_LATEX, metavar="NAME,...")] = None,
-    columns: Annotated[str | None, flag(panel=_LATEX, metavar="HEADING,...")] = None,
-    intervals: Annotated[bool, flag(panel=_LATEX)] = True,
-    formats: Annotated[str, flag(panel=_LATEX, metavar="svg,png,pdf")] = FORMATS[0],
+    models: Annotated[str | None, make_flag(panel=_LATEX, metavar="NAME,...")] = None,
+    columns: Annotated[str | None, make_flag(panel=_LATEX, metavar="HEADING,...")] = None,
+    intervals: Annotated[bool, make_flag(panel=_LATEX)] = True,
+    formats: Annotated[str, make_flag(panel=_LATEX, metavar="svg,png,pdf")] = FORMATS[0],
     prices: Path | None = None,
     as_json: AsJson = False,
     wide: Wide = False,
@@ -88,13 +88,13 @@ def report(
     if out is None:
         _print_main_results(records, paper=paper, as_json=as_json, wide=wide)
         return
-    kinds = _formats(formats)
+    kinds = _parse_plot_formats(formats)
     listed_prices = None if prices is None else PriceList.read_file(prices)
     own = find_benchmarks_of_runs(records)
-    told = partial(background, store(data), own, out, prompts=prompts, pictures=pictures)
+    told = partial(make_explorer_background, open_store(data), own, out, prompts=prompts, pictures=pictures)
     explorer, summaries = ExplorerData(told), list[RunSummary]()
     files = len(find_record_files(records))
-    with scoring_progress("reading records", files, quiet=False) as watch:
+    with show_scoring_progress("reading records", files, quiet=False) as watch:
         for number, run in enumerate(read_runs(records), 1):
             summaries.append(summarize_run(count_goals_as_paper(run) if paper else run))
             explorer.add_run(run)
@@ -109,15 +109,15 @@ def report(
         )
         written = write_report(out, summaries, tables, tex, with_paper=paper, prices=listed_prices)
         write_files_atomically({out / EXPLORER: build_explorer_page(explorer.to_json())})
-        drawn = _draw(out, plain, tables if summary else (), kinds) if plots else 0
+        drawn = _draw_plots(out, plain, tables if summary else (), kinds) if plots else 0
     shown = out / EXPLORER
     numbers = {"run": len(summaries), "table": written, "plot": drawn}
     line = f"{', '.join(format_count(number, noun) for noun, number in numbers.items())}; open {shown}"
     made = {f"{noun}s": number for noun, number in numbers.items()}
-    tell(line, value={**made, "folder": str(out), "explorer": str(shown)}, as_json=as_json)
+    print_result(line, value={**made, "folder": str(out), "explorer": str(shown)}, as_json=as_json)
 
 
-def _formats(text: str) -> list[str]:
+def _parse_plot_formats(text: str) -> list[str]:
     """Return the file formats of plots that an option names, separated by commas.
 
     Raises:
@@ -129,16 +129,18 @@ def _formats(text: str) -> list[str]:
     return [kind for kind in FORMATS if kind in named]
 
 
-def _draw(out: Path, runs: Sequence[RunSummary], pages: Sequence[Ranking], formats: Sequence[str]) -> int:
+def _draw_plots(
+    out: Path, runs: Sequence[RunSummary], pages: Sequence[Ranking], formats: Sequence[str]
+) -> int:
     """Draw the plots of a report and return their number, or print a remark if matplotlib is missing."""
     try:
-        return add_plots_to_report(out, runs, pages, formats, partial(scoring_progress, quiet=False))
+        return add_plots_to_report(out, runs, pages, formats, partial(show_scoring_progress, quiet=False))
     except EaiError as error:
-        note(f"no plots: {error}")
+        print_note(f"no plots: {error}")
         return 0
 
 
-def background(
+def make_explorer_background(
     source: Store, own: Mapping[str, Benchmark], out: Path, domain: str, *, prompts: bool, pictures: bool
 ) -> ExplorerBackground:
     """Return the data set's information about the tasks of a domain, or of the user's own benchmark.
@@ -160,12 +162,12 @@ def background(
         raise InputError("--pictures: the data set is not at hand; eai data fetch obtains it")
     known = domain in own or (domain in list_benchmarks() and is_stored(source, domain))
     words = (
-        _words(own.get(domain) or find_benchmark(domain), source)
+        _make_prompt_background(own.get(domain) or find_benchmark(domain), source)
         if prompts and known
         else ExplorerBackground()
     )
     if (out / _FILMS).is_dir():
-        words = replace(words, find_film=partial(_film, out))
+        words = replace(words, find_film=partial(_find_film_link, out))
     if pictures:
         return replace(
             words, find_scenes=load_from_extension("diagrams_of_answers", "--pictures")(Source(source))
@@ -173,13 +175,13 @@ def background(
     return words
 
 
-def _film(out: Path, record: Record) -> str:
+def _find_film_link(out: Path, record: Record) -> str:
     """Return the link to an answer's film (`eai explain --film OUT/films`), or None if there is no film."""
     address = f"{_FILMS}/{make_film_name(record)}"
     return address if (out / address).is_file() else ""
 
 
-def _words(benchmark: Benchmark, store: Store) -> ExplorerBackground:
+def _make_prompt_background(benchmark: Benchmark, store: Store) -> ExplorerBackground:
     """Return the prompts and operators of a benchmark for the explorer. Unavailable texts are left out."""
     source, prompts, operators = Source(store), dict[str, dict[str, str]](), dict[str, str]()
     for ability in PAPER_ABILITIES:
@@ -207,22 +209,22 @@ def _print_main_results(records: Sequence[Path], *, paper: bool, as_json: bool, 
         print(format_rankings_json(tables), end="")
         return
     for table in tables:
-        print_table(output(), _format_overview(table), wide=wide)
+        print_table(get_output_console(), _format_overview(table), wide=wide)
         for number in table.number_notes(chain.from_iterable(row.notes for row in table.rows)):
-            say(f"{format_superscript((number,))} {table.notes[number - 1]}")
+            print_result_line(f"{format_superscript((number,))} {table.notes[number - 1]}")
     if len(ranked) < len(summaries):
         left_out = format_count(len(summaries) - len(ranked), "experiment")
-        note(f"left out: {left_out}, which eai report shows apart")
+        print_note(f"left out: {left_out}, which eai report shows apart")
     remark = write_remark_on_unnamed_tasks(ranked)
     if remark:
-        note(remark)
+        print_note(remark)
 
 
 def _format_overview(ranking: Ranking) -> Table:
     """Return a table for the screen, with the protocol in the title and abilities above columns."""
     table = ranking.make_table()
     first = len(table.columns) - len(ranking.columns)
-    headings = map(_heading, ranking.columns)
+    headings = map(_format_column_heading, ranking.columns)
     columns = [
         replace(column, heading_without_group=text)
         for column, text in zip(table.full_columns[first:], headings, strict=True)
@@ -231,6 +233,6 @@ def _format_overview(ranking: Ranking) -> Table:
     return replace(table, title=title, columns=(*table.columns[:first], *columns))
 
 
-def _heading(column: MetricColumn) -> str:
+def _format_column_heading(column: MetricColumn) -> str:
     label = column.label.lower() if column.label != "F1" else column.label
     return label if column.ability is None else f"{get_declaration(column.ability).short_title}\n{label}"

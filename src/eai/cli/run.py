@@ -27,11 +27,11 @@ from eai.benchmarks.prompt_library import PromptLibrary
 from eai.benchmarks.registry import find_benchmark, list_paper_benchmarks
 from eai.benchmarks.suite import Suite, open_suite
 from eai.cli import console, flags, options
-from eai.cli.flags import run_flag
-from eai.cli.options import OUTPUT, SCORING, AsJson, DataFolder, Wide, flag
-from eai.cli.progress import resumable, run_progress, scoring_progress
-from eai.cli.prompts import tasks_of
-from eai.cli.table import print_results, result_json
+from eai.cli.flags import make_run_flag
+from eai.cli.options import OUTPUT, SCORING, AsJson, DataFolder, Wide, make_flag
+from eai.cli.progress import make_resumable, show_run_progress, show_scoring_progress
+from eai.cli.prompts import select_tasks_of_suites
+from eai.cli.table import print_results, result_to_json
 from eai.pddl.planning import PlannerChoice
 from eai.results.epochs import SuiteResult, score_answers
 from eai.results.repeats import make_pass_table
@@ -73,28 +73,30 @@ _WHO, _WHAT, _ALL = "Who is asked", "What is asked", "All options"
 """Titles of the panels of options in the help of ``eai run``."""
 
 
-@resumable
+@make_resumable
 def run(
     context: typer.Context,
     file: Annotated[Path | None, typer.Argument(metavar="FILE.toml")] = None,
-    model: Annotated[list[str] | None, run_flag("model", _WHO)] = None,
-    model_arg: Annotated[list[str] | None, flag("-M", panel=_WHO, metavar="KEY=VALUE")] = None,
-    model_base_url: Annotated[str | None, run_flag("model_base_url", _WHO)] = None,
-    temperature: Annotated[float | None, run_flag("temperature", _WHO, metavar="T")] = None,
-    max_tokens: Annotated[int | None, run_flag("max_tokens", _WHO)] = None,
-    seed: Annotated[int | None, run_flag("seed", _WHO)] = None,
-    epochs: Annotated[int | None, run_flag("epochs", _WHO)] = None,
-    max_connections: Annotated[int | None, run_flag("max_connections", _WHO)] = None,
-    domain: Annotated[list[str] | None, run_flag("domain", _WHAT)] = None,
-    ability: Annotated[list[Ability] | None, run_flag("ability", _WHAT, parser=Ability.from_name)] = None,
-    tasks: Annotated[str | None, run_flag("tasks", _WHAT)] = None,
-    limit: Annotated[int | None, run_flag("limit", _WHAT)] = None,
-    adaptive: Annotated[float | None, run_flag("adaptive", _WHAT, metavar="S")] = None,
-    prompt_set: Annotated[PromptSet | None, run_flag("prompt_set", _WHAT, "--set")] = None,
-    prompts: Annotated[Path | None, run_flag("prompts", _WHAT)] = None,
+    model: Annotated[list[str] | None, make_run_flag("model", _WHO)] = None,
+    model_arg: Annotated[list[str] | None, make_flag("-M", panel=_WHO, metavar="KEY=VALUE")] = None,
+    model_base_url: Annotated[str | None, make_run_flag("model_base_url", _WHO)] = None,
+    temperature: Annotated[float | None, make_run_flag("temperature", _WHO, metavar="T")] = None,
+    max_tokens: Annotated[int | None, make_run_flag("max_tokens", _WHO)] = None,
+    seed: Annotated[int | None, make_run_flag("seed", _WHO)] = None,
+    epochs: Annotated[int | None, make_run_flag("epochs", _WHO)] = None,
+    max_connections: Annotated[int | None, make_run_flag("max_connections", _WHO)] = None,
+    domain: Annotated[list[str] | None, make_run_flag("domain", _WHAT)] = None,
+    ability: Annotated[
+        list[Ability] | None, make_run_flag("ability", _WHAT, parser=Ability.from_name)
+    ] = None,
+    tasks: Annotated[str | None, make_run_flag("tasks", _WHAT)] = None,
+    limit: Annotated[int | None, make_run_flag("limit", _WHAT)] = None,
+    adaptive: Annotated[float | None, make_run_flag("adaptive", _WHAT, metavar="S")] = None,
+    prompt_set: Annotated[PromptSet | None, make_run_flag("prompt_set", _WHAT, "--set")] = None,
+    prompts: Annotated[Path | None, make_run_flag("prompts", _WHAT)] = None,
     settings: Annotated[
         list[str] | None,
-        flag(
+        make_flag(
             options.SETTING,
             help="Any option of a run, such as attempts.replans=3 or generation.top_p=0.9; "
             f"{options.SETTING} {flags.HELP} lists them all.",
@@ -102,12 +104,14 @@ def run(
             metavar="OPTION=VALUE",
         ),
     ] = None,
-    protocol: Annotated[Protocol | None, run_flag("protocol", SCORING, parser=Protocol.from_name)] = None,
-    planner: Annotated[PlannerChoice | None, run_flag("planner", SCORING, parser=planner_choice)] = None,
-    errata: Annotated[ErrataChoice | None, run_flag("errata", SCORING, parser=errata_choice)] = None,
-    workers: Annotated[int | None, run_flag("workers", SCORING)] = None,
-    out: Annotated[Path, flag(panel=OUTPUT)] = Path("runs"),
-    quiet: Annotated[bool, flag(panel=OUTPUT)] = False,
+    protocol: Annotated[
+        Protocol | None, make_run_flag("protocol", SCORING, parser=Protocol.from_name)
+    ] = None,
+    planner: Annotated[PlannerChoice | None, make_run_flag("planner", SCORING, parser=planner_choice)] = None,
+    errata: Annotated[ErrataChoice | None, make_run_flag("errata", SCORING, parser=errata_choice)] = None,
+    workers: Annotated[int | None, make_run_flag("workers", SCORING)] = None,
+    out: Annotated[Path, make_flag(panel=OUTPUT)] = Path("runs"),
+    quiet: Annotated[bool, make_flag(panel=OUTPUT)] = False,
     as_json: AsJson = False,
     wide: Wide = False,
     data: DataFolder = None,
@@ -130,17 +134,17 @@ def run(
         quiet: Print only errors.
     """
     if settings == [flags.HELP]:
-        console.print_markdown("\n".join(flags.listing()))
+        console.print_markdown("\n".join(flags.list_run_options()))
         return
-    console.need_inspect()
-    spec = flags.specification(context, file, model_arg or (), settings or ())
+    console.require_inspect()
+    spec = flags.read_run_specification(context, file, model_arg or (), settings or ())
     if not spec.model.name:
         raise InputError("expected --model NAME, or a file with the names of models")
     scoring = spec.scoring
     wanted = spec.variation.select_abilities(spec.tasks.ability)
     flags.check_models(spec.model.name, wanted)
-    terms = options.planner_terms(context, scoring.planner_seconds, scoring.planner_memory)
-    with options.open_source(data, scoring.planner, scoring.errata, terms) as source:
+    terms = options.open_planner_terms(context, scoring.planner_seconds, scoring.planner_memory)
+    with options.open_data_source(data, scoring.planner, scoring.errata, terms) as source:
         suites = [
             open_suite(name, each, scoring.protocol, source=source)
             for name in spec.tasks.domain or list_paper_benchmarks()
@@ -157,14 +161,16 @@ def run(
         library = PromptLibrary(spec.prompts.set, spec.prompts.folder, source)
         order = _RunRequest(spec, library, out, quiet or as_json)
         chosen = []
-        for suite, ids in zip(suites, tasks_of(spec.tasks.ids, suites, spec.tasks.limit), strict=True):
+        for suite, ids in zip(
+            suites, select_tasks_of_suites(spec.tasks.ids, suites, spec.tasks.limit), strict=True
+        ):
             if ids:
                 opened = library.open(suite.benchmark, suite.ability)
                 chosen.append((suite, {task_id: opened[task_id] for task_id in ids}))
     endpoints = spec.model.endpoints
     remarks = flags.list_skipped_abilities(spec.model.name, [suite.ability for suite, _ in chosen])
-    flags.check_replay(endpoints, [suite for suite, _ in chosen])
-    console.note_planner([suite for suite, _ in chosen])
+    flags.check_recorded_answers(endpoints, [suite for suite, _ in chosen])
+    console.print_planner_note([suite for suite, _ in chosen])
     first = _open_first_stage(order, chosen)
     save_spec(spec, out)
     outcomes = []
@@ -185,7 +191,7 @@ def run(
         for outcome in before:
             _print_suite_results(spec, [outcome], wide=wide)
     for remark in remarks:
-        console.note(remark)
+        console.print_note(remark)
     _print_failures_and_effort([*before, *outcomes], order, as_json=as_json)
 
 
@@ -194,7 +200,7 @@ def _print_suite_results(spec: RunSpec, outcomes: Sequence[SuiteResult], *, wide
     print_results({each.model: each.totals for each in outcomes}, spec.variation.heading, wide=wide)
     repeated = {each.model: each.success_cases_by_epoch for each in outcomes if each.success_cases_by_epoch}
     if repeated:
-        print_table(console.output(), make_pass_table(repeated), wide=wide)
+        print_table(console.get_output_console(), make_pass_table(repeated), wide=wide)
 
 
 def _open_first_stage(
@@ -215,7 +221,7 @@ def _print_corrected_count(library: PromptLibrary, suite: Suite, prompts: Mappin
     corrected = library.corrected(suite.benchmark, suite.ability, prompts)
     if corrected:
         rest = "asked as corrected by errata; --errata none asks as published."
-        console.say(f"{console.format_count(corrected, 'question')} {rest}")
+        console.print_result_line(f"{console.format_count(corrected, 'question')} {rest}")
 
 
 def _request_answers_and_score(
@@ -264,7 +270,7 @@ def _request_answers_and_score(
     folder = order.out.joinpath(*place, *(each.label for each in parts if each is not None))
     title = f"{suite.domain} {suite.ability.value} {endpoint.model}"
     with lock_run_folder(folder):
-        with run_progress(title, quiet=order.quiet) as watch:
+        with show_run_progress(title, quiet=order.quiet) as watch:
             answers = request_missing_answers(job, folder / JOURNAL, order.out / LOGS, watch=watch)
         unasked = [(task, epoch + 1) for task in prompts if task not in asked for epoch in range(epochs)]
         lacking = dict.fromkeys(unasked, "" if believed is None else believed.missing_reason)
@@ -275,7 +281,7 @@ def _request_answers_and_score(
             experiment=combine_experiments([of_studies, *parts[2:-1], Experiment(effort=effort)]),
             summarize=lambda record: add_study_summaries(record, suite, about.get(record.task_id, {})),
         )
-        with scoring_progress(f"scoring {title}", len(answers.answers), quiet=order.quiet) as report:
+        with show_scoring_progress(f"scoring {title}", len(answers.answers), quiet=order.quiet) as report:
             result = score_answers(obtained, folder, suite, spec.scoring, report)
         write_scores(answers.log, result.map_keys_to_records(), suite.source)
         for epoch, one in enumerate(result.by_epoch or (result,), 1):
@@ -288,28 +294,30 @@ def _request_answers_and_score(
 def _print_failures_and_effort(outcomes: Sequence[SuiteResult], order: _RunRequest, *, as_json: bool) -> None:
     """Print errors, used tokens and the folder of results. Exit with status 1 if answers are missing."""
     if as_json:
-        known = [(each, result_json(each.totals, each.folder)) for each in outcomes]
+        known = [(each, result_to_json(each.totals, each.folder)) for each in outcomes]
         console.print_json(
             [{**found, "model": each.model, **each.make_effort_fields()} for each, found in known]
         )
     for outcome in outcomes:
         for why, task_ids in _merge_similar_failures(outcome.failures):
             shown = ", ".join(task_ids[:SHOWN_TASKS]) + (", ..." if len(task_ids) > SHOWN_TASKS else "")
-            console.note(
+            console.print_note(
                 f"{outcome.model}, {outcome.suite.domain} {outcome.suite.ability.value}: "
                 f"{console.format_count(len(task_ids), 'task')} not answered ({shown}): {why}"
             )
         verdicts = [record.verdict for record in outcome.records]
         for remark in outcome.remarks:
-            console.note(f"{outcome.model}, {outcome.suite.domain} {outcome.suite.ability.value}: {remark}")
+            console.print_note(
+                f"{outcome.model}, {outcome.suite.domain} {outcome.suite.ability.value}: {remark}"
+            )
         again = sum(isinstance(verdict, ActingVerdict) and verdict.begun > 1 for verdict in verdicts)
         if again:
-            console.note(
+            console.print_note(
                 f"{outcome.model}: {console.format_count(again, 'episode')} interrupted before, begun again"
             )
     if not order.quiet:
         for line in map(_describe_effort, outcomes):
-            console.say(line)
+            console.print_result_line(line)
     if any(outcome.failures for outcome in outcomes):
         raise typer.Exit(1)
 
@@ -328,7 +336,7 @@ def _describe_effort(outcome: SuiteResult) -> str:
     if usage.input_tokens is not None and usage.output_tokens is not None:
         parts.append(f"{usage.input_tokens:,} + {usage.output_tokens:,} tokens")
     if usage.cost is not None:
-        parts.append(console.dollars(usage.cost))
+        parts.append(console.format_dollars(usage.cost))
     if outcome.truncated_count:
         parts.append(f"{outcome.truncated_count} cut off")
     empty = sum(record.unanswered is None and not record.response.strip() for record in outcome.records)
@@ -345,5 +353,5 @@ def _request_answers_adaptively(
     result: SuiteResult
     result, remark = obtain(ask, prompts, suite, order.spec.tasks.adaptive)
     if not order.quiet:
-        console.say(remark)
+        console.print_result_line(remark)
     return result

@@ -22,10 +22,18 @@ from eai.base.json_value import Json
 from eai.benchmarks.registry import find_benchmark
 from eai.benchmarks.suite import Suite, open_suite
 from eai.cli import options
-from eai.cli.console import DOMAIN_HELP, format_count, inspect_needed, note, note_planner, print_json, say
-from eai.cli.options import ANSWERS, OUTPUT, SCORING, flag, scoring
-from eai.cli.progress import scoring_progress
-from eai.cli.table import print_remark, print_results, result_json
+from eai.cli.console import (
+    DOMAIN_HELP,
+    format_count,
+    inspect_needed,
+    print_json,
+    print_note,
+    print_planner_note,
+    print_result_line,
+)
+from eai.cli.options import ANSWERS, OUTPUT, SCORING, make_flag, make_scoring_flag
+from eai.cli.progress import show_scoring_progress
+from eai.cli.table import print_remark, print_results, result_to_json
 from eai.pddl.planning import PlannerChoice, PlannerOutcome
 from eai.results import records
 from eai.results.answer_files import (
@@ -77,25 +85,27 @@ class _AnswersToScore:
 def score(
     context: typer.Context,
     paths: Annotated[list[Path], typer.Argument(metavar="PATH")],
-    domain: Annotated[str | None, flag(help=DOMAIN_HELP, panel=ANSWERS)] = None,
+    domain: Annotated[str | None, make_flag(help=DOMAIN_HELP, panel=ANSWERS)] = None,
     ability: Annotated[
-        Ability | None, flag(help=f"{options.ABILITIES}.", panel=ANSWERS, parser=Ability.from_name)
+        Ability | None, make_flag(help=f"{options.ABILITIES}.", panel=ANSWERS, parser=Ability.from_name)
     ] = None,
-    protocol: Annotated[Protocol, scoring("protocol", parser=Protocol.from_name)] = DEFAULT_PROTOCOL,
+    protocol: Annotated[
+        Protocol, make_scoring_flag("protocol", parser=Protocol.from_name)
+    ] = DEFAULT_PROTOCOL,
     planner: options.Planner = PlannerChoice.AUTO,
     errata: options.Errata = ErrataChoice.CURRENT,
-    planner_seconds: Annotated[int | None, scoring("planner_seconds")] = None,
-    planner_memory: Annotated[int | None, scoring("planner_memory", metavar="MIB")] = None,
-    workers: Annotated[int, scoring("workers")] = 1,
-    ray: Annotated[str | None, flag(panel=SCORING, metavar="ADDRESS")] = None,
-    explanations: Annotated[bool, scoring("explanations")] = True,
-    allow_missing: Annotated[bool, scoring("allow_missing")] = False,
-    look_back: Annotated[int | None, scoring("look_back", metavar="STATES")] = None,
-    goals: Annotated[Path | None, flag(panel=ANSWERS)] = None,
-    prompt_name: Annotated[str | None, flag(panel=ANSWERS)] = None,
-    shard: Annotated[RunShard | None, flag(panel=SCORING, parser=RunShard.parse, metavar="I/N")] = None,
-    merge: Annotated[bool, flag(panel=SCORING)] = False,
-    out: Annotated[Path | None, flag(panel=OUTPUT)] = None,
+    planner_seconds: Annotated[int | None, make_scoring_flag("planner_seconds")] = None,
+    planner_memory: Annotated[int | None, make_scoring_flag("planner_memory", metavar="MIB")] = None,
+    workers: Annotated[int, make_scoring_flag("workers")] = 1,
+    ray: Annotated[str | None, make_flag(panel=SCORING, metavar="ADDRESS")] = None,
+    explanations: Annotated[bool, make_scoring_flag("explanations")] = True,
+    allow_missing: Annotated[bool, make_scoring_flag("allow_missing")] = False,
+    look_back: Annotated[int | None, make_scoring_flag("look_back", metavar="STATES")] = None,
+    goals: Annotated[Path | None, make_flag(panel=ANSWERS)] = None,
+    prompt_name: Annotated[str | None, make_flag(panel=ANSWERS)] = None,
+    shard: Annotated[RunShard | None, make_flag(panel=SCORING, parser=RunShard.parse, metavar="I/N")] = None,
+    merge: Annotated[bool, make_flag(panel=SCORING)] = False,
+    out: Annotated[Path | None, make_flag(panel=OUTPUT)] = None,
     as_json: options.AsJson = False,
     wide: options.Wide = False,
     data: options.DataFolder = None,
@@ -124,7 +134,7 @@ def score(
         out: Folder of records and summaries.
     """
     if merge:
-        _merge(paths, wide=wide, as_json=as_json)
+        _merge_shards_and_print(paths, wide=wide, as_json=as_json)
         return
     for path in paths:
         find_response_files(path)  # report missing files before the data set is fetched
@@ -139,33 +149,35 @@ def score(
         check_ability_states_goals(ability)
     with ExitStack() as unpacking:
         places = [unpacking.enter_context(unpack_answers(path)) for path in paths]
-        terms = options.planner_terms(context, planner_seconds, planner_memory)
-        with options.open_source(data, planner, errata, terms) as source:
+        terms = options.open_planner_terms(context, planner_seconds, planner_memory)
+        with options.open_data_source(data, planner, errata, terms) as source:
             if domain is not None and ability is not None:
                 suite = open_suite(domain, ability, protocol, source=source)
                 shares = _find_answers_of_suite(places, suite, out)
             else:
                 shares = _find_answers_by_path(places, domain, ability, protocol, source, out)
-        shares = [part for share in shares for part in _split_by_rules(share)]
+        shares = [part for share in shares for part in _split_by_game_rules(share)]
         shares = [replace(share, goals=goals, prompt_name=prompt_name, shard=shard) for share in shares]
-        note_planner([share.suite for share in shares])
-        _note_elsewhere(shares)
+        print_planner_note([share.suite for share in shares])
+        _print_note_on_foreign_tasks(shares)
         with _open_scoring(workers, ray) as workplace, ExitStack() as stack:
             for folder in {share.out: None for share in shares if shard is None}:
                 if folder is not None:
                     stack.enter_context(lock_run_folder(folder))
-            parts_of = partial(_parts, settings=settings, workplace=workplace, quiet=as_json)
+            parts_of = partial(_score_in_batches, settings=settings, workplace=workplace, quiet=as_json)
             if shard is not None:
                 for share in shares:
                     records.write_shard(share.out or Path(), shard, parts_of(share))
-            printed = _score_all(shares, parts_of, as_json=as_json, wide=wide) if shard is None else []
+            printed = (
+                _score_all_answers(shares, parts_of, as_json=as_json, wide=wide) if shard is None else []
+            )
         if as_json:
             print_json(printed)
         elif out is not None:
-            say(f"written to {out}")
+            print_result_line(f"written to {out}")
 
 
-def _split_by_rules(share: _AnswersToScore) -> list[_AnswersToScore]:
+def _split_by_game_rules(share: _AnswersToScore) -> list[_AnswersToScore]:
     """Split answers by their game rules. If there are several rules, each has a separate folder."""
     parts = split_by_game_rules(share.suite.ability, share.answers)
     shares = []
@@ -175,19 +187,21 @@ def _split_by_rules(share: _AnswersToScore) -> list[_AnswersToScore]:
             out = None if out is None else out / Experiment(rules=rules).label
             number = format_count(len(answers.responses), "answer")
             words = Experiment(rules=rules).rules_text
-            note(f"{answers.model}: {number} by other rules than the standard setting, scored apart: {words}")
+            print_note(
+                f"{answers.model}: {number} by other rules than the standard setting, scored apart: {words}"
+            )
         others = {task for other in parts if other != rules for task in parts[other].answered_task_ids}
         shares.append(replace(share, answers=answers, out=out, rules=rules, elsewhere=others))
     return shares
 
 
-def _note_elsewhere(shares: Sequence[_AnswersToScore]) -> None:
+def _print_note_on_foreign_tasks(shares: Sequence[_AnswersToScore]) -> None:
     """Print a note on standard error if answers are to tasks outside the data set."""
     for share in shares:
         if share.answers.skipped_rows:
             title = f"{share.suite.domain}, {share.suite.ability.value}, {share.answers.model}"
             rows = format_count(share.answers.skipped_rows, "answer")
-            note(f"{title}: {rows} left out, to tasks that are not in the data set")
+            print_note(f"{title}: {rows} left out, to tasks that are not in the data set")
 
 
 def _open_scoring(workers: int, ray: str | None) -> Scoring:
@@ -199,7 +213,7 @@ def _open_scoring(workers: int, ray: str | None) -> Scoring:
     return on_cluster(ray, workers)
 
 
-def _score_all(
+def _score_all_answers(
     shares: Sequence[_AnswersToScore],
     parts_of: Callable[[_AnswersToScore], Iterable[RecordBatch]],
     *,
@@ -213,19 +227,19 @@ def _score_all(
             results: dict[str, RunTotals] = {}
             for share in group:
                 totals = results[share.name] = _score_suite(share, parts_of(share))
-                _note_authority(share.answers.model, totals)
-                printed.append(result_json(totals, share.out))
+                _print_note_on_fast_downward(share.answers.model, totals)
+                printed.append(result_to_json(totals, share.out))
             if not as_json:
                 print_results(results, wide=wide)
     except KeyboardInterrupt:
-        raise InterruptError(_interrupt_message(shares, len(printed))) from None
+        raise InterruptError(_write_interrupt_message(shares, len(printed))) from None
     return printed
 
 
 def _score_suite(share: _AnswersToScore, parts: Iterable[RecordBatch]) -> RunTotals:
     """Score a model's answers to a suite, write its records, and return its totals."""
     if share.out is not None:
-        _note_replaced(share.out / records.RECORDS, share)
+        _print_note_on_replaced_records(share.out / records.RECORDS, share)
         return records.write_record_batches(share.out, parts)
     totals = RunTotals()
     for _, part in parts:
@@ -233,7 +247,7 @@ def _score_suite(share: _AnswersToScore, parts: Iterable[RecordBatch]) -> RunTot
     return totals
 
 
-def _interrupt_message(shares: Sequence[_AnswersToScore], done: int) -> str:
+def _write_interrupt_message(shares: Sequence[_AnswersToScore], done: int) -> str:
     """Return the message after an interrupt, which names the files that are still to be scored."""
     if not done or shares[0].out is None:
         return "interrupted; nothing is written"
@@ -242,7 +256,7 @@ def _interrupt_message(shares: Sequence[_AnswersToScore], done: int) -> str:
     return f"interrupted; {done} of {len(shares)} files are scored and written; go on with those from {names}"
 
 
-def _parts(
+def _score_in_batches(
     share: _AnswersToScore, settings: ScoringOptions, workplace: Scoring, *, quiet: bool
 ) -> Iterable[RecordBatch]:
     """Return the records of all answers in batches.
@@ -251,7 +265,7 @@ def _parts(
     """
     averaged = get_declaration(share.suite.ability).combine_epochs
     if averaged is None or not share.answers.further_epochs:
-        return _parts_of(share, settings, workplace, quiet=quiet)
+        return _score_and_show_progress(share, settings, workplace, quiet=quiet)
     # imported late, because answers of one epoch do not need it
     from eai.results.epochs import average_records_over_epochs
 
@@ -261,29 +275,29 @@ def _parts(
         for answers in (share.answers, *share.answers.further_epochs)
     ]
     by_task = {record.task_id: record for record in average_records_over_epochs(of_epochs, averaged)}
-    finish = _finish_of(share) or replace
+    finish = _make_record_finisher(share) or replace
     means = [finish(by_task[task_id]) for task_id in suite.task_ids if task_id in by_task]
     return [records.make_record_batch(means if share.shard is None else [*share.shard.select(means)])]
 
 
-def _parts_of(
+def _score_and_show_progress(
     share: _AnswersToScore, settings: ScoringOptions, workplace: Scoring, *, quiet: bool
 ) -> Iterator[RecordBatch]:
     suite, answers = share.suite, share.answers
     missing = find_tasks_without_row(suite, answers)
     missing |= dict.fromkeys(missing.keys() & set(share.elsewhere), OTHER_RULES)
     title = f"scoring {suite.domain} {suite.ability.value} {answers.model}"
-    with scoring_progress(title, len(answers.responses) + len(missing), quiet=quiet) as report:
+    with show_scoring_progress(title, len(answers.responses) + len(missing), quiet=quiet) as report:
         done = 0
         for part in workplace.score_in_batches(
-            suite, answers, missing, settings, _finish_of(share), share.shard
+            suite, answers, missing, settings, _make_record_finisher(share), share.shard
         ):
             yield part
             done += part[1].number
             report(done)
 
 
-def _finish_of(share: _AnswersToScore) -> Callable[[Record], Record] | None:
+def _make_record_finisher(share: _AnswersToScore) -> Callable[[Record], Record] | None:
     """Return a function that adds study options, stated goals and prompt name to a record, or None."""
     if share.goals is None and share.prompt_name is None:
         return share.logged
@@ -299,41 +313,47 @@ def _finish_of(share: _AnswersToScore) -> Callable[[Record], Record] | None:
     mark = partial(
         add_run_to_record, believed=believed, experiment=make_prompts_experiment(share.prompt_name)
     )
-    return mark if share.logged is None else partial(_in_turn, share.logged, mark)
+    return mark if share.logged is None else partial(_apply_both, share.logged, mark)
 
 
-def _in_turn(first: Callable[[Record], Record], second: Callable[[Record], Record], record: Record) -> Record:
+def _apply_both(
+    first: Callable[[Record], Record], second: Callable[[Record], Record], record: Record
+) -> Record:
     return second(first(record))
 
 
-def _note_authority(name: str, totals: RunTotals) -> None:
+def _print_note_on_fast_downward(name: str, totals: RunTotals) -> None:
     """Print a note on standard error if Fast Downward decided problems that the built-in search left open."""
     left = totals.left.total()
     if not left:
         return
     ended = sum(totals.left[outcome.value] for outcome in _AT_A_LIMIT)
     limits = f", {ended} of them to the end of its time or memory" if ended else ""
-    note(f"{name}: {left} of {format_count(totals.judges.total(), 'problem')} went to Fast Downward{limits}")
+    print_note(
+        f"{name}: {left} of {format_count(totals.judges.total(), 'problem')} went to Fast Downward{limits}"
+    )
 
 
-def _note_replaced(file: Path, share: _AnswersToScore) -> None:
+def _print_note_on_replaced_records(file: Path, share: _AnswersToScore) -> None:
     """Print a note on standard error if scoring replaces a file with records of another run."""
     if not file.is_file():
         return
     try:
         before = next(read_records(file), None)
     except InputError as error:
-        note(f"{error}; the file is replaced")
+        print_note(f"{error}; the file is replaced")
         return
     run = share.answers.model, share.suite.domain, share.suite.ability
     if before is not None and (before.model, before.domain, before.ability) != run:
-        note(f"{file}: the records of {before.model}, {before.domain} {before.ability.value} are replaced")
+        print_note(
+            f"{file}: the records of {before.model}, {before.domain} {before.ability.value} are replaced"
+        )
 
 
 def _find_answers_of_suite(places: Sequence[Path], suite: Suite, out: Path | None) -> list[_AnswersToScore]:
     """Return the answers to one suite. If there are several files, each model has its own folder."""
     files = [file for place in places for file in find_files_of_suite(place, suite.domain, suite.ability)]
-    answers_by_file = [_read(file, suite) for file in files]
+    answers_by_file = [_read_answer_file(file, suite) for file in files]
     _refuse_equal_models([answers.model for answers, _ in answers_by_file])
     several = len(files) > 1
     return [
@@ -373,12 +393,12 @@ def _find_answers_by_path(
         suite = open_suite(own.get(name, name), each, protocol, source=source)
         for file in files:
             folder = None if out is None else out / name / each.value / file.model
-            answers, logged = _read(file.path, suite)
+            answers, logged = _read_answer_file(file.path, suite)
             shares.append(_AnswersToScore(suite, replace(answers, model=file.model), folder, logged=logged))
     return shares
 
 
-def _read(file: Path, suite: Suite) -> tuple[ResponseFile, Callable[[Record], Record] | None]:
+def _read_answer_file(file: Path, suite: Suite) -> tuple[ResponseFile, Callable[[Record], Record] | None]:
     """Return the answers in a response file or log, and a function that adds a log's experiment to records.
 
     Inspect is imported only for logs.
@@ -397,18 +417,18 @@ def _refuse_equal_models(names: Sequence[str]) -> None:
             raise InputError(f"{name}: two files are of this model; score them one at a time")
 
 
-def _merge(paths: Sequence[Path], *, wide: bool, as_json: bool) -> None:
+def _merge_shards_and_print(paths: Sequence[Path], *, wide: bool, as_json: bool) -> None:
     """Merge shards into records and summaries equal to those of one process."""
     printed: list[Json] = []
     for folder, files in [found for path in paths for found in records.find_shards(path).items()]:
         totals = records.merge_shards(folder, files)
         first = totals.first_record
-        printed.append(result_json(totals, folder))
+        printed.append(result_to_json(totals, folder))
         if as_json:
             print_remark(first.model, totals.coverage)
         else:
             print_results({first.model: totals}, wide=wide)
-            say(
+            print_result_line(
                 f"{format_count(len(files), 'shard')} of "
                 f"{format_count(totals.number, 'record')} written to {folder}"
             )

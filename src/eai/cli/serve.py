@@ -10,10 +10,10 @@ from typing import Annotated
 import typer
 
 from eai.base.errors import InputError, require_extra
-from eai.cli.console import format_count, note
-from eai.cli.options import OUTPUT, AgentSettings, DataFolder, OfDomain, flag, setting_of_others
-from eai.cli.progress import resumable
-from eai.cli.prompts import Sample, SampleSeed, TaskIds, playable
+from eai.cli.console import format_count, print_note
+from eai.cli.options import OUTPUT, AgentSettings, DataFolder, OfDomain, make_flag, read_outside_agent_setting
+from eai.cli.progress import make_resumable
+from eai.cli.prompts import Sample, SampleSeed, TaskIds, open_acting_tasks
 from eai.results.trials import AnswerKey
 
 app = typer.Typer(no_args_is_help=True)
@@ -24,20 +24,20 @@ _LOOPBACK = {"127.0.0.1": "127.0.0.1", "localhost": "localhost", "::1": "[::1]"}
 
 
 @app.command(no_args_is_help=True)
-@resumable
+@make_resumable
 def mcp(
     domain: OfDomain,
-    out: Annotated[Path, flag(panel=OUTPUT)],
+    out: Annotated[Path, make_flag(panel=OUTPUT)],
     tasks: TaskIds = "",
     sample: Sample = None,
     seed: SampleSeed = 0,
     settings: AgentSettings = None,
-    agent: Annotated[str, flag(panel=OUTPUT, metavar="NAME")] = "agent",
-    port: Annotated[int | None, flag(panel=_HTTP, metavar="N", min=1, max=65_535)] = None,
-    host: Annotated[str, flag(panel=_HTTP, metavar="ADDRESS")] = "127.0.0.1",
-    allow_host: Annotated[list[str] | None, flag(panel=_HTTP, metavar="NAME")] = None,
-    tickets: Annotated[int, flag(panel=_HTTP, metavar="N", min=1)] = 1,
-    trust_network: Annotated[bool, flag(panel=_HTTP)] = False,
+    agent: Annotated[str, make_flag(panel=OUTPUT, metavar="NAME")] = "agent",
+    port: Annotated[int | None, make_flag(panel=_HTTP, metavar="N", min=1, max=65_535)] = None,
+    host: Annotated[str, make_flag(panel=_HTTP, metavar="ADDRESS")] = "127.0.0.1",
+    allow_host: Annotated[list[str] | None, make_flag(panel=_HTTP, metavar="NAME")] = None,
+    tickets: Annotated[int, make_flag(panel=_HTTP, metavar="N", min=1)] = 1,
+    trust_network: Annotated[bool, make_flag(panel=_HTTP)] = False,
     data: DataFolder = None,
 ) -> None:
     """Offer tasks over the Model Context Protocol, by the tools act, look and done.
@@ -60,11 +60,11 @@ def mcp(
         tickets: Number of episodes for each task.
         trust_network: Serve one task without a ticket to everybody who reaches the port.
     """
-    setting = setting_of_others(settings or ())
+    setting = read_outside_agent_setting(settings or ())
     with require_extra("mcp", "eai serve mcp needs"):
         from eai.agents.episode_server import open_episode_server
         from eai.agents.server import listen, make_http_app, serve_http, serve_stdio
-    suite, ids = playable(domain, tasks, sample, seed, data)
+    suite, ids = open_acting_tasks(domain, tasks, sample, seed, data)
     by_ticket = port is not None and not trust_network
     if not by_ticket and len(ids) != 1:
         raise InputError(f"--tasks: expected one task, found {len(ids):,}; several need --port and tickets")
@@ -80,7 +80,7 @@ def mcp(
         listening = f"http://{names[0]}:{port}/mcp"
         if by_ticket:
             listening += f"; {format_count(len(places), 'ticket')} in {_write_tickets(out, worlds.tickets)}"
-        note(listening)
+        print_note(listening)
         application = make_http_app(worlds, suite.benchmark.domain, names, open_to_all=trust_network)
         serve_http(worlds, application, listener)
 

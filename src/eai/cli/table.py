@@ -11,7 +11,7 @@ from eai.abilities.declaration import get_declaration
 from eai.base.grouping import group_pairs
 from eai.base.json_value import Json
 from eai.benchmarks.registry import get_title
-from eai.cli.console import note, output, say
+from eai.cli.console import get_output_console, print_note, print_result_line
 from eai.results.coverage import TaskCoverage
 from eai.results.table import Column, Estimate, NamedCells, Table
 from eai.results.terminal import print_table
@@ -43,23 +43,25 @@ def print_results(results: Mapping[str, RunTotals], below: str = "", *, wide: bo
     if not below and first.experiment is not None:
         below = first.experiment.study_label
     title = f"{get_title(first.domain)}, {declared.title.lower()}, protocol {first.protocol.value}\n{below}"
-    print_table(output(), rates_table(title.rstrip(), declared.terminal_metrics, results), wide=wide)
+    print_table(
+        get_output_console(), make_rates_table(title.rstrip(), declared.terminal_metrics, results), wide=wide
+    )
     for coverage, models in group_pairs(
         (totals.coverage, model) for model, totals in results.items()
     ).items():
         print_remark(", ".join(models), coverage)
     for remark in dict.fromkeys(each.errata.remark for each in results.values() if each.errata is not None):
         if remark is not None:
-            say(remark)
+            print_result_line(remark)
 
 
 def print_remark(name: str, coverage: TaskCoverage) -> None:
     """Print a remark on standard error if a suite is not answered completely."""
     if coverage.remark is not None:
-        note(f"{name}: {coverage.remark}")
+        print_note(f"{name}: {coverage.remark}")
 
 
-def rates_table(title: str, metrics: Sequence[str], results: Mapping[str, RunTotals]) -> Table:
+def make_rates_table(title: str, metrics: Sequence[str], results: Mapping[str, RunTotals]) -> Table:
     """Return a table of percentages: a row for each metric of one model, or for each of several models.
 
     Args:
@@ -88,11 +90,11 @@ def rates_table(title: str, metrics: Sequence[str], results: Mapping[str, RunTot
     ]
     for metric in shown:
         cells = [Estimate.from_rate(rates[metric]) for rates in rates_by_model.values()]
-        columns.append((replace(PERCENT, heading=heading(metric)), cells))
+        columns.append((replace(PERCENT, heading=format_heading(metric)), cells))
     return Table.from_columns(title, columns)
 
 
-def result_json(totals: RunTotals, folder: Path | None) -> dict[str, Json]:
+def result_to_json(totals: RunTotals, folder: Path | None) -> dict[str, Json]:
     """Return the JSON of one model in one suite, with the path of its records, or None if not written."""
     first, planners, errata = totals.first_record, totals.planners, totals.errata
     return {
@@ -113,7 +115,7 @@ def result_json(totals: RunTotals, folder: Path | None) -> dict[str, Json]:
     }
 
 
-def heading(metric: str) -> str:
+def format_heading(metric: str) -> str:
     """Return a metric's name, broken into short lines."""
     *groups, measure = _GROUPED.split(metric)
     words = [word for group in groups for word in group.split("_")]

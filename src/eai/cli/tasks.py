@@ -15,9 +15,9 @@ from eai.benchmarks.check import check_benchmark
 from eai.benchmarks.generator.problem_files import find_problem_files, read_problems
 from eai.benchmarks.generator.sets import check_secret_set, measure_overlap
 from eai.benchmarks.registry import PDDL, REFERENCES, find_benchmark, is_path_of_task_files
-from eai.cli.console import DOMAIN_HELP, format_count, tell, tell_findings
-from eai.cli.options import AsJson, DataFolder, flag, open_source
-from eai.cli.progress import scoring_progress
+from eai.cli.console import DOMAIN_HELP, format_count, print_findings_and_exit, print_result
+from eai.cli.options import AsJson, DataFolder, make_flag, open_data_source
+from eai.cli.progress import show_scoring_progress
 from eai.planning.search import SearchEnd
 from eai.tasks.source import Finding
 from eai.tasks.task import Task
@@ -27,9 +27,9 @@ from eai.tasks.task_lines import json_schema, write_task_line
 
 def check(
     path: Annotated[str, typer.Argument(metavar="REFERENCE", help=DOMAIN_HELP)] = "",
-    against: Annotated[str | None, flag(metavar="NAME")] = None,
+    against: Annotated[str | None, make_flag(metavar="NAME")] = None,
     split: str | None = None,
-    secret: Annotated[str, flag(envvar="EAI_SECRET")] = "",
+    secret: Annotated[str, make_flag(envvar="EAI_SECRET")] = "",
     schema: bool = False,
     as_json: AsJson = False,
     data: DataFolder = None,
@@ -56,7 +56,7 @@ def check(
     elif not path:
         raise InputError(f"expected a benchmark: {REFERENCES}")
     elif against is not None:
-        _count_overlap(against, path, data, as_json=as_json)
+        _print_overlap(against, path, data, as_json=as_json)
     elif split is not None:
         if not secret:
             raise InputError("--split: expected --secret, or EAI_SECRET")
@@ -64,19 +64,19 @@ def check(
         findings = [
             Finding(str(folder / split), problem) for problem in check_secret_set(folder, split, secret)
         ]
-        tell_findings(findings, "the set was made with this secret", as_json=as_json)
+        print_findings_and_exit(findings, "the set was made with this secret", as_json=as_json)
     elif is_path_of_task_files(path):
         findings = list(check_task_files(Path(path), lambda base: find_benchmark(base).domain))
-        tell_findings(findings, "all tasks are as they say", as_json=as_json)
+        print_findings_and_exit(findings, "all tasks are as they say", as_json=as_json)
     else:
         _check_benchmark(path, data, as_json=as_json)
 
 
 def _check_benchmark(reference: str, data: Path | None, *, as_json: bool) -> None:
     benchmark = find_benchmark(reference)
-    with open_source(data) as source:
+    with open_data_source(data) as source:
         number = len(benchmark.tasks(source))
-        with scoring_progress(f"checking {benchmark.name}", number, quiet=False) as progressed:
+        with show_scoring_progress(f"checking {benchmark.name}", number, quiet=False) as progressed:
             findings, ends = check_benchmark(benchmark, source, progressed)
     parts = format_count(len(benchmark.domain.operators), "operator"), format_count(number, "task")
     fine = f"{benchmark.name}: {' and '.join(parts)}; nothing is wrong"
@@ -84,21 +84,21 @@ def _check_benchmark(reference: str, data: Path | None, *, as_json: bool) -> Non
         fine += f"; the planner solves {ends[SearchEnd.SOLVED]} of the {ends.total()} without a plan"
     if ends[SearchEnd.STATES]:
         fine += f", and gives up {ends[SearchEnd.STATES]} at its limit"
-    tell_findings(findings, fine, as_json=as_json)
+    print_findings_and_exit(findings, fine, as_json=as_json)
 
 
-def _count_overlap(known: str, asked: str, data: Path | None, *, as_json: bool) -> None:
+def _print_overlap(known: str, asked: str, data: Path | None, *, as_json: bool) -> None:
     benchmark, tested = find_benchmark(known), find_benchmark(asked)
-    with open_source(data) as source:
+    with open_data_source(data) as source:
         tasks = [list(each.tasks(source).values()) for each in (benchmark, tested)]
     overlap = measure_overlap(tasks[1], tasks[0], benchmark.domain)
     counts = "of {tasks} tasks {same} are the same, {same_goals} have the same goals, {solved_by_lookup} are "
-    tell(f"{counts.format_map(overlap)}solved by lookup", value=dict(overlap), as_json=as_json)
+    print_result(f"{counts.format_map(overlap)}solved by lookup", value=dict(overlap), as_json=as_json)
 
 
 def tasks(
-    out: Annotated[Path, flag(metavar="FILE")],
-    domain: Annotated[str, flag(help=DOMAIN_HELP)],
+    out: Annotated[Path, make_flag(metavar="FILE")],
+    domain: Annotated[str, make_flag(help=DOMAIN_HELP)],
     problems: Annotated[list[Path] | None, typer.Argument()] = None,
     as_json: AsJson = False,
     data: DataFolder = None,
@@ -119,7 +119,7 @@ def tasks(
             f"--domain {domain}: its problems are tasks already; eai export tasks --domain writes them"
         )
     benchmark = find_benchmark(domain)
-    with open_source(data) as source:
+    with open_data_source(data) as source:
         chosen: Iterable[Task] = (
             read_problems(find_problem_files(problems), benchmark, source)
             if problems
@@ -128,4 +128,4 @@ def tasks(
     lines = [write_task_line(task, domain, benchmark.domain) for task in chosen]
     write_task_file(out, lines)
     made: Json = {"file": str(out), "tasks": len(lines)}
-    tell(f"{format_count(len(lines), 'task')} written to {out}", value=made, as_json=as_json)
+    print_result(f"{format_count(len(lines), 'task')} written to {out}", value=made, as_json=as_json)

@@ -23,7 +23,7 @@ from eai.benchmarks.generator.sets import fingerprint_task, make_seeds
 from eai.benchmarks.generator.spec import LENGTHS, GeneratedTask, PlanLengthTier, RejectionReason
 from eai.benchmarks.generator.walk import GoalByGoalPlan, find_min_plan_length
 from eai.benchmarks.registry import find_benchmark
-from eai.cli.generate import verdict_of_val
+from eai.cli.generate import validate_with_val
 from eai.logic.traversal import walk_subformulas
 from eai.pddl.val import VALID, find_val_program
 from eai.planning.planner import Planner
@@ -137,8 +137,8 @@ def test_certificates_are_valid_by_val(like: str, monkeypatch: pytest.MonkeyPatc
         pytest.skip(str(error))
     domain = find_benchmark(like).domain
     for task in (made.task for made in tasks(like)[:3]):
-        assert verdict_of_val(val, domain, task, task.script) == VALID, task.id
-        assert verdict_of_val(val, domain, task, task.script[:-1]) == "not valid", task.id
+        assert validate_with_val(val, domain, task, task.script) == VALID, task.id
+        assert validate_with_val(val, domain, task, task.script[:-1]) == "not valid", task.id
 
 
 @pytest.mark.parametrize("like", HOUSEHOLDS)

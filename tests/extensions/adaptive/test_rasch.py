@@ -5,10 +5,10 @@ import pytest
 np = pytest.importorskip("numpy")
 
 from eai.extensions.adaptive.rasch import (  # noqa: E402
+    compute_item_rest_correlations,
+    estimate_reliability,
     estimate_variance_between_names,
     fit_rasch,
-    item_rest_correlations,
-    reliability,
 )
 
 SCORES = np.array(
@@ -25,7 +25,7 @@ SCORES = np.array(
 def test_the_fit_is_a_maximum_of_the_posterior() -> None:
     """There every score is, up to its prior, the sum of its chances (abilities: 1, difficulties: 1/4)."""
     fitted = fit_rasch(SCORES)
-    left = SCORES - fitted.chances()
+    left = SCORES - fitted.predict_success()
     assert left.sum(axis=1) == pytest.approx(fitted.abilities, abs=1e-6)
     assert left.sum(axis=0) == pytest.approx(-fitted.difficulties / 4, abs=1e-6)
 
@@ -60,7 +60,7 @@ def test_gaps_are_left_out() -> None:
 
 
 def test_a_task_that_worse_models_solve_disagrees_with_the_others() -> None:
-    found = item_rest_correlations(SCORES)
+    found = compute_item_rest_correlations(SCORES)
     assert np.isnan(found[0])
     assert found[3] > 0 > found[5]
     assert found[1] == pytest.approx(np.corrcoef(SCORES[:, 1], SCORES.sum(axis=1) - SCORES[:, 1])[0, 1])
@@ -68,5 +68,5 @@ def test_a_task_that_worse_models_solve_disagrees_with_the_others() -> None:
 
 def test_alpha_is_cronbachs() -> None:
     variances, whole = SCORES.var(axis=0, ddof=1).sum(), SCORES.sum(axis=1).var(ddof=1)
-    assert reliability(SCORES) == pytest.approx(6 / 5 * (1 - variances / whole))
-    assert reliability(np.ones((3, 2))) is None
+    assert estimate_reliability(SCORES) == pytest.approx(6 / 5 * (1 - variances / whole))
+    assert estimate_reliability(np.ones((3, 2))) is None

@@ -18,7 +18,7 @@ from eai.base.errors import InputError
 from eai.base.store import Store
 from eai.benchmarks.suite import Suite, open_suite
 from eai.extensions.adaptive import runs as runs_module
-from eai.extensions.adaptive.difficulties import item_difficulties
+from eai.extensions.adaptive.difficulties import load_task_difficulties
 from eai.extensions.adaptive.runs import open_runs
 from eai.results.record import Record
 from eai.tasks.source import Source
@@ -44,7 +44,7 @@ def test_excluded_tasks_are_asked_once_and_do_not_change_the_ability(
 ) -> None:
     """An excluded task is left out of the estimate; an unanswerable task also ends the run."""
     suite = open_suite(*SUITE, source=Source(data_store))
-    odd = min(known := item_difficulties(*SUITE), key=lambda task: (abs(known[task]), task))
+    odd = min(known := load_task_difficulties(*SUITE), key=lambda task: (abs(known[task]), task))
     rounds: list[list[str]] = []
 
     def ask(prompts: Mapping[str, Any]) -> Any:

@@ -8,12 +8,17 @@ import pytest
 from eai.base.store import Store
 from eai.benchmarks.benchmark import Benchmark
 from eai.benchmarks.registry import find_benchmark
-from eai.extensions.board.croissant import make_row_id, operator_rows, task_rows, write_croissant
+from eai.extensions.board.croissant import (
+    make_operator_rows,
+    make_row_id,
+    make_task_rows,
+    write_croissant_files,
+)
 from eai.tasks.source import Source
 
 mlcroissant = pytest.importorskip("mlcroissant", reason="needs the extra croissant")
 pytestmark = pytest.mark.filterwarnings("ignore::DeprecationWarning")  # of what it reads graphs with
-TABLES = {"tasks": task_rows, "operators": operator_rows}
+TABLES = {"tasks": make_task_rows, "operators": make_operator_rows}
 
 
 def plain(value: object) -> object:
@@ -29,7 +34,7 @@ def published(data_store: Store) -> list[Benchmark]:
 @pytest.fixture(scope="module")
 def written(data_store: Store, published: list[Benchmark], tmp_path_factory: pytest.TempPathFactory) -> Path:
     folder = tmp_path_factory.mktemp("croissant")
-    write_croissant(published, Source(data_store), folder)
+    write_croissant_files(published, Source(data_store), folder)
     return folder
 
 
@@ -61,7 +66,7 @@ def test_every_field_of_every_row_reads_back(
 def test_the_same_data_are_the_same_bytes(
     data_store: Store, published: list[Benchmark], written: Path, tmp_path: Path
 ) -> None:
-    for file in write_croissant(published, Source(data_store), tmp_path):
+    for file in write_croissant_files(published, Source(data_store), tmp_path):
         assert file.read_bytes() == (written / file.name).read_bytes()
 
 

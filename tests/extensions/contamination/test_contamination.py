@@ -11,7 +11,7 @@ from eai.abilities.protocol import Ability, Protocol
 from eai.abilities.task_features import TaskFeatures
 from eai.abilities.verdict import PlanVerdict
 from eai.cli import app
-from eai.extensions.contamination.study import contamination_table
+from eai.extensions.contamination.study import make_contamination_table
 from eai.results.record import Record
 from eai.results.table import Estimate
 from eai.tasks.share import GoalTallies, Share
@@ -36,7 +36,7 @@ FRESH = [record("world-fresh", i, 4, i < 5) for i in range(20)]
 
 
 def test_only_alike_tasks_are_set_beside_each_other() -> None:
-    (row,) = contamination_table([("m", "world", PUBLIC, FRESH)]).rows
+    (row,) = make_contamination_table([("m", "world", PUBLIC, FRESH)]).rows
     _, _, public, _, public_alike, fresh_alike, difference, *tasks = row
     assert (public.value, public_alike, fresh_alike) == (40.0, 80.0, 25.0)  # type: ignore[union-attr]
     assert tasks == [10, 20]

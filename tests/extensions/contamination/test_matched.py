@@ -7,7 +7,7 @@ import random
 import pytest
 
 from eai.abilities.verdict import make_share_of_one
-from eai.extensions.contamination.study import StratifiedCase, match_strata
+from eai.extensions.contamination.study import StratifiedCase, match_tasks_in_strata
 from eai.results.certainty import RateCase, compute_difference_intervals
 from eai.results.table import Estimate
 
@@ -24,7 +24,7 @@ def placed(which: str, *strata: tuple[str, int, int]) -> list[StratifiedCase]:
 def test_a_stratum_weighs_what_it_weighs_in_the_first_set() -> None:
     public = placed("p", ("short", 9, 1), ("long", 10, 20), ("odd", 0, 50))
     fresh = placed("f", ("short", 30, 30), ("long", 1, 3), ("new", 7, 0))
-    ones, others = match_strata(public, fresh)
+    ones, others = match_tasks_in_strata(public, fresh)
     assert (len(ones), len(others)) == (40, 64)
     assert Estimate.from_cases(ones).value == pytest.approx(100 * 19 / 40)
     assert Estimate.from_cases(others).value == pytest.approx(100 * (10 * 0.5 + 30 * 0.25) / 40)
@@ -33,13 +33,15 @@ def test_a_stratum_weighs_what_it_weighs_in_the_first_set() -> None:
 
 
 def test_nothing_alike_is_no_difference() -> None:
-    assert match_strata(placed("p", ("a", 1, 1)), placed("f", ("b", 1, 1))) == ([], [])
+    assert match_tasks_in_strata(placed("p", ("a", 1, 1)), placed("f", ("b", 1, 1))) == ([], [])
 
 
 def test_tasks_of_one_name_are_one_unit() -> None:
     public, fresh = placed("p", ("a", 20, 20)), placed("f", ("a", 20, 20))
     copies = [(case._replace(name=case.task[-1:]), stratum) for case, stratum in public]
-    apart, together = (compute_difference_intervals(*match_strata(each, fresh)) for each in (public, copies))
+    apart, together = (
+        compute_difference_intervals(*match_tasks_in_strata(each, fresh)) for each in (public, copies)
+    )
     assert apart is not None
     assert together is not None
     assert together.names < apart.names
@@ -58,7 +60,7 @@ def test_intervals_hold_the_truth_as_often_as_is_said() -> None:
             ]
             for w, share in (("p", 0.3), ("f", 0.7))
         ]
-        found = compute_difference_intervals(*match_strata(*sets))
+        found = compute_difference_intervals(*match_tasks_in_strata(*sets))
         assert found is not None
         held += found.interval.low <= 0 <= found.interval.high
     assert held >= 186  # 93 % of 200; the truth is 0

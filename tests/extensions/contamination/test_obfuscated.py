@@ -18,7 +18,7 @@ from eai.benchmarks.gold_answers import make_noisy_answer, open_answer_book
 from eai.benchmarks.prompt_library import PromptLibrary
 from eai.benchmarks.registry import find_benchmark
 from eai.benchmarks.suite import open_suite
-from eai.extensions.contamination.obfuscated import _cipher, _decode, _encode
+from eai.extensions.contamination.obfuscated import _make_word_cipher, _replace_words, _restore_words
 from eai.tasks.source import Source
 from eai.tasks.wording import is_property
 from sweeps import swept
@@ -34,7 +34,7 @@ def name(request: pytest.FixtureRequest, monkeypatch: pytest.MonkeyPatch, data_s
 
 @cache
 def cipher(name: str) -> Mapping[str, str]:
-    return _cipher(find_benchmark(name), find_benchmark(name).tasks(Source()).values())
+    return _make_word_cipher(find_benchmark(name), find_benchmark(name).tasks(Source()).values())
 
 
 @pytest.mark.parametrize("ability", PLANNED)
@@ -45,8 +45,8 @@ def test_verdicts_are_those_of_the_plain_answers(name: str, ability: Ability) ->
     for task_id in plain.task_ids[:: max(1, len(plain.task_ids) // 12)]:
         for rate in (0.0, 0.4):
             text = make_noisy_answer(book, task_id, rate, "1").text
-            assert _decode(words, _encode(words, text)) == text
-            assert twin.score(task_id, _encode(words, text)) == plain.score(task_id, text)
+            assert _restore_words(words, _replace_words(words, text)) == text
+            assert twin.score(task_id, _replace_words(words, text)) == plain.score(task_id, text)
 
 
 def test_words_change_among_those_that_are_used_alike(name: str) -> None:
@@ -68,9 +68,9 @@ def test_prompts_and_right_answers_are_in_the_twins_words(name: str) -> None:
     book, plain = open_answer_book(twin, PLANNED[0]), open_answer_book(find_benchmark(name), PLANNED[0])
     task_id = next(iter(prompts))
     task = twin.tasks(Source())[task_id]
-    assert book[task_id].text == _encode(words, plain[task_id].text)
+    assert book[task_id].text == _replace_words(words, plain[task_id].text)
     told = prompts[task_id].user
-    assert all(_encode(words, task.scene.objects[i].name) in told for i in task.relevant)
+    assert all(_replace_words(words, task.scene.objects[i].name) in told for i in task.relevant)
     assert open_suite(twin, PLANNED[0]).score(task_id, book[task_id].text).success  # type: ignore[attr-defined]
 
 
@@ -89,7 +89,7 @@ def test_the_same_prompts_in_true_words_differ_in_words_alone(name: str, ability
         find_benchmark(each).wording(ability).describe_operators().splitlines() for each in (told, twin)
     )
     assert ours != theirs
-    assert [_encode(cipher(name), line) for line in ours] == theirs
+    assert [_replace_words(cipher(name), line) for line in ours] == theirs
     plain, suite = open_suite(name, ability), open_suite(told, ability)
     book = open_answer_book(plain.benchmark, ability)
     for task_id in plain.task_ids[:: max(1, len(plain.task_ids) // 6)]:
@@ -141,7 +141,7 @@ def test_every_action_has_its_needs_and_effects(name: str) -> None:
     for text, operator in zip(heads, domain.operators, strict=True):
         head, *lines = text.splitlines()
         names = ", ".join([parameter.name for parameter in operator.parameters])
-        assert head == f"{_encode(cipher(name), operator.name)}({names})"
+        assert head == f"{_replace_words(cipher(name), operator.name)}({names})"
         assert ("  changes nothing" in lines) == (not operator.effects and not operator.tries)
         assert operator.checks == () or re.search("^  (requires|needed only if): ", text, re.MULTILINE)
 
@@ -151,12 +151,14 @@ def test_every_action_has_its_needs_and_effects(name: str) -> None:
 def test_properties_that_actions_ask_for_are_told(name: str) -> None:
     wording = find_benchmark(f"obfuscated:{name}").wording(PLANNED[0])
     domain = find_benchmark(name).domain
-    properties = {_encode(cipher(name), p.name) for p in domain.vocabulary.predicates if is_property(p)}
+    properties = {
+        _replace_words(cipher(name), p.name) for p in domain.vocabulary.predicates if is_property(p)
+    }
     asked = properties & set(re.findall(r"[\w.-]*\w", wording.describe_operators()))
     told, words = set(), cipher(name)
     for task in list(find_benchmark(name).tasks(Source()).values())[::10]:
         for index in range(len(task.scene.objects)):
             told |= set(wording.describe_object(task, index).rpartition(": ")[2].split(", "))
-            having = {each for each in asked if task.initial.has(_decode(words, each), index)}
+            having = {each for each in asked if task.initial.has(_restore_words(words, each), index)}
             assert having <= set(wording.describe_object(task, index).rpartition(": ")[2].split(", "))
     assert len(asked & told) > len(asked) // 2

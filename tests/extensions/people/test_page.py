@@ -86,7 +86,7 @@ def sit(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Iterator[Callable[..
     def begin(tasks: str = "both", name: str = "ann") -> Sitting:
         told: Queue[str] = Queue()
         errors: list[EaiError] = []
-        monkeypatch.setattr("eai.extensions.people.command.note", told.put)
+        monkeypatch.setattr("eai.extensions.people.command.print_note", told.put)
         out = tmp_path / f"{name}_outputs.json"
 
         def run() -> None:

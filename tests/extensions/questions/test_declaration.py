@@ -9,9 +9,9 @@ from eai.abilities.protocol import Ability
 from eai.base.errors import InputError
 from eai.benchmarks.registry import find_benchmark
 from eai.benchmarks.suite import open_suite
-from eai.extensions.questions.declaration import _QuestionVerdict, open_questions
+from eai.extensions.questions.declaration import _QuestionVerdict, open_question_file
 from eai.extensions.questions.question import Question, QuestionForm, QuestionKind, questions_to_bytes
-from eai.extensions.questions.shortcuts import answer_entropy
+from eai.extensions.questions.shortcuts import compute_answer_entropy
 from eai.results.batch import score_run
 from eai.results.certainty import compute_rate_intervals
 from eai.results.codec import record_from_json, record_to_json
@@ -162,16 +162,16 @@ def test_a_question_file_serves_only_the_world_model_ability(tmp_path: Path) -> 
 
 
 def test_entropy_measures_how_evenly_answers_are_spread() -> None:
-    assert answer_entropy(QUESTIONS, QuestionKind.STATE, QuestionForm.YES_NO) == 1.0
-    assert answer_entropy(QUESTIONS, QuestionKind.STATE, QuestionForm.CHOICE) == 0.5
-    assert answer_entropy(QUESTIONS, QuestionKind.BACKWARD, QuestionForm.OPEN) is None
+    assert compute_answer_entropy(QUESTIONS, QuestionKind.STATE, QuestionForm.YES_NO) == 1.0
+    assert compute_answer_entropy(QUESTIONS, QuestionKind.STATE, QuestionForm.CHOICE) == 0.5
+    assert compute_answer_entropy(QUESTIONS, QuestionKind.BACKWARD, QuestionForm.OPEN) is None
     same = [asked(n, QuestionForm.YES_NO, ("yes",)) for n in range(3)]
-    assert answer_entropy(same, QuestionKind.STATE, QuestionForm.YES_NO) == 0.0
+    assert compute_answer_entropy(same, QuestionKind.STATE, QuestionForm.YES_NO) == 0.0
     plans = [
         asked(n, QuestionForm.OPEN, answer, kind=QuestionKind.VALIDATION)
         for n, answer in enumerate([("works",), ("goal 1",), ("step 2", "requirement 1")])
     ]
-    assert answer_entropy(plans, QuestionKind.VALIDATION, QuestionForm.OPEN) == pytest.approx(1.0)
+    assert compute_answer_entropy(plans, QuestionKind.VALIDATION, QuestionForm.OPEN) == pytest.approx(1.0)
 
 
 def test_entropy_ignores_the_failing_step_of_an_outcome() -> None:
@@ -182,7 +182,7 @@ def test_entropy_ignores_the_failing_step_of_an_outcome() -> None:
             )
             for a in told
         ]
-        return answer_entropy(asked, kind, QuestionForm.OPEN)
+        return compute_answer_entropy(asked, kind, QuestionForm.OPEN)
 
     for kind in (QuestionKind.COUNTERFACTUAL, QuestionKind.VALIDATION):
         assert entropy(kind, "fails 1", "fails 2", "fails 3") == 0
@@ -192,7 +192,7 @@ def test_entropy_ignores_the_failing_step_of_an_outcome() -> None:
 def test_a_task_file_is_no_question_file(tmp_path: Path) -> None:
     file = tmp_path / "tasks.jsonl"
     file.write_text('{"id":"one","version":1,"base":"lamps:lamps"}\n', encoding="utf-8")
-    assert open_questions(file) is None
+    assert open_question_file(file) is None
 
 
 @pytest.mark.parametrize(

@@ -11,7 +11,7 @@ from eai.base.store import Store
 from eai.benchmarks.benchmark import Benchmark
 from eai.benchmarks.registry import find_benchmark
 from eai.extensions.questions.question import Question, QuestionForm, QuestionKind
-from eai.extensions.questions.writer import Writer
+from eai.extensions.questions.writer import QuestionGenerator
 from eai.logic.traversal import find_object_names
 from eai.tasks.source import Source
 from eai.tasks.task import GoalKind
@@ -33,7 +33,7 @@ def recomputed(question: Question, benchmark: Benchmark, source: Source) -> froz
 
 
 def differing(benchmark: Benchmark, source: Source, number: int, seed: int = 0) -> list[str]:
-    questions = list(Writer(benchmark, source).write(number=number, seed=seed))
+    questions = list(QuestionGenerator(benchmark, source).write_questions(number=number, seed=seed))
     assert {question.kind for question in questions} == set(QuestionKind)
     return [
         f"{question.id}: {sorted(question.answer)} is {sorted(naive)}"
@@ -81,7 +81,9 @@ def test_facts_that_held_before_do_not_reveal_the_answer(kind: QuestionKind, dat
     """An answer that nothing has changed is right about half the time."""
     behavior = find_benchmark("behavior")
     right = 0
-    for question in Writer(behavior, Source(data_store)).write((kind,), (QuestionForm.YES_NO,), 160):
+    for question in QuestionGenerator(behavior, Source(data_store)).write_questions(
+        (kind,), (QuestionForm.YES_NO,), 160
+    ):
         world = read_world(question.prompt, behavior.domain)
         (statement,) = re.findall(r"Does (.+) hold a", question.prompt)
         held = world.fact(statement) in world.start

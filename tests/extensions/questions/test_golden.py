@@ -12,7 +12,7 @@ from eai.base.store import Store
 from eai.benchmarks.benchmark import Benchmark
 from eai.benchmarks.registry import find_benchmark
 from eai.extensions.questions.question import Question, QuestionForm, QuestionKind, questions_to_bytes
-from eai.extensions.questions.writer import Writer
+from eai.extensions.questions.writer import QuestionGenerator
 from golden_files import assert_golden
 
 CELLS = len(QuestionKind) * len(QuestionForm)
@@ -27,7 +27,7 @@ def told(questions: Sequence[Question]) -> list[str]:
 
 
 def written(benchmark: Benchmark, each: int) -> list[str]:
-    return told(list(Writer(benchmark).write(number=each * CELLS, seed=1)))
+    return told(list(QuestionGenerator(benchmark).write_questions(number=each * CELLS, seed=1)))
 
 
 def test_questions_about_the_example_world_match_the_golden_file(lamps: Benchmark) -> None:

@@ -11,7 +11,7 @@ from by_path import ROOT
 from command_line import Command
 from eai.benchmarks.registry import find_benchmark
 from eai.extensions.questions.question import format_gold_answer, questions_to_bytes
-from eai.extensions.questions.writer import Writer
+from eai.extensions.questions.writer import QuestionGenerator
 
 LAMPS = ROOT / "examples" / "lamps"
 
@@ -21,7 +21,7 @@ def scored(eai: Command, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Pat
     """Return the records of a model with right answers only, and of a model with mostly right answers."""
     monkeypatch.chdir(tmp_path)
     monkeypatch.syspath_prepend(LAMPS)
-    asked = list(Writer(find_benchmark("lamps:lamps")).write(number=36))
+    asked = list(QuestionGenerator(find_benchmark("lamps:lamps")).write_questions(number=36))
     file = tmp_path / "questions.jsonl"
     file.write_bytes(questions_to_bytes(asked))
     for name, kept in (("sure", 36), ("unsure", 20)):

@@ -11,7 +11,7 @@ from eai.base.errors import InputError
 from eai.base.store import Store
 from eai.benchmarks.registry import find_benchmark
 from eai.extensions.questions.question import QuestionKind, questions_to_bytes
-from eai.extensions.questions.writer import Writer
+from eai.extensions.questions.writer import QuestionGenerator
 from eai.run.registry import TASKS
 from eai.tasks.source import Source
 
@@ -19,8 +19,8 @@ pytestmark = pytest.mark.filterwarnings("ignore")  # Inspect's are none of ours
 
 
 def test_a_task_asks_the_questions_of_a_file_and_scores_in_the_log(data_store: Store, tmp_path: Path) -> None:
-    writer = Writer(find_benchmark("behavior"), Source(data_store))
-    questions = list(writer.write((QuestionKind.FORWARD, QuestionKind.WHY_NOT), number=12))
+    writer = QuestionGenerator(find_benchmark("behavior"), Source(data_store))
+    questions = list(writer.write_questions((QuestionKind.FORWARD, QuestionKind.WHY_NOT), number=12))
     file = tmp_path / "questions.jsonl"
     file.write_bytes(questions_to_bytes(questions))
     task = TASKS["world_model"](domain=str(file))

@@ -14,12 +14,12 @@ from eai.benchmarks.registry import find_benchmark
 from eai.extensions.questions import setting as settings
 from eai.extensions.questions.setting import (
     QuestionSetting,
-    draw_in_order,
+    draw_sample_in_order,
     explore_states,
     find_texts_with_counterpart,
     format_list,
     format_numbered_list,
-    make_setting,
+    make_question_setting,
 )
 from eai.planning.planner import Planner
 from eai.tasks.rules import DomainRules
@@ -38,7 +38,7 @@ def light(lamps: Benchmark) -> Task:
 
 @pytest.fixture
 def opened(lamps: Benchmark) -> Callable[[Task], QuestionSetting]:
-    return lambda task: make_setting(task, DomainRules(lamps.domain), Planner(lamps.domain), "0")
+    return lambda task: make_question_setting(task, DomainRules(lamps.domain), Planner(lamps.domain), "0")
 
 
 def steps(task: Task, way: str) -> tuple[Action, ...]:
@@ -128,11 +128,11 @@ def test_what_is_asked_of_a_step(light: Task, opened: Callable[[Task], QuestionS
     assert setting.is_same_state(lit, lit)
     assert not setting.is_same_state(there, lit)
     assert not setting.is_same_state(lit, there)
-    assert list(map(setting.to_text, setting.list_changeable_facts(lit))) == [
+    assert list(map(setting.format_element, setting.list_changeable_facts(lit))) == [
         "lit(lamp_1)",
         "at(robot, lamp_1)",
     ]
-    assert setting.to_text(press) == "PRESS(lamp_1)"
+    assert setting.format_element(press) == "PRESS(lamp_1)"
     assert setting.evaluate_goals(lit) == (False,)
 
 
@@ -164,8 +164,8 @@ def test_texts_that_have_a_counterpart_with_the_other_answer() -> None:
 
 def test_drawn_elements_keep_their_order() -> None:
     rng, letters = random.Random(0), list("abcdef")
-    assert draw_in_order(rng, letters, 6) == letters
-    found = {tuple(draw_in_order(rng, letters, 5)) for _ in range(60)}
+    assert draw_sample_in_order(rng, letters, 6) == letters
+    found = {tuple(draw_sample_in_order(rng, letters, 5)) for _ in range(60)}
     assert found == {tuple(letters[:i] + letters[i + 1 :]) for i in range(6)}
 
 
@@ -266,7 +266,7 @@ PRESS_1, PRESS_2 = Action("PRESS", (LAMP_1,)), Action("PRESS", (LAMP_2,))
 
 def setting(lamps: Benchmark, task: str = "light") -> QuestionSetting:
     rules, planner = DomainRules(lamps.domain), Planner(lamps.domain)
-    return make_setting(lamps.tasks(Source())[task], rules, planner, "0")
+    return make_question_setting(lamps.tasks(Source())[task], rules, planner, "0")
 
 
 def test_all_reachable_states_are_found_in_order_of_distance(lamps: Benchmark) -> None:

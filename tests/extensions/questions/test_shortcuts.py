@@ -13,18 +13,22 @@ from eai.base.store import Store
 from eai.benchmarks.benchmark import Benchmark
 from eai.benchmarks.registry import find_benchmark
 from eai.extensions.questions.question import Question, QuestionForm, QuestionKind
-from eai.extensions.questions.setting import Item, find_texts_with_counterpart, make_setting
+from eai.extensions.questions.setting import (
+    QuestionContent,
+    find_texts_with_counterpart,
+    make_question_setting,
+)
 from eai.extensions.questions.shortcuts import (
     SHORTCUTS,
     ClosedQuestion,
     ShortcutLedger,
-    best_shortcut,
+    compute_guess_probabilities,
+    compute_shortcut_rates,
     draw_closed_question,
-    guess_probabilities,
+    find_best_shortcut,
     make_feature_reader,
-    shortcut_rates,
 )
-from eai.extensions.questions.writer import Writer
+from eai.extensions.questions.writer import QuestionGenerator
 from eai.planning.planner import Planner
 from eai.tasks.rules import DomainRules
 from eai.tasks.source import Source
@@ -57,18 +61,18 @@ def posed(
     ],
 )
 def test_a_shortcut_is_scored_on_a_question(question: ClosedQuestion, shortcut: str, share: float) -> None:
-    assert ShortcutLedger().add(question)[shortcut] == pytest.approx(share)
+    assert ShortcutLedger().add_question(question)[shortcut] == pytest.approx(share)
 
 
 def test_shortcuts_learn_from_earlier_questions() -> None:
     ledger = ShortcutLedger()
     for place in range(4):
-        ledger.add(posed([f"OPEN({place})", "GRAB(cup)", "WALK(cup)", "SIT(cup)"], 0))
-    assert ledger.add(posed(["SIT(pan)", "OPEN(pan)", "GRAB(pan)", "WALK(pan)"], 1))["operator"] == 1
+        ledger.add_question(posed([f"OPEN({place})", "GRAB(cup)", "WALK(cup)", "SIT(cup)"], 0))
+    assert ledger.add_question(posed(["SIT(pan)", "OPEN(pan)", "GRAB(pan)", "WALK(pan)"], 1))["operator"] == 1
     closed = ShortcutLedger()
     for _ in range(3):
-        closed.add(posed(["on(cup)"], None, "the cup"))
-    hits = closed.add(posed(["on(pan)"], 0, "the pan"))
+        closed.add_question(posed(["on(cup)"], None, "the cup"))
+    hits = closed.add_question(posed(["on(pan)"], 0, "the pan"))
     assert (hits["operator"], hits["text"]) == (0, 0)
 
 
@@ -77,8 +81,8 @@ def test_a_statement_by_no_operator_is_right_as_often_as_a_guess() -> None:
     glance = make_feature_reader("", (), {"nothing": ()})
     ledger = ShortcutLedger()
     for right in (0, 1, 2):
-        ledger.add(ClosedQuestion(shown, right, glance))
-    learned = ledger.add(ClosedQuestion(["A(1)", "nothing", "nothing", "nothing"], 0, glance))
+        ledger.add_question(ClosedQuestion(shown, right, glance))
+    learned = ledger.add_question(ClosedQuestion(["A(1)", "nothing", "nothing", "nothing"], 0, glance))
     assert learned["operator"] == 1, "one in three was right, and by chance one in four"
 
 
@@ -86,7 +90,7 @@ def test_a_question_that_reduces_imbalance_has_no_excess() -> None:
     ledger = ShortcutLedger()
     assert ledger.find_excess(posed(["on(cup)"], 0)) == 0
     while not ledger.find_excess(posed(["on(cup)"], 0)):
-        ledger.add(posed(["on(cup)"], 0))
+        ledger.add_question(posed(["on(cup)"], 0))
     assert ledger.find_excess(posed(["on(cup)"], None)) == 0
 
 
@@ -97,7 +101,7 @@ def test_the_tolerated_imbalance_grows_with_every_ten_questions() -> None:
         """That of one question more of a kind of which there were eight too many among so many."""
         ledger = ShortcutLedger()
         for question in [right] * 8 + [right, wrong] * ((number - 8) // 2):
-            ledger.add(question)
+            ledger.add_question(question)
         return ledger.find_excess(right)
 
     assert excess(8) > 0
@@ -114,16 +118,16 @@ EACH = 40
 @pytest.mark.parametrize("domain", ["behavior", *swept("virtualhome")])
 def test_no_shortcut_beats_chance(domain: str, data_store: Store) -> None:
     forms = QuestionForm.CHOICE, QuestionForm.YES_NO
-    writer = Writer(find_benchmark(domain), Source(data_store))
-    questions = list(writer.write(KINDS, forms, 2 * EACH * len(KINDS), seed=5))
-    guesses = guess_probabilities(questions)
+    writer = QuestionGenerator(find_benchmark(domain), Source(data_store))
+    questions = list(writer.write_questions(KINDS, forms, 2 * EACH * len(KINDS), seed=5))
+    guesses = compute_guess_probabilities(questions)
     for kind in KINDS:
         for form in forms:
             some = [each for each in questions if (each.kind, each.form) == (kind, form)]
             assert len(some) == EACH
-            chances = shortcut_rates(some, guesses)
+            chances = compute_shortcut_rates(some, guesses)
             assert set(chances) == {"guess", *SHORTCUTS}
-            assert (chances[best_shortcut(chances)].share or 0) <= (
+            assert (chances[find_best_shortcut(chances)].share or 0) <= (
                 0.3 if form is QuestionForm.CHOICE else 0.55
             )
     choices = [each for each in questions if each.form is QuestionForm.CHOICE]
@@ -133,13 +137,13 @@ def test_no_shortcut_beats_chance(domain: str, data_store: Store) -> None:
 def test_a_step_is_asked_about_where_another_by_its_operator_has_the_other_answer(lamps: Benchmark) -> None:
     operators = {"step 1": "TOUCH", "step 2": "GRAB", "step 3": "GRAB", "step 4": "OPEN"}
     right, wrong = ["step 1", "step 2"], ["step 3", "step 4"]
-    world = make_setting(
+    world = make_question_setting(
         lamps.tasks(Source())["light"], DomainRules(lamps.domain), Planner(lamps.domain), "0"
     )
     about = {step: [name] for step, name in operators.items()}
-    item = Item(world.states[0], (), 4, right, wrong, (), labels=about)
+    item = QuestionContent(world.states[0], (), 4, right, wrong, (), labels=about)
 
-    def shown(item: Item, turn: int) -> set[str]:
+    def shown(item: QuestionContent, turn: int) -> set[str]:
         asked = find_texts_with_counterpart(item.right, item.wrong, operators.__getitem__)
         item = replace(item, yes_no_texts=asked)
         drawn = [
@@ -157,8 +161,10 @@ def test_a_step_is_asked_about_where_another_by_its_operator_has_the_other_answe
 def test_hardly_an_operator_has_one_answer_alone(data_store: Store) -> None:
     """No plan needs a step that touches or looks at an object, so these steps are not asked about."""
     asked: dict[str, list[str]] = {}
-    writer = Writer(find_benchmark("virtualhome"), Source(data_store))
-    for question in writer.write([QuestionKind.JUSTIFICATION], [QuestionForm.YES_NO], 2 * EACH, seed=5):
+    writer = QuestionGenerator(find_benchmark("virtualhome"), Source(data_store))
+    for question in writer.write_questions(
+        [QuestionKind.JUSTIFICATION], [QuestionForm.YES_NO], 2 * EACH, seed=5
+    ):
         (number,) = re.findall(r"left out: step (\d+)\?", question.prompt)
         (operator, *_) = re.findall(rf"^{number}\. ([\w-]+)\(", question.prompt, re.MULTILINE)
         asked.setdefault(operator, []).extend(question.answer)

@@ -4,7 +4,7 @@ from random import Random
 
 from eai.benchmarks.benchmark import Benchmark
 from eai.extensions.questions import one_step
-from eai.extensions.questions.setting import make_setting
+from eai.extensions.questions.setting import make_question_setting
 from eai.planning.planner import get_planner
 from eai.tasks.rules import DomainRules
 from eai.tasks.source import Source
@@ -16,7 +16,7 @@ SHARED = (wide,)
 
 
 def test_a_question_about_too_many_actions_is_not_asked(wide: Benchmark) -> None:
-    setting = make_setting(
+    setting = make_question_setting(
         wide.tasks(Source())["one"], DomainRules(wide.domain), get_planner(wide.domain), "1"
     )
     state, action = setting.states[0], Action("wide", tuple(range(1, 9)))

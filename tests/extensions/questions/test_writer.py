@@ -12,8 +12,8 @@ from eai.benchmarks.benchmark import Benchmark
 from eai.benchmarks.registry import find_benchmark
 from eai.extensions.questions.command import questions as command
 from eai.extensions.questions.question import QuestionForm, QuestionKind, questions_to_bytes
-from eai.extensions.questions.shortcuts import answer_entropy
-from eai.extensions.questions.writer import Writer
+from eai.extensions.questions.shortcuts import compute_answer_entropy
+from eai.extensions.questions.writer import QuestionGenerator
 from eai.tasks.prompts.template import Templates, template_names
 from eai.tasks.source import Source
 from sweeps import swept
@@ -23,21 +23,22 @@ CELLS = [(kind, form) for kind in QuestionKind for form in QuestionForm]
 
 def test_equal_arguments_give_equal_bytes_and_other_seeds_other_questions(lamps: Benchmark) -> None:
     first, again, other = (
-        questions_to_bytes(Writer(lamps).write(number=72, seed=seed)) for seed in (3, 3, 4)
+        questions_to_bytes(QuestionGenerator(lamps).write_questions(number=72, seed=seed))
+        for seed in (3, 3, 4)
     )
     assert first == again
     assert first != other
 
 
 def test_questions_do_not_depend_on_earlier_calls(lamps: Benchmark) -> None:
-    writer = Writer(lamps)
-    list(writer.write(number=20, seed=1))
-    again = questions_to_bytes(writer.write(number=40, seed=3))
-    assert again == questions_to_bytes(Writer(lamps).write(number=40, seed=3))
+    writer = QuestionGenerator(lamps)
+    list(writer.write_questions(number=20, seed=1))
+    again = questions_to_bytes(writer.write_questions(number=40, seed=3))
+    assert again == questions_to_bytes(QuestionGenerator(lamps).write_questions(number=40, seed=3))
 
 
 def test_any_first_part_is_as_evenly_spread(lamps: Benchmark) -> None:
-    questions = list(Writer(lamps).write(number=108))
+    questions = list(QuestionGenerator(lamps).write_questions(number=108))
     for number in (36, 72, 108):
         counts = Counter((question.kind, question.form) for question in questions[:number])
         assert max(counts.values()) - min(counts.values()) <= 1
@@ -47,7 +48,9 @@ def test_any_first_part_is_as_evenly_spread(lamps: Benchmark) -> None:
 
 def test_only_the_wanted_kinds_and_forms_are_asked(lamps: Benchmark) -> None:
     questions = list(
-        Writer(lamps).write((QuestionKind.STATE, QuestionKind.WHY_NOT), (QuestionForm.OPEN,), 9, 0)
+        QuestionGenerator(lamps).write_questions(
+            (QuestionKind.STATE, QuestionKind.WHY_NOT), (QuestionForm.OPEN,), 9, 0
+        )
     )
     assert len(questions) == 9
     assert {(question.kind, question.form) for question in questions} == {
@@ -57,13 +60,16 @@ def test_only_the_wanted_kinds_and_forms_are_asked(lamps: Benchmark) -> None:
 
 
 def test_there_are_fewer_questions_if_the_tasks_yield_no_more(lamps: Benchmark) -> None:
-    questions = list(Writer(lamps).write((QuestionKind.WHY_NOT,), (QuestionForm.OPEN,), 100_000))
+    questions = list(
+        QuestionGenerator(lamps).write_questions((QuestionKind.WHY_NOT,), (QuestionForm.OPEN,), 100_000)
+    )
     assert 10 < len(questions) < 100_000
 
 
 def test_the_command_asks_for_as_many_as_the_library_where_nobody_says_how_many() -> None:
     numbers = [
-        signature(each).parameters[n].default for each, n in ((Writer.write, "number"), (command, "n"))
+        signature(each).parameters[n].default
+        for each, n in ((QuestionGenerator.write_questions, "number"), (command, "n"))
     ]
     assert numbers == [500, 500]
 
@@ -73,20 +79,31 @@ def test_a_kind_is_given_up_after_five_failures_in_a_row(
 ) -> None:
     tried: list[str] = []
     monkeypatch.setattr(
-        Writer, "_drafts", lambda self, tasks, cell, number, seed: tried.append(cell.kind) or ()
+        QuestionGenerator,
+        "_make_drafts",
+        lambda self, tasks, cell, number, seed: tried.append(cell.kind) or (),
     )
-    assert list(Writer(lamps).write((QuestionKind.STATE, QuestionKind.FORWARD), (QuestionForm.OPEN,))) == []
+    assert (
+        list(
+            QuestionGenerator(lamps).write_questions(
+                (QuestionKind.STATE, QuestionKind.FORWARD), (QuestionForm.OPEN,)
+            )
+        )
+        == []
+    )
     assert tried == [QuestionKind.STATE, QuestionKind.FORWARD] * 5
 
 
 @pytest.mark.parametrize("domain", ["behavior", *swept("virtualhome")])
 def test_answers_are_spread_evenly(domain: str, data_store: Store) -> None:
-    questions = list(Writer(find_benchmark(domain), Source(data_store)).write(number=12 * len(CELLS)))
+    questions = list(
+        QuestionGenerator(find_benchmark(domain), Source(data_store)).write_questions(number=12 * len(CELLS))
+    )
     assert len(questions) == 12 * len(CELLS)
     uneven = [
         (kind.value, form.value, entropy)
         for kind, form in CELLS
-        if (entropy := answer_entropy(questions, kind, form)) is None or entropy < 0.8
+        if (entropy := compute_answer_entropy(questions, kind, form)) is None or entropy < 0.8
     ]
     assert uneven == []
 
@@ -97,15 +114,17 @@ def test_every_kind_and_form_has_words_and_own_ones_take_their_place(
     assert {f"questions/{kind.value}.{form.value}.txt" for kind, form in CELLS} <= template_names()
     (tmp_path / "questions").mkdir()
     (tmp_path / "questions" / "answer.yes_no.txt").write_text("Ja oder nein?")
-    (question,) = Writer(lamps, templates=Templates(tmp_path)).write(
+    (question,) = QuestionGenerator(lamps, templates=Templates(tmp_path)).write_questions(
         (QuestionKind.FORWARD,), (QuestionForm.YES_NO,), 1
     )
     assert question.prompt.endswith("Ja oder nein?")
 
 
 def test_without_the_rules_the_questions_are_the_same(lamps: Benchmark) -> None:
-    told = {question.id: question for question in Writer(lamps).write(number=108)}
-    closed = {question.id: question for question in Writer(lamps).write(number=93, rules=False)}
+    told = {question.id: question for question in QuestionGenerator(lamps).write_questions(number=108)}
+    closed = {
+        question.id: question for question in QuestionGenerator(lamps).write_questions(number=93, rules=False)
+    }
     assert (len(told), len(closed)) == (108, 93)
     left_out = {(told[each].kind, told[each].form) for each in told.keys() - closed.keys()}
     assert left_out == {
@@ -120,7 +139,7 @@ def test_without_the_rules_the_questions_are_the_same(lamps: Benchmark) -> None:
         assert all(
             head in question.prompt for head in rules if head.partition("(")[0] in lamps.domain.arities
         )
-    assert list(Writer(lamps).write((QuestionKind.WHY_NOT,), rules=False)) == []
+    assert list(QuestionGenerator(lamps).write_questions((QuestionKind.WHY_NOT,), rules=False)) == []
 
 
 PROMPT = """\
@@ -137,4 +156,6 @@ and p(a, c):
 
 
 def test_a_prompt_begins_with_the_world(lamps: Benchmark) -> None:
-    assert all(question.prompt.startswith(PROMPT) for question in Writer(lamps).write(number=36))
+    assert all(
+        question.prompt.startswith(PROMPT) for question in QuestionGenerator(lamps).write_questions(number=36)
+    )

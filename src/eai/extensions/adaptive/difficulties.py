@@ -29,7 +29,7 @@ _MAX_STEPS = 100
 _CONVERGENCE_LOGITS = 1e-9
 
 
-def item_difficulties(domain: str, ability: Ability) -> Mapping[str, float]:
+def load_task_difficulties(domain: str, ability: Ability) -> Mapping[str, float]:
     """Return the difficulty of each task of a suite, in the order of the data set; empty if unpublished."""
     difficulties: Mapping[str, float] = (
         _load_tables().get(f"{domain}/{ability.value}", {}).get("difficulties", {})
@@ -37,7 +37,7 @@ def item_difficulties(domain: str, ability: Ability) -> Mapping[str, float]:
     return difficulties
 
 
-def variance_between_names(domain: str, ability: Ability) -> float:
+def load_variance_between_names(domain: str, ability: Ability) -> float:
     """Return how much a model's ability varies between the names of tasks in a suite; 0 if unknown.
 
     The unit of this variance is squared logits.
@@ -83,17 +83,17 @@ def estimate_ability(
     """
     value = 0.0
     for _ in range(_MAX_STEPS):
-        chances = [_success_probability(value, difficulties[task]) for task in scores]
+        chances = [_compute_success_probability(value, difficulties[task]) for task in scores]
         information = 1 + sum(p * (1 - p) for p in chances)
         change = (sum(scores.values()) - sum(chances) - value) / information
         value += max(-1.0, min(1.0, change))
         if abs(change) < _CONVERGENCE_LOGITS:
             break
-    between = variance * _concentration(value, scores, difficulties, names or {})
+    between = variance * _compute_information_concentration(value, scores, difficulties, names or {})
     return _AbilityEstimate(value, math.sqrt(1 / information + between))
 
 
-def _concentration(
+def _compute_information_concentration(
     ability: float, scores: Mapping[str, float], difficulties: Mapping[str, float], names: Mapping[str, str]
 ) -> float:
     """Return how far the information comes from few names: the sum of the squared shares of names.
@@ -102,7 +102,7 @@ def _concentration(
     """
     informed: defaultdict[str, float] = defaultdict(float)
     for task in scores:
-        p = _success_probability(ability, difficulties[task])
+        p = _compute_success_probability(ability, difficulties[task])
         informed[names.get(task, task)] += p * (1 - p)
     whole = sum(informed.values())
     return sum((information / whole) ** 2 for information in informed.values()) if whole else 0.0
@@ -131,5 +131,5 @@ def choose_next_tasks(
     return tuple(chosen)
 
 
-def _success_probability(ability: float, difficulty: float) -> float:
+def _compute_success_probability(ability: float, difficulty: float) -> float:
     return 1 / (1 + math.exp(difficulty - ability))

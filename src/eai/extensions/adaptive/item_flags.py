@@ -36,46 +36,46 @@ def make_flag_reader(source: Source) -> FlagReader:
     """
 
     @cache
-    def tasks_of(domain: str) -> Mapping[str, Task]:
+    def open_tasks(domain: str) -> Mapping[str, Task]:
         return find_benchmark(domain).tasks(source) if domain in list_benchmarks() else {}
 
     @cache
-    def search(domain: str, task_id: str) -> SearchResult[Action]:
+    def search_plan(domain: str, task_id: str) -> SearchResult[Action]:
         """Search a plan for a task. Results are cached, because several suites need them."""
-        return find_plan(tasks_of(domain)[task_id], get_planner(find_benchmark(domain).domain))
+        return find_plan(open_tasks(domain)[task_id], get_planner(find_benchmark(domain).domain))
 
     @cache
-    def open_books(key: SuiteKey) -> tuple[Suite, tuple[AnswerBook, ...]]:
+    def open_suite_and_answers(key: SuiteKey) -> tuple[Suite, tuple[AnswerBook, ...]]:
         """Return a suite, its gold answers, and its answers made from plans of the built-in planner."""
         benchmark, ability = find_benchmark(key.domain), Ability(key.ability)
         gold = open_answer_book(benchmark, ability, source)
         planned = open_planned_book(
-            benchmark, ability, source, find=lambda task, *_: search(key.domain, task.id)
+            benchmark, ability, source, find=lambda task, *_: search_plan(key.domain, task.id)
         )
         return open_suite(benchmark, ability, Protocol(key.protocol), source=source), (gold, planned)
 
     def find_unsolved_flag(key: SuiteKey, task_id: str) -> Flag:
-        suite, books = open_books(key)
+        suite, books = open_suite_and_answers(key)
         for book in books:
             answer = book[task_id].text
             verdict = suite.adapt_to_answers([answer]).score(task_id, answer)
             if isinstance(verdict, PlanVerdict) and verdict.success:
                 return "unsolved: plan exists"
-        is_impossible = search(key.domain, task_id).end is SearchEnd.UNREACHABLE
+        is_impossible = search_plan(key.domain, task_id).end is SearchEnd.UNREACHABLE
         return "unsolved: no plan" if is_impossible else "unsolved"
 
-    def flags(key: SuiteKey, task_id: str, unsolved: bool) -> Iterator[Flag]:
-        task = tasks_of(key.domain).get(task_id)
+    def find_flags(key: SuiteKey, task_id: str, unsolved: bool) -> Iterator[Flag]:
+        task = open_tasks(key.domain).get(task_id)
         has_plans = task is not None and get_declaration(Ability(key.ability)).has_plans
         if unsolved:
             yield find_unsolved_flag(key, task_id) if has_plans else "unsolved"
-        if task is not None and has_plans and _is_ambiguous(task, find_benchmark(key.domain)):
+        if task is not None and has_plans and _has_ambiguous_goals(task, find_benchmark(key.domain)):
             yield "ambiguous names"
 
-    return flags
+    return find_flags
 
 
-def _is_ambiguous(task: Task, benchmark: Benchmark) -> bool:
+def _has_ambiguous_goals(task: Task, benchmark: Benchmark) -> bool:
     """Whether two state goals are equal if objects are replaced by their names in answers."""
     names = (thing.name for thing in task.scene.objects)
     called = dict(zip(names, benchmark.notation.goals.list_object_names(task), strict=True))

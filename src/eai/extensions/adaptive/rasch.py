@@ -27,7 +27,7 @@ _CONVERGENCE_LOGITS = 1e-10
 
 
 @dataclass(frozen=True, slots=True)
-class Rasch:
+class RaschModel:
     """A fitted Rasch model.
 
     Attributes:
@@ -40,19 +40,19 @@ class Rasch:
     difficulties: Matrix
     difficulty_errors: Matrix
 
-    def chances(self) -> Matrix:
+    def predict_success(self) -> Matrix:
         """Return the probabilities that models (rows) solve tasks (columns)."""
-        return chance(self.abilities[:, None], self.difficulties[None, :])
+        return compute_success_probability(self.abilities[:, None], self.difficulties[None, :])
 
 
-def chance(ability: Matrix, difficulty: Matrix) -> Matrix:
+def compute_success_probability(ability: Matrix, difficulty: Matrix) -> Matrix:
     """Return the probability that a model solves a task, given the ability and the difficulty."""
     import numpy as np
 
     return 1 / (1 + np.exp(difficulty - ability))
 
 
-def fit_rasch(scores: Matrix) -> Rasch:
+def fit_rasch(scores: Matrix) -> RaschModel:
     """Fit the Rasch model by Newton's method, which changes abilities and difficulties in turn.
 
     Args:
@@ -66,24 +66,26 @@ def fit_rasch(scores: Matrix) -> Rasch:
     prior = 1 / DIFFICULTY_SPREAD**2
     for _ in range(_MAX_STEPS):
         before = abilities, difficulties
-        p = chance(abilities[:, None], difficulties[None, :]) * is_known
-        slope = ((given - p).sum(axis=1) - abilities) / (_information(p).sum(axis=1) + 1)
+        p = compute_success_probability(abilities[:, None], difficulties[None, :]) * is_known
+        slope = ((given - p).sum(axis=1) - abilities) / (_compute_information(p).sum(axis=1) + 1)
         abilities = abilities + slope
-        p = chance(abilities[:, None], difficulties[None, :]) * is_known
-        slope = ((p - given).sum(axis=0) - prior * difficulties) / (_information(p).sum(axis=0) + prior)
+        p = compute_success_probability(abilities[:, None], difficulties[None, :]) * is_known
+        slope = ((p - given).sum(axis=0) - prior * difficulties) / (
+            _compute_information(p).sum(axis=0) + prior
+        )
         difficulties = difficulties + slope
         largest_change = max(np.abs(abilities - before[0]).max(), np.abs(difficulties - before[1]).max())
         if largest_change < _CONVERGENCE_LOGITS:
             break
-    p = chance(abilities[:, None], difficulties[None, :]) * is_known
-    return Rasch(abilities, difficulties, 1 / np.sqrt(_information(p).sum(axis=0) + prior))
+    p = compute_success_probability(abilities[:, None], difficulties[None, :]) * is_known
+    return RaschModel(abilities, difficulties, 1 / np.sqrt(_compute_information(p).sum(axis=0) + prior))
 
 
-def _information(p: Matrix) -> Matrix:
+def _compute_information(p: Matrix) -> Matrix:
     return p * (1 - p)
 
 
-def item_rest_correlations(scores: Matrix) -> Matrix:
+def compute_item_rest_correlations(scores: Matrix) -> Matrix:
     """Return the item-rest correlation of each task: of its score with the sum of all other scores.
 
     The correlation is over models. It is NaN if the score or the sum does not vary.
@@ -103,7 +105,7 @@ def item_rest_correlations(scores: Matrix) -> Matrix:
     return correlations
 
 
-def reliability(scores: Matrix) -> float | None:
+def estimate_reliability(scores: Matrix) -> float | None:
     """Return Cronbach's alpha (reliability) of tasks over models; None if the sums of scores do not vary."""
     number = scores.shape[1]
     whole = float(scores.sum(axis=1).var(ddof=1))
@@ -113,7 +115,7 @@ def reliability(scores: Matrix) -> float | None:
     return float(number / (number - 1) * (1 - parts / whole))
 
 
-def estimate_variance_between_names(scores: Matrix, fitted: Rasch, names: Sequence[str]) -> float:
+def estimate_variance_between_names(scores: Matrix, fitted: RaschModel, names: Sequence[str]) -> float:
     """Return how much a model's ability varies between names of tasks, as a variance in squared logits.
 
     If a name is unexpectedly difficult for a model, the scores of two of its tasks deviate together from the
@@ -129,9 +131,9 @@ def estimate_variance_between_names(scores: Matrix, fitted: Rasch, names: Sequen
     import numpy as np
 
     known = ~np.isnan(scores)
-    chances = fitted.chances()
+    chances = fitted.predict_success()
     deviations = np.where(known, scores - chances, 0.0)
-    information = np.where(known, _information(chances), 0.0)
+    information = np.where(known, _compute_information(chances), 0.0)
     shared = possible = 0.0
     for name in set(names):
         of_name = [place for place, each in enumerate(names) if each == name]

@@ -15,8 +15,8 @@ from eai.benchmarks.suite import Suite
 from eai.extensions.adaptive.difficulties import (
     choose_next_tasks,
     estimate_ability,
-    item_difficulties,
-    variance_between_names,
+    load_task_difficulties,
+    load_variance_between_names,
 )
 from eai.results.epochs import SuiteResult
 from eai.results.runs import read_runs
@@ -41,7 +41,9 @@ See `_estimate_difficulties`.
 def open_runs(
     suites: Sequence[Suite], named: Sequence[Ability], folder: Path | None
 ) -> tuple[list[Suite], Callable[..., tuple[SuiteResult, str]]]:
-    """Return the suites with known difficulties of tasks, and the function that runs such a suite (`obtain`).
+    """Return the suites with known difficulties of tasks, and the function that runs such a suite.
+
+    The function is `request_informative_tasks`.
 
     Args:
         suites: the suites that the user asks for.
@@ -66,7 +68,7 @@ def open_runs(
         asked = f"{unknown[0].domain} {unknown[0].ability.value}"
         hint = "; --with tasks.calibration=DIR takes them from runs of several models"
         raise InputError(f"--adaptive: the tasks of {asked} have no known difficulties{hint}")
-    return known, partial(obtain, difficulties)
+    return known, partial(request_informative_tasks, difficulties)
 
 
 def _estimate_difficulties(suite: Suite, folder: Path | None) -> _Difficulties:
@@ -82,7 +84,7 @@ def _estimate_difficulties(suite: Suite, folder: Path | None) -> _Difficulties:
     """
     if folder is None:
         place = suite.domain, suite.ability
-        return item_difficulties(*place), variance_between_names(*place), "nine models of 2024"
+        return load_task_difficulties(*place), load_variance_between_names(*place), "nine models of 2024"
     from eai.extensions.adaptive.rasch import estimate_variance_between_names, fit_rasch  # needs numpy
     from eai.extensions.adaptive.study import MIN_MODELS, collect_scores
 
@@ -105,7 +107,7 @@ def _estimate_difficulties(suite: Suite, folder: Path | None) -> _Difficulties:
     return by_task, variance, f"the {len(scores.models)} models in {folder}"
 
 
-def obtain(
+def request_informative_tasks(
     estimates: Mapping[tuple[str, Ability], _Difficulties],
     ask: Callable[[Mapping[str, Prompt]], SuiteResult],
     prompts: Mapping[str, Prompt],

@@ -12,7 +12,12 @@ from eai.abilities.declaration import AnswerOutcome
 from eai.base.errors import InputError
 from eai.base.grouping import group_pairs
 from eai.extensions.adaptive.flag import Flag, FlagReader
-from eai.extensions.adaptive.rasch import Rasch, fit_rasch, item_rest_correlations, reliability
+from eai.extensions.adaptive.rasch import (
+    RaschModel,
+    compute_item_rest_correlations,
+    estimate_reliability,
+    fit_rasch,
+)
 from eai.results.certainty import LEVEL, compute_student_quantile
 from eai.results.lines import (
     SUITE,
@@ -74,14 +79,14 @@ class SuiteScores:
         return len(self.models) >= MIN_MODELS and bool(self.tasks)
 
     @cached_property
-    def rasch(self) -> Rasch:
+    def rasch(self) -> RaschModel:
         """The Rasch model fitted to the scores."""
         return fit_rasch(self.matrix)
 
     @cached_property
     def item_rest(self) -> Matrix:
-        """Item-rest correlation of each task: its agreement with other tasks (`item_rest_correlations`)."""
-        return item_rest_correlations(self.matrix)
+        """Item-rest correlation of each task: correlation of its score with the sum of other scores."""
+        return compute_item_rest_correlations(self.matrix)
 
 
 def collect_scores(answers: Sequence[AnswerLine]) -> SuiteScores:
@@ -104,7 +109,7 @@ def collect_scores(answers: Sequence[AnswerLine]) -> SuiteScores:
 _ScoredSuites: TypeAlias = Mapping[SuiteKey, tuple[Sequence[AnswerLine], SuiteScores]]
 
 
-def item_tables(answers: Sequence[AnswerLine], flags: FlagReader) -> list[Table]:
+def make_item_tables(answers: Sequence[AnswerLine], flags: FlagReader) -> list[Table]:
     """Return the tables of the analysis, for suites with answers of at least `MIN_MODELS` models.
 
     Args:
@@ -114,8 +119,8 @@ def item_tables(answers: Sequence[AnswerLine], flags: FlagReader) -> list[Table]
     of_models = group_by_suite([each for each in answers if not is_null_model(each.model)])
     scored = {suite: (given, collect_scores(given)) for suite, given in of_models.items()}
     suites = {suite: each for suite, each in scored.items() if each[1].is_sufficient}
-    items = _items(suites, flags)
-    return [_tests(suites), _abilities(suites), _flagged(items), items]
+    items = _make_tasks_table(suites, flags)
+    return [_make_tests_table(suites), _make_abilities_table(suites), _make_flagged_tasks_table(items), items]
 
 
 def predict_held_out(scores: SuiteScores) -> tuple[float | None, float | None]:
@@ -134,12 +139,12 @@ def predict_held_out(scores: SuiteScores) -> tuple[float | None, float | None]:
     for fold in range(_FOLDS):
         out = order % _FOLDS == fold
         kept = np.where(out, np.nan, matrix)
-        chances[out] = fit_rasch(kept).chances()[out]
+        chances[out] = fit_rasch(kept).predict_success()[out]
         means[out] = np.broadcast_to(np.nanmean(kept, axis=1, keepdims=True), matrix.shape)[out]
-    return _area_under_curve(matrix, chances), _area_under_curve(matrix, means)
+    return _compute_area_under_curve(matrix, chances), _compute_area_under_curve(matrix, means)
 
 
-def _area_under_curve(success: Matrix, predicted: Matrix) -> float | None:
+def _compute_area_under_curve(success: Matrix, predicted: Matrix) -> float | None:
     """Return the probability that a success was predicted with a higher value than a failure."""
     from scipy.stats import rankdata
 
@@ -148,10 +153,10 @@ def _area_under_curve(success: Matrix, predicted: Matrix) -> float | None:
     if not wins or not losses:
         return None
     ranks = rankdata(predicted.ravel().round(9))
-    return _round(float((ranks[yes].sum() - wins * (wins + 1) / 2) / (wins * losses)))
+    return _round_to_six_digits(float((ranks[yes].sum() - wins * (wins + 1) / 2) / (wins * losses)))
 
 
-def ability_estimate(scores: SuiteScores, place: int) -> Estimate:
+def estimate_relative_ability(scores: SuiteScores, place: int) -> Estimate:
     """Return the ability of a model relative to the mean of all models, with its interval.
 
     The variance is a first-order jackknife over names of tasks, for which difficulties count as exact. If the
@@ -160,13 +165,13 @@ def ability_estimate(scores: SuiteScores, place: int) -> Estimate:
     import numpy as np
 
     fitted = scores.rasch
-    p = fitted.chances()
+    p = fitted.predict_success()
     weights, residuals = p * (1 - p), scores.matrix - p
     information = weights.sum(axis=1) + 1
     value = float(fitted.abilities[place] - fitted.abilities.mean())
     places = {name: number for number, name in enumerate(dict.fromkeys(scores.names))}
     if len(places) < 2:
-        return Estimate(_round(value))
+        return Estimate(_round_to_six_digits(value))
     columns = [places[name] for name in scores.names]
     residual_sums = np.array([np.bincount(columns, row, len(places)) for row in residuals])
     weight_sums = np.array([np.bincount(columns, row, len(places)) for row in weights])
@@ -177,7 +182,9 @@ def ability_estimate(scores: SuiteScores, place: int) -> Estimate:
     by_name = (len(places) - 1) / len(places) * float((own * own).sum())
     by_task = float((share * share / information).sum())
     half = compute_student_quantile(LEVEL, len(places) - 1) * math.sqrt(max(by_name, by_task))
-    return Estimate(_round(value), _round(value - half), _round(value + half))
+    return Estimate(
+        _round_to_six_digits(value), _round_to_six_digits(value - half), _round_to_six_digits(value + half)
+    )
 
 
 def _find_score_flags(column: Matrix, agreement: float) -> Iterator[Flag]:
@@ -195,12 +202,12 @@ def _find_first_checks(answers: Sequence[AnswerLine]) -> Mapping[str, str]:
     return {task: min(checks, key=lambda c: (-checks.count(c), c)) for task, checks in checks_of_task.items()}
 
 
-def _round(number: float) -> float | None:
+def _round_to_six_digits(number: float) -> float | None:
     """Round to six digits. Further digits differ between machines. NaN becomes None."""
     return None if math.isnan(number) else round(number, 6)
 
 
-def _simplify(number: float) -> float:
+def _simplify_number(number: float) -> float:
     return int(number) if number == int(number) else round(number, 6)
 
 
@@ -211,7 +218,7 @@ def _simplify(number: float) -> float:
         *("held_out_rasch", "held_out_mean"),
     ),
 )
-def _tests(suites: _ScoredSuites) -> Iterator[Row]:
+def _make_tests_table(suites: _ScoredSuites) -> Iterator[Row]:
     """Suites as tests.
 
     saturated: tasks that all models solve, or all but one; unsolved: tasks that no model solves; negative:
@@ -220,10 +227,14 @@ def _tests(suites: _ScoredSuites) -> Iterator[Row]:
     difficulty, and by the model's mean alone.
     """
     for suite, (_, scores) in suites.items():
-        models, solved, alpha = len(scores.models), scores.matrix.sum(axis=0), reliability(scores.matrix)
+        models, solved, alpha = (
+            len(scores.models),
+            scores.matrix.sum(axis=0),
+            estimate_reliability(scores.matrix),
+        )
         counts = [solved >= models - 1, solved == 0, scores.item_rest < 0]
         saturated, unsolved, negative = (int(of_task.sum()) for of_task in counts)
-        rounded = None if alpha is None else _round(alpha)
+        rounded = None if alpha is None else _round_to_six_digits(alpha)
         yield (
             *(*suite, models, len(scores.tasks), saturated, unsolved, negative, rounded),
             *predict_held_out(scores),
@@ -231,7 +242,7 @@ def _tests(suites: _ScoredSuites) -> Iterator[Row]:
 
 
 @make_table("abilities", (*SUITE, "answered_by", "logit", "score"))
-def _abilities(suites: _ScoredSuites) -> Iterator[Row]:
+def _make_abilities_table(suites: _ScoredSuites) -> Iterator[Row]:
     """Models.
 
     logit is the ability by the Rasch model: a model of ability t solves a task of difficulty b with
@@ -243,7 +254,7 @@ def _abilities(suites: _ScoredSuites) -> Iterator[Row]:
         for place in sorted(range(len(scores.models)), key=lambda place: -abilities[place]):
             model = scores.models[place]
             cases = [make_case(line, compute_score_share(line)) for line in answers if line.agent == model]
-            yield (*suite, model, ability_estimate(scores, place), Estimate.from_cases(cases))
+            yield (*suite, model, estimate_relative_ability(scores, place), Estimate.from_cases(cases))
 
 
 _ITEM = (
@@ -253,7 +264,7 @@ _ITEM = (
 
 
 @make_table("flagged", _ITEM)
-def _flagged(items: Table) -> Iterable[Row]:
+def _make_flagged_tasks_table(items: Table) -> Iterable[Row]:
     """Tasks to inspect.
 
     Tasks that no model solves, tasks that worse models solve and better models do not, and tasks whose
@@ -264,7 +275,7 @@ def _flagged(items: Table) -> Iterable[Row]:
 
 
 @make_table("items", _ITEM, max_shown_rows=0)
-def _items(suites: _ScoredSuites, flags: FlagReader) -> Iterator[Row]:
+def _make_tasks_table(suites: _ScoredSuites, flags: FlagReader) -> Iterator[Row]:
     """All tasks.
 
     For each task: how many models solve it (or the sum of their F1), its difficulty with standard error, its
@@ -278,11 +289,11 @@ def _items(suites: _ScoredSuites, flags: FlagReader) -> Iterator[Row]:
                 *suite,
                 task,
                 scores.names[place],
-                _simplify(float(column.sum())),
+                _simplify_number(float(column.sum())),
                 len(column),
-                _round(float(fitted.difficulties[place] - fitted.abilities.mean())),
-                _round(float(fitted.difficulty_errors[place])),
-                _round(agreement),
+                _round_to_six_digits(float(fitted.difficulties[place] - fitted.abilities.mean())),
+                _round_to_six_digits(float(fitted.difficulty_errors[place])),
+                _round_to_six_digits(agreement),
                 checks.get(task),
                 ", ".join(
                     [*_find_score_flags(column, agreement), *flags(suite, task, bool(column.max() == 0))]
@@ -290,25 +301,27 @@ def _items(suites: _ScoredSuites, flags: FlagReader) -> Iterator[Row]:
             )
 
 
-def _analyze(records: StudyRecords, chosen: Options) -> Iterator[Analysis]:
+def _analyze_items(records: StudyRecords, chosen: Options) -> Iterator[Analysis]:
     from eai.extensions.adaptive.item_flags import make_flag_reader
 
-    tables = item_tables(records.make_plain_tables().answers, make_flag_reader(records.source))
+    tables = make_item_tables(records.make_plain_tables().answers, make_flag_reader(records.source))
     if not tables[0].rows:
         raise InputError(f"expected answers of at least {MIN_MODELS} models to one suite")
-    yield Analysis(tables, _figures(tables))
+    yield Analysis(tables, _draw_figures(tables))
 
 
-def _figures(tables: Sequence[Table]) -> Figures:
+def _draw_figures(tables: Sequence[Table]) -> Figures:
     abilities = group_rows_by_suite(tables[1])
     for suite, rows in group_rows_by_suite(tables[3]).items():
-        yield add_suite_title(suite, "items", draw(rows, abilities[suite]))
+        yield add_suite_title(suite, "items", draw_difficulties_and_abilities(rows, abilities[suite]))
 
 
 _BINS_PER_UNIT = 2
 
 
-def draw(items: Sequence[Mapping[str, Cell]], models: Sequence[Mapping[str, Cell]]) -> Figure | None:
+def draw_difficulties_and_abilities(
+    items: Sequence[Mapping[str, Cell]], models: Sequence[Mapping[str, Cell]]
+) -> Figure | None:
     """Draw a histogram of task difficulties and, below it on the same scale, the abilities of the models.
 
     A test separates models best if their abilities are close to its difficulties.
@@ -348,6 +361,6 @@ def draw(items: Sequence[Mapping[str, Cell]], models: Sequence[Mapping[str, Cell
 ITEMS = Study(
     "items",
     "Tasks by the answers of many models: difficulty, agreement with other tasks, and odd results.",
-    analyze=_analyze,
+    analyze=_analyze_items,
     included_in_all=True,
 )

@@ -17,9 +17,9 @@ from eai.base.files import to_file_name, write_files_atomically
 from eai.base.json_value import Json
 from eai.benchmarks.benchmark import Benchmark
 from eai.benchmarks.registry import find_benchmark
-from eai.cli.console import format_count, note, say, tell, tell_findings
-from eai.cli.options import AsJson, DataFolder, OfDomain, Planner, flag, open_source
-from eai.cli.progress import scoring_progress
+from eai.cli.console import format_count, print_findings_and_exit, print_note, print_result, print_result_line
+from eai.cli.options import AsJson, DataFolder, OfDomain, Planner, make_flag, open_data_source
+from eai.cli.progress import show_scoring_progress
 from eai.extensions.annotation import decisions as annotation
 from eai.extensions.annotation.decisions import (
     Annotation,
@@ -39,20 +39,22 @@ from eai.tasks.task_lines import write_task_line
 
 app = typer.Typer(no_args_is_help=True)
 
-OfTitle = Annotated[str | None, flag("--title", help="Only demonstrations of this title.", metavar="TITLE")]
+OfTitle = Annotated[
+    str | None, make_flag("--title", help="Only demonstrations of this title.", metavar="TITLE")
+]
 DecisionFile = Annotated[
-    Path, flag("--decisions", help="The TOML file of decisions, written by choose.", metavar="FILE")
+    Path, make_flag("--decisions", help="The TOML file of decisions, written by choose.", metavar="FILE")
 ]
 Demonstrations = Annotated[
     Path | None,
-    flag(
+    make_flag(
         "--demonstrations",
         help="An archive of further demonstrations, if the benchmark can read one.",
     ),
 ]
 Without = Annotated[
     list[str] | None,
-    flag(
+    make_flag(
         "--without",
         help="Do not count this predicate. The command choose saves the option in the file.",
         metavar="PREDICATE",
@@ -66,7 +68,7 @@ def _open_demonstrations(
     domain: str, title: str | None, archive: Path | None, data: Path | None, without: Sequence[str] = ()
 ) -> tuple[Benchmark, Mapping[str, list[Task]]]:
     benchmark = find_benchmark(domain)
-    with open_source(data, errata=ErrataChoice.NONE) as source:
+    with open_data_source(data, errata=ErrataChoice.NONE) as source:
         if archive is None:
             tasks: Mapping[str, Task] = benchmark.tasks(source)
         elif benchmark.data.open_demonstrations is None:
@@ -99,7 +101,7 @@ def show_differences(
     title: OfTitle = None,
     without: Without = None,
     count: bool = False,
-    everything: Annotated[bool, flag("--all")] = False,
+    everything: Annotated[bool, make_flag("--all")] = False,
     demonstrations: Demonstrations = None,
     as_json: AsJson = False,
     data: DataFolder = None,
@@ -133,7 +135,7 @@ def show_differences(
         for difference in of_title
     }
     lines = [f"{task_id}: {', '.join(texts) or 'nothing'}" for task_id, texts in facts.items()]
-    tell(*lines, value=facts, as_json=as_json)
+    print_result(*lines, value=facts, as_json=as_json)
 
 
 def _print_counts(
@@ -152,13 +154,13 @@ def _print_counts(
         lines += [f"{times:5} {pattern}" for pattern, times in rows]
         if len(rows) < len(table):
             lines.append(f"      and {len(table) - len(rows)} more (--all)")
-    tell(*lines, value=counts, as_json=as_json)
+    print_result(*lines, value=counts, as_json=as_json)
 
 
 @app.command(name="choose")
 def choose_patterns(
     domain: OfDomain,
-    title: Annotated[str, flag(metavar="TITLE")],
+    title: Annotated[str, make_flag(metavar="TITLE")],
     decisions: DecisionFile = Path("decisions.toml"),
     without: Without = None,
     demonstrations: Demonstrations = None,
@@ -180,11 +182,11 @@ def choose_patterns(
     benchmark, titles = _open_demonstrations(domain, title, demonstrations, data, without or ())
     differences = [annotation.find_difference(task, benchmark.domain) for task in titles[title]]
     listing = PatternList(differences, benchmark.domain, not_counted)
-    say(f"{title}: {format_count(len(listing.differences), 'demonstration')}")
-    say(annotation.HELP)
+    print_result_line(f"{title}: {format_count(len(listing.differences), 'demonstration')}")
+    print_result_line(annotation.HELP)
     _print_decisions(listing, saved.get(title, TitleDecisions()))
     left = _apply_user_commands(decisions, saved, title, listing)
-    say(f"{left}; written to {decisions}")
+    print_result_line(f"{left}; written to {decisions}")
 
 
 def _apply_user_commands(
@@ -205,7 +207,7 @@ def _apply_user_commands(
             try:
                 chosen = _apply_command(command, chosen, before, listing)
             except InputError as error:
-                note(str(error))
+                print_note(str(error))
             else:
                 _print_decisions(listing, chosen)
     except EOFError:
@@ -236,15 +238,15 @@ def _print_decisions(listing: PatternList, chosen: TitleDecisions) -> None:
     for number, candidate in enumerate(chosen.candidates, 1):
         texts = [" or ".join(map(str, entry)) for entry in candidate]
         met = sum(annotation.is_candidate_met(candidate, difference) for difference in listing.differences)
-        say(f"candidate {number}, met by {met}:")
+        print_result_line(f"candidate {number}, met by {met}:")
         for text in texts:
-            say(f"    {text}")
+            print_result_line(f"    {text}")
     rows = listing.find_undecided_numbers(chosen)
     for number in rows[:_MAX_SHOWN_PATTERNS]:
         pattern = listing.numbered_patterns[number - 1]
-        say(f"{number:4}  {pattern}  in {listing.counts[pattern]}")
+        print_result_line(f"{number:4}  {pattern}  in {listing.counts[pattern]}")
     if len(rows) > _MAX_SHOWN_PATTERNS:
-        say(f"      and {len(rows) - _MAX_SHOWN_PATTERNS} rarer patterns")
+        print_result_line(f"      and {len(rows) - _MAX_SHOWN_PATTERNS} rarer patterns")
 
 
 @app.command(name="goals")
@@ -252,9 +254,9 @@ def print_goals(
     domain: OfDomain,
     decisions: DecisionFile = Path("decisions.toml"),
     title: OfTitle = None,
-    out: Annotated[Path | None, flag(metavar="FILE")] = None,
+    out: Annotated[Path | None, make_flag(metavar="FILE")] = None,
     assigned: bool = False,
-    checked: Annotated[bool, flag("--check")] = False,
+    checked: Annotated[bool, make_flag("--check")] = False,
     demonstrations: Demonstrations = None,
     as_json: AsJson = False,
     data: DataFolder = None,
@@ -274,12 +276,12 @@ def print_goals(
     benchmark, titles = _open_demonstrations(domain, title, demonstrations, data)
     annotations = _make_annotations(benchmark, titles, decisions)
     if checked:
-        tell_findings(
+        print_findings_and_exit(
             list(annotation.check_goals(annotations)), "all goals follow from the decisions", as_json=as_json
         )
         return
     if assigned:
-        tell(
+        print_result(
             *_format_assignments(annotations),
             value={difference.task.id: candidate for difference, candidate, _ in annotations},
             as_json=as_json,
@@ -295,7 +297,7 @@ def print_goals(
         tasks = [replace(difference.task, goals=of_task) for difference, _, of_task in annotations]
         write_task_file(out, [write_task_line(task, domain, benchmark.domain) for task in tasks])
         lines = [f"{format_count(len(annotations), 'task')} written to {out}"]
-    tell(*lines, value=goals, as_json=as_json)
+    print_result(*lines, value=goals, as_json=as_json)
 
 
 def _format_assignments(annotations: Sequence[Annotation]) -> Iterator[str]:
@@ -308,10 +310,10 @@ def _format_assignments(annotations: Sequence[Annotation]) -> Iterator[str]:
 @app.command(name="problems", no_args_is_help=True)
 def write_planning_problems(
     domain: OfDomain,
-    out: Annotated[Path, flag()],
-    conditions: Annotated[int, flag(min=1)] = 4,
+    out: Annotated[Path, make_flag()],
+    conditions: Annotated[int, make_flag(min=1)] = 4,
     seed: int = 0,
-    limit: Annotated[int | None, flag(min=1)] = None,
+    limit: Annotated[int | None, make_flag(min=1)] = None,
     planner: Planner = PlannerChoice.AUTO,
     as_json: AsJson = False,
     data: DataFolder = None,
@@ -330,7 +332,7 @@ def write_planning_problems(
         limit: Maximum number of tasks.
     """
     benchmark = find_benchmark(domain)
-    with open_source(data) as source:
+    with open_data_source(data) as source:
         tasks = benchmark.tasks(source)
         operators = _read_published_operators(benchmark, source)
     judge = make_planner(planner, benchmark.data.planner_seconds)
@@ -338,7 +340,7 @@ def write_planning_problems(
         raise InputError("--planner none: choose a planner, as only solvable problems are kept")
     made: list[DrawnProblem] = []
     chosen = [tasks[task_id] for task_id in list(tasks)[:limit]]
-    with scoring_progress("planning", len(chosen), quiet=False) as report:
+    with show_scoring_progress("planning", len(chosen), quiet=False) as report:
         for number, task in enumerate(chosen, 1):
             problem = make_problem(
                 task, benchmark, judge, operators=operators, conditions=conditions, seed=seed
@@ -351,9 +353,9 @@ def write_planning_problems(
     failed = [problem for problem in made if problem.outcome is not PlannerOutcome.SOLVED]
     line = f"{format_count(len(made) - len(failed), 'problem')} written to {out}"
     value: Json = {each.task_id: {"outcome": each.outcome.value, "draws": each.draws} for each in made}
-    tell(line, value=value, as_json=as_json)
+    print_result(line, value=value, as_json=as_json)
     for each in failed:
-        note(f"{each.task_id}: no solvable problem ({each.outcome.value}, {each.draws} draws)")
+        print_note(f"{each.task_id}: no solvable problem ({each.outcome.value}, {each.draws} draws)")
     if failed:
         raise typer.Exit(1)
 

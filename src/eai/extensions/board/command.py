@@ -12,8 +12,15 @@ from eai.base.files import convert_write_errors, write_files_atomically
 from eai.base.json_value import Json
 from eai.benchmarks.registry import find_benchmark, list_paper_benchmarks
 from eai.cli import options
-from eai.cli.console import DOMAIN_HELP, format_count, note, say, tell, tell_findings
-from eai.cli.options import RECORDS, AsJson, DataFolder, flag, open_source
+from eai.cli.console import (
+    DOMAIN_HELP,
+    format_count,
+    print_findings_and_exit,
+    print_note,
+    print_result,
+    print_result_line,
+)
+from eai.cli.options import RECORDS, AsJson, DataFolder, make_flag, open_data_source
 from eai.extensions.board.submission import build_submission, check_submission
 
 BOARD_FILE = "index.html"
@@ -22,9 +29,9 @@ BOARD_FILE = "index.html"
 
 def submission(
     run: Path,
-    out: Annotated[Path, flag(metavar="FILE")] = Path("submission.zip"),
+    out: Annotated[Path, make_flag(metavar="FILE")] = Path("submission.zip"),
     model: str | None = None,
-    folder: Annotated[str | None, flag(metavar="NAME")] = None,
+    folder: Annotated[str | None, make_flag(metavar="NAME")] = None,
     prompts: Path | None = None,
     as_json: AsJson = False,
     data: DataFolder = None,
@@ -44,18 +51,20 @@ def submission(
     """
     path = run
     if run.is_dir():
-        build_submission(run, out, options.store(data), model=model, folder=folder, prompts=prompts)
+        build_submission(run, out, options.open_store(data), model=model, folder=folder, prompts=prompts)
         path = out
         if not as_json:
-            say(f"written to {out}")
-    tell_findings(
-        check_submission(path, options.store(data), prompts), "the submission is complete", as_json=as_json
+            print_result_line(f"written to {out}")
+    print_findings_and_exit(
+        check_submission(path, options.open_store(data), prompts),
+        "the submission is complete",
+        as_json=as_json,
     )
 
 
 def board(
     submissions: Annotated[list[Path], typer.Argument(metavar="SUBMISSIONS")],
-    out: Annotated[Path, flag(metavar="DIR")],
+    out: Annotated[Path, make_flag(metavar="DIR")],
     as_json: AsJson = False,
     data: DataFolder = None,
 ) -> None:
@@ -69,19 +78,19 @@ def board(
         submissions: Folders or zips of single submissions, seasons, or folders of these.
         out: The folder of the page.
     """
-    from eai.extensions.board.page import build_board
+    from eai.extensions.board.page import build_board_page
 
-    with open_source(data) as source:
-        page, number = build_board(submissions, source, told=lambda name: note(f"scoring {name}"))
+    with open_data_source(data) as source:
+        page, number = build_board_page(submissions, source, told=lambda name: print_note(f"scoring {name}"))
     with convert_write_errors(out):
         write_files_atomically({out / BOARD_FILE: page})
     made: Json = {"folder": str(out), "submissions": number}
-    tell(f"{format_count(number, 'submission')} in {out / BOARD_FILE}", value=made, as_json=as_json)
+    print_result(f"{format_count(number, 'submission')} in {out / BOARD_FILE}", value=made, as_json=as_json)
 
 
 def results(
     records: Annotated[list[Path], typer.Argument(help=RECORDS)],
-    about: Annotated[Path, flag(metavar="FILE")],
+    about: Annotated[Path, make_flag(metavar="FILE")],
     out: Path = Path("published"),
     as_json: AsJson = False,
 ) -> None:
@@ -106,12 +115,14 @@ def results(
     with convert_write_errors(out):
         write_files_atomically({out / name: content for name, content in files.items()})
     made: Json = {"folder": str(out), "files": [*files]}
-    tell(f"{format_count(len(files), 'file')} written to {out}", value=made, as_json=as_json)
+    print_result(f"{format_count(len(files), 'file')} written to {out}", value=made, as_json=as_json)
 
 
 def croissant(
     out: Path = Path("croissant"),
-    domain: Annotated[list[str] | None, flag(help=f"{DOMAIN_HELP} The paper's two if not given.")] = None,
+    domain: Annotated[
+        list[str] | None, make_flag(help=f"{DOMAIN_HELP} The paper's two if not given.")
+    ] = None,
     as_json: AsJson = False,
     data: DataFolder = None,
 ) -> None:
@@ -122,11 +133,11 @@ def croissant(
     Options:
         out: The folder to write to.
     """
-    from eai.extensions.board.croissant import write_croissant
+    from eai.extensions.board.croissant import write_croissant_files
 
-    with open_source(data) as source:
-        files = write_croissant(
+    with open_data_source(data) as source:
+        files = write_croissant_files(
             [find_benchmark(name) for name in domain or list_paper_benchmarks()], source, out
         )
     made: Json = {"folder": str(out), "files": [*map(str, files)]}
-    tell(f"{format_count(len(files), 'file')} written to {out}", value=made, as_json=as_json)
+    print_result(f"{format_count(len(files), 'file')} written to {out}", value=made, as_json=as_json)

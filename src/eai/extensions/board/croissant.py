@@ -52,7 +52,7 @@ _LISTS = {"goals", "objects", "initially", "plan"}
 Row = dict[str, str | list[str]]
 
 
-def write_croissant(benchmarks: Sequence[Benchmark], source: Source, out: Path) -> list[Path]:
+def write_croissant_files(benchmarks: Sequence[Benchmark], source: Source, out: Path) -> list[Path]:
     """Write the tasks and the gold operators of benchmarks as JSON lines, and ``croissant.json`` beside them.
 
     Returns:
@@ -71,8 +71,8 @@ def write_croissant(benchmarks: Sequence[Benchmark], source: Source, out: Path) 
         ) from error
     tables: dict[str, tuple[Mapping[str, str], list[Row]]] = {}
     for benchmark in benchmarks:
-        tables[f"{benchmark.name}_tasks"] = TASK_FIELDS, list(task_rows(benchmark, source))
-        tables[f"{benchmark.name}_operators"] = OPERATOR_FIELDS, list(operator_rows(benchmark, source))
+        tables[f"{benchmark.name}_tasks"] = TASK_FIELDS, list(make_task_rows(benchmark, source))
+        tables[f"{benchmark.name}_operators"] = OPERATOR_FIELDS, list(make_operator_rows(benchmark, source))
     contents = {name: _to_json_lines(rows) for name, (_, rows) in tables.items()}
     metadata = mlcroissant.Metadata(
         name="eai-bench",
@@ -96,7 +96,7 @@ def write_croissant(benchmarks: Sequence[Benchmark], source: Source, out: Path) 
     return [out / name for name in files]
 
 
-def task_rows(benchmark: Benchmark, source: Source) -> Iterator[Row]:
+def make_task_rows(benchmark: Benchmark, source: Source) -> Iterator[Row]:
     """Yield a row for each task of a benchmark."""
     for task in benchmark.tasks(source).values():
         facts = [fact for fact in task.initial.facts() if {*task.relevant}.issuperset(fact.arguments)]
@@ -111,7 +111,7 @@ def task_rows(benchmark: Benchmark, source: Source) -> Iterator[Row]:
         }
 
 
-def operator_rows(benchmark: Benchmark, source: Source) -> Iterator[Row]:
+def make_operator_rows(benchmark: Benchmark, source: Source) -> Iterator[Row]:
     """Yield a row for each gold operator of a benchmark, sorted by name."""
     task = next(iter(benchmark.operators(source).values()))
     yield from (asdict(text) for _, text in sorted(task.domain.operators.items()))

@@ -55,7 +55,7 @@ _MAX_TOKENS, _MAX_DOLLARS = 10**15, 10**9
 _NO_NUMBER = "–"
 
 
-class _Description(Options):
+class _SubmissionDescription(Options):
     """The content of ``submission.toml``. Costs are for all answers together, in US dollars."""
 
     model: str = Field(min_length=1, max_length=100)
@@ -69,7 +69,7 @@ class _Description(Options):
     withdrawn: str = Field("", max_length=500)
 
 
-class _SeasonFile(Options):
+class _SeasonDescription(Options):
     """The content of ``season.toml``: the split that the manifest lists and, after the season, the secret."""
 
     title: str = Field(min_length=1, max_length=100)
@@ -78,14 +78,16 @@ class _SeasonFile(Options):
 
 
 @dataclass(frozen=True, slots=True)
-class _Submission:
+class _ScoredSubmission:
     name: str
-    description: _Description
+    description: _SubmissionDescription
     specification: str
     summaries: tuple[RunSummary, ...]
 
 
-def build_board(paths: Sequence[Path], source: Source, *, told: Callable[[str], None]) -> tuple[str, int]:
+def build_board_page(
+    paths: Sequence[Path], source: Source, *, told: Callable[[str], None]
+) -> tuple[str, int]:
     """Return the page with the submissions and seasons at some paths, and the number of submissions.
 
     Args:
@@ -102,20 +104,20 @@ def build_board(paths: Sequence[Path], source: Source, *, told: Callable[[str], 
     opened = {benchmark.name: benchmark for benchmark, _ in seasons if benchmark is not None}
 
     @cache
-    def suite_of(domain: str, ability: Ability) -> Suite:
+    def open_suite_of_domain(domain: str, ability: Ability) -> Suite:
         return open_suite(opened.get(domain, domain), ability, source=source)
 
-    submissions: dict[str, _Submission] = {}
+    submissions: dict[str, _ScoredSubmission] = {}
     for place in places:
         if (place / MANIFEST).is_file():
             continue
-        name = _submission_name(place)
+        name = _read_submission_name(place)
         if name in submissions:
             raise InputError(f"{place}: another submission has the name {name}")
         told(name)
-        with _unpack_checked(place) as folder:
-            submissions[name] = _score_submission(name, folder, opened, suite_of)
-    return _build_page(submissions, [html for _, html in seasons]), len(submissions)
+        with _unpack_checked_submission(place) as folder:
+            submissions[name] = _score_submission(name, folder, opened, open_suite_of_domain)
+    return _build_page_html(submissions, [html for _, html in seasons]), len(submissions)
 
 
 def _find_submissions(path: Path) -> list[Path]:
@@ -130,7 +132,7 @@ def _find_submissions(path: Path) -> list[Path]:
     return [each for each in entries if each.is_dir() or each.suffix.lower() == ZIP]
 
 
-def _submission_name(place: Path) -> str:
+def _read_submission_name(place: Path) -> str:
     name = place.name.removesuffix(place.suffix) if place.suffix.lower() == ZIP else place.name
     if not _NAME.fullmatch(name) or is_null_model(name):
         raise InputError(f"{place}: expected a name of letters, digits, '.', '_' and '-', 64 at most")
@@ -138,7 +140,7 @@ def _submission_name(place: Path) -> str:
 
 
 @contextmanager
-def _unpack_checked(place: Path) -> Iterator[Path]:
+def _unpack_checked_submission(place: Path) -> Iterator[Path]:
     """Unpack a submission and yield its folder. Raise InputError if it has links or is too large."""
     if place.is_symlink():
         raise InputError(f"{place}: is a link; a submission must be a folder or a zip")
@@ -157,27 +159,29 @@ def _unpack_checked(place: Path) -> Iterator[Path]:
 
 def _score_submission(
     name: str, folder: Path, seasons: Collection[str], suite_of: Callable[[str, Ability], Suite]
-) -> _Submission:
+) -> _ScoredSubmission:
     """Score the submission in a folder. A withdrawn submission is described, but not scored."""
-    description = _Description.read_file(_require_small(folder / DESCRIPTION))
-    specification, text = _require_small(folder / SPECIFICATION), ""
+    description = _SubmissionDescription.read_file(_require_small_file(folder / DESCRIPTION))
+    specification, text = _require_small_file(folder / SPECIFICATION), ""
     if specification.is_file():
         read_toml(specification)
         text = specification.read_text(encoding="utf-8")
     if description.withdrawn:
-        return _Submission(name, description, text, ())
+        return _ScoredSubmission(name, description, text, ())
     summaries = [
-        _summarize(name, file.path, file.domain, suite_of(file.domain, file.ability))
+        _summarize_answers(name, file.path, file.domain, suite_of(file.domain, file.ability))
         for file in find_suite_files(folder, seasons)
     ]
     asked = [(each.key.domain, each.key.ability) for each in summaries]
     for domain, ability in asked:
         if asked.count((domain, ability)) > 1:
             raise InputError(f"{folder}: expected one file with answers to {domain} {ability.value}")
-    return _Submission(name, description, text, tuple(sorted(summaries, key=lambda each: each.key.sort_key)))
+    return _ScoredSubmission(
+        name, description, text, tuple(sorted(summaries, key=lambda each: each.key.sort_key))
+    )
 
 
-def _summarize(name: str, file: Path, domain: str, suite: Suite) -> RunSummary:
+def _summarize_answers(name: str, file: Path, domain: str, suite: Suite) -> RunSummary:
     answers = replace(_read_answers(file, suite), model=name)
     records = score_run(
         suite, answers, find_tasks_without_row(suite, answers), ScoringOptions(explanations=False)
@@ -213,7 +217,7 @@ def _read_season(place: Path) -> tuple[Benchmark | None, str]:
     Raises:
         InputError: the tasks differ from the announced tasks, or do not follow from the season's secret.
     """
-    chosen = _SeasonFile.read_file(_require_small(place / SEASON))
+    chosen = _SeasonDescription.read_file(_require_small_file(place / SEASON))
     entry, file = read_secret_set(place, chosen.split), find_set_file(place, chosen.split)
     state, benchmark = "announced; its tasks are not published yet", None
     if file is not None:
@@ -234,14 +238,14 @@ def _read_season(place: Path) -> tuple[Benchmark | None, str]:
     return benchmark, f"<section>{told}<dl>{listed}</dl></section>"
 
 
-def _require_small(file: Path) -> Path:
+def _require_small_file(file: Path) -> Path:
     """Return a file; raise InputError if it is larger than a description may be."""
     if file.is_file() and file.stat().st_size > _MAX_DESCRIPTION_BYTES:
         raise InputError(f"{file}: expected at most {_MAX_DESCRIPTION_BYTES:,} bytes")
     return file
 
 
-def _build_page(submissions: Mapping[str, _Submission], seasons: Sequence[str]) -> str:
+def _build_page_html(submissions: Mapping[str, _ScoredSubmission], seasons: Sequence[str]) -> str:
     summaries = [summary for submission in submissions.values() for summary in submission.summaries]
     summaries.sort(key=lambda summary: summary.key.sort_key)
     tables = make_rankings(summaries, with_paper=True)
@@ -251,12 +255,12 @@ def _build_page(submissions: Mapping[str, _Submission], seasons: Sequence[str]) 
         for number, table in enumerate(of_domain):
             opened = " open" if number == 0 else ""
             summary = f"<summary>{escape(table.title)}</summary>"
-            parts.append(f"<details{opened}>{summary}{_ranking_html(table, submissions)}</details>")
+            parts.append(f"<details{opened}>{summary}{_format_ranking_html(table, submissions)}</details>")
         parts.append("</section>")
     if not tables:
         parts.append("<p>There is no submission yet.</p>")
     parts.append("<section><h2>Submissions</h2></section>")
-    parts += _submission_sections(submissions.values())
+    parts += _format_submission_sections(submissions.values())
     version = f"Scored by eai {__version__}."
     return build_page("eai.extensions.board", "board", (), "\n".join([*parts, f"<footer>{version}</footer>"]))
 
@@ -266,13 +270,13 @@ _HEADINGS_AFTER = ("Answered", "Harness", "Effort", "Date", "Tokens", "Dollars",
 """Headings of a table's columns before and after the columns of metrics."""
 
 
-def _ranking_html(table: Ranking, submissions: Mapping[str, _Submission]) -> str:
+def _format_ranking_html(table: Ranking, submissions: Mapping[str, _ScoredSubmission]) -> str:
     columns = sorted(table.columns, key=lambda column: column != table.primary)
     headings = [f"{column.group}: {column.label}" if column.group else column.label for column in columns]
     head = "".join(
         f"<th>{escape(heading)}</th>" for heading in (*_HEADINGS_BEFORE, *headings, *_HEADINGS_AFTER)
     )
-    body = "".join(_row_html(row, columns, table, submissions) for row in table.rows)
+    body = "".join(_format_row_html(row, columns, table, submissions) for row in table.rows)
     notes = "".join(f"<li>{escape(note)}</li>" for note in table.notes)
     rows = f"<table><thead><tr>{head}</tr></thead><tbody>{body}</tbody></table>"
     return (
@@ -281,53 +285,58 @@ def _ranking_html(table: Ranking, submissions: Mapping[str, _Submission]) -> str
     )
 
 
-def _row_html(
-    row: RankedModel, columns: Sequence[MetricColumn], table: Ranking, submissions: Mapping[str, _Submission]
+def _format_row_html(
+    row: RankedModel,
+    columns: Sequence[MetricColumn],
+    table: Ranking,
+    submissions: Mapping[str, _ScoredSubmission],
 ) -> str:
     submission = submissions[row.model] if row.source == "run" else None
     rank = _NO_NUMBER if row.rank is None else str(row.rank)
-    numbers = [_score_html(row.cells[column], table) for column in columns]
+    numbers = [_format_score_html(row.cells[column], table) for column in columns]
     answered = _NO_NUMBER if row.coverage is None else str(row.coverage)
-    protocol, marks = table.protocol.value, _marks_html(table.number_notes(row.notes))
+    protocol, marks = table.protocol.value, _format_note_marks(table.number_notes(row.notes))
     if submission is None:
         model = f"{escape(row.model)}{marks} <small>{escape(row.source)}</small>"
-        return _cells_html([rank, model, *numbers, answered, *[""] * 5, protocol, "", ""], ' class="other"')
+        return _format_cells_html(
+            [rank, model, *numbers, answered, *[""] * 5, protocol, "", ""], ' class="other"'
+        )
     model = f'<a href="#{escape(submission.name)}">{escape(submission.description.model)}</a>{marks}'
     said = [
-        *_description_cells(submission.description),
+        *_format_description_cells(submission.description),
         protocol,
-        _errata_text(submission, table),
-        _logs_html(submission),
+        _describe_errata(submission, table),
+        _format_logs_link(submission),
     ]
-    return _cells_html([rank, model, *numbers, answered, *said])
+    return _format_cells_html([rank, model, *numbers, answered, *said])
 
 
-def _cells_html(cells: Iterable[str], attributes: str = "") -> str:
+def _format_cells_html(cells: Iterable[str], attributes: str = "") -> str:
     return f"<tr{attributes}>{''.join(f'<td>{cell}</td>' for cell in cells)}</tr>"
 
 
-def _score_html(value: RankedScore, table: Ranking) -> str:
+def _format_score_html(value: RankedScore, table: Ranking) -> str:
     if value.value is None:
         return _NO_NUMBER
     shown = f"<b>{value.value:.1f}</b>" if value.best else f"{value.value:.1f}"
     if value.low is not None and value.high is not None:
         shown += f" <small>[{value.low:.1f}, {value.high:.1f}]</small>"
-    return shown + _marks_html(table.number_notes(value.texts))
+    return shown + _format_note_marks(table.number_notes(value.texts))
 
 
-def _marks_html(notes: Iterable[int]) -> str:
+def _format_note_marks(notes: Iterable[int]) -> str:
     listed = ", ".join(map(str, notes))
     return f"<sup>{listed}</sup>" if listed else ""
 
 
-def _description_cells(said: _Description) -> Sequence[str]:
+def _format_description_cells(said: _SubmissionDescription) -> Sequence[str]:
     """Return table cells with harness, effort, date, tokens and dollars, as the submission states them."""
     tokens = "" if said.tokens is None else f"{said.tokens:,}"
     dollars = "" if said.dollars is None else f"{said.dollars:,.2f}"
     return [escape(said.harness), escape(said.effort), str(said.date), tokens, dollars]
 
 
-def _errata_text(submission: _Submission, table: Ranking) -> str:
+def _describe_errata(submission: _ScoredSubmission, table: Ranking) -> str:
     """Return the version of the errata, and how many tasks of the table they left out or corrected."""
     abilities = {column.ability for column in table.columns}
     errata = [
@@ -343,12 +352,12 @@ def _errata_text(submission: _Submission, table: Ranking) -> str:
     return f"{escape(errata[0].version)}: {left_out} left out, {corrected} corrected"
 
 
-def _logs_html(submission: _Submission) -> str:
+def _format_logs_link(submission: _ScoredSubmission) -> str:
     logs = submission.description.logs
     return f'<a href="{escape(logs)}" rel="nofollow noreferrer">logs</a>' if logs else ""
 
 
-def _submission_sections(submissions: Iterable[_Submission]) -> Iterator[str]:
+def _format_submission_sections(submissions: Iterable[_ScoredSubmission]) -> Iterator[str]:
     """Yield a section for each submission: its author, its run specification, and why it was withdrawn."""
     for submission in submissions:
         by = f", by {escape(submission.description.by)}" if submission.description.by else ""

@@ -38,7 +38,7 @@ _Name = Annotated[str, Field(pattern=r"^[A-Za-z0-9][\w.-]*/[A-Za-z0-9][\w.-]*$")
 """Pattern of the name of a model or data set in a collection: OWNER/NAME."""
 
 
-class _Publication(Options):
+class _PublicationFile(Options):
     """The content of the publication file: evaluator, date, and public names of models and data set."""
 
     by: str = Field(min_length=1)
@@ -61,36 +61,36 @@ def make_published_files(file: Path, runs: Sequence[RunSummary]) -> dict[str, st
     Raises:
         InputError: the file cannot be read, or is malformed.
     """
-    said = _Publication.read_file(file)
+    said = _PublicationFile.read_file(file)
     plain = [run for run in runs if run.key.is_plain and run.key.model in said.models]
     rows = group_pairs(
         ((run.key.protocol.value, run.key.name), run) for run in plain if run.coverage.is_ranked
     )
     written = {}
     for (protocol, name), suites in rows.items():
-        record = _eval_record(said, suites)
+        record = _make_eval_record(said, suites)
         model = suites[0].key.model
         place = said.models[model]
-        written[f"every_eval_ever/data/eai/{place}/{_content_uuid(record)}.json"] = (
+        written[f"every_eval_ever/data/eai/{place}/{_make_content_uuid(record)}.json"] = (
             f"{json.dumps(record, indent=2)}\n"
         )
         if said.dataset:
-            variant = _to_file_part(protocol + name.removeprefix(model))
-            entries = "".join(_hub_entries(said, suites))
+            variant = _to_file_name_part(protocol + name.removeprefix(model))
+            entries = "".join(_format_hub_entries(said, suites))
             written[f"hugging_face/{place}/.eval_results/eai-{variant}.yaml"] = entries
     return written
 
 
-def _to_file_part(text: str) -> str:
+def _to_file_name_part(text: str) -> str:
     return re.sub(r"[^A-Za-z0-9.]+", "-", text)[:100]
 
 
-def _content_uuid(record: Mapping[str, Any]) -> uuid.UUID:
+def _make_content_uuid(record: Mapping[str, Any]) -> uuid.UUID:
     """Return a UUID, version 4, made from the content of a record. Equal records have equal UUIDs."""
     return uuid.UUID(bytes=hashlib.sha256(json.dumps(record).encode()).digest()[:16], version=4)
 
 
-def _eval_record(said: _Publication, runs: Sequence[RunSummary]) -> dict[str, Any]:
+def _make_eval_record(said: _PublicationFile, runs: Sequence[RunSummary]) -> dict[str, Any]:
     key = runs[0].key
     model = said.models[key.model]
     seconds = int(datetime.combine(said.date, datetime.min.time(), timezone.utc).timestamp())
@@ -111,11 +111,11 @@ def _eval_record(said: _Publication, runs: Sequence[RunSummary]) -> dict[str, An
             "id": model,
             "additional_details": {"deployment_type": "unknown", "model_availability": "unknown"},
         },
-        "evaluation_results": [result for run in runs for result in _eval_results(said, run)],
+        "evaluation_results": [result for run in runs for result in _make_eval_results(said, run)],
     }
 
 
-def _eval_results(said: _Publication, run: RunSummary) -> Iterator[dict[str, Json]]:
+def _make_eval_results(said: _PublicationFile, run: RunSummary) -> Iterator[dict[str, Json]]:
     """Yield the main metrics of a suite as JSON values, each in percent with its confidence interval."""
     key = run.key
     for metric in get_declaration(key.ability).overview_headings:
@@ -126,7 +126,7 @@ def _eval_results(said: _Publication, run: RunSummary) -> Iterator[dict[str, Jso
         yield {
             "evaluation_result_id": f"{name}.{metric}",
             "evaluation_name": name,
-            "source_data": _source_data(said, run),
+            "source_data": _make_source_data(said, run),
             "metric_config": {
                 "metric_id": metric,
                 "metric_name": get_display_name(metric),
@@ -136,11 +136,11 @@ def _eval_results(said: _Publication, run: RunSummary) -> Iterator[dict[str, Jso
                 "min_score": 0,
                 "max_score": 100,
             },
-            "score_details": {"score": rate.percent, **_uncertainty(run, metric)},
+            "score_details": {"score": rate.percent, **_make_uncertainty(run, metric)},
         }
 
 
-def _source_data(said: _Publication, run: RunSummary) -> dict[str, Json]:
+def _make_source_data(said: _PublicationFile, run: RunSummary) -> dict[str, Json]:
     """Return a JSON value that names the source of the tasks, the protocol, and the digests of the data."""
     key = run.key
     details: dict[str, Json] = {
@@ -157,7 +157,7 @@ def _source_data(said: _Publication, run: RunSummary) -> dict[str, Json]:
     return {"dataset_name": key.domain, **place, "additional_details": details}
 
 
-def _uncertainty(run: RunSummary, metric: str) -> dict[str, Json]:
+def _make_uncertainty(run: RunSummary, metric: str) -> dict[str, Json]:
     sure = run.certainties.get(metric)
     if sure is None:
         return {}
@@ -167,7 +167,7 @@ def _uncertainty(run: RunSummary, metric: str) -> dict[str, Json]:
     return {"uncertainty": {"confidence_interval": interval, "num_samples": sure.tasks}}
 
 
-def _hub_entries(said: _Publication, runs: Sequence[RunSummary]) -> Iterator[str]:
+def _format_hub_entries(said: _PublicationFile, runs: Sequence[RunSummary]) -> Iterator[str]:
     """Yield the first main metric of each suite as YAML. Texts are JSON strings, which are valid YAML."""
     for run in runs:
         key = run.key

@@ -28,7 +28,9 @@ _SUITES = [(domain, ability) for domain in PAPER_BENCHMARKS for ability in PAPER
 _EPOCH = (1980, 1, 1, 0, 0, 0)
 
 
-def submission_files(store: Store | None = None, prompts: Path | None = None) -> dict[str, tuple[str, ...]]:
+def list_submission_files(
+    store: Store | None = None, prompts: Path | None = None
+) -> dict[str, tuple[str, ...]]:
     """Return the names of a submission's files, each with the task identifiers that the file must contain.
 
     Args:
@@ -42,10 +44,12 @@ def submission_files(store: Store | None = None, prompts: Path | None = None) ->
         DataError: the data set cannot be obtained.
     """
     if prompts is None:
-        return {_file_name(*suite): _identifiers(*suite, store) for suite in _SUITES}
-    files = {suite: prompts / _file_name(*suite).replace(SUFFIX, _PROMPTS_SUFFIX) for suite in _SUITES}
+        return {_format_file_name(*suite): _list_prompt_identifiers(*suite, store) for suite in _SUITES}
+    files = {suite: prompts / _format_file_name(*suite).replace(SUFFIX, _PROMPTS_SUFFIX) for suite in _SUITES}
     identifiers = {
-        _file_name(*suite): tuple(read_prompt_file(file)) for suite, file in files.items() if file.exists()
+        _format_file_name(*suite): tuple(read_prompt_file(file))
+        for suite, file in files.items()
+        if file.exists()
     }
     if not identifiers:
         raise InputError(f"{prompts}: expected a folder with <domain>_<ability>{_PROMPTS_SUFFIX}, found none")
@@ -69,7 +73,7 @@ def build_submission(
         store: store of the data set; None for the user's default store.
         model: the model's name in the run; optional if the run has only one model.
         folder: name of a folder in the zip for its files; None to put them at the top of the zip.
-        prompts: the prompts of a phase, as for `submission_files`.
+        prompts: the prompts of a phase, as for `list_submission_files`.
 
     Raises:
         InputError: the run has no answers or answers of several models, a name is not the plain name of a
@@ -81,13 +85,13 @@ def build_submission(
             raise InputError(f"{name!r}: expected the name of a folder, not a path")
     files = find_response_files(run)
     model = model or _find_only_model(run, files)
-    expected = submission_files(store, prompts)
+    expected = list_submission_files(store, prompts)
     members = {}
     for domain, ability in _SUITES:
-        name = _file_name(domain, ability)
+        name = _format_file_name(domain, ability)
         file = run / domain / ability.value / model / f"{model}{SUFFIX}"
         if file in files and name in expected:
-            members[name] = _make_content(file, expected[name])
+            members[name] = _make_submission_content(file, expected[name])
     if not members:
         raise InputError(f"{run}: no answers of a model named {model}")
     made = io.BytesIO()
@@ -102,13 +106,13 @@ def check_submission(path: Path, store: Store | None = None, prompts: Path | Non
     """Return all errors of a submission, file by file in a fixed order; empty if it is correct.
 
     Task identifiers may have the prefix of the first scene or not. Files may be in a folder of the zip. The
-    expected files and identifiers are those of `submission_files`.
+    expected files and identifiers are those of `list_submission_files`.
 
     Raises:
         InputError: the zip cannot be read.
         DataError: the data set cannot be obtained.
     """
-    expected = submission_files(store, prompts)
+    expected = list_submission_files(store, prompts)
     require_file(path)
     try:
         with zipfile.ZipFile(path) as archive:
@@ -179,11 +183,11 @@ def _find_answer_problems(identifier: str, row: Mapping[str, object]) -> Iterato
         yield f'{identifier}: "llm_output" is not a text'
 
 
-def _file_name(domain: str, ability: Ability) -> str:
+def _format_file_name(domain: str, ability: Ability) -> str:
     return f"{domain}_{ability.value}{SUFFIX}"
 
 
-def _identifiers(domain: str, ability: Ability, store: Store | None) -> tuple[str, ...]:
+def _list_prompt_identifiers(domain: str, ability: Ability, store: Store | None) -> tuple[str, ...]:
     """Return the identifiers of a suite's prompts, with the scene's prefix and corrected task ids."""
     published = find_benchmark(domain).data.prompts
     if published is None:
@@ -200,7 +204,7 @@ def _find_only_model(run: Path, files: Sequence[Path]) -> str:
     return names[0]
 
 
-def _make_content(file: Path, identifiers: Sequence[str]) -> bytes:
+def _make_submission_content(file: Path, identifiers: Sequence[str]) -> bytes:
     """Return the answers of a response file in the challenge's JSON form, in the order of the identifiers."""
     ids = {to_task_id(identifier): identifier for identifier in identifiers}
     texts = {response.task_id: response.text for response in read_responses(file, ids, to_task_id).responses}

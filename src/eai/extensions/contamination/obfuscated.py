@@ -56,7 +56,7 @@ UNCHANGING = "Facts that no action changes:"
 """Heading of the facts that obfuscated prompts list and that plain prompts put into sentences."""
 
 
-def _cipher(benchmark: Benchmark, tasks: Iterable[Task]) -> Mapping[str, str]:
+def _make_word_cipher(benchmark: Benchmark, tasks: Iterable[Task]) -> Mapping[str, str]:
     """Return the new name of each word of a benchmark that is renamed. It is equal on every machine."""
     wording, arity = benchmark.wording(Ability.ACTION_SEQUENCING), benchmark.domain.vocabulary.arity
     used = [(name, ("predicate", arity(name))) for name in (*wording.predicates, *wording.static)]
@@ -76,13 +76,13 @@ def _cipher(benchmark: Benchmark, tasks: Iterable[Task]) -> Mapping[str, str]:
     return words
 
 
-def _encode(words: Mapping[str, str], text: str) -> str:
+def _replace_words(words: Mapping[str, str], text: str) -> str:
     """Replace words in a text. Names of objects keep their numbers."""
     return _TOKEN.sub(lambda token: _replace_token(token[0], words), text)
 
 
-def _decode(words: Mapping[str, str], text: str) -> str:
-    return _encode({new: old for old, new in words.items()}, text)
+def _restore_words(words: Mapping[str, str], text: str) -> str:
+    return _replace_words({new: old for old, new in words.items()}, text)
 
 
 def _replace_token(token: str, words: Mapping[str, str]) -> str:
@@ -141,7 +141,7 @@ class _ObfuscatedWording(Wording):
 
     def describe_vocabulary(self) -> str:
         names = (*self.predicates, *self.static)
-        lines = _encode(self.words, super().describe_vocabulary()).splitlines()
+        lines = _replace_words(self.words, super().describe_vocabulary()).splitlines()
         return "\n".join(
             f"{line}: {self._explain_predicate(name)}" for line, name in zip(lines, names, strict=True)
         )
@@ -154,7 +154,7 @@ class _ObfuscatedWording(Wording):
 
     def describe_operators(self) -> str:
         definitions = [
-            _encode(self.words, definition) for definition in self._exact_rules.write_definitions()
+            _replace_words(self.words, definition) for definition in self._exact_rules.write_definitions()
         ]
         rules = "\n".join([*map(self.describe_operator, self._exact_rules.operators), *definitions])
         return f"{explain_notation(rules)}\n{rules}"
@@ -163,13 +163,13 @@ class _ObfuscatedWording(Wording):
         return f"what {each} requires and changes"
 
     def describe_operator(self, operator: Operator) -> str:
-        return _encode(self.words, self._exact_rules.summarize(operator) or "")
+        return _replace_words(self.words, self._exact_rules.summarize(operator) or "")
 
     def describe_object(self, task: Task, index: int) -> str:
         properties = [p for p in self.domain.vocabulary.predicates if is_property(p) and not p.visible]
         hidden = [p.name for p in properties if p.name in self._predicates_of_rules]
-        having = [_encode(self.words, name) for name in hidden if task.initial.has(name, index)]
-        head, _, known = _encode(self.words, super().describe_object(task, index)).rpartition(": ")
+        having = [_replace_words(self.words, name) for name in hidden if task.initial.has(name, index)]
+        head, _, known = _replace_words(self.words, super().describe_object(task, index)).rpartition(": ")
         return f"{head}: {', '.join([*(known.split(', ') if known != '-' else ()), *having]) or '-'}"
 
     def state_rule_facts(self, task: Task) -> str:
@@ -179,14 +179,14 @@ class _ObfuscatedWording(Wording):
         listed, lines = {*self.listed_objects(task)}, [UNCHANGING]
         for predicate, arguments in task.initial.facts():
             if predicate in named and not (predicate in properties and arguments[0] in listed):
-                lines.append(_encode(self.words, self.write_fact(task, Fact(predicate, arguments))))
+                lines.append(_replace_words(self.words, self.write_fact(task, Fact(predicate, arguments))))
         return "\n".join(lines) if lines[1:] else ""
 
     def describe_initial(self, task: Task) -> str:
-        return _encode(self.words, super().describe_initial(task))
+        return _replace_words(self.words, super().describe_initial(task))
 
     def describe_goals(self, task: Task) -> str:
-        return _encode(self.words, super().describe_goals(task))
+        return _replace_words(self.words, super().describe_goals(task))
 
 
 def _make_exact_operator(operator: Operator) -> Operator:
@@ -213,10 +213,10 @@ class _ObfuscatedPlans(PlanNotation):
         self._plain, self._words = plain, words
 
     def encode_names(self, text: str) -> str:
-        return _encode(self._words, text)
+        return _replace_words(self._words, text)
 
     def decode_names(self, text: str) -> str:
-        return _decode(self._words, text)
+        return _restore_words(self._words, text)
 
     def read(self, text: str, actions: Collection[str] = ()) -> WrittenPlan | Unreadable:
         return replace(self._plain.read(self.decode_names(text), actions), spans=())
@@ -248,10 +248,10 @@ class _ObfuscatedSubgoals(SubgoalNotation):
         return self._plain.make_formula_lexicon(scene)
 
     def read(self, text: str) -> WrittenSubgoals | Unreadable:
-        return replace(self._plain.read(_decode(self._words, text)), spans=())
+        return replace(self._plain.read(_restore_words(self._words, text)), spans=())
 
     def write(self, task: Task, plan: Iterable[Action]) -> tuple[str, ...]:
-        return tuple([_encode(self._words, part) for part in self._plain.write(task, plan)])
+        return tuple([_replace_words(self._words, part) for part in self._plain.write(task, plan)])
 
     def join(self, parts: Iterable[str]) -> str:
         return self._plain.join(parts)
@@ -261,7 +261,9 @@ def open_obfuscated(name: str) -> Benchmark:
     """Open a benchmark with swapped names. It asks only for plans and subgoals."""
     benchmark = find_benchmark(name)
     public = benchmark.data.open_public or benchmark.open_tasks
-    return _open_with_exact_rules(benchmark, _cipher(benchmark, public(USUAL_SOURCE).values()), OBFUSCATED)
+    return _open_with_exact_rules(
+        benchmark, _make_word_cipher(benchmark, public(USUAL_SOURCE).values()), OBFUSCATED
+    )
 
 
 def open_with_rules(name: str) -> Benchmark:
@@ -270,7 +272,7 @@ def open_with_rules(name: str) -> Benchmark:
 
 
 def _open_with_exact_rules(benchmark: Benchmark, words: Mapping[str, str], suffix: str) -> Benchmark:
-    def wording(ability: Ability) -> Wording:
+    def make_wording(ability: Ability) -> Wording:
         plain = benchmark.wording(ability)
         twin = _ObfuscatedWording(
             plain.domain,
@@ -300,7 +302,7 @@ def _open_with_exact_rules(benchmark: Benchmark, words: Mapping[str, str], suffi
             plans=_ObfuscatedPlans(benchmark.notation.plans, words),
             subgoals=_ObfuscatedSubgoals(benchmark.subgoals(), words),
             formats={ability: replace_capitals(text) for ability, text in benchmark.notation.formats.items()},
-            wordings=wording,
+            wordings=make_wording,
         ),
         data=replace(
             benchmark.data,

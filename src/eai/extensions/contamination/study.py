@@ -47,7 +47,7 @@ StratifiedCase: TypeAlias = tuple[RateCase, Hashable]
 """The contribution of one task to a rate, and the stratum (group of similar tasks) of the task."""
 
 
-def match_strata(
+def match_tasks_in_strata(
     first: Sequence[StratifiedCase], second: Sequence[StratifiedCase]
 ) -> tuple[list[RateCase], list[RateCase]]:
     """Return the tasks of both sets in the strata that have tasks of both sets.
@@ -90,7 +90,7 @@ RunPair: TypeAlias = tuple[str, str, Sequence[Record], Sequence[Record]]
         "fresh_tasks",
     ),
 )
-def contamination_table(pairs: Sequence[RunPair]) -> Iterator[Row]:
+def make_contamination_table(pairs: Sequence[RunPair]) -> Iterator[Row]:
     """Public and fresh tasks.
 
     Success in percent of all public and of all fresh tasks. Then success on similar tasks only: tasks with
@@ -99,15 +99,15 @@ def contamination_table(pairs: Sequence[RunPair]) -> Iterator[Row]:
     tasks and the single fresh tasks.
     """
     for model, suite, public, fresh in pairs:
-        placed = [list(_stratify(records)) for records in (public, fresh)]
+        placed = [list(_assign_strata(records)) for records in (public, fresh)]
         rates = [Estimate.from_cases([case for case, _ in each]) for each in placed]
-        ones, others = match_strata(*placed)
+        ones, others = match_tasks_in_strata(*placed)
         percents = [compute_rate(case.share for case in cases).percent for cases in (ones, others)]
         difference = Estimate.from_difference(ones, others)
         yield (model, suite, *rates, *percents, difference, len(ones), len(others))
 
 
-def _stratify(records: Sequence[Record]) -> Iterator[StratifiedCase]:
+def _assign_strata(records: Sequence[Record]) -> Iterator[StratifiedCase]:
     """Yield the contribution to the success rate and the stratum of each task that is not excluded."""
     for record in records:
         verdict, task = record.verdict, record.task
@@ -122,7 +122,7 @@ def _find_bin(number: int, bounds: Sequence[int]) -> int:
     return sum([number > bound for bound in bounds])
 
 
-def _analyze(records: StudyRecords, chosen: Options) -> Iterator[Analysis]:
+def _analyze_contamination(records: StudyRecords, chosen: Options) -> Iterator[Analysis]:
     """Compare each run on a benchmark with runs of the model on task files of the benchmark's world.
 
     Task files are named after their benchmark: `lamps-tasks` after `lamps`.
@@ -135,7 +135,7 @@ def _analyze(records: StudyRecords, chosen: Options) -> Iterator[Analysis]:
         raise InputError(
             "contamination needs runs of a model on a benchmark and on generated tasks of its world"
         )
-    yield Analysis([contamination_table(pairs)], remarks=_REMARKS)
+    yield Analysis([make_contamination_table(pairs)], remarks=_REMARKS)
 
 
 def _pair_runs(runs: Sequence[Run]) -> Iterator[RunPair]:
@@ -151,5 +151,5 @@ def _pair_runs(runs: Sequence[Run]) -> Iterator[RunPair]:
 CONTAMINATION = Study(
     "contamination",
     "Success on public tasks and on fresh tasks, and the difference on similar tasks.",
-    analyze=_analyze,
+    analyze=_analyze_contamination,
 )

@@ -9,21 +9,21 @@ from eai.base.json_value import Json
 from eai.benchmarks.prompt_library import PromptLibrary
 from eai.benchmarks.suite import open_suite
 from eai.cli import options
-from eai.cli.console import format_count, tell
-from eai.cli.options import AsJson, DataFolder, flag, open_source
+from eai.cli.console import format_count, print_result
+from eai.cli.options import AsJson, DataFolder, make_flag, open_data_source
 from eai.cli.prompts import OfSet, Sample, SampleSeed, TaskIds, choose_tasks
 
 
 def harbor(
     domain: options.OfDomain,
     ability: options.OfAbility,
-    out: Annotated[Path, flag(metavar="DIR")],
+    out: Annotated[Path, make_flag(metavar="DIR")],
     tasks: TaskIds = "",
     sample: Sample = None,
     seed: SampleSeed = 0,
-    wheel: Annotated[list[Path] | None, flag(metavar="FILE")] = None,
-    verifier_image: Annotated[str | None, flag(metavar="REF")] = None,
-    image: Annotated[str | None, flag(metavar="REF")] = None,
+    wheel: Annotated[list[Path] | None, make_flag(metavar="FILE")] = None,
+    verifier_image: Annotated[str | None, make_flag(metavar="REF")] = None,
+    image: Annotated[str | None, make_flag(metavar="REF")] = None,
     shared: bool = False,
     prompt_set: OfSet = "official",
     as_json: AsJson = False,
@@ -46,7 +46,7 @@ def harbor(
     """
     from eai.extensions.harbor.folders import IMAGE, write_task_folders  # loads libraries of games
 
-    with open_source(data) as source:
+    with open_data_source(data) as source:
         suite = open_suite(domain, ability, source=source)
         prompts = PromptLibrary(prompt_set, None, source).open(suite.benchmark, ability)
         asked = choose_tasks(prompts, tasks, sample, seed, f"{suite.domain} {ability}")
@@ -64,4 +64,4 @@ def harbor(
         lines.append(f"build the image that scores answers from {out / IMAGE}")
     made: dict[str, Json] = {"path": str(out), "tasks": written}
     made["left_out"] = {**left_out}
-    tell(f"{format_count(written, 'task')} written to {out}", *lines, value=made, as_json=as_json)
+    print_result(f"{format_count(written, 'task')} written to {out}", *lines, value=made, as_json=as_json)

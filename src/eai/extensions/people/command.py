@@ -12,10 +12,10 @@ from typing import TYPE_CHECKING, Annotated
 from eai.agents.setting import ACTING, PICTURES, AgentSetting
 from eai.base.errors import InputError
 from eai.benchmarks.suite import Suite
-from eai.cli.console import format_count, note, say
-from eai.cli.options import OUTPUT, AgentSettings, DataFolder, OfDomain, flag, setting_of_others
-from eai.cli.progress import resumable
-from eai.cli.prompts import Sample, SampleSeed, TaskIds, playable
+from eai.cli.console import format_count, print_note, print_result_line
+from eai.cli.options import OUTPUT, AgentSettings, DataFolder, OfDomain, make_flag, read_outside_agent_setting
+from eai.cli.progress import make_resumable
+from eai.cli.prompts import Sample, SampleSeed, TaskIds, open_acting_tasks
 from eai.results.responses import (
     SUFFIX,
     Response,
@@ -31,16 +31,16 @@ if TYPE_CHECKING:
 _QUIT = "quit"
 
 
-@resumable
+@make_resumable
 def play(
     domain: OfDomain,
     tasks: TaskIds = "",
     sample: Sample = None,
     seed: SampleSeed = 0,
     settings: AgentSettings = None,
-    page: Annotated[int | None, flag(metavar="PORT", min=0, max=65_535)] = None,
+    page: Annotated[int | None, make_flag(metavar="PORT", min=0, max=65_535)] = None,
     out: Annotated[
-        Path, flag(help=f"File of the episodes: NAME{SUFFIX}.", panel=OUTPUT, metavar="FILE")
+        Path, make_flag(help=f"File of the episodes: NAME{SUFFIX}.", panel=OUTPUT, metavar="FILE")
     ] = Path(f"person{SUFFIX}"),
     data: DataFolder = None,
 ) -> None:
@@ -56,10 +56,10 @@ def play(
     Options:
         page: Play in a browser on this machine instead of the terminal; 0: at any free port.
     """
-    setting = setting_of_others(settings or ())
+    setting = read_outside_agent_setting(settings or ())
     if page is None and setting.feedback == PICTURES:
         raise InputError("--with feedback=pictures: a terminal shows no pictures; add --page PORT")
-    suite, chosen = playable(domain, tasks, sample, seed, data)
+    suite, chosen = open_acting_tasks(domain, tasks, sample, seed, data)
     answers = _Answers(out, suite)
     tasks_left, total = _unfinished_tasks(chosen, suite, setting, answers), len(chosen)
     if page is None:
@@ -67,15 +67,15 @@ def play(
     else:
         from eai.extensions.people.page import serve_page
 
-        serve_page(page, tasks_left, total, answers.put, lambda address: note(f"open {address}"))
+        serve_page(page, tasks_left, total, answers.put, lambda address: print_note(f"open {address}"))
         finished = total
     if not out.exists():
-        say(
+        print_result_line(
             f"{finished} of {format_count(total, 'task')} over; no command was given, so {out} is not written"
         )
         return
-    say(f"{finished} of {format_count(total, 'task')} over; written to {out}")
-    say(f"To score: eai score {out} --domain {domain} --ability {ACTING.value} --allow-missing")
+    print_result_line(f"{finished} of {format_count(total, 'task')} over; written to {out}")
+    print_result_line(f"To score: eai score {out} --domain {domain} --ability {ACTING.value} --allow-missing")
 
 
 class _Answers:
@@ -135,11 +135,11 @@ def _play_in_terminal(
     """Play the tasks in order until the person stops. Return the number of the tasks that are over."""
     from eai.extensions.people.person import RULES
 
-    say(f"{RULES}\n  {_QUIT}      stop here; the same command resumes\n")
+    print_result_line(f"{RULES}\n  {_QUIT}      stop here; the same command resumes\n")
     for number, play, observations in tasks:
-        say(f"Task {number} of {total}\n\n{play.write_opening()}\n")
+        print_result_line(f"Task {number} of {total}\n\n{play.write_opening()}\n")
         for turn, text in zip(play.turns, observations, strict=True):
-            say(f"> {turn.said}\n{text}\n")
+            print_result_line(f"> {turn.said}\n{text}\n")
         _play_task(play, save)
         if not play.over:
             return number - 1
@@ -158,7 +158,7 @@ def _play_task(play: RecordedGame, save: Callable[[RecordedGame], None]) -> None
         if line.strip():
             reply = enter(play, line)
             save(play)
-            say(f"{reply}\n")
+            print_result_line(f"{reply}\n")
 
 
 def _read_line() -> str | None:
@@ -168,7 +168,7 @@ def _read_line() -> str | None:
     except EOFError:
         return None
     if not sys.stdin.isatty():
-        say(line)
+        print_result_line(line)
     return line
 
 

@@ -13,17 +13,17 @@ from eai.base.files import write_files_atomically
 from eai.base.grouping import group_pairs
 from eai.base.json_value import Json
 from eai.benchmarks.registry import find_benchmark
-from eai.cli.console import format_count, output, tell
-from eai.cli.options import AsJson, DataFolder, OfDomain, Seed, flag, open_source
+from eai.cli.console import format_count, get_output_console, print_result
+from eai.cli.options import AsJson, DataFolder, OfDomain, Seed, make_flag, open_data_source
 from eai.cli.table import PERCENT
 from eai.extensions.questions.question import Question, QuestionForm, QuestionKind, questions_to_bytes
 from eai.extensions.questions.shortcuts import (
-    answer_entropy,
-    best_shortcut,
-    guess_probabilities,
-    shortcut_rates,
+    compute_answer_entropy,
+    compute_guess_probabilities,
+    compute_shortcut_rates,
+    find_best_shortcut,
 )
-from eai.extensions.questions.writer import Writer
+from eai.extensions.questions.writer import QuestionGenerator
 from eai.results.rate import Rate
 from eai.results.table import Cell, Column, Estimate, NamedCells
 from eai.results.table import Table as Shown
@@ -33,14 +33,16 @@ from eai.tasks.prompts.template import Templates
 
 def questions(
     domain: OfDomain,
-    out: Annotated[Path, flag(metavar="FILE")],
+    out: Annotated[Path, make_flag(metavar="FILE")],
     kind: Annotated[
-        list[QuestionKind] | None, flag(help=f"{', '.join(QuestionKind)}. All if not given.", metavar="KIND")
+        list[QuestionKind] | None,
+        make_flag(help=f"{', '.join(QuestionKind)}. All if not given.", metavar="KIND"),
     ] = None,
     form: Annotated[
-        list[QuestionForm] | None, flag(help=f"{', '.join(QuestionForm)}. All if not given.", metavar="FORM")
+        list[QuestionForm] | None,
+        make_flag(help=f"{', '.join(QuestionForm)}. All if not given.", metavar="FORM"),
     ] = None,
-    n: Annotated[int, flag(min=1)] = 500,
+    n: Annotated[int, make_flag(min=1)] = 500,
     seed: Seed = 0,
     rules: bool = True,
     prompts: Path | None = None,
@@ -57,17 +59,19 @@ def questions(
         rules: Show the rules of actions. Without them, the same questions are a closed-book test.
         prompts: Folder of your own templates; each replaces the packaged template of its name.
     """
-    with open_source(data) as source:
-        writer = Writer(find_benchmark(domain), source, Templates(prompts))
+    with open_data_source(data) as source:
+        writer = QuestionGenerator(find_benchmark(domain), source, Templates(prompts))
         written_questions = list(
-            writer.write(kind or tuple(QuestionKind), form or tuple(QuestionForm), n, seed, rules=rules)
+            writer.write_questions(
+                kind or tuple(QuestionKind), form or tuple(QuestionForm), n, seed, rules=rules
+            )
         )
     if not written_questions:
         raise InputError(f"{domain}: its tasks yield no question of these kinds and forms; choose others")
     write_files_atomically({out: questions_to_bytes(written_questions)})
-    chances = _shortcut_rates(written_questions)
+    chances = _compute_shortcut_rates(written_questions)
     if not as_json:
-        _print_balance(written_questions)
+        _print_answer_balance(written_questions)
         _print_best_shortcuts(written_questions, chances)
     fewer = "" if len(written_questions) == n else f"; the tasks yield no more, {n:,} were requested"
     line = f"{format_count(len(written_questions), 'question')} written to {out}{fewer}"
@@ -76,13 +80,13 @@ def questions(
         for (kind, form), rates in chances.items()
     }
     value: dict[str, Json] = {"file": str(out), "questions": len(written_questions), "chance": chance}
-    tell(line, value=value, as_json=as_json)
+    print_result(line, value=value, as_json=as_json)
 
 
 _KindAndForm: TypeAlias = tuple[QuestionKind, QuestionForm]
 
 
-def _print_by_form(
+def _print_table_by_form(
     title: str, questions: Sequence[Question], columns: Mapping[Column, Callable[[_KindAndForm], Cell]]
 ) -> None:
     """Print a table with a row for each kind, and with the given columns for each form."""
@@ -92,38 +96,42 @@ def _print_by_form(
         for form in dict.fromkeys([question.form for question in questions])
         for column, cell in columns.items()
     ]
-    print_table(output(), Shown.from_columns(title, [("kind", [kind.value for kind in kinds]), *cells]))
+    print_table(
+        get_output_console(), Shown.from_columns(title, [("kind", [kind.value for kind in kinds]), *cells])
+    )
 
 
-def _print_balance(questions: Sequence[Question]) -> None:
+def _print_answer_balance(questions: Sequence[Question]) -> None:
     numbers = Counter((question.kind, question.form) for question in questions)
 
-    def entropy(group: _KindAndForm) -> str:
-        share = answer_entropy(questions, *group)
+    def format_entropy(group: _KindAndForm) -> str:
+        share = compute_answer_entropy(questions, *group)
         return "-" if share is None else f"{share:.2f}"
 
     columns = {
         Column("n", is_number=True): lambda group: str(numbers[group]),
-        Column("entropy", is_number=True): entropy,
+        Column("entropy", is_number=True): format_entropy,
     }
-    _print_by_form("Number of questions, and entropy of their answers (1: evenly spread)", questions, columns)
+    _print_table_by_form(
+        "Number of questions, and entropy of their answers (1: evenly spread)", questions, columns
+    )
 
 
 def _print_best_shortcuts(
     questions: Sequence[Question], chances: Mapping[_KindAndForm, Mapping[str, Rate]]
 ) -> None:
     """Print the best rate of guessing and shortcuts for each kind and form."""
-    best = {group: best_shortcut(rates) for group, rates in chances.items()}
+    best = {group: find_best_shortcut(rates) for group, rates in chances.items()}
     columns = {
         replace(PERCENT, name="chance"): lambda group: (
             Estimate.from_rate(chances[group][best[group]]) if group in best else "-"
         ),
         replace(PERCENT, name="by"): lambda group: best.get(group, "-"),
     }
-    _print_by_form("Best rate without knowledge of the world, in percent", questions, columns)
+    _print_table_by_form("Best rate without knowledge of the world, in percent", questions, columns)
 
 
-def _shortcut_rates(questions: Sequence[Question]) -> dict[_KindAndForm, dict[str, Rate]]:
-    guesses = guess_probabilities(questions)
+def _compute_shortcut_rates(questions: Sequence[Question]) -> dict[_KindAndForm, dict[str, Rate]]:
+    guesses = compute_guess_probabilities(questions)
     groups = group_pairs(((question.kind, question.form), question) for question in questions)
-    return {kind_and_form: shortcut_rates(group, guesses) for kind_and_form, group in groups.items()}
+    return {kind_and_form: compute_shortcut_rates(group, guesses) for kind_and_form, group in groups.items()}

@@ -40,7 +40,7 @@ from eai.extensions.questions.question import (
     grade_answer,
     read_questions,
 )
-from eai.extensions.questions.shortcuts import GUESS, SHORTCUTS, guess_probabilities
+from eai.extensions.questions.shortcuts import GUESS, SHORTCUTS, compute_guess_probabilities
 from eai.tasks.share import Share
 from eai.tasks.source import TaskSet
 from eai.world.fault import FaultKind
@@ -120,7 +120,7 @@ def _make_explanation(question: Question, repairs: Sequence[str]) -> Explanation
     return Explanation(notes=(wanted, *write_repair_notes(repairs)))
 
 
-def contributions(verdict: _QuestionVerdict) -> dict[str, Share]:
+def compute_rate_contributions(verdict: _QuestionVerdict) -> dict[str, Share]:
     """Return the share that one answer adds to each rate, by the name of the rate.
 
     ``right``, each kind, each form, and each kind and depth: whether the answer is right. ``chance``: the
@@ -155,7 +155,7 @@ def contributions(verdict: _QuestionVerdict) -> dict[str, Share]:
     }
 
 
-def outcome(verdict: _QuestionVerdict) -> AnswerOutcome:
+def find_outcome(verdict: _QuestionVerdict) -> AnswerOutcome:
     """Return the outcome of an answer: success, or the class of its error."""
     if verdict.success:
         return AnswerOutcome.SUCCESS
@@ -171,7 +171,7 @@ _QUESTION_FILE_START = re.compile(rb'\{"id":(?!.*?"base":)')
 """Regular expression for the beginning of a question file. A task file begins with `id`, then `base`."""
 
 
-def open_questions(path: Path) -> tuple[str, TaskSet[_AskedQuestion]] | None:
+def open_question_file(path: Path) -> tuple[str, TaskSet[_AskedQuestion]] | None:
     """Read the questions of a file. Return None if the file is not a question file.
 
     Raises:
@@ -181,7 +181,7 @@ def open_questions(path: Path) -> tuple[str, TaskSet[_AskedQuestion]] | None:
         if not _QUESTION_FILE_START.match(file.readline()):
             return None
     questions, sha256 = read_questions(path)
-    guesses = guess_probabilities(questions)
+    guesses = compute_guess_probabilities(questions)
     by_id = {question.id: _AskedQuestion(question, guesses[question.id]) for question in questions}
     return f"{questions[0].domain}-{path.stem}", TaskSet(by_id, by_id.__getitem__, sha256)
 
@@ -211,15 +211,15 @@ WORLD_MODEL = AbilityDeclaration(
     interaction=Interaction(
         lambda world: _QuestionScorer,
         _get_prompt_and_answer,
-        open_file=open_questions,
+        open_file=open_question_file,
         features=_get_features,
         task_command="eai export questions",
     ),
     title="World-model questions",
     short_title="questions",
     verdict=_QuestionVerdict,
-    contributions=contributions,
-    outcome=outcome,
+    contributions=compute_rate_contributions,
+    outcome=find_outcome,
     columns=(
         MetricColumn("right", "All", "Right"),
         *_KIND_COLUMNS,

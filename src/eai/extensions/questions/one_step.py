@@ -6,9 +6,9 @@ import random
 from collections.abc import Callable, Mapping, Sequence
 
 from eai.extensions.questions.setting import (
-    Item,
+    QuestionContent,
     QuestionSetting,
-    draw_in_order,
+    draw_sample_in_order,
     find_texts_with_counterpart,
     format_list,
 )
@@ -42,7 +42,7 @@ _WRONG_CHOICES = 3
 """Number of wrong choices of a question, beside the right choice."""
 
 
-def make_forward_item(setting: QuestionSetting, rng: random.Random, number: int) -> Item | None:
+def make_forward_item(setting: QuestionSetting, rng: random.Random, number: int) -> QuestionContent | None:
     """Ask which facts hold after an action. The open form asks which facts the action changes."""
     moment = _draw_transition(setting, rng)
     if moment is None:
@@ -52,12 +52,12 @@ def make_forward_item(setting: QuestionSetting, rng: random.Random, number: int)
     if not changes and rng.random() > _NO_EFFECT_PROBABILITY:
         return None
     right, wrong = draw_statements(setting, rng, [state, after])
-    return Item(
-        state, {action.operator}, 1, right, wrong, changes, values={"action": setting.to_text(action)}
+    return QuestionContent(
+        state, {action.operator}, 1, right, wrong, changes, values={"action": setting.format_element(action)}
     )
 
 
-def make_backward_item(setting: QuestionSetting, rng: random.Random, number: int) -> Item | None:
+def make_backward_item(setting: QuestionSetting, rng: random.Random, number: int) -> QuestionContent | None:
     """Ask which single action makes a false fact true or a true fact false."""
     moment = _draw_transition(setting, rng)
     if moment is None:
@@ -67,7 +67,7 @@ def make_backward_item(setting: QuestionSetting, rng: random.Random, number: int
     if not added and not removed:
         return None
     fact = rng.choice([*added, *removed])
-    literal = setting.to_text(fact) if fact in added else f"not {setting.to_text(fact)}"
+    literal = setting.format_element(fact) if fact in added else f"not {setting.format_element(fact)}"
 
     def is_right(reached: State) -> bool:
         return reached.has(fact.predicate, *fact.arguments) is (fact in added)
@@ -76,7 +76,7 @@ def make_backward_item(setting: QuestionSetting, rng: random.Random, number: int
     return _make_which_action_item(setting, rng, state, action, {fact.predicate}, is_right, values)
 
 
-def make_inverse_item(setting: QuestionSetting, rng: random.Random, number: int) -> Item | None:
+def make_inverse_item(setting: QuestionSetting, rng: random.Random, number: int) -> QuestionContent | None:
     """Ask which single action changed exactly the facts that the question lists."""
     moment = _draw_transition(setting, rng)
     if moment is None:
@@ -94,27 +94,29 @@ def make_inverse_item(setting: QuestionSetting, rng: random.Random, number: int)
     )
 
 
-def make_applicability_item(setting: QuestionSetting, rng: random.Random, number: int) -> Item | None:
+def make_applicability_item(
+    setting: QuestionSetting, rng: random.Random, number: int
+) -> QuestionContent | None:
     """Ask which of the listed actions are possible. Half of the actions are."""
     state = rng.choice(setting.states)
     right, wrong = _draw_possible_and_impossible(setting, rng, state, _LISTED_ACTIONS // 2)
     if len(right) < _LISTED_ACTIONS // 2 or len(wrong) < _LISTED_ACTIONS // 2:
         return None
     together = rng.sample([*right, *wrong], _LISTED_ACTIONS)
-    answer = setting.to_texts(right)
-    return Item(
+    answer = setting.format_elements(right)
+    return QuestionContent(
         state,
         {action.operator for action in together},
         1,
         answer,
-        setting.to_texts(wrong),
+        setting.format_elements(wrong),
         answer,
-        values={"actions": format_list(setting.to_texts(together))},
+        values={"actions": format_list(setting.format_elements(together))},
         are_actions=True,
     )
 
 
-def make_why_not_item(setting: QuestionSetting, rng: random.Random, number: int) -> Item | None:
+def make_why_not_item(setting: QuestionSetting, rng: random.Random, number: int) -> QuestionContent | None:
     """Ask which requirements of an action are not met."""
     state = rng.choice(setting.states)
     candidates = [
@@ -149,14 +151,14 @@ def make_why_not_item(setting: QuestionSetting, rng: random.Random, number: int)
     failing = unmet[action]
     numbers = range(1, len(operator.checks) + 1)
     reasons, met = [f"requirement {n}" for n in numbers], [n for n in numbers if n not in failing]
-    return Item(
+    return QuestionContent(
         state,
         {action.operator},
         1,
         [reasons[n - 1] for n in sorted(failing, key=lambda n: n != one)],
         [reasons[n - 1] for n in sorted(met, key=lambda n: n not in seen)],
         [str(n) for n in failing],
-        values={"action": setting.to_text(action)},
+        values={"action": setting.format_element(action)},
         labels={reason: (f"{action.operator} {reason}", reason) for reason in reasons},
         yes_no_texts={reasons[n - 1] for n in seen if any(n not in each for each in unmet.values())},
     )
@@ -177,10 +179,13 @@ def draw_statements(
     now = start.difference(setting.find_added_facts(last, states[0])).union(
         setting.find_added_facts(states[0], last)
     )
-    right = [*draw_in_order(rng, sorted(now - always), 2), *draw_in_order(rng, sorted(always), 2)]
-    wrong = draw_in_order(rng, sorted(ever - now), 2)
+    right = [
+        *draw_sample_in_order(rng, sorted(now - always), 2),
+        *draw_sample_in_order(rng, sorted(always), 2),
+    ]
+    wrong = draw_sample_in_order(rng, sorted(ever - now), 2)
     wrong += draw_untrue_facts(setting, rng, ever, max(2, _WRONG_CHOICES - len(wrong)))
-    return setting.to_texts(right), setting.to_texts(wrong)
+    return setting.format_elements(right), setting.format_elements(wrong)
 
 
 def draw_untrue_facts(
@@ -223,7 +228,7 @@ def _make_which_action_item(
     changed: set[str],
     is_right: Callable[[State], bool],
     values: Mapping[str, str],
-) -> Item | None:
+) -> QuestionContent | None:
     """Make a question that asks which single action leads to a state with a given property.
 
     An action is right if it can change all predicates in ``changed``, and ``is_right`` holds for the state
@@ -255,11 +260,11 @@ def _make_which_action_item(
         drawn += [Action(name, action.arguments), Action(action.operator, arguments), Action(name, arguments)]
     drawn += _draw_actions(setting, rng, state, _WRONG_CHOICES, possible=True)
     reached = {candidate: setting.find_next_state(state, candidate) for candidate in drawn}
-    wrong = setting.to_texts(
+    wrong = setting.format_elements(
         [candidate for candidate, after in reached.items() if after is None or not is_right(after)]
     )
-    answer = setting.to_texts(right)
-    return Item(
+    answer = setting.format_elements(right)
+    return QuestionContent(
         state,
         setting.rules.operator_names,
         1,

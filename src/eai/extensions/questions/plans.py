@@ -13,10 +13,10 @@ from typing import NamedTuple, TypeAlias
 from eai.extensions.questions.one_step import draw_statements, draw_untrue_facts
 from eai.extensions.questions.question import Accept
 from eai.extensions.questions.setting import (
-    Item,
+    QuestionContent,
     QuestionSetting,
     StateGraph,
-    draw_in_order,
+    draw_sample_in_order,
     explore_states,
     find_texts_with_counterpart,
     format_list,
@@ -125,7 +125,9 @@ def _find_states(setting: QuestionSetting, start: State, plan: Sequence[Action])
     return states
 
 
-def make_state_tracking_item(setting: QuestionSetting, rng: random.Random, number: int) -> Item | None:
+def make_state_tracking_item(
+    setting: QuestionSetting, rng: random.Random, number: int
+) -> QuestionContent | None:
     """Ask which facts hold after several actions. The open form asks for all facts about one object."""
     if not setting.path:
         return None
@@ -138,15 +140,23 @@ def make_state_tracking_item(setting: QuestionSetting, rng: random.Random, numbe
     if len(facts) > _MAX_FACTS:
         return None
     values = {
-        "plan": format_numbered_list(setting.to_texts(plan)),
+        "plan": format_numbered_list(setting.format_elements(plan)),
         "object": setting.scene.objects[subject].name,
     }
-    return Item(
-        states[0], _operator_names(plan), len(plan), right, wrong, setting.to_texts(facts), values=values
+    return QuestionContent(
+        states[0],
+        _list_operator_names(plan),
+        len(plan),
+        right,
+        wrong,
+        setting.format_elements(facts),
+        values=values,
     )
 
 
-def make_counterfactual_item(setting: QuestionSetting, rng: random.Random, number: int) -> Item | None:
+def make_counterfactual_item(
+    setting: QuestionSetting, rng: random.Random, number: int
+) -> QuestionContent | None:
     """Ask for the outcome of a working plan after a step is left out, added, or swapped with the next."""
     if not setting.path_reaches_goals:
         return None
@@ -158,13 +168,13 @@ def make_counterfactual_item(setting: QuestionSetting, rng: random.Random, numbe
         plan = [action for _, action in steps]
         outcome = _find_outcome(setting, setting.states[position], plan, position)
         if outcome.result == _WANTED_OUTCOMES[number % len(_WANTED_OUTCOMES)]:
-            operators = _operator_names([*plan, *setting.path])
-            values = {"plan": format_numbered_list(setting.to_texts(setting.path)), "change": change}
+            operators = _list_operator_names([*plan, *setting.path])
+            values = {"plan": format_numbered_list(setting.format_elements(setting.path)), "change": change}
             return _make_outcome_item(setting, rng, outcome, steps, operators, values)
     return None
 
 
-def make_validation_item(setting: QuestionSetting, rng: random.Random, number: int) -> Item | None:
+def make_validation_item(setting: QuestionSetting, rng: random.Random, number: int) -> QuestionContent | None:
     """Ask whether a plan works. If it fails, ask at which step and why."""
     if not setting.path_reaches_goals:
         return None
@@ -179,11 +189,15 @@ def make_validation_item(setting: QuestionSetting, rng: random.Random, number: i
                 break
         else:
             return None
-    values = {"plan": format_numbered_list(setting.to_texts(plan))}
-    return _make_outcome_item(setting, rng, outcome, list(enumerate(plan, 1)), _operator_names(plan), values)
+    values = {"plan": format_numbered_list(setting.format_elements(plan))}
+    return _make_outcome_item(
+        setting, rng, outcome, list(enumerate(plan, 1)), _list_operator_names(plan), values
+    )
 
 
-def make_justification_item(setting: QuestionSetting, rng: random.Random, number: int) -> Item | None:
+def make_justification_item(
+    setting: QuestionSetting, rng: random.Random, number: int
+) -> QuestionContent | None:
     """Ask which steps of a plan can be left out, each without the others."""
     if not setting.path_reaches_goals:
         return None
@@ -196,14 +210,14 @@ def make_justification_item(setting: QuestionSetting, rng: random.Random, number
     operators = {f"step {number}": action.operator for number, action in enumerate(plan, 1)}
     right = [f"step {number}" for number in unneeded]
     wrong = [step for step in operators if step not in right]
-    return Item(
+    return QuestionContent(
         setting.states[0],
-        _operator_names(plan),
+        _list_operator_names(plan),
         len(plan),
         right,
         wrong,
         list(map(str, unneeded)),
-        values={"plan": format_numbered_list(setting.to_texts(plan)), "goals": _format_goals(setting)},
+        values={"plan": format_numbered_list(setting.format_elements(plan)), "goals": _format_goals(setting)},
         formulas=setting.goals,
         labels={step: (operator,) for step, operator in operators.items()},
         yes_no_texts=find_texts_with_counterpart(right, wrong, operators.__getitem__),
@@ -224,7 +238,7 @@ def _change_plan(setting: QuestionSetting, rng: random.Random) -> tuple[_Numbere
             action = setting.draw_action(rng, setting.states[position], possible=True)
             if action is not None:
                 steps.insert(position, (0, action))
-                change = f"just before step {position + 1}, {setting.to_text(action)} is carried out"
+                change = f"just before step {position + 1}, {setting.format_element(action)} is carried out"
                 return steps, position, change
     return None
 
@@ -236,7 +250,7 @@ def _make_outcome_item(
     plan: _NumberedSteps,
     operators: set[str],
     values: Mapping[str, str],
-) -> Item | None:
+) -> QuestionContent | None:
     """Make a question about the outcome of a plan. Return None if the step that fails has no number.
 
     Each question offers the same kinds of choice: the plan works, it misses a goal, or one of two steps
@@ -256,12 +270,12 @@ def _make_outcome_item(
         answer = [f"step {failing}", f"requirement {outcome.unmet_requirement}"]
     classes = [text for text in sentences.values() if text != right]
     steps = [text for text in fails.values() if text != right]
-    return Item(
+    return QuestionContent(
         setting.states[0],
         operators,
         len(plan),
         [right],
-        [*classes, *draw_in_order(rng, steps, _WRONG_CHOICES - len(classes))],
+        [*classes, *draw_sample_in_order(rng, steps, _WRONG_CHOICES - len(classes))],
         answer,
         values={**values, "goals": _format_goals(setting)},
         formulas=setting.goals,
@@ -311,7 +325,7 @@ def _insert_detours(setting: QuestionSetting, rng: random.Random) -> tuple[list[
     return plan, states
 
 
-def _operator_names(plan: Sequence[Action]) -> set[str]:
+def _list_operator_names(plan: Sequence[Action]) -> set[str]:
     return {action.operator for action in plan}
 
 
@@ -319,32 +333,41 @@ def _format_goals(setting: QuestionSetting) -> str:
     return format_numbered_list([write_goal(goal) for goal in setting.goals])
 
 
-def make_reachability_item(setting: QuestionSetting, rng: random.Random, number: int) -> Item | None:
+def make_reachability_item(
+    setting: QuestionSetting, rng: random.Random, number: int
+) -> QuestionContent | None:
     """Ask which facts the listed actions can make true, and which facts they never make true."""
     wider = _draw_state_graph(setting, rng)
     if wider is None:
         return None
     narrower = wider.restrict_to_actions(
-        draw_in_order(rng, range(len(wider.actions)), len(wider.actions) - 2)
+        draw_sample_in_order(rng, range(len(wider.actions)), len(wider.actions) - 2)
     )
     within = narrower.reachable_facts
     beyond = wider.reachable_facts - within
-    right = setting.to_texts(draw_in_order(rng, sorted(within), _MAX_FACTS_PER_ANSWER))
+    right = setting.format_elements(draw_sample_in_order(rng, sorted(within), _MAX_FACTS_PER_ANSWER))
     ever = within.union(setting.list_changeable_facts(wider.states[0]))
-    tempting = draw_in_order(rng, sorted(beyond), _MAX_FACTS_PER_ANSWER)
+    tempting = draw_sample_in_order(rng, sorted(beyond), _MAX_FACTS_PER_ANSWER)
     others = [
         fact for fact in draw_untrue_facts(setting, rng, ever, _MAX_FACTS_PER_ANSWER) if fact not in tempting
     ]
-    wrong = setting.to_texts([*tempting, *others][:_MAX_FACTS_PER_ANSWER])
+    wrong = setting.format_elements([*tempting, *others][:_MAX_FACTS_PER_ANSWER])
     if not right or not wrong:
         return None
     together = rng.sample([*right, *wrong], len(right) + len(wrong))
-    values = {"actions": format_list(setting.to_texts(narrower.actions)), "facts": format_list(together)}
-    shown = _operator_names(narrower.actions)
-    return Item(wider.states[0], shown, max(narrower.depths) or 1, right, wrong, right, values=values)
+    values = {
+        "actions": format_list(setting.format_elements(narrower.actions)),
+        "facts": format_list(together),
+    }
+    shown = _list_operator_names(narrower.actions)
+    return QuestionContent(
+        wider.states[0], shown, max(narrower.depths) or 1, right, wrong, right, values=values
+    )
 
 
-def make_next_action_item(setting: QuestionSetting, rng: random.Random, number: int) -> Item | None:
+def make_next_action_item(
+    setting: QuestionSetting, rng: random.Random, number: int
+) -> QuestionContent | None:
     """Ask which of the listed actions begins a shortest plan for a goal."""
     goal = _draw_distant_goal(setting, rng, number)
     if goal is None:
@@ -354,7 +377,7 @@ def make_next_action_item(setting: QuestionSetting, rng: random.Random, number: 
     return _make_action_item(setting, goal, best, "any")
 
 
-def make_landmarks_item(setting: QuestionSetting, rng: random.Random, number: int) -> Item | None:
+def make_landmarks_item(setting: QuestionSetting, rng: random.Random, number: int) -> QuestionContent | None:
     """Ask which of the listed actions every plan for a goal contains."""
     goal = _draw_distant_goal(setting, rng, number)
     if goal is None:
@@ -394,8 +417,8 @@ def _draw_distant_goal(setting: QuestionSetting, rng: random.Random, number: int
     far = [n for n, depth in enumerate(graph.depths) if depth >= _MIN_DISTANCE]
     farther = [n for n in far if graph.depths[n] >= wanted]
     goals = [
-        _DistantGoal(graph, draw_in_order(rng, graph.added_facts[n], rng.randint(1, _MAX_GOALS)))
-        for n in draw_in_order(rng, farther or far, _GOAL_CANDIDATES)
+        _DistantGoal(graph, draw_sample_in_order(rng, graph.added_facts[n], rng.randint(1, _MAX_GOALS)))
+        for n in draw_sample_in_order(rng, farther or far, _GOAL_CANDIDATES)
         if graph.added_facts[n]
     ]
     fitting = [goal for goal in goals if goal.distance >= _MIN_DISTANCE]
@@ -428,16 +451,18 @@ def _make_state_graph(setting: QuestionSetting, rng: random.Random) -> StateGrap
     return explore_states(setting, states[0], rng.sample(list(chosen), len(chosen)), _MAX_STATES)
 
 
-def _make_action_item(setting: QuestionSetting, goal: _DistantGoal, right: set[int], accept: Accept) -> Item:
-    texts = setting.to_texts(goal.graph.actions)
+def _make_action_item(
+    setting: QuestionSetting, goal: _DistantGoal, right: set[int], accept: Accept
+) -> QuestionContent:
+    texts = setting.format_elements(goal.graph.actions)
     answer = [text for n, text in enumerate(texts) if n in right]
-    return Item(
+    return QuestionContent(
         goal.graph.states[0],
-        _operator_names(goal.graph.actions),
+        _list_operator_names(goal.graph.actions),
         goal.distance,
         answer,
         [text for n, text in enumerate(texts) if n not in right],
         answer,
         accept,
-        {"actions": format_list(texts), "goals": format_numbered_list(setting.to_texts(goal.goals))},
+        {"actions": format_list(texts), "goals": format_numbered_list(setting.format_elements(goal.goals))},
     )

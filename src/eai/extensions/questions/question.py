@@ -152,10 +152,10 @@ class _QuestionGrade:
 
 def grade_answer(question: Question, text: str) -> _QuestionGrade:
     """Grade an answer. An unreadable answer is wrong."""
-    wanted = {_normalize(answer) for answer in question.answer}
+    wanted = {_normalize_text(answer) for answer in question.answer}
     parsed = _parse_answer(question.form, text)
     items, repairs = parsed or ((), ())
-    given = set(map(_normalize, items))
+    given = set(map(_normalize_text, items))
     right, asks_one = len(given & wanted), question.accept == "any"
     missed = (min(1, len(wanted)) if asks_one else len(wanted)) - right
     exact = right == len(given) == 1 if asks_one else given == wanted
@@ -196,5 +196,5 @@ _LIST_FORM: AnswerFormat[tuple[str, ...]] = AnswerFormat(
 )
 
 
-def _normalize(text: str) -> str:
+def _normalize_text(text: str) -> str:
     return _WHITESPACE.sub("", text).casefold()

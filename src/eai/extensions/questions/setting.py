@@ -1,7 +1,7 @@
 """The material of questions: a task in a small scene, the rules of its domain, and a path of actions.
 
 Rules are the requirements and effects of actions, in words and formulas, as the domain declares them. An
-`Item` is the content of a question before it becomes yes-or-no, multiple choice or open.
+`QuestionContent` is the content of a question before it becomes yes-or-no, multiple choice or open.
 """
 
 from __future__ import annotations
@@ -121,8 +121,8 @@ class QuestionSetting:
 
     def format_changes(self, before: State, after: State) -> tuple[str, ...]:
         """Return the differences between two states as texts, such as ``lit(lamp)`` and ``not lit(lamp)``."""
-        removed = [f"not {self.to_text(fact)}" for fact in self.find_added_facts(after, before)]
-        return (*self.to_texts(self.find_added_facts(before, after)), *removed)
+        removed = [f"not {self.format_element(fact)}" for fact in self.find_added_facts(after, before)]
+        return (*self.format_elements(self.find_added_facts(before, after)), *removed)
 
     def is_same_state(self, one: State, other: State) -> bool:
         """Whether two states agree in all facts whose predicates actions can change."""
@@ -132,7 +132,7 @@ class QuestionSetting:
         """Return the facts of a state that actions can change."""
         return [fact for fact in state.facts() if fact.predicate in self.rules.fluents]
 
-    def to_text(self, fact_or_action: Fact | Action) -> str:
+    def format_element(self, fact_or_action: Fact | Action) -> str:
         """Return a fact or an action as text, such as ``lit(lamp)``."""
         return (
             action_text(fact_or_action, self.scene)
@@ -140,9 +140,9 @@ class QuestionSetting:
             else fact_text(fact_or_action, self.scene)
         )
 
-    def to_texts(self, facts_or_actions: Iterable[Fact] | Iterable[Action]) -> list[str]:
+    def format_elements(self, facts_or_actions: Iterable[Fact] | Iterable[Action]) -> list[str]:
         """Return each fact or action as text."""
-        return list(map(self.to_text, facts_or_actions))
+        return list(map(self.format_element, facts_or_actions))
 
     def draw_action(
         self, rng: random.Random, state: State, *, possible: bool, operators: Sequence[str] = ()
@@ -179,7 +179,7 @@ class QuestionSetting:
         )
 
 
-def make_setting(task: Task, rules: DomainRules, planner: Planner, seed: str) -> QuestionSetting:
+def make_question_setting(task: Task, rules: DomainRules, planner: Planner, seed: str) -> QuestionSetting:
     """Prepare the material of a task for questions.
 
     The path is the beginning of the task's own plan, up to the first step with an object that prompts do not
@@ -271,12 +271,12 @@ class StateGraph:
         """Return the part of the graph that some of the actions, given as indices, can reach."""
         new_numbers = {number: n for n, number in enumerate(actions)}
 
-        def successors(n: int) -> Iterator[tuple[int, int]]:
+        def list_successors(n: int) -> Iterator[tuple[int, int]]:
             return (
                 (new_numbers[action], target) for action, target in self.edges[n] if action in new_numbers
             )
 
-        kept, edges, depths = _explore(0, successors)
+        kept, edges, depths = _explore_graph(0, list_successors)
         return StateGraph(
             tuple([self.actions[number] for number in actions]),
             tuple([self.states[n] for n in kept]),
@@ -303,20 +303,20 @@ def explore_states(
 ) -> StateGraph | None:
     """Explore all states that some actions lead to. Return None if there are more than ``max_states``."""
 
-    def successors(state: State) -> Iterator[tuple[int, State]]:
+    def list_successors(state: State) -> Iterator[tuple[int, State]]:
         for number, action in enumerate(actions):
             after = setting.find_next_state(state, action)
             if after is not None:
                 yield number, after
 
-    states, edges, depths = _explore(start, successors, max_states)
+    states, edges, depths = _explore_graph(start, list_successors, max_states)
     if len(states) > max_states:
         return None
     gained = [tuple(setting.find_added_facts(start, state)) for state in states]
     return StateGraph(tuple(actions), tuple(states), edges, depths, tuple(gained))
 
 
-def _explore(
+def _explore_graph(
     start: K, successors: Callable[[K], Iterator[tuple[int, K]]], max_nodes: float = math.inf
 ) -> tuple[list[K], tuple[tuple[tuple[int, int], ...], ...], tuple[int, ...]]:
     """Return all nodes in breadth-first order, the edges of each node and the depth of each node.
@@ -340,7 +340,7 @@ def _explore(
 
 
 @dataclass(frozen=True, slots=True)
-class Item:
+class QuestionContent:
     """The content of a question, with right and wrong texts.
 
     Attributes:
@@ -374,7 +374,7 @@ class Item:
     yes_no_texts: Collection[str] | None = None
 
 
-ItemMaker: TypeAlias = Callable[[QuestionSetting, random.Random, int], Item | None]
+ItemMaker: TypeAlias = Callable[[QuestionSetting, random.Random, int], QuestionContent | None]
 """Makes the content of a question at random, or returns None. The number selects the kind of answer."""
 
 
@@ -389,7 +389,7 @@ def find_texts_with_counterpart(
     return frozenset([text for text in (*right, *wrong) if operator(text) in shared])
 
 
-def draw_in_order(rng: random.Random, elements: Sequence[T], most: int) -> list[T]:
+def draw_sample_in_order(rng: random.Random, elements: Sequence[T], most: int) -> list[T]:
     """Draw at most ``most`` elements of a sequence at random, and keep their order."""
     if len(elements) <= most:
         return list(elements)

@@ -23,7 +23,7 @@ from eai.extensions.questions.question import (
     format_gold_answer,
     grade_answer,
 )
-from eai.extensions.questions.setting import Item, QuestionSetting
+from eai.extensions.questions.setting import QuestionContent, QuestionSetting
 from eai.results.rate import Rate, compute_rate
 from eai.tasks.share import Share
 
@@ -151,10 +151,10 @@ class ShortcutLedger:
 
     def find_excess(self, question: ClosedQuestion) -> int:
         """Return by how much the imbalance would exceed the tolerance after a question; 0 if it would not."""
-        step = self._imbalance_change(question)
+        step = self._compute_imbalance_change(question)
         if step <= 0:
             return 0
-        one = (_TRAIT_WEIGHT * (_options(question) - 1)) ** 2
+        one = (_TRAIT_WEIGHT * (_count_options(question) - 1)) ** 2
         return max(
             0,
             self._imbalance
@@ -162,7 +162,7 @@ class ShortcutLedger:
             - one * (_TOLERATED_IMBALANCE + self._questions // _QUESTIONS_PER_TOLERANCE),
         )
 
-    def add(self, question: ClosedQuestion) -> Mapping[str, float]:
+    def add_question(self, question: ClosedQuestion) -> Mapping[str, float]:
         """Add a question to the counts.
 
         Returns:
@@ -171,8 +171,8 @@ class ShortcutLedger:
         """
         traits = self._find_traits(question)
         hits = {shortcut: self._score_shortcut(shortcut, question, traits) for shortcut in SHORTCUTS}
-        self._imbalance += self._imbalance_change(question)
-        self._balance.update(_balance_changes(question, traits))
+        self._imbalance += self._compute_imbalance_change(question)
+        self._balance.update(_compute_balance_changes(question, traits))
         for position, statement_traits in enumerate(traits):
             self._times.update(statement_traits.keys())
             self._right.update(statement_traits.keys() if position == question.right else ())
@@ -180,8 +180,8 @@ class ShortcutLedger:
         self._questions += 1
         return hits
 
-    def _imbalance_change(self, question: ClosedQuestion) -> int:
-        weights = _balance_changes(question, self._find_traits(question))
+    def _compute_imbalance_change(self, question: ClosedQuestion) -> int:
+        weights = _compute_balance_changes(question, self._find_traits(question))
         return sum([weight * (2 * self._balance[trait] + weight) for trait, weight in weights.items()])
 
     def _score_shortcut(
@@ -192,29 +192,31 @@ class ShortcutLedger:
             for statement_traits in traits
         ]
         if not any(seen):
-            return _share(1, _options(question))
+            return _compute_share(1, _count_options(question))
         if len(seen) == 1:
-            yes = self._right_rate(seen[0], 2)
+            yes = self._compute_right_rate(seen[0], 2)
             scores, right = [yes, 1 - yes], 1 if question.right is None else 0
         else:
             learned = shortcut == "operator"
             unlabelled_trait = (shortcut, "")
             scores = [
-                self._right_rate(trait, len(seen)) if learned else unlabelled_trait in statement_traits
+                self._compute_right_rate(trait, len(seen))
+                if learned
+                else unlabelled_trait in statement_traits
                 for trait, statement_traits in zip(seen, traits, strict=True)
             ]
             right = question.right or 0
         best = max(scores)
-        return _share(scores[right] == best, scores.count(best))
+        return _compute_share(scores[right] == best, scores.count(best))
 
-    def _right_rate(self, trait: _Trait | None, options: int) -> float:
+    def _compute_right_rate(self, trait: _Trait | None, options: int) -> float:
         """Return how often statements with a trait were right: a share from 0 to 1.
 
         One fictitious observation at the rate of guessing is added, so that rare traits stay near that rate.
         """
         if trait is None:
-            return _share(1, options)
-        return _share(self._right[trait] * options + 1, (self._times[trait] + 1) * options)
+            return _compute_share(1, options)
+        return _compute_share(self._right[trait] * options + 1, (self._times[trait] + 1) * options)
 
     def _find_traits(self, question: ClosedQuestion) -> list[dict[_Trait, int]]:
         features = [question.read_features(text) for text in question.shown]
@@ -227,7 +229,7 @@ class ShortcutLedger:
             all_traits[0] |= {
                 ("text", f"{statement.mentioned_names} of {len(statement.names)}"): _TRAIT_WEIGHT,
                 ("text", f"{min(statement.mentions, _MAX_OCCURRENCES)} times"): _TRAIT_WEIGHT,
-                ("longest", self._length_class(statement.length)): _TRAIT_WEIGHT,
+                ("longest", self._classify_length(statement.length)): _TRAIT_WEIGHT,
                 ("unchanged", str(statement.holds)): _TRAIT_WEIGHT,
             }
             return all_traits
@@ -249,14 +251,16 @@ class ShortcutLedger:
                     traits[trait] = weight
         return all_traits
 
-    def _length_class(self, length: int) -> str:
+    def _classify_length(self, length: int) -> str:
         """Return ``long``, ``short`` or ``medium``: a statement's length compared with earlier ones."""
         shorter = bisect_left(self._lengths, length)
         longer = len(self._lengths) - bisect_right(self._lengths, length)
         return "long" if shorter > longer else "short" if shorter < longer else "medium"
 
 
-def _balance_changes(question: ClosedQuestion, traits: Sequence[Mapping[_Trait, int]]) -> dict[_Trait, int]:
+def _compute_balance_changes(
+    question: ClosedQuestion, traits: Sequence[Mapping[_Trait, int]]
+) -> dict[_Trait, int]:
     """Return the change that a question makes to the balance of each trait.
 
     The changes are weighted so that the expected sum is 0 if the right choice is random.
@@ -264,21 +268,21 @@ def _balance_changes(question: ClosedQuestion, traits: Sequence[Mapping[_Trait, 
     weights: dict[_Trait, int] = {}
     for position, statement_traits in enumerate(traits):
         for trait, part in statement_traits.items():
-            weight = part * (_options(question) - 1) if position == question.right else -part
+            weight = part * (_count_options(question) - 1) if position == question.right else -part
             weights[trait] = weights.get(trait, 0) + weight
     return weights
 
 
-def _options(question: ClosedQuestion) -> int:
+def _count_options(question: ClosedQuestion) -> int:
     return max(2, len(question.shown))
 
 
-def _share(part: float, whole: float) -> float:
+def _compute_share(part: float, whole: float) -> float:
     return Rate(part, whole).share or 0.0
 
 
 def draw_closed_question(
-    item: Item,
+    item: QuestionContent,
     setting: QuestionSetting,
     form: QuestionForm,
     question_text: str,
@@ -310,14 +314,14 @@ def draw_closed_question(
     initial_facts = (
         ()
         if item.are_actions or item.labels
-        else frozenset(map(setting.to_text, setting.list_changeable_facts(item.state)))
+        else frozenset(map(setting.format_element, setting.list_changeable_facts(item.state)))
     )
     read_features = make_feature_reader(question_text, initial_facts, item.labels)
     best: tuple[int, ClosedQuestion] | None = None
     for _ in range(_MAX_DRAWS):
         if form is QuestionForm.YES_NO:
             question = ClosedQuestion(
-                [_draw_statement(candidates, rng)], 0 if is_right else None, read_features
+                [_draw_tempting_statement(candidates, rng)], 0 if is_right else None, read_features
             )
         else:
             question = ClosedQuestion(_draw_choices(item, rng, position), position, read_features)
@@ -329,11 +333,11 @@ def draw_closed_question(
     return best
 
 
-def _draw_statement(among: Sequence[str], rng: random.Random) -> str:
+def _draw_tempting_statement(among: Sequence[str], rng: random.Random) -> str:
     return rng.choice(among[:1] if rng.random() < _TEMPTING_PROBABILITY else among)
 
 
-def _draw_choices(item: Item, rng: random.Random, position: int) -> list[str]:
+def _draw_choices(item: QuestionContent, rng: random.Random, position: int) -> list[str]:
     """Draw a right text and wrong texts, and insert the right text at a position.
 
     If possible, the wrong texts resemble each other as much as they resemble the right text.
@@ -366,7 +370,9 @@ GUESS = "guess"
 """Name of guessing, which tables list beside the shortcuts."""
 
 
-def answer_entropy(questions: Sequence[Question], kind: QuestionKind, form: QuestionForm) -> float | None:
+def compute_answer_entropy(
+    questions: Sequence[Question], kind: QuestionKind, form: QuestionForm
+) -> float | None:
     """Return the entropy of the gold answers of a kind and form; None for fewer than two questions.
 
     The entropy is a share, from 0 to 1, of the maximum, which is reached if all possible answers are equally
@@ -376,14 +382,14 @@ def answer_entropy(questions: Sequence[Question], kind: QuestionKind, form: Ques
     chosen = [question for question in questions if question.kind is kind and question.form is form]
     if len(chosen) < 2:
         return None
-    counts = Counter(map(_answer_class, chosen))
+    counts = Counter(map(_classify_answer, chosen))
     shares = [Rate(times, len(chosen)).share or 0.0 for times in counts.values()]
     most = max([question.options for question in chosen]) or len(counts)
     entropy = 0.0 - sum([share * math.log2(share) for share in shares])
     return Rate(entropy, math.log2(most)).share if most > 1 else 0.0
 
 
-def _answer_class(question: Question) -> tuple[str, ...]:
+def _classify_answer(question: Question) -> tuple[str, ...]:
     """Return the class of a gold answer. An outcome of a plan is reduced to works, fails or misses a goal."""
     if question.form is QuestionForm.OPEN and question.kind in (
         QuestionKind.COUNTERFACTUAL,
@@ -393,12 +399,12 @@ def _answer_class(question: Question) -> tuple[str, ...]:
     return question.answer
 
 
-def guess_probabilities(questions: Sequence[Question]) -> dict[str, float]:
+def compute_guess_probabilities(questions: Sequence[Question]) -> dict[str, float]:
     """Return the probability that a guess is right, by the id of the question.
 
     A guess is a random choice. In open form, it is the most frequent gold answer of the question's kind.
     """
-    common = _most_frequent_answers(questions)
+    common = _find_most_frequent_answers(questions)
     return {
         question.id: Rate(1, question.options).share
         or float(grade_answer(question, common[question.kind]).exact)
@@ -406,7 +412,7 @@ def guess_probabilities(questions: Sequence[Question]) -> dict[str, float]:
     }
 
 
-def shortcut_rates(questions: Sequence[Question], guesses: Mapping[str, float]) -> dict[str, Rate]:
+def compute_shortcut_rates(questions: Sequence[Question], guesses: Mapping[str, float]) -> dict[str, Rate]:
     """Return how often guessing and each shortcut are right, by name.
 
     If a question has no value for a shortcut, the value of guessing is used.
@@ -424,12 +430,12 @@ def shortcut_rates(questions: Sequence[Question], guesses: Mapping[str, float]) 
     }
 
 
-def best_shortcut(chances: Mapping[str, Rate]) -> str:
+def find_best_shortcut(chances: Mapping[str, Rate]) -> str:
     """Return the name of the shortcut (or of guessing) with the highest rate. Guessing wins ties."""
     return max(chances, key=lambda name: chances[name].numerator)
 
 
-def _most_frequent_answers(questions: Iterable[Question]) -> dict[QuestionKind, str]:
+def _find_most_frequent_answers(questions: Iterable[Question]) -> dict[QuestionKind, str]:
     """Return the most frequent gold answer to open questions, by kind. The earlier answer wins ties."""
     golds = group_pairs(
         (question.kind, format_gold_answer(question))

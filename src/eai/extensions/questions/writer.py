@@ -14,7 +14,13 @@ from eai.abilities.protocol import Ability
 from eai.benchmarks.benchmark import Benchmark
 from eai.extensions.questions import one_step, plans
 from eai.extensions.questions.question import Accept, Question, QuestionForm, QuestionKind
-from eai.extensions.questions.setting import Item, ItemMaker, QuestionSetting, format_list, make_setting
+from eai.extensions.questions.setting import (
+    ItemMaker,
+    QuestionContent,
+    QuestionSetting,
+    format_list,
+    make_question_setting,
+)
 from eai.extensions.questions.shortcuts import LETTERS, ClosedQuestion, ShortcutLedger, draw_closed_question
 from eai.planning.planner import Planner
 from eai.tasks.prompts.template import Templates
@@ -87,11 +93,11 @@ class _QuestionDraft(NamedTuple):
     """A question before it is put into words: material, content, and choices (None in open form)."""
 
     setting: QuestionSetting
-    item: Item
+    item: QuestionContent
     closed: ClosedQuestion | None
 
 
-class Writer:
+class QuestionGenerator:
     """Writes questions about the tasks of one benchmark.
 
     Args:
@@ -110,7 +116,7 @@ class Writer:
         self._planner = Planner(benchmark.domain)
         self._setting = cache(self._open_setting)
 
-    def write(
+    def write_questions(
         self,
         kinds: Sequence[QuestionKind] = tuple(QuestionKind),
         forms: Sequence[QuestionForm] = tuple(QuestionForm),
@@ -132,7 +138,7 @@ class Writer:
             rules: whether prompts state the rules of actions. Without rules, questions about numbered
                 requirements are left out. All other questions keep their id.
         """
-        order = _make_generator(seed, "tasks").sample(list(self._tasks), len(self._tasks))
+        order = _make_random_generator(seed, "tasks").sample(list(self._tasks), len(self._tasks))
         tasks = cycle(order) if order else iter(())
         cells = [_KindAndFormState(kind, form, ShortcutLedger()) for form in forms for kind in kinds]
         written, seen = 0, set[str]()
@@ -143,8 +149,8 @@ class Writer:
             for cell in cells:
                 if written == number:
                     return
-                drafts = self._drafts(islice(tasks, _MAX_TASKS_PER_QUESTION), cell, turn, seed)
-                phrased = ((draft, *self._phrase(draft, cell, turn)) for draft in drafts)
+                drafts = self._make_drafts(islice(tasks, _MAX_TASKS_PER_QUESTION), cell, turn, seed)
+                phrased = ((draft, *self._phrase_question(draft, cell, turn)) for draft in drafts)
                 phrased_draft = next(
                     (candidate for candidate in phrased if candidate[1].prompt not in seen), None
                 )
@@ -153,20 +159,20 @@ class Writer:
                     continue
                 draft, question, closed = phrased_draft
                 seen.add(question.prompt)
-                shortcuts = {} if draft.closed is None else cell.ledger.add(draft.closed)
+                shortcuts = {} if draft.closed is None else cell.ledger.add_question(draft.closed)
                 prompt = question.prompt if rules else closed
                 if prompt is not None:
                     written += 1
                     yield question.model_copy(update={"prompt": prompt, "shortcuts": shortcuts})
 
-    def _drafts(
+    def _make_drafts(
         self, tasks: Iterator[str], cell: _KindAndFormState, number: int, seed: int
     ) -> Iterator[_QuestionDraft]:
         """Yield drafts about some tasks.
 
         Drafts that keep all shortcuts near chance come first. The other drafts follow, smallest excess first.
         """
-        rng = _make_generator(seed, cell.kind.value, cell.form.value, number)
+        rng = _make_random_generator(seed, cell.kind.value, cell.form.value, number)
         order = _draw_answer_order(f"{seed} {cell.kind.value} {cell.form.value}")
         others: list[tuple[int, _QuestionDraft]] = []
         for task_id in (name for name in tasks for _ in range(_ITEMS_PER_TASK)):
@@ -178,7 +184,7 @@ class Writer:
                 continue
             posed, excess = None, 0
             if cell.form is not QuestionForm.OPEN:
-                question_text = _question_text(item, setting, cell, self._templates)
+                question_text = _format_question_text(item, setting, cell, self._templates)
                 best = draw_closed_question(
                     item, setting, cell.form, question_text, cell.ledger, rng, order[number % len(order)]
                 )
@@ -192,7 +198,7 @@ class Writer:
         for _, draft in sorted(others, key=itemgetter(0)):
             yield draft
 
-    def _phrase(
+    def _phrase_question(
         self, draft: _QuestionDraft, cell: _KindAndFormState, turn: int
     ) -> tuple[Question, str | None]:
         """Return a draft as a question, and its prompt without rules (None if it needs rules)."""
@@ -210,7 +216,7 @@ class Writer:
                 )
                 answer = (LETTERS[right or 0],)
         accept = item.accept if form is QuestionForm.OPEN else "all"
-        values = self._values(draft, cell, choices, accept)
+        values = self._make_template_values(draft, cell, choices, accept)
         question = Question(
             id=f"{cell.kind.value}-{form.value}-{turn}",
             domain=self._benchmark.name,
@@ -227,7 +233,7 @@ class Writer:
         needs_rules = (cell.kind, form) in _NEED_RULES
         return question, None if needs_rules else self._templates.fill("closed_book.txt", values)
 
-    def _values(
+    def _make_template_values(
         self, draft: _QuestionDraft, cell: _KindAndFormState, choices: str, accept: Accept
     ) -> Mapping[str, str]:
         setting, item, posed = draft
@@ -240,17 +246,21 @@ class Writer:
             "facts": _format_facts(setting, item, operators),
             "rules": setting.rules.write_rules(operators, item.formulas),
             "actions": setting.rules.write_heads(operators),
-            "question": _question_text(item, setting, cell, self._templates, choices),
+            "question": _format_question_text(item, setting, cell, self._templates, choices),
             "answer": self._templates.read(f"questions/answer.{form}.txt"),
         }
 
     def _open_setting(self, task_id: str, seed: int) -> QuestionSetting:
-        task_seed = _seed(seed, "way", task_id)
-        return make_setting(self._tasks[task_id], self._rules, self._planner, task_seed)
+        task_seed = _make_seed(seed, "way", task_id)
+        return make_question_setting(self._tasks[task_id], self._rules, self._planner, task_seed)
 
 
-def _question_text(
-    item: Item, setting: QuestionSetting, cell: _KindAndFormState, templates: Templates, choices: str = ""
+def _format_question_text(
+    item: QuestionContent,
+    setting: QuestionSetting,
+    cell: _KindAndFormState,
+    templates: Templates,
+    choices: str = "",
 ) -> str:
     fluents = ", ".join(sorted(setting.rules.fluents))
     values = {**item.values, "statement": choices, "choices": choices, "fluents": fluents}
@@ -267,7 +277,7 @@ def _format_objects(setting: QuestionSetting) -> str:
     )
 
 
-def _format_facts(setting: QuestionSetting, item: Item, operators: Collection[str]) -> str:
+def _format_facts(setting: QuestionSetting, item: QuestionContent, operators: Collection[str]) -> str:
     """Return the facts that a prompt shows as lines, one line for each predicate.
 
     They are all facts that actions can change, and the other facts that the rules refer to. ``p(a, {b, c})``
@@ -296,9 +306,9 @@ def _draw_answer_order(seed: str) -> list[int]:
     return [turn for _ in range(_ANSWER_BLOCKS) for turn in rng.sample(range(len(LETTERS)), len(LETTERS))]
 
 
-def _make_generator(*parts: object) -> random.Random:
-    return random.Random(_seed(*parts))  # noqa: S311 - chance, not secrets
+def _make_random_generator(*parts: object) -> random.Random:
+    return random.Random(_make_seed(*parts))  # noqa: S311 - chance, not secrets
 
 
-def _seed(*parts: object) -> str:
+def _make_seed(*parts: object) -> str:
     return "questions " + " ".join(map(str, parts))

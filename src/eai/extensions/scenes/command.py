@@ -10,9 +10,9 @@ from eai.base.errors import InputError
 from eai.base.files import write_files_atomically
 from eai.benchmarks.suite import open_suite
 from eai.cli import options
-from eai.cli.console import format_count, tell
-from eai.cli.options import AsJson, DataFolder, flag, open_source
-from eai.cli.prompts import tasks_of
+from eai.cli.console import format_count, print_result
+from eai.cli.options import AsJson, DataFolder, make_flag, open_data_source
+from eai.cli.prompts import select_tasks_of_suites
 from eai.extensions.scenes.diagrams import draw_scene, make_picture_words
 from eai.extensions.scenes.drawing import Drawing, to_png, to_svg
 from eai.extensions.scenes.rendered import VIEWS, make_film, render_task_images
@@ -27,9 +27,9 @@ _ImageFormat: TypeAlias = Literal["png", "svg", "rendered", "gif"]
 def export_pictures(
     domain: options.OfDomain,
     tasks: str = "",
-    limit: Annotated[int | None, flag(min=1)] = None,
+    limit: Annotated[int | None, make_flag(min=1)] = None,
     clutter: Clutter = "none",
-    form: Annotated[_ImageFormat, flag("--format")] = "png",
+    form: Annotated[_ImageFormat, make_flag("--format")] = "png",
     out: Path = Path("pictures"),
     as_json: AsJson = False,
     data: DataFolder = None,
@@ -51,9 +51,9 @@ def export_pictures(
             scene; gif shows the data set's plan in this scene (both: extra 'physics').
         out: The folder to write to.
     """
-    with open_source(data) as source:
+    with open_data_source(data) as source:
         suite = open_suite(domain, Ability.ACTION_SEQUENCING, source=source)
-    (chosen,) = tasks_of(tasks, [suite], limit)
+    (chosen,) = select_tasks_of_suites(tasks, [suite], limit)
     words = make_picture_words(suite.benchmark)
     refused: list[InputError] = []
     for task_id in chosen:
@@ -72,7 +72,7 @@ def export_pictures(
     made = len(chosen) - len(refused)
     without = f"\n{format_count(len(refused), 'scene')} cannot be built: {refused[0]}" if refused else ""
     message = f"{format_count(made, 'picture')}, each with its scene graph; in {out}{without}"
-    tell(message, value={"folder": str(out), "pictures": made}, as_json=as_json)
+    print_result(message, value={"folder": str(out), "pictures": made}, as_json=as_json)
 
 
 def _make_picture_files(
