@@ -41,7 +41,7 @@ from eai.tasks.source import Source, TaskSet
 from eai.tasks.task import Task
 from eai.world.condition import FormulaEvaluator
 from eai.world.domain import Domain
-from eai.world.execution import execute
+from eai.world.execution import execute_plan
 from eai.world.fault import FaultKind
 from eai.world.state import State
 from eai.world.vocabulary import Predicate
@@ -163,7 +163,7 @@ def compare_goals(folder: Path, tasks: TaskSet[Task], chosen: Sequence[str], dom
         ours = [goal.formula for goal in task.goals]
         seen["activities"] += 1
         seen["conditions that bddl leaves out"] += len(ours) - len(theirs)
-        for state in execute(domain, task.initial, task.script).states:
+        for state in execute_plan(domain, task.initial, task.script).states:
             asked.state = state
             seen["states"] += 1
             for formula, condition in zip(ours, theirs, strict=False):

@@ -32,7 +32,7 @@ from eai.benchmarks.suite import open_suite
 from eai.tasks.task import Task
 from eai.world.action import Action
 from eai.world.domain import Domain
-from eai.world.execution import execute
+from eai.world.execution import execute_plan
 
 SECONDS = 5.0
 
@@ -75,7 +75,7 @@ def observe_plainly(plans: Sequence[Plan]) -> Iterator[int]:
     """Observe the states of plans by walking all facts, and yield the number of steps of each plan."""
     for plan in plans:
         scene, told = plan.task.scene, {*plan.task.relevant, plan.task.scene.agent}
-        states = execute(plan.domain, plan.task.initial, plan.actions).states
+        states = execute_plan(plan.domain, plan.task.initial, plan.actions).states
         for state in states:
             "\n".join([fact_text(fact, scene) for fact in state.facts() if told.issuperset(fact.arguments)])
         yield len(states) - 1

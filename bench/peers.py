@@ -39,7 +39,7 @@ from eai.logic.signature import Signature
 from eai.logic.trace import Trace
 from eai.pddl.val import find_val_program
 from eai.world.action import Action
-from eai.world.execution import execute
+from eai.world.execution import execute_plan
 
 WORLDS = Path(__file__).parents[1] / "tests" / "worlds"
 DOMAIN, PROBLEM = WORLDS / "ferry.pddl", WORLDS / "ferry-1.pddl"
@@ -122,7 +122,7 @@ def measure_judging(steps: list[str]) -> dict[str, float]:
         return {
             "verdict": milliseconds(lambda: require_valid(succeeds(scorer.score(text)))),
             "execution": milliseconds(
-                lambda: require_valid(execute(domain, task.initial, actions).failure is None)
+                lambda: require_valid(execute_plan(domain, task.initial, actions).failure is None)
             ),
             "game": milliseconds(
                 lambda: require_valid(wins_game(Game(make_setup(task, suite.benchmark, rules)), actions))

@@ -39,7 +39,7 @@ from eai.tasks.goal_test import GoalTest
 from eai.tasks.share import GoalTallies
 from eai.tasks.source import TaskSet
 from eai.world.domain import Domain as Simulator
-from eai.world.execution import Trajectory, execute
+from eai.world.execution import Trajectory, execute_plan
 from eai.world.fault import FaultKind
 
 STRICT, REFERENCE = Protocol.STRICT, Protocol("eai-1.0.5")
@@ -132,7 +132,7 @@ class Judge:
             return _counted(self._not_run(actions), rules)
         if rules.script is REFERENCE and actions == self.task.script:
             return replace(self._not_run(None), executable=True)
-        return _counted(self._judge(execute(rules.simulator, self.task.initial, actions), rules), rules)
+        return _counted(self._judge(execute_plan(rules.simulator, self.task.initial, actions), rules), rules)
 
     def _not_run(self, error: ErrorReport | None) -> PlanVerdict:
         goals = self.goals[STRICT].tally_by_kind(self.goals[STRICT].none_reached)
@@ -157,7 +157,9 @@ class Judge:
     def _tallies(self, trajectory: Trajectory, protocol: Protocol) -> GoalTallies:
         test = self.goals[protocol]
         return test.tally_by_kind(
-            test.find_reached(trajectory.final, [action.operator for action in trajectory.executed])
+            test.find_reached(
+                trajectory.final_state, [action.operator for action in trajectory.executed_actions]
+            )
         )
 
 

@@ -10,16 +10,16 @@ lit, is_open = w.Predicate("lit", 1), w.Predicate("is_open", 1)
 is_lamp = w.affordance(w.is_a(x, "lamp"), "{x} is no lamp")
 is_box = w.affordance(w.is_a(x, "box"), "{x} is no box")
 is_ball = w.affordance(w.is_a(x, "ball"), "{x} cannot be taken")
-away = w.additional(~at(w.AGENT, x), "the robot is at {x} already")
-unlit = w.additional(~lit(x), "{x} is lit already")
-closed = w.additional(~is_open(x), "{x} is open already")
-near = w.missing(at(w.AGENT, x), "the robot is not at {x}")
-free = w.missing(~w.Exists(y, holds(w.AGENT, y)), "the robot's hand is full")
+away = w.additional_step(~at(w.AGENT, x), "the robot is at {x} already")
+unlit = w.additional_step(~lit(x), "{x} is lit already")
+closed = w.additional_step(~is_open(x), "{x} is open already")
+near = w.missing_step(at(w.AGENT, x), "the robot is not at {x}")
+free = w.missing_step(~w.Exists(y, holds(w.AGENT, y)), "the robot's hand is full")
 can_put = (
     w.affordance(w.is_a(y, "box"), "{y} is no box"),
-    w.missing(holds(w.AGENT, x), "the robot does not hold {x}"),
-    w.missing(at(w.AGENT, y), "the robot is not at {y}"),
-    w.missing(is_open(y), "{y} is closed"),
+    w.missing_step(holds(w.AGENT, x), "the robot does not hold {x}"),
+    w.missing_step(at(w.AGENT, y), "the robot is not at {y}"),
+    w.missing_step(is_open(y), "{y} is closed"),
 )
 operators = (
     w.Operator("GO", (x,), (away,), (w.Delete(at(w.AGENT, w.ANYTHING)), w.Add(at(w.AGENT, x)))),

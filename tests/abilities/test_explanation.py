@@ -26,7 +26,7 @@ from eai.results.codec import dataclass_to_json
 from eai.tasks.goal_text import write_goal
 from eai.tasks.task import Task
 from eai.world import Action, Episode, SlipSampler
-from eai.world.execution import execute
+from eai.world.execution import execute_plan
 from logic.bddl_text import read_condition
 
 Explain: TypeAlias = Callable[[str, Task], Explanation]
@@ -122,7 +122,7 @@ def test_parts_of_a_temporal_goal_are_dated_by_step_numbers() -> None:
     domain = virtualhome_scorer(task).domain
     fridge = (task.scene.index["fridge.10"],)
     plan = [Action("STANDUP", ()), Action("WALK", fridge), Action("STANDUP", ()), Action("OPEN", fridge)]
-    course = execute(domain, task.initial, plan)
+    course = execute_plan(domain, task.initial, plan)
     assert [step.executed for step in course.steps] == [False, True, False, True]
     name = Constant("fridge.10")
     closed, opened = Atom("CLOSED", (name,)), Atom("OPEN", (name,))

@@ -25,7 +25,7 @@ from eai.tasks.planning import to_planning_goal
 from eai.tasks.source import Source
 from eai.tasks.task import Task
 from eai.world.action import Action
-from eai.world.execution import execute
+from eai.world.execution import execute_plan
 from made_answers import made_answers
 from oracle import MODELS, Oracle
 from suites import answer_book
@@ -63,9 +63,9 @@ def action_of(text: str, task: Task) -> Action:
 
 def succeeds(scorer: ActionSequencing, plan: list[Action | None]) -> bool:
     steps = [step for step in plan if step is not None]
-    course = execute(scorer.domain, scorer.task.initial, steps)
-    taken = [action.operator for action in course.executed]
-    reached = GoalTest(scorer.task).find_reached(course.final, taken, course)
+    course = execute_plan(scorer.domain, scorer.task.initial, steps)
+    taken = [action.operator for action in course.executed_actions]
+    reached = GoalTest(scorer.task).find_reached(course.final_state, taken, course)
     return len(steps) == len(plan) and course.failure is None and all(reached)
 
 
@@ -180,9 +180,9 @@ def plant_fault(task: Task, plan: Sequence[Action], kind: str, random: Random) -
 
 def is_idle(scorer: ActionSequencing, action: Action) -> bool:
     """Whether no repair needs an action, since it changes nothing and is no goal."""
-    operator = scorer.domain.compiled[action.operator].operator
+    operator = scorer.domain.compiled_operators[action.operator].operator
     asked = {name for names in to_planning_goal(scorer.task).actions for name in names}
-    return not (operator.effects or operator.tries or operator.name in asked)
+    return not (operator.effects or operator.alternatives or operator.name in asked)
 
 
 @pytest.mark.parametrize("kind", ["drop", "object", "extra"])

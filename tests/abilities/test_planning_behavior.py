@@ -12,7 +12,7 @@ from eai.planning.planner import Planner
 from eai.planning.search import SearchResult
 from eai.tasks.planning import find_plan
 from eai.world.action import Action
-from eai.world.execution import attempt
+from eai.world.execution import attempt_action
 from eai.world.history import History
 from eai.world.state import State
 from subgoal_scorers import behavior_subgoals
@@ -43,7 +43,7 @@ def reaches(task: BehaviorTask, steps: Sequence[Action]) -> bool:
     """Whether a plan without its impossible steps reaches all goals."""
     state = task.initial
     for step in steps:
-        after = attempt(DOMAIN, History(state), step)
+        after = attempt_action(DOMAIN, History(state), step)
         state = after if isinstance(after, State) else state
     return all(DOMAIN.holds(goal.formula, state) for goal in task.goals)
 

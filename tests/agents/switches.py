@@ -18,14 +18,22 @@ beside = w.DefinedPredicate("beside", (x,), w.Exists(r, at(w.AGENT, r) & at(x, r
 GO = w.Operator(
     "GO",
     (x,),
-    (w.affordance(room(x), "{x} is no room"), w.additional(~at(w.AGENT, x), "the robot is in {x} already")),
+    (
+        w.affordance(room(x), "{x} is no room"),
+        w.additional_step(~at(w.AGENT, x), "the robot is in {x} already"),
+    ),
     (w.Delete(at(w.AGENT, w.ANYTHING)), w.Add(at(w.AGENT, x))),
 )
-OPEN = w.Operator("OPEN", (x,), (w.missing(beside(x), "the robot is not beside {x}"),), (w.Delete(shut(x)),))
+OPEN = w.Operator(
+    "OPEN", (x,), (w.missing_step(beside(x), "the robot is not beside {x}"),), (w.Delete(shut(x)),)
+)
 PRESS = w.Operator(
     "PRESS",
     (x,),
-    (w.affordance(w.is_a(x, "lamp"), "{x} is no lamp"), w.missing(beside(x), "the robot is not beside {x}")),
+    (
+        w.affordance(w.is_a(x, "lamp"), "{x} is no lamp"),
+        w.missing_step(beside(x), "the robot is not beside {x}"),
+    ),
     (w.When(lit(x), (w.Delete(lit(x)),)), w.When(~lit(x), (w.Add(lit(x)),))),
 )
 WAVE = w.Operator("WAVE", (), (), ())

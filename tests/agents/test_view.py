@@ -50,7 +50,9 @@ def test_incremental_observations_equal_new_ones(
         assert isinstance(outcome, State)
         difference = compare_states(observation.state, outcome)
         before, observation = observation, observer.observe(observation, outcome, difference)
-        facts = [fact for each in wording.goal_listings for fact in each.facts(outcome, observation.visible)]
+        facts = [
+            fact for each in wording.goal_listings for fact in each.list_facts(outcome, observation.visible)
+        ]
         lines = spell_out(observation.text).splitlines()
         assert sorted(lines) == sorted([wording.write_fact(task, fact) for fact in facts])
         changes = observer.find_changes(before, observation, difference)

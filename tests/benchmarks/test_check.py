@@ -22,7 +22,7 @@ from eai.world.action import Action
 from eai.world.derived import is_a
 from eai.world.domain import Domain
 from eai.world.effect import Add
-from eai.world.operator import Operator, additional, affordance
+from eai.world.operator import Operator, additional_step, affordance
 from world import toy
 
 X = Variable("x")
@@ -73,7 +73,7 @@ def test_a_kind_without_objects_is_a_finding() -> None:
 
 
 def test_a_defect_in_random_walks_is_a_finding() -> None:
-    dull = Operator("DIM", (X,), (additional(~toy.lit(X) & toy.lit(X), "dim"),), (Add(toy.holding(X)),))
+    dull = Operator("DIM", (X,), (additional_step(~toy.lit(X) & toy.lit(X), "dim"),), (Add(toy.holding(X)),))
     problems = find_problems(LIGHT, domain=toy.DOMAIN.replace_operators(dull))
     assert problems == [("toy", "DIM: an additional step that would bring about holding(x)")]
 

@@ -9,7 +9,7 @@ import pytest
 from eai.benchmarks.behavior import domain as behavior
 from eai.benchmarks.virtualhome import domain as virtualhome
 from eai.world.domain import Domain
-from eai.world.operator import Check, missing
+from eai.world.operator import Check, missing_step
 from eai.world.vocabulary import Predicate
 
 DOMAINS = (virtualhome.domain_in_paper_order(), behavior.domain_in_paper_order())
@@ -20,7 +20,10 @@ def list_checks(domain: Domain) -> list[Check]:
     return [
         check
         for operator in domain.operators
-        for check in (*operator.checks, *(check for option in operator.tries for check in option.checks))
+        for check in (
+            *operator.checks,
+            *(check for option in operator.alternatives for check in option.checks),
+        )
     ]
 
 
@@ -41,6 +44,6 @@ def test_checks_with_one_id_have_one_reason_except_for_the_objects(domain: Domai
 
 def test_an_id_is_given_or_made_from_the_words_of_the_reason() -> None:
     ready = Predicate("ready", 0)()
-    check = missing(ready, "{x}'s lid is not on {y}, nor near {x}")
+    check = missing_step(ready, "{x}'s lid is not on {y}, nor near {x}")
     assert (check.id, check.mentioned_parameters) == ("s_lid_is_not_on_nor_near", ("x", "y"))
     assert Check(ready, check.fault, "the lid is off", id="lid_off").id == "lid_off"

@@ -50,7 +50,7 @@ def test_each_published_operator_has_an_action_with_the_same_number_of_objects(
     suite = open_operator_suite(name, data_store, errata)
     scorer = suite.scorer(suite.task_ids[0])
     assert isinstance(scorer, TransitionModeling)
-    arities = suite.benchmark.domain.arities
+    arities = suite.benchmark.domain.operator_arities
     for operator, text in scorer.task.domain.operators.items():
         action, positions = TABLES[name][operator]
         hands = ("",) if action in arities else ("RIGHT_", "LEFT_")

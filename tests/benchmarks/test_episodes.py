@@ -1,4 +1,4 @@
-"""Episodes on the two data sets: answers run as in `execute`, and gold plans slip as computed.
+"""Episodes on the two data sets: answers run as in `execute_plan`, and gold plans slip as computed.
 
 The probability is exact. A plan of L steps, each slipping independently with probability p, runs through with
 probability q = (1 - p)^L. With up to k new attempts from the start, the probability is 1 - (1 - q)^(k + 1).
@@ -24,7 +24,7 @@ from eai.tasks.source import Source
 from eai.world.action import Action
 from eai.world.domain import Domain
 from eai.world.episode import Episode, Slip, SlipSampler
-from eai.world.execution import execute
+from eai.world.execution import execute_plan
 from eai.world.state import State
 from made_answers import made_answers
 from oracle import MODELS, Oracle
@@ -64,7 +64,7 @@ def read_plan(scorer: ActionSequencing, text: str) -> ExecutablePlan | None:
 def compare_with_execution(
     name: str, protocol: Protocol, store: Store, answers: Sequence[tuple[str, str]]
 ) -> dict[str, bool]:
-    """Return by task whether an episode of its plan equals the result of `execute`."""
+    """Return by task whether an episode of its plan equals the result of `execute_plan`."""
     suite = open_suite(name, Ability.ACTION_SEQUENCING, protocol, source=Source(store))
     suite = suite.adapt_to_answers([text for _, text in answers])
     equal = {}
@@ -75,7 +75,7 @@ def compare_with_execution(
         if plan is not None:
             episode = Episode(plan.domain, plan.initial)
             ended = episode.run(plan.actions)
-            executed = execute(plan.domain, plan.initial, plan.actions)
+            executed = execute_plan(plan.domain, plan.initial, plan.actions)
             equal[task_id] = (episode.trajectory, ended) == (executed, executed.failure)
     return equal
 
@@ -119,7 +119,7 @@ def find_gold_plans(name: str, store: Store) -> list[ExecutablePlan]:
         assert isinstance(scorer, ActionSequencing)
         plan = read_plan(scorer, text)
         if plan is not None and getattr(scorer.score(text), "success", False):
-            executed = execute(plan.domain, plan.initial, plan.actions).executed
+            executed = execute_plan(plan.domain, plan.initial, plan.actions).executed_actions
             plans.append(plan._replace(actions=executed))
     return plans
 
@@ -131,7 +131,7 @@ def count_attempts(plan: ExecutablePlan, luck: SlipSampler, *, goes_on: bool) ->
         if episode.run(rest) is None:
             return attempt
         if goes_on:
-            rest = plan.actions[len(episode.trajectory.executed) :]
+            rest = plan.actions[len(episode.trajectory.executed_actions) :]
         else:
             episode = Episode(plan.domain, plan.initial, luck)
     return None

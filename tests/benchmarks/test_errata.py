@@ -31,7 +31,7 @@ from eai.results.responses import Response, ResponseFile
 from eai.results.totals import RunTotals
 from eai.tasks.goal_text import make_task
 from eai.tasks.source import ErrataChoice, Source, errata_choice, given
-from eai.world.execution import attempt
+from eai.world.execution import attempt_action
 from eai.world.history import History
 from oracle import MODELS, Oracle
 from protocols import PROTOCOLS
@@ -78,7 +78,7 @@ def check_no_plan_exists(entry: _Erratum, store: Store) -> None:
         for held in ((), ("HOLDS_RH",), ("HOLDS_LH",)):
             before = start.scene.state([*others, *near, *((hand, (agent, glass)) for hand in held)])
             for operator in fill:
-                after = attempt(domain, History(before), w.Action(operator.name, (glass,)))
+                after = attempt_action(domain, History(before), w.Action(operator.name, (glass,)))
                 both = isinstance(after, w.State) and all(
                     after.has(hand, agent, glass) for hand in ("HOLDS_RH", "HOLDS_LH")
                 )
@@ -392,7 +392,7 @@ def test_a_table_with_an_invalid_entry_is_an_error(text: str, told: str) -> None
 
 def benchmark_with(correction: str) -> Benchmark:
     x, lit = w.Variable("x"), w.Predicate("lit", 1)
-    press = w.Operator("PRESS", (x,), (w.additional(~lit(x), "{x} is lit"),), (w.Add(lit(x)),))
+    press = w.Operator("PRESS", (x,), (w.additional_step(~lit(x), "{x} is lit"),), (w.Add(lit(x)),))
     domain = w.Domain("lamps", w.Vocabulary((lit,)), (press,))
     start = w.Scene(domain.vocabulary, [w.WorldObject("lamp", "lamp")]).state([])
     tasks = [make_task(name, "Light.", start, lit(Constant("lamp"))) for name in ("light", "other")]

@@ -19,7 +19,7 @@ from eai.pddl.planning import PlannerOutcome, PlanningTask
 from eai.tasks.task import GoalKind, Task
 from eai.world.action import Fault
 from eai.world.domain import Domain
-from eai.world.execution import attempt, execute
+from eai.world.execution import attempt_action, execute_plan
 from eai.world.fault import FaultKind
 from eai.world.history import History
 from sweeps import sweep, swept
@@ -42,10 +42,10 @@ def compare_engines(domain: Domain, task: Task) -> tuple[int, list[frozenset[str
     executed, differing = 0, []
     past = History(task.initial)
     for action in task.script:
-        operator = domain.operator(action.operator)
+        operator = domain.find_operator(action.operator)
         if operator is None or operator.arity != len(action.arguments):
             break
-        outcome = attempt(domain, past, action)
+        outcome = attempt_action(domain, past, action)
         reached = executor.successor(state, exported.step(action))
         if isinstance(outcome, Fault):
             assert isinstance(reached, str), action
@@ -93,11 +93,11 @@ def assert_plan_works(domain: Domain, task: Task, objects: int | None) -> None:
     exported = export(domain, task.initial, [goal.formula for goal in task.goals], objects=objects)
     result = find_planner().solve(PlanningTask(exported.domain, exported.problem))
     assert result.outcome is PlannerOutcome.SOLVED, result.detail
-    trajectory = execute(domain, task.initial, [exported.action(step) for step in result.plan])
+    trajectory = execute_plan(domain, task.initial, [exported.action(step) for step in result.plan])
     assert trajectory.failure is None
     assert trajectory.additional_steps == 0
     goals = [goal for goal in task.goals if goal.kind is not GoalKind.ACTION]
-    assert all(domain.holds(goal.formula, trajectory.final) for goal in goals)
+    assert all(domain.holds(goal.formula, trajectory.final_state) for goal in goals)
 
 
 @pytest.mark.parametrize("activity", ["moving_boxes_to_storage", "picking_up_take-out_food"])

@@ -22,7 +22,7 @@ from eai.pddl.reader import read_action
 from eai.planning.successor_generator import generate_applicable_of_operator
 from eai.results.summary import compute_metric_rates
 from eai.tasks.source import Source
-from eai.world.execution import execute
+from eai.world.execution import execute_plan
 from sweeps import swept
 
 PLANS = Ability.ACTION_SEQUENCING
@@ -91,8 +91,8 @@ def test_a_random_plan_continues_after_executed_actions(data_store: Store) -> No
         from eai.abilities.action_sequencing.scorer import ActionSequencing
 
         actions = ActionSequencing(task, benchmark.domain, benchmark.notation.plans).resolve_names(plan)  # type: ignore[arg-type]
-        now = execute(benchmark.domain, task.initial, done).final
-        assert execute(benchmark.domain, now, actions).failure is None  # type: ignore[arg-type]
+        now = execute_plan(benchmark.domain, task.initial, done).final_state
+        assert execute_plan(benchmark.domain, now, actions).failure is None  # type: ignore[arg-type]
 
 
 @pytest.mark.parametrize(

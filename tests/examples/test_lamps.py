@@ -16,7 +16,7 @@ from command_line import Command
 from eai.abilities.declaration import get_declaration
 from eai.abilities.protocol import PAPER_ABILITIES, Ability
 from eai.results.paper_tables import NULL_MODELS
-from eai.world import Action, Episode, check_domain, execute
+from eai.world import Action, Episode, check_domain, execute_plan
 from processes import eai as in_own_process
 from sweeps import first_of
 
@@ -85,7 +85,7 @@ def test_random_plans_run_in_an_episode_as_they_are_executed() -> None:
         plan = [Action(each.name, tuple(rng.choices(objects, k=each.arity))) for each in chosen]
         episode = Episode(benchmark.domain, initial)
         episode.run(plan)
-        assert episode.trajectory == execute(benchmark.domain, initial, plan)
+        assert episode.trajectory == execute_plan(benchmark.domain, initial, plan)
 
 
 @pytest.mark.parametrize("ability", ["action_sequencing", "subgoal_decomposition"])

@@ -14,7 +14,7 @@ from eai.pddl.export import export
 from eai.pddl.model import PddlDomain, PddlProblem
 from eai.pddl.reader import read_domain, read_problem
 from eai.world.action import Action, Fault
-from eai.world.execution import attempt
+from eai.world.execution import attempt_action
 from eai.world.fault import FaultKind
 from eai.world.history import History
 from eai.world.state import State
@@ -40,9 +40,9 @@ def test_a_declared_domain_does_what_the_pddl_does_and_so_does_its_export(
     goal = all(domain.holds(part, initial) for part in goals)
     assert goal == original.holds(problem.goal, original.initial, {})
     assert goal == again.holds(exported.problem.goal, again.initial, {})
-    for action in _actions(domain.arities, len(source.constants)):
+    for action in _actions(domain.operator_arities, len(source.constants)):
         names = tuple(source.constants[i].name for i in action.arguments)
-        outcome = attempt(domain, History(initial), action)
+        outcome = attempt_action(domain, History(initial), action)
         engine = None if isinstance(outcome, Fault) else exported.state(outcome)
         expected = reached(original.successor(original.initial, PlanStep(action.operator, names)), declared)
         assert (None if engine is None else reached(engine, declared)) == expected
@@ -100,12 +100,12 @@ def test_an_object_named_agent_is_the_object_that_formulas_mean_by_it(zoo: Decla
     initial, _ = zoo.problem(PROBLEM)
     index = initial.scene.index
     assert isinstance(
-        attempt(zoo.domain, History(initial), Action("feed", (index["sam"], index["pool"]))), State
+        attempt_action(zoo.domain, History(initial), Action("feed", (index["sam"], index["pool"]))), State
     )
 
 
 def test_checks_are_affordances_where_nothing_changes_what_they_say(zoo: DeclaredDomain) -> None:
-    checks = zoo.domain.compiled["feed"].operator.checks
+    checks = zoo.domain.compiled_operators["feed"].operator.checks
     assert [(check.fault, check.reason) for check in checks] == [
         (FaultKind.AFFORDANCE, "{a} is no animal"),
         (FaultKind.AFFORDANCE, "{c} is no cage"),
@@ -119,7 +119,7 @@ def test_checks_are_affordances_where_nothing_changes_what_they_say(zoo: Declare
 def test_an_addition_wins_over_a_deletion(zoo: DeclaredDomain) -> None:
     initial, _ = zoo.problem(PROBLEM)
     index = initial.scene.index
-    after = attempt(zoo.domain, History(initial), Action("feed", (index["sam"], index["pool"])))
+    after = attempt_action(zoo.domain, History(initial), Action("feed", (index["sam"], index["pool"])))
     assert isinstance(after, State)
     assert after.has("fed", index["sam"])
 

@@ -28,11 +28,11 @@ from eai.world.action import Action, Fault
 from eai.world.derived import ComputedPredicate, DefinedPredicate, is_a
 from eai.world.domain import Domain
 from eai.world.effect import ANYTHING, Add, Delete, Effect, ForEach, Let, When
-from eai.world.execution import attempt
+from eai.world.execution import attempt_action
 from eai.world.frame import AGENT
 from eai.world.history import History
-from eai.world.operator import Operator, Try, additional, affordance, missing
-from eai.world.relation import bits
+from eai.world.operator import Alternative, Operator, additional_step, affordance, missing_step
+from eai.world.relation import iterate_bits
 from eai.world.state import Fact, Scene, State, WorldObject
 from eai.world.vocabulary import Predicate, Vocabulary
 
@@ -50,7 +50,7 @@ def _below(state: State, arguments: tuple[int, ...]) -> int:
     found, new = 0, state.relation("ON").row(arguments[0])
     while new & ~found:
         found |= new
-        for thing in bits(found):
+        for thing in iterate_bits(found):
             new |= state.relation("ON").row(thing)
     return found
 
@@ -89,7 +89,7 @@ def test_engine_and_exported_operators_reach_the_same_states_whatever_the_effect
             static = executor.initial - exported.state(initial)
             for thing in range(len(SCENE.objects)):
                 action = Action("act", (thing,))
-                after = attempt(toy, History(initial), action)
+                after = attempt_action(toy, History(initial), action)
                 assert isinstance(after, State)
                 assert (
                     executor.successor(executor.initial, exported.step(action))
@@ -154,7 +154,7 @@ def _condition(rng: random.Random, terms: list[Variable]) -> Formula:
 CHECKED = Operator(
     "Check It",
     (X,),
-    (affordance(BIG(X), "small"), additional(~RED(X), "red"), missing(CLEAR(X), "covered")),
+    (affordance(BIG(X), "small"), additional_step(~RED(X), "red"), missing_step(CLEAR(X), "covered")),
     (Add(RED(X)),),
 )
 
@@ -182,10 +182,10 @@ def test_what_is_exported_is_sound_pddl_and_reads_back() -> None:
 
 def test_tries_are_conditional_effects_one_of_which_must_succeed() -> None:
     tries = (
-        Try(RED(X), (missing(BIG(X), "small"),), (Delete(RED(X)),)),
-        Try(LIT(), (missing(CLEAR(X), "covered"),), (Delete(LIT()),)),
+        Alternative(RED(X), (missing_step(BIG(X), "small"),), (Delete(RED(X)),)),
+        Alternative(LIT(), (missing_step(CLEAR(X), "covered"),), (Delete(LIT()),)),
     )
-    toy = domain(Operator("clean", (X,), (), (), tries=tries))
+    toy = domain(Operator("clean", (X,), (), (), alternatives=tries))
     rng = random.Random(1)
     outcomes = set()
     for _ in range(60):
@@ -194,7 +194,7 @@ def test_tries_are_conditional_effects_one_of_which_must_succeed() -> None:
         executor = Executor(exported.domain, exported.problem)
         for thing in range(len(SCENE.objects)):
             action = Action("clean", (thing,))
-            found = attempt(toy, History(initial), action)
+            found = attempt_action(toy, History(initial), action)
             after = executor.successor(executor.initial, exported.step(action))
             outcomes.add(isinstance(found, Fault))
             if isinstance(found, Fault):
@@ -268,7 +268,7 @@ def test_invisible_predicates_can_be_left_out() -> None:
     use = Operator(
         "use",
         (X,),
-        (missing(~RECALLED(X) & BIG(X), "?"),),
+        (missing_step(~RECALLED(X) & BIG(X), "?"),),
         (Add(MEMORY(X)), When(MEMORY(X), (Add(RED(X)),)), Add(BIG(X))),
     )
     toy = domain(use)

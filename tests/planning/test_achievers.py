@@ -93,7 +93,7 @@ def start(*heavy_ones: str) -> State:
 def carried(state: State) -> State:
     """Return the initial state with the red box in the shed and the lamp pressed."""
     for name, thing in (("LIFT", "red"), ("GO", "shed"), ("PRESS", "lamp")):
-        operator = DOMAIN.compiled[name]
+        operator = DOMAIN.compiled_operators[name]
         state = operator.apply(state, operator.bind(state, [INDEX[thing]]))
     return state
 

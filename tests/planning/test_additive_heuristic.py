@@ -12,7 +12,7 @@ from eai.planning.subgoal import Subgoal
 from eai.world import Add, ForEach, Operator
 from eai.world.action import Action
 from eai.world.domain import Domain
-from eai.world.operator import affordance, missing
+from eai.world.operator import affordance, missing_step
 from eai.world.state import Fact, Scene, State
 from eai.world.vocabulary import Predicate, Vocabulary
 from world import toy
@@ -124,7 +124,7 @@ def chain(length: int) -> tuple[Domain, State, Formula]:
     """Return a domain in which each thing is made from the one before, with the last thing as the goal."""
     made, following = Predicate("made", 1), Predicate("following", 2, static=True)
     a, b = Variable("a"), Variable("b")
-    checks = (affordance(following(a, b), "{b} does not follow"), missing(made(a), "{a} is not made"))
+    checks = (affordance(following(a, b), "{b} does not follow"), missing_step(made(a), "{a} is not made"))
     make = Operator("MAKE", (a, b), checks, (Add(made(b)),))
     domain = Domain("chain", Vocabulary((made, following)), (make,))
     scene = Scene(domain.vocabulary, {f"t{i}": "thing" for i in range(length + 1)})

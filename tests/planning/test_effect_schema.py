@@ -3,7 +3,7 @@ from __future__ import annotations
 from eai.logic.formula import FALSE, TRUE, Equals, Exists, Or, Variable
 from eai.planning.effect_schema import find_written_predicates, make_effect_schemas, make_operator_schema
 from eai.world.effect import Add, Delete, Let, When
-from eai.world.operator import Operator, missing
+from eai.world.operator import Operator, missing_step
 from eai.world.vocabulary import Predicate
 
 X, H, Y = Variable("x"), Variable("h"), Variable("y")
@@ -18,10 +18,10 @@ PLACE = Operator(
     "PLACE",
     (X,),
     (
-        missing(~EMPTY, "nothing is held"),
-        missing(~Exists(H, held(H) & larger(H, X)), "it is too big"),
-        missing(EMPTY | open_(X), "{x} is closed"),
-        missing(~held(X), "{x} is held itself"),
+        missing_step(~EMPTY, "nothing is held"),
+        missing_step(~Exists(H, held(H) & larger(H, X)), "it is too big"),
+        missing_step(EMPTY | open_(X), "{x} is closed"),
+        missing_step(~held(X), "{x} is held itself"),
     ),
     (Let(H, held(H), (Delete(held(H)), When(open_(X), (Add(inside(H, X)),), (Delete(open_(X)),)))),),
 )

@@ -9,7 +9,7 @@ from eai.planning.subgoal import GroundAtom
 from eai.world.action import Action
 from eai.world.domain import Domain
 from eai.world.effect import Add
-from eai.world.execution import attempt
+from eai.world.execution import attempt_action
 from eai.world.history import History
 from eai.world.operator import Operator
 from eai.world.state import Fact, State
@@ -59,7 +59,9 @@ def reachable(domain: Domain) -> set[State]:
     found, pending = {INITIAL}, [INITIAL]
     while pending:
         state = pending.pop()
-        after = {each for a in actions if isinstance(each := attempt(domain, History(state), a), State)}
+        after = {
+            each for a in actions if isinstance(each := attempt_action(domain, History(state), a), State)
+        }
         pending += after - found
         found |= after
     return found

@@ -11,7 +11,7 @@ from eai.planning.planner import Planner, PlanningGoal
 from eai.planning.search import Limits, SearchEnd, SearchResult
 from eai.planning.successor_generator import generate_applicable_of_operator
 from eai.world.action import Action
-from eai.world.execution import attempt, execute
+from eai.world.execution import attempt_action, execute_plan
 from eai.world.history import History
 from eai.world.state import State
 from world import toy
@@ -43,10 +43,10 @@ def steps_of(found: SearchResult[Action]) -> list[str]:
 def test_a_plan_makes_all_conditions_hold_at_the_end() -> None:
     found = plan(PlanningGoal((RED_IN_SHED, LAMP_LIT, Not(named("holding", "red")))))
     assert found.end is SearchEnd.SOLVED
-    trajectory = execute(toy.DOMAIN, START, found.plan)
+    trajectory = execute_plan(toy.DOMAIN, START, found.plan)
     assert trajectory.failure is None
     assert trajectory.additional_steps == 0
-    assert all(toy.DOMAIN.holds(c, trajectory.final) for c in (RED_IN_SHED, LAMP_LIT))
+    assert all(toy.DOMAIN.holds(c, trajectory.final_state) for c in (RED_IN_SHED, LAMP_LIT))
     assert steps_of(found) == ["LIFT red", "GO shed", "DROP red", "PRESS lamp"]
 
 
@@ -115,7 +115,7 @@ def reachable(goal: PlanningGoal) -> bool:
             return True
         for operator in toy.DOMAIN.operators:
             for action in generate_applicable_of_operator(toy.DOMAIN, operator, state, EVERYTHING):
-                compiled = toy.DOMAIN.compiled[action.operator]
+                compiled = toy.DOMAIN.compiled_operators[action.operator]
                 subgoal = goal.actions[taken] if taken < len(goal.actions) else ()
                 after = compiled.apply(state, compiled.bind(state, action.arguments))
                 node = (after, taken + (action.operator in subgoal))
@@ -129,7 +129,7 @@ def reaches(steps: list[Action], goal: PlanningGoal) -> bool:
     """Whether a plan reaches the goal if its impossible steps are skipped."""
     state, taken = START, 0
     for step in steps:
-        after = attempt(toy.DOMAIN, History(state), step)
+        after = attempt_action(toy.DOMAIN, History(state), step)
         if isinstance(after, State):
             state = after
             taken += taken < len(goal.actions) and step.operator in goal.actions[taken]
@@ -148,8 +148,8 @@ def test_a_plan_is_found_if_and_only_if_the_goal_is_reachable(
     found = plan(goal)
     assert (found.end is SearchEnd.SOLVED) == reachable(goal)
     if found.end is SearchEnd.SOLVED:
-        trajectory = execute(toy.DOMAIN, START, found.plan)
+        trajectory = execute_plan(toy.DOMAIN, START, found.plan)
         assert trajectory.failure is None
-        assert all(toy.DOMAIN.holds(c, trajectory.final) for c in conditions)
+        assert all(toy.DOMAIN.holds(c, trajectory.final_state) for c in conditions)
         for i in range(len(found.plan)):
             assert not reaches([*found.plan[:i], *found.plan[i + 1 :]], goal)

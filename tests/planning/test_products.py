@@ -33,8 +33,8 @@ from eai.tasks.task import GoalKind, Task
 from eai.world.action import Action
 from eai.world.domain import Domain
 from eai.world.fault import FaultKind
-from eai.world.operator import Operator, missing
-from eai.world.relation import bits, mask_of
+from eai.world.operator import Operator, missing_step
+from eai.world.relation import iterate_bits, make_mask
 from planning.repair.test_search import draw, restricted
 from sweeps import swept
 
@@ -54,9 +54,9 @@ def with_skips(domain: Domain) -> Domain:
 def _skips(operator: Operator) -> Iterator[Operator]:
     for number, check in enumerate(operator.checks):
         if check.fault is FaultKind.ADDITIONAL_STEP:
-            checks = (*operator.checks[:number], missing(f.Not(check.condition), "it is needed"))
+            checks = (*operator.checks[:number], missing_step(f.Not(check.condition), "it is needed"))
             yield replace(
-                operator, name=f"{operator.name}{SKIPPED}{number}", checks=checks, effects=(), tries=()
+                operator, name=f"{operator.name}{SKIPPED}{number}", checks=checks, effects=(), alternatives=()
             )
 
 
@@ -70,7 +70,7 @@ def objects_of(task: Task, actions: Sequence[Action]) -> set[int]:
     placed = [name for name in PLACES if name in task.scene.vocabulary.binary_slots]
     while pending:
         thing = pending.pop()
-        beside = {place for name in placed for place in bits(task.initial.relation(name).row(thing))}
+        beside = {place for name in placed for place in iterate_bits(task.initial.relation(name).row(thing))}
         pending += beside - found
         found |= beside
     return found
@@ -82,7 +82,7 @@ def product_of(
     """Return the domain and the problem of a case as PDDL."""
     world = with_skips(domain)
     about = objects_of(task, [step for step in (*plan, *actions) if step is not None])
-    exported = export(world, task.initial, [goal.formula for goal in task.goals], objects=mask_of(about))
+    exported = export(world, task.initial, [goal.formula for goal in task.goals], objects=make_mask(about))
     written = [*_edits(exported, plan, actions), *_kept(exported, world, plan)]
     header = replace(
         exported.domain, constants=(*exported.domain.constants, *exported.problem.objects), actions=()
@@ -113,7 +113,7 @@ def _edits(
 def _kept(exported: ExportedProblem, world: Domain, plan: Sequence[Action | None]) -> Iterator[str]:
     for place, action in enumerate(plan):
         if action is not None:
-            names = [name for name in world.arities if name.partition(SKIPPED)[0] == action.operator]
+            names = [name for name in world.operator_arities if name.partition(SKIPPED)[0] == action.operator]
             kept = [action._replace(operator=name) for name in names]
             yield from (_move(exported, place, place + 1, each, 0) for each in kept)
 
@@ -158,7 +158,7 @@ def can_be_written(
     scorer: ActionSequencing, plan: Sequence[Action | None], actions: Sequence[Action]
 ) -> bool:
     """Whether a case is small and has a PDDL form: unordered goals, and no operator with tries."""
-    tries = {operator.name for operator in scorer.domain.operators if operator.tries}
+    tries = {operator.name for operator in scorer.domain.operators if operator.alternatives}
     goals, steps = scorer.task.goals, [step for step in plan if step is not None]
     return (
         len(plan) <= 5

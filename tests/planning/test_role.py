@@ -7,7 +7,7 @@ from eai.logic.formula import Variable
 from eai.planning.role import find_spatial_predicates, infer_operator_role
 from eai.world.effect import ANYTHING, Add, Delete, Effect, ForEach
 from eai.world.frame import AGENT
-from eai.world.operator import Operator, Role
+from eai.world.operator import Operator, OperatorRole
 from eai.world.vocabulary import Predicate
 from world import toy
 
@@ -20,30 +20,34 @@ TAKE, GIVE, SWAP = Add(HAS(AGENT, X)), Delete(HAS(AGENT, X)), Add(HAS(AGENT, Y))
 
 def test_a_declared_role_is_used() -> None:
     assert [infer_operator_role(o) for o in (toy.GO, toy.LIFT, toy.DROP, toy.PRESS)] == [
-        Role.MOVEMENT,
-        Role.TAKES,
-        Role.RELEASES,
-        Role.CHANGE,
+        OperatorRole.MOVEMENT,
+        OperatorRole.TAKES,
+        OperatorRole.RELEASES,
+        OperatorRole.CHANGE,
     ]
-    assert infer_operator_role(Operator("O", (X,), (), (TAKE,), role=Role.CHANGE)) is Role.CHANGE
+    assert (
+        infer_operator_role(Operator("O", (X,), (), (TAKE,), role=OperatorRole.CHANGE)) is OperatorRole.CHANGE
+    )
 
 
 @pytest.mark.parametrize(
     ("effects", "role"),
     [
-        (TURN, Role.MOVEMENT),
-        (ONE_BY_ONE, Role.MOVEMENT),
-        ((*TURN, Add(SITTING(AGENT))), Role.MOVEMENT),
-        ((Delete(SITTING(AGENT)),), Role.MOVEMENT),
-        ((*TURN, Add(SITTING(X))), Role.CHANGE),
-        ((TAKE,), Role.TAKES),
-        ((Delete(FACING(X, ANYTHING)), TAKE), Role.TAKES),
-        ((GIVE,), Role.CHANGE),
-        ((GIVE, SWAP), Role.CHANGE),
-        ((), Role.CHANGE),
+        (TURN, OperatorRole.MOVEMENT),
+        (ONE_BY_ONE, OperatorRole.MOVEMENT),
+        ((*TURN, Add(SITTING(AGENT))), OperatorRole.MOVEMENT),
+        ((Delete(SITTING(AGENT)),), OperatorRole.MOVEMENT),
+        ((*TURN, Add(SITTING(X))), OperatorRole.CHANGE),
+        ((TAKE,), OperatorRole.TAKES),
+        ((Delete(FACING(X, ANYTHING)), TAKE), OperatorRole.TAKES),
+        ((GIVE,), OperatorRole.CHANGE),
+        ((GIVE, SWAP), OperatorRole.CHANGE),
+        ((), OperatorRole.CHANGE),
     ],
 )
-def test_an_undeclared_role_is_inferred_from_the_effects(effects: tuple[Effect, ...], role: Role) -> None:
+def test_an_undeclared_role_is_inferred_from_the_effects(
+    effects: tuple[Effect, ...], role: OperatorRole
+) -> None:
     assert infer_operator_role(Operator("O", (X, Y) if SWAP in effects else (X,), (), effects)) is role
 
 

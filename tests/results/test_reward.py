@@ -148,7 +148,9 @@ def test_any_plan_earns_between_zero_and_one(world: str, data: st.DataObject) ->
     def some() -> st.SearchStrategy[Action]:
         def of(name: str) -> st.SearchStrategy[Action]:
             arguments = st.sampled_from(task.relevant)
-            return st.tuples(*[arguments] * domain.arities[name]).map(lambda each: Action(name, each))
+            return st.tuples(*[arguments] * domain.operator_arities[name]).map(
+                lambda each: Action(name, each)
+            )
 
         return st.sampled_from([operator.name for operator in domain.operators]).flatmap(of)
 

@@ -14,10 +14,12 @@ X, Y = w.Variable("x"), w.Variable("y")
 AT, LIT, TRIMMED = w.Predicate("at", 2), w.Predicate("lit", 1), w.Predicate("trimmed", 1)
 CUTS, NEAR = w.Predicate("cuts", 1, static=True), w.Predicate("near", 2)
 GO = w.Operator("GO", (X,), (), (w.Delete(AT(w.AGENT, w.ANYTHING)), w.Add(AT(w.AGENT, X))))
-LIGHT = w.Operator("LIGHT", (X,), (w.missing(AT(w.AGENT, X), "the robot is not at {x}"),), (w.Add(LIT(X)),))
+LIGHT = w.Operator(
+    "LIGHT", (X,), (w.missing_step(AT(w.AGENT, X), "the robot is not at {x}"),), (w.Add(LIT(X)),)
+)
 DOUSE = w.Operator("DOUSE", (X,), (), (w.Delete(LIT(X)),))
 TRIM = w.Operator(
-    "TRIM", (X,), (w.missing(Exists(Y, CUTS(Y)), "there is nothing to cut with"),), (w.Add(TRIMMED(X)),)
+    "TRIM", (X,), (w.missing_step(Exists(Y, CUTS(Y)), "there is nothing to cut with"),), (w.Add(TRIMMED(X)),)
 )
 DOMAIN = w.Domain("lamps", w.Vocabulary((AT, LIT, TRIMMED, CUTS, NEAR)), (GO, LIGHT, DOUSE, TRIM))
 

@@ -14,7 +14,7 @@ from eai.tasks.goal_test import GoalTest, find_longest_run
 from eai.tasks.share import GoalTallies, Share
 from eai.tasks.task import Goal, GoalKind, Task
 from eai.world.action import Action
-from eai.world.execution import execute
+from eai.world.execution import execute_plan
 from world import toy
 
 BOX, PLACE = Variable("b", "box"), Variable("p", "place")
@@ -123,7 +123,7 @@ def test_threads_may_share_a_test() -> None:
     scene = given.scene
     steps = [("LIFT", "red"), ("GO", "shed"), ("DROP", "red"), ("LIFT", "blue"), ("GO", "hall")]
     plan = [Action(name, (scene.index[thing],)) for name, thing in steps]
-    states = execute(toy.DOMAIN, given.initial, plan).states
+    states = execute_plan(toy.DOMAIN, given.initial, plan).states
     test = GoalTest(given)
     expected = [GoalTest(given).find_reached(state, ()) for state in states]
     assert len(set(expected)) > 2

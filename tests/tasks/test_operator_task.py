@@ -15,9 +15,9 @@ from eai.world.action import Action
 from eai.world.derived import DefinedPredicate, is_a
 from eai.world.domain import Domain
 from eai.world.effect import ANYTHING, Add, Delete, ForEach
-from eai.world.execution import execute
+from eai.world.execution import execute_plan
 from eai.world.frame import AGENT
-from eai.world.operator import Operator, additional, affordance, missing
+from eai.world.operator import Operator, additional_step, affordance, missing_step
 from eai.world.state import Scene, WorldObject
 from eai.world.vocabulary import Predicate, Vocabulary
 from operator_rules import gold_answer
@@ -33,7 +33,7 @@ VOCABULARY = Vocabulary((BRIGHT, HEAVY, AT, TIRED, SEEN), (DARK,))
 GO = Operator(
     "GO",
     (X,),
-    (additional(~AT(AGENT, X), "there"),),
+    (additional_step(~AT(AGENT, X), "there"),),
     (Delete(AT(AGENT, ANYTHING)), Add(AT(AGENT, X)), Add(SEEN(X))),
 )
 LIGHT = Operator(
@@ -41,8 +41,8 @@ LIGHT = Operator(
     (X,),
     (
         affordance(is_a(X, "lamp") & ~HEAVY(X), "no lamp"),
-        missing(AT(AGENT, X), "away"),
-        missing(DARK(), "bright"),
+        missing_step(AT(AGENT, X), "away"),
+        missing_step(DARK(), "bright"),
     ),
     (Add(BRIGHT(X)), ForEach(Y, HEAVY(Y), (Delete(BRIGHT(Y)),))),
 )
@@ -138,7 +138,7 @@ def test_steps_of_exported_operators_are_the_actions_of_their_domain(
     steps = [PlanStep(name, tuple(objects)) for name, *objects in map(str.split, verdict.plan)]
     actions = tasks["lit"].actions_of(LIT, steps)
     assert [*actions] == [Action("GO", (1,)), Action("LIGHT", (1,))]
-    assert ROOMS.holds(LIT.goals[0].formula, execute(ROOMS, INITIAL, actions).final)
+    assert ROOMS.holds(LIT.goals[0].formula, execute_plan(ROOMS, INITIAL, actions).final_state)
 
 
 @pytest.mark.parametrize("step", [PlanStep("fly", ("lamp",)), PlanStep("go", ("moon",))])

@@ -27,7 +27,7 @@ from eai.tasks.task import GoalKind, Task
 from eai.world.action import Action, Fault
 from eai.world.conformance import check_domain
 from eai.world.domain import Domain
-from eai.world.execution import attempt, describe, execute
+from eai.world.execution import attempt_action, describe_fault, execute_plan
 from eai.world.fault import FaultKind
 from eai.world.history import History
 
@@ -48,9 +48,9 @@ def opened(name: str) -> tuple[Domain, dict[str, Task]]:
 
 
 def reaches_the_goal(domain: Domain, task: Task, plan: tuple[Action, ...]) -> bool:
-    trajectory = execute(domain, task.initial, plan)
+    trajectory = execute_plan(domain, task.initial, plan)
     return trajectory.failure is None and all(
-        domain.holds(goal.formula, trajectory.final) for goal in task.goals
+        domain.holds(goal.formula, trajectory.final_state) for goal in task.goals
     )
 
 
@@ -110,12 +110,12 @@ def test_engine_and_pddl_agree_on_random_walks(name: str, problem: str) -> None:
             action = rng.choice(possible or [action])
         names = tuple(task.scene.objects[i].name for i in action.arguments)
         outcome, after = (
-            attempt(domain, past, action),
+            attempt_action(domain, past, action),
             executor.successor(state, PlanStep(operator.name, names)),
         )
         assert isinstance(outcome, Fault) is isinstance(after, str), action
         if isinstance(outcome, Fault):
-            assert describe(outcome, domain, action, task.scene)
+            assert describe_fault(outcome, domain, action, task.scene)
             continue
         assert not isinstance(after, str)
         assert {atom for atom in exported.state(outcome) if atom.predicate in declared} == after
@@ -177,7 +177,7 @@ def test_a_planner_s_plan_is_an_answer_in_any_case() -> None:
 
 def test_checks_tell_what_an_object_is_from_what_has_not_been_done() -> None:
     domain, _ = opened("logistics")
-    drive = domain.compiled["drive"].operator
+    drive = domain.compiled_operators["drive"].operator
     kinds = [(check.fault, check.reason) for check in drive.checks]
     assert kinds == [
         (FaultKind.AFFORDANCE, "{t} is no truck"),
@@ -189,7 +189,7 @@ def test_checks_tell_what_an_object_is_from_what_has_not_been_done() -> None:
             "(exists (?c - city) (and (part-of {from} ?c) (part-of {to} ?c))) does not hold",
         ),
     ]
-    blocks = opened("blocksworld")[0].compiled["stack"].operator
+    blocks = opened("blocksworld")[0].compiled_operators["stack"].operator
     assert blocks.checks[-1].reason == "{x} and {y} are the same"
 
 
@@ -356,13 +356,13 @@ def test_types_in_choice_constants_of_problems_commas_and_any_case_are_read(tmp_
     domain, task = odd(tmp_path)
     b, c, lid, s, _ = range(5)
     assert reaches_the_goal(domain, task, (Action("put", (c, s)),))
-    put = domain.compiled["put"]
+    put = domain.compiled_operators["put"]
     failures = {x: put.find_failures(task.initial, put.bind(task.initial, (x, s))) for x in range(5)}
     assert [x for x, failed in failures.items() if not failed] == [c, lid]
     assert failures[b][0].check.check.reason == "{x} is no crate or lid"
-    again = execute(domain, task.initial, [Action("put", (lid, s)), Action("put", (c, s))])
+    again = execute_plan(domain, task.initial, [Action("put", (lid, s)), Action("put", (c, s))])
     assert again.failure is None
-    crowded = execute(domain, task.initial, [Action("put", (c, s)), Action("put", (lid, s))])
+    crowded = execute_plan(domain, task.initial, [Action("put", (c, s)), Action("put", (lid, s))])
     assert crowded.failure is not None  # where a box or a crate is already
 
 
@@ -372,7 +372,7 @@ def test_engine_and_pddl_agree_on_types_in_choice(tmp_path: Path) -> None:
     executor = Executor(source, read_problem_file(tmp_path / "p.pddl", source).problem)
     names = [thing.name for thing in task.scene.objects]
     for x, y in product(range(5), repeat=2):
-        outcome = attempt(domain, History(task.initial), Action("put", (x, y)))
+        outcome = attempt_action(domain, History(task.initial), Action("put", (x, y)))
         after = executor.successor(executor.initial, PlanStep("put", (names[x], names[y])))
         assert isinstance(outcome, Fault) is isinstance(after, str), (x, y)
 

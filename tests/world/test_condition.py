@@ -28,7 +28,7 @@ from eai.logic.traversal import find_free_variables
 from eai.world.condition import ConditionCompiler, FormulaEvaluator
 from eai.world.derived import ComputedPredicate, LookupPredicate
 from eai.world.domain import Domain
-from eai.world.frame import AGENT, Frame
+from eai.world.frame import AGENT, SlotAllocator
 from eai.world.state import Fact, Scene, State, WorldObject
 from eai.world.vocabulary import Vocabulary
 from world import plain_sets, toy
@@ -123,8 +123,8 @@ def test_quantifiers_have_their_usual_truth_on_an_empty_scene() -> None:
 
 def test_a_scene_lists_its_categories() -> None:
     scene = Scene(toy.VOCABULARY, (WorldObject("red", "box"), WorldObject("blue", "box")))
-    assert scene.names(scene.category("box")) == ("red", "blue")
-    assert scene.category("lamp") == 0
+    assert scene.names(scene.get_category_mask("box")) == ("red", "blue")
+    assert scene.get_category_mask("lamp") == 0
 
 
 @pytest.mark.parametrize(
@@ -178,8 +178,10 @@ def test_a_lookup_may_depend_on_any_number_of_objects() -> None:
 
 
 def _holds(formula: Formula, vocabulary: Vocabulary, scene: Scene) -> bool:
-    frame = Frame()
-    return ConditionCompiler(vocabulary, frame).compile_test(formula)(scene.state(()), frame.bind(scene, ()))
+    frame = SlotAllocator()
+    return ConditionCompiler(vocabulary, frame).compile_test(formula)(
+        scene.state(()), frame.bind_arguments(scene, ())
+    )
 
 
 def test_formulas_are_evaluated_with_their_free_variables() -> None:

@@ -12,7 +12,7 @@ from eai.world.derived import ComputedPredicate
 from eai.world.domain import Domain
 from eai.world.effect import ANYTHING, Add, Delete, Effect, ForEach, When
 from eai.world.frame import AGENT
-from eai.world.operator import Operator, additional, missing
+from eai.world.operator import Operator, additional_step, missing_step
 from eai.world.state import Scene
 from eai.world.vocabulary import Predicate, Vocabulary
 from world import toy
@@ -35,7 +35,7 @@ def test_virtualhome_conforms(virtualhome_tasks: VirtualHomeTasks, domain: Domai
 
 
 def additional_where(condition: Formula, *effects: Effect) -> Domain:
-    needless = additional(~condition, "{x} needs it no more")
+    needless = additional_step(~condition, "{x} needs it no more")
     return toy.DOMAIN.replace_operators(Operator("PRESS", (X,), (needless,), effects))
 
 
@@ -68,7 +68,7 @@ def test_a_step_is_additional_only_if_its_intended_effect_is_there(
 
 def test_an_invisible_change_is_not_an_intended_effect() -> None:
     vocabulary = Vocabulary((*toy.VOCABULARY.predicates, NOTED), toy.VOCABULARY.derived)
-    press = Operator("PRESS", (X,), (additional(~TRUE, "never"),), (Add(NOTED(X)),))
+    press = Operator("PRESS", (X,), (additional_step(~TRUE, "never"),), (Add(NOTED(X)),))
     state = Scene(vocabulary, toy.initial().scene.objects, agent=0).state([])
     assert check_domain(Domain("toy", vocabulary, (press,)), [state]) == ()
 
@@ -81,7 +81,7 @@ def one_operator(operator: Operator, *derived: ComputedPredicate) -> Domain:
 
 
 def test_a_broken_law_of_execution_is_reported() -> None:
-    moody = missing(Atom("moody", (X,)), "it is not in the mood")
+    moody = missing_step(Atom("moody", (X,)), "it is not in the mood")
     turns = ComputedPredicate("moody", 1, lambda *_: next(TURNS), ())
     domain = one_operator(Operator("TRY", (X,), (moody,), ()), turns)
     state = Scene(domain.vocabulary, toy.initial().scene.objects, agent=0).state([])

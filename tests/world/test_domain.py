@@ -14,10 +14,18 @@ from eai.world.action import Action, Fault
 from eai.world.derived import ComputedPredicate, DefinedPredicate, is_a
 from eai.world.domain import Domain
 from eai.world.effect import Add, Delete
-from eai.world.execution import Trajectory, attempt, execute
+from eai.world.execution import Trajectory, attempt_action, execute_plan
 from eai.world.fault import FaultKind
 from eai.world.history import History, HistoryRule, find_when_conditions_held, find_when_possible
-from eai.world.operator import Check, Operator, Try, additional, affordance, missing, sort_operator_checks
+from eai.world.operator import (
+    Alternative,
+    Check,
+    Operator,
+    additional_step,
+    affordance,
+    missing_step,
+    sort_operator_checks,
+)
 from eai.world.state import Scene, State, WorldObject
 from eai.world.vocabulary import Predicate, Vocabulary
 from world import toy
@@ -26,11 +34,11 @@ WET, DIRTY, MUDDY, SOAP = (Predicate(name, 0) for name in ("wet", "dirty", "mudd
 CLEAN = Operator(
     "CLEAN",
     (),
-    (additional(DIRTY() | MUDDY(), "clean already"),),
+    (additional_step(DIRTY() | MUDDY(), "clean already"),),
     (Delete(WET()),),
-    tries=(
-        Try(DIRTY(), (missing(SOAP(), "no soap"),), (Delete(DIRTY()),)),
-        Try(MUDDY(), (affordance(WET(), "dry"),), (Delete(MUDDY()),)),
+    alternatives=(
+        Alternative(DIRTY(), (missing_step(SOAP(), "no soap"),), (Delete(DIRTY()),)),
+        Alternative(MUDDY(), (affordance(WET(), "dry"),), (Delete(MUDDY()),)),
     ),
 )
 TAKE, LOSE = Operator("TAKE", (), (), (Add(SOAP()),)), Operator("LOSE", (), (), (Delete(SOAP()),))
@@ -74,10 +82,10 @@ def circle(name: str, other: str) -> DefinedPredicate:
             "operators: expected a tuple; write a tuple of one value",
         ),
         (
-            lambda: press(checks=(missing(LIT(X), "{lamp} is dark"),), parameters=(Variable("lamps"),)),
+            lambda: press(checks=(missing_step(LIT(X), "{lamp} is dark"),), parameters=(Variable("lamps"),)),
             "operator PRESS: a reason mentions lamp, which is no parameter; did you mean lamps?",
         ),
-        (lambda: missing(LIT(X), ""), "a check of missing_step has an empty reason"),
+        (lambda: missing_step(LIT(X), ""), "a check of missing_step has an empty reason"),
         (
             lambda: Check(LIT(X), FaultKind.PARSING, "no"),
             "check 'no' has fault parsing, which no check can find",
@@ -96,7 +104,7 @@ def circle(name: str, other: str) -> DefinedPredicate:
             "operator PRESS: an effect changes bright, which is derived: change the predicates",
         ),
         (
-            lambda: lamps(press(checks=(missing(Atom("nearr", (X, X)), "far"),))),
+            lambda: lamps(press(checks=(missing_step(Atom("nearr", (X, X)), "far"),))),
             "operator PRESS: predicate nearr is not declared; did you mean near?",
         ),
         (
@@ -128,11 +136,11 @@ def run(facts: str, *names: str, domain: Domain = DOMAIN) -> Trajectory:
     state = Scene(domain.vocabulary, (WorldObject("it", "thing"),)).state(
         (name, ()) for name in facts.split()
     )
-    return execute(domain, state, [Action(name, ()) for name in names])
+    return execute_plan(domain, state, [Action(name, ()) for name in names])
 
 
 def facts(trajectory: Trajectory) -> str:
-    return " ".join(fact.predicate for fact in trajectory.final.facts())
+    return " ".join(fact.predicate for fact in trajectory.final_state.facts())
 
 
 @pytest.mark.parametrize(
@@ -186,8 +194,8 @@ def test_the_precedence_of_the_domain_chooses_the_kind_of_fault() -> None:
 )
 def test_the_failed_tries_of_an_action_are_found(before: str, undone: list[str]) -> None:
     trajectory = run(before, "CLEAN")
-    operator, start = DOMAIN.compiled["CLEAN"], trajectory.states[0]
-    left = operator.find_failed_alternatives(start, trajectory.final, operator.bind(start, ()))
+    operator, start = DOMAIN.compiled_operators["CLEAN"], trajectory.states[0]
+    left = operator.find_failed_alternatives(start, trajectory.final_state, operator.bind(start, ()))
     assert [each.check.reason for each in left] == undone
 
 
@@ -197,15 +205,15 @@ def test_an_operator_has_its_other_effects_if_no_try_is_made() -> None:
 
 
 def test_checks_of_tries_are_also_sorted_as_in_the_paper() -> None:
-    mixed = (missing(SOAP(), "no soap"), additional(DIRTY(), "clean"), affordance(WET(), "dry"))
-    operator = replace(CLEAN, tries=(Try(DIRTY(), mixed, ()),))
-    (ordered,) = sort_operator_checks(operator).tries
+    mixed = (missing_step(SOAP(), "no soap"), additional_step(DIRTY(), "clean"), affordance(WET(), "dry"))
+    operator = replace(CLEAN, alternatives=(Alternative(DIRTY(), mixed, ()),))
+    (ordered,) = sort_operator_checks(operator).alternatives
     assert [check.reason for check in ordered.checks] == ["dry", "clean", "no soap"]
 
 
 def wrong_order_of(domain: Domain, *sought: Formula) -> tuple[FaultKind, int | None]:
     """Return the outcomes of washing with soap that was there before, under both rules."""
-    check = missing(SOAP() & WET(), "no water or no soap", sought or None)
+    check = missing_step(SOAP() & WET(), "no water or no soap", sought or None)
     wash = Operator("WASH", (), (check,), ())
     domain = domain.replace_operators(wash)
     fault = run("dirty", "TAKE", "LOSE", "WASH", domain=domain).steps[-1].fault
@@ -248,20 +256,20 @@ def test_a_step_that_fails_repeatedly_tests_every_state_once(rule: HistoryRule) 
 
     ready = ComputedPredicate("ready", 0, never, ())
     vocabulary = Vocabulary((WET, DIRTY, MUDDY, SOAP), (ready,))
-    dry = Operator("DRY", (), (missing(ready(), "not ready"),), ())
+    dry = Operator("DRY", (), (missing_step(ready(), "not ready"),), ())
     domain = Domain("bath", vocabulary, (TAKE, LOSE, dry), rule)
     history = History(Scene(vocabulary, (WorldObject("it", "thing"),)).state(()))
     for number in range(300):
-        after = attempt(domain, history, Action(("TAKE", "LOSE")[number % 2], ()))
+        after = attempt_action(domain, history, Action(("TAKE", "LOSE")[number % 2], ()))
         assert isinstance(after, State)
         history = history.extend(after)
-        assert isinstance(attempt(domain, history, Action("DRY", ())), Fault)
+        assert isinstance(attempt_action(domain, history, Action("DRY", ())), Fault)
     assert times < 10 * 300
 
 
 def test_a_condition_that_never_held_gives_no_wrong_order() -> None:
-    silent = replace(CLEAN.tries[0], checks=(missing(SOAP(), "no soap", (FALSE,)),))
-    domain = DOMAIN.replace_operators(replace(CLEAN, tries=(silent,)))
+    silent = replace(CLEAN.alternatives[0], checks=(missing_step(SOAP(), "no soap", (FALSE,)),))
+    domain = DOMAIN.replace_operators(replace(CLEAN, alternatives=(silent,)))
     fault = run("dirty", "TAKE", "LOSE", "CLEAN", domain=domain).steps[-1].fault
     assert fault is not None
     assert fault.kind is FaultKind.MISSING_STEP

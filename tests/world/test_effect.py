@@ -11,8 +11,8 @@ from eai.logic.formula import Variable
 from eai.world.action import Action, Fault
 from eai.world.domain import Domain
 from eai.world.effect import ANYTHING, Add, Delete, EffectCompiler
-from eai.world.execution import attempt
-from eai.world.frame import AGENT, Frame
+from eai.world.execution import attempt_action
+from eai.world.frame import AGENT, SlotAllocator
 from eai.world.history import History
 from eai.world.state import Fact, Scene, State
 from eai.world.vocabulary import Predicate, Vocabulary
@@ -32,7 +32,7 @@ def random_walk(
         arguments = tuple(rng.choice(nameable) for _ in operator.parameters)
         bound = {p.name: i for p, i in zip(operator.parameters, arguments, strict=True)}
         expected = all(plain_sets.holds(state, facts, c.condition, bound) for c in operator.checks)
-        outcome = attempt(domain, History(state), Action(operator.name, arguments))
+        outcome = attempt_action(domain, History(state), Action(operator.name, arguments))
         assert isinstance(outcome, State) == expected, operator.name
         if isinstance(outcome, Fault):
             continue
@@ -73,7 +73,7 @@ def test_states_are_equal_exactly_if_their_facts_are() -> None:
     state = initial
     for _ in range(300):
         action = Action(rng.choice(("GO", "LIFT", "DROP", "PRESS")), (rng.randrange(6),))
-        outcome = attempt(toy.DOMAIN, History(state), action)
+        outcome = attempt_action(toy.DOMAIN, History(state), action)
         state = outcome if isinstance(outcome, State) else state
         equal_state = seen.setdefault(frozenset(state.facts()), state)
         assert (equal_state, hash(equal_state)) == (state, hash(state))
@@ -97,4 +97,4 @@ X = Variable("x")
 )
 def test_an_impossible_effect_is_a_domain_error(effect: Add | Delete, message: str) -> None:
     with pytest.raises(DomainError, match=message):
-        EffectCompiler(Vocabulary((STATIC, PAIR)), Frame((X,))).sequence([effect])
+        EffectCompiler(Vocabulary((STATIC, PAIR)), SlotAllocator((X,))).compile_sequence([effect])

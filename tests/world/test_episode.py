@@ -9,7 +9,7 @@ from hypothesis import strategies as st
 
 from eai.world.action import Action, Fault
 from eai.world.episode import Episode, KnownOutcomes, Slip, SlipSampler
-from eai.world.execution import Trajectory, attempt, execute
+from eai.world.execution import Trajectory, attempt_action, execute_plan
 from eai.world.fault import FaultKind, Notice
 from eai.world.state import State
 from world import toy
@@ -33,7 +33,7 @@ def episode(sampler: SlipSampler | None = None) -> Episode:
 def test_a_plan_without_slips_has_the_trajectory_of_execute(case: Case) -> None:
     played = Episode(case.domain, case.initial, SlipSampler(0, "task"))
     ended = played.run(case.plan)
-    trajectory = execute(case.domain, case.initial, case.plan)
+    trajectory = execute_plan(case.domain, case.initial, case.plan)
     assert played.trajectory == trajectory
     assert ended == trajectory.failure
 
@@ -46,14 +46,16 @@ def test_episodes_with_equal_beginnings_share_known_outcomes(case: Case, data: s
         ways = data.draw(st.lists(st.sampled_from(case.plan), max_size=6)) if case.plan else []
         played = Episode(case.domain, case.initial, known_outcomes=known)
         ended = played.run(ways)
-        trajectory = execute(case.domain, case.initial, ways)
+        trajectory = execute_plan(case.domain, case.initial, ways)
         assert (played.trajectory, ended) == (trajectory, trajectory.failure)
 
 
 def test_episodes_with_equal_beginnings_compute_no_action_twice(monkeypatch: pytest.MonkeyPatch) -> None:
     tried: list[Action] = []
     known: KnownOutcomes = {}
-    monkeypatch.setattr("eai.world.episode.attempt", lambda *given: tried.append(given[2]) or attempt(*given))
+    monkeypatch.setattr(
+        "eai.world.episode.attempt_action", lambda *given: tried.append(given[2]) or attempt_action(*given)
+    )
     for steps in (RUN, RUN, RUN[:2]):
         Episode(toy.DOMAIN, toy.initial(), known_outcomes=known).run(steps)
     assert tried == list(RUN)
@@ -68,7 +70,7 @@ def test_the_executed_actions_alone_lead_to_the_same_states(case: Case, probabil
     for action in case.plan:
         played.act(action)
     trajectory = played.trajectory
-    alone = execute(case.domain, case.initial, trajectory.executed)
+    alone = execute_plan(case.domain, case.initial, trajectory.executed_actions)
     assert alone.failure is None
     assert alone.states == trajectory.states
     assert [step.action for step in trajectory.steps] == list(case.plan)
@@ -145,7 +147,7 @@ def test_a_slip_changes_nothing_and_is_recorded() -> None:
     assert acted.state is before
     (step,) = acted.trajectory.steps
     assert (step.fault, step.slipped, step.executed) == (None, True, False)
-    assert acted.trajectory.executed == ()
+    assert acted.trajectory.executed_actions == ()
     assert acted.trajectory.failure is None
 
 
@@ -175,7 +177,7 @@ def test_an_impossible_action_draws_no_random_number() -> None:
 def test_equal_seeds_give_equal_slips() -> None:
     def draws(task_id: str = "a", seed: int = 0, epoch: int = 0) -> list[bool]:
         sampler = SlipSampler(0.5, task_id, seed=seed, epoch=epoch)
-        return [sampler.slips() for _ in range(100)]
+        return [sampler.draw_slip() for _ in range(100)]
 
     assert draws() == draws()
     assert draws() not in [draws(seed=1), draws("b"), draws(epoch=1)]
@@ -183,7 +185,7 @@ def test_equal_seeds_give_equal_slips() -> None:
 
 def test_a_lower_probability_gives_a_subset_of_the_slips() -> None:
     few, many = lucky(0.1), lucky(0.3)
-    assert all(b or not a for a, b in [(few.slips(), many.slips()) for _ in range(200)])
+    assert all(b or not a for a, b in [(few.draw_slip(), many.draw_slip()) for _ in range(200)])
 
 
 def test_a_possible_action_slips_as_often_as_it_should() -> None:

@@ -6,7 +6,7 @@ from eai.logic.ltl import parse, read_formula
 from eai.logic.semantics import explain_truth, holds
 from eai.logic.signature import Signature
 from eai.world.action import Action
-from eai.world.execution import describe, execute, to_trace
+from eai.world.execution import describe_fault, execute_plan, to_trace
 from eai.world.fault import FaultKind
 from world import toy
 
@@ -19,13 +19,15 @@ def plan(*steps: str) -> list[Action]:
 
 
 def test_a_plan_runs_to_its_end() -> None:
-    trajectory = execute(toy.DOMAIN, toy.initial(), plan("LIFT red", "GO shed", "DROP red", "PRESS lamp"))
+    trajectory = execute_plan(
+        toy.DOMAIN, toy.initial(), plan("LIFT red", "GO shed", "DROP red", "PRESS lamp")
+    )
     assert trajectory.failure is None
     assert len(trajectory.states) == 5
-    index = trajectory.final.scene.index
-    assert trajectory.final.has("at", index["red"], index["shed"])
-    assert not trajectory.final.has("at", index["red"], index["hall"])
-    assert trajectory.final.has("lit", index["lamp"])
+    index = trajectory.final_state.scene.index
+    assert trajectory.final_state.has("at", index["red"], index["shed"])
+    assert not trajectory.final_state.has("at", index["red"], index["hall"])
+    assert trajectory.final_state.has("lit", index["lamp"])
 
 
 @pytest.mark.parametrize(
@@ -40,7 +42,7 @@ def test_a_plan_runs_to_its_end() -> None:
     ],
 )
 def test_the_first_failing_step_is_diagnosed(steps: list[str], kind: FaultKind, earlier: int | None) -> None:
-    trajectory = execute(toy.DOMAIN, toy.initial(), [*plan(*steps), *plan("GO shed")])
+    trajectory = execute_plan(toy.DOMAIN, toy.initial(), [*plan(*steps), *plan("GO shed")])
     assert trajectory.failure is not None
     assert (trajectory.failure.kind, trajectory.failure.earlier) == (kind, earlier)
     assert len(trajectory.steps) == len(steps), "what follows a fatal step is not tried"
@@ -48,43 +50,43 @@ def test_the_first_failing_step_is_diagnosed(steps: list[str], kind: FaultKind, 
 
 
 def test_an_additional_step_is_skipped_and_counted() -> None:
-    trajectory = execute(toy.DOMAIN, toy.initial(), plan("GO hall", "GO shed", "GO shed", "PRESS lamp"))
+    trajectory = execute_plan(toy.DOMAIN, toy.initial(), plan("GO hall", "GO shed", "GO shed", "PRESS lamp"))
     assert trajectory.failure is None
     assert trajectory.additional_steps == 2
-    assert [action.operator for action in trajectory.executed] == ["GO", "PRESS"]
+    assert [action.operator for action in trajectory.executed_actions] == ["GO", "PRESS"]
 
 
 def test_a_fault_is_described_with_the_names_of_its_objects() -> None:
-    trajectory = execute(toy.DOMAIN, toy.initial(), plan("PRESS lamp"))
+    trajectory = execute_plan(toy.DOMAIN, toy.initial(), plan("PRESS lamp"))
     assert trajectory.failure is not None
     action = trajectory.steps[0].action
     assert (
-        describe(trajectory.failure, toy.DOMAIN, action, toy.initial().scene)
+        describe_fault(trajectory.failure, toy.DOMAIN, action, toy.initial().scene)
         == "the robot is not beside lamp"
     )
 
 
 def test_an_empty_plan_changes_nothing() -> None:
     initial = toy.initial()
-    trajectory = execute(toy.DOMAIN, initial, [])
+    trajectory = execute_plan(toy.DOMAIN, initial, [])
     assert trajectory.states == (initial,)
     assert trajectory.failure is None
 
 
 def test_a_prefix_of_a_trajectory_ends_with_the_state_after_its_last_step() -> None:
-    whole = execute(toy.DOMAIN, toy.initial(), plan("GO hall", "GO shed", "GO shed", "PRESS lamp"))
-    assert len(whole.executed) == 2
-    for executed in range(len(whole.executed) + 1):
+    whole = execute_plan(toy.DOMAIN, toy.initial(), plan("GO hall", "GO shed", "GO shed", "PRESS lamp"))
+    assert len(whole.executed_actions) == 2
+    for executed in range(len(whole.executed_actions) + 1):
         part = whole.prefix(executed)
-        assert part.executed == whole.executed[:executed]
+        assert part.executed_actions == whole.executed_actions[:executed]
         assert part.states == whole.states[: executed + 1]
-        assert part.final is whole.states[executed]
+        assert part.final_state is whole.states[executed]
 
 
 START = toy.initial()
 ROBOT, HALL, SHED, RED, BLUE, LAMP = range(6)
 PLAN = (Action("LIFT", (RED,)), Action("LIFT", (RED,)), Action("GO", (SHED,)), Action("PRESS", (LAMP,)))
-TIMELINE = to_trace(execute(toy.DOMAIN, START, PLAN[::2]))
+TIMELINE = to_trace(execute_plan(toy.DOMAIN, START, PLAN[::2]))
 SIGNATURE = Signature({"at": 2, "holding": 1, "lit": 1, "beside": 1}, {"GO": 1, "LIFT": 1})
 
 
@@ -115,6 +117,6 @@ def test_evidence_counts_executed_steps_only() -> None:
 
 
 def test_skipped_and_failed_steps_are_not_part_of_the_trace() -> None:
-    failed = to_trace(execute(toy.DOMAIN, START, (Action("DROP", (RED,)),)))
+    failed = to_trace(execute_plan(toy.DOMAIN, START, (Action("DROP", (RED,)),)))
     assert failed.length == 1
     assert not holds(read_formula("DROP(red)", Signature({}, {"DROP": 1}))[0], failed)

@@ -61,7 +61,7 @@ def states(draw: st.DrawFn) -> State:
 def test_all_facts_about_objects_are_listed_in_the_order_of_the_objects(
     state: State, objects: list[int], predicate: str, repeated: bool, about: list[int] | None
 ) -> None:
-    domain, arity = Domain("listed", VOCABULARY, ()), VOCABULARY.arity(predicate) or 0
+    domain, arity = Domain("listed", VOCABULARY, ()), VOCABULARY.find_arity(predicate) or 0
     names = ("x", "y", "z")[:arity]
     atom = Atom(predicate, tuple(Variable(name) for name in names))
     holding = [
@@ -71,7 +71,10 @@ def test_all_facts_about_objects_are_listed_in_the_order_of_the_objects(
         if about is None or not {*about}.isdisjoint(arguments)
         if domain.holds(atom, state, dict(zip(names, arguments, strict=True)))
     ]
-    assert make_fact_lister(VOCABULARY, predicate, repeated=repeated).facts(state, objects, about) == holding
+    assert (
+        make_fact_lister(VOCABULARY, predicate, repeated=repeated).list_facts(state, objects, about)
+        == holding
+    )
 
 
 @pytest.mark.parametrize(

@@ -16,12 +16,12 @@ from eai.world.conformance import check_domain
 from eai.world.domain import Domain, make_declared_simulator
 from eai.world.episode import Episode, KnownOutcomes, Slip, SlipSampler
 from eai.world.fault import FaultKind
-from eai.world.operator import missing
+from eai.world.operator import missing_step
 from eai.world.state import State
 from world import toy
 from world.test_execution import plan
 
-STUCK = Fault(FaultKind.MISSING_STEP, missing(toy.lit(toy.X), "it is too dark for {x}"))
+STUCK = Fault(FaultKind.MISSING_STEP, missing_step(toy.lit(toy.X), "it is too dark for {x}"))
 """A fault that is not part of the declaration."""
 
 

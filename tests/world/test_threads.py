@@ -13,8 +13,8 @@ from eai.logic.formula import Atom, Equals, Exactly, Exists, ForAll, ForPairs, V
 from eai.world.action import Action
 from eai.world.condition import FormulaEvaluator
 from eai.world.domain import Domain
-from eai.world.execution import execute
-from eai.world.operator import Operator, missing
+from eai.world.execution import execute_plan
+from eai.world.operator import Operator, missing_step
 from eai.world.state import State
 from world import toy
 
@@ -28,7 +28,7 @@ CONDITIONS = (
 )
 """Quantifiers that put objects into the binding, one after the other."""
 
-WAIT = Operator("WAIT", (X,), tuple(missing(condition, "not yet") for condition in CONDITIONS), ())
+WAIT = Operator("WAIT", (X,), tuple(missing_step(condition, "not yet") for condition in CONDITIONS), ())
 
 
 @pytest.fixture
@@ -50,9 +50,9 @@ def outcomes(domain: Domain, readings: FormulaEvaluator, initial: State, seed: i
     """Return the outcomes of some plans, and readings of their last states, as comparable values."""
     found: list[object] = []
     for plan in plans(seed):
-        trajectory = execute(domain, initial, plan)
+        trajectory = execute_plan(domain, initial, plan)
         found.append(trajectory.steps)
-        final = trajectory.final
+        final = trajectory.final_state
         found += [readings.holds(c, {"x": i}, final) for c in CONDITIONS for i in range(6)]
         found += [tuple(readings.find_witnesses(Y, Atom("at", (X, Y)), {"x": i}, final)) for i in range(6)]
     return found

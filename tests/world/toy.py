@@ -12,32 +12,32 @@ from eai.world import (
     Exists,
     ForEach,
     Operator,
+    OperatorRole,
     Predicate,
-    Role,
     Scene,
     State,
     Variable,
     Vocabulary,
     When,
     WorldObject,
-    additional,
+    additional_step,
     affordance,
     is_a,
-    missing,
+    missing_step,
 )
 
 X, Y = Variable("x"), Variable("y")
 at, holding, lit = Predicate("at", 2), Predicate("holding", 1), Predicate("lit", 1)
 beside = DefinedPredicate("beside", (X,), Exists(Y, at(AGENT, Y) & at(X, Y)))
 VOCABULARY = Vocabulary((at, holding, lit), (beside,))
-BESIDE = missing(beside(X), "the robot is not beside {x}")
+BESIDE = missing_step(beside(X), "the robot is not beside {x}")
 
 GO = Operator(
     "GO",
     (X,),
     (
         affordance(is_a(X, "place"), "{x} is no place"),
-        additional(~at(AGENT, X), "the robot is there already"),
+        additional_step(~at(AGENT, X), "the robot is there already"),
     ),
     (
         Delete(at(AGENT, ANYTHING)),
@@ -51,13 +51,17 @@ LIFT = Operator(
     (
         affordance(is_a(X, "box"), "{x} is no box"),
         BESIDE,
-        missing(~Exists(Y, holding(Y)), "the hand is full"),
+        missing_step(~Exists(Y, holding(Y)), "the hand is full"),
     ),
     (Add(holding(X)),),
-    role=Role.TAKES,
+    role=OperatorRole.TAKES,
 )
 DROP = Operator(
-    "DROP", (X,), (missing(holding(X), "{x} is not held"),), (Delete(holding(X)),), role=Role.RELEASES
+    "DROP",
+    (X,),
+    (missing_step(holding(X), "{x} is not held"),),
+    (Delete(holding(X)),),
+    role=OperatorRole.RELEASES,
 )
 PRESS = Operator(
     "PRESS",

@@ -16,10 +16,10 @@ from eai.world import (
     Scene,
     Variable,
     Vocabulary,
-    additional,
+    additional_step,
     affordance,
     is_a,
-    missing,
+    missing_step,
 )
 
 x, y, place, other = Variable("x"), Variable("y"), Variable("place"), Variable("other")
@@ -28,8 +28,8 @@ lifted, is_open, scanned, charged = (Predicate(n, 1) for n in ("lifted", "is_ope
 alarm = Predicate("alarm", 0)
 road = Predicate("road", 2, static=True)
 here = DefinedPredicate("here", (x,), Exists(place, at(AGENT, place) & at(x, place)))
-BESIDE = missing(here(x), "the forklift is not beside {x}")
-FREE = missing(~Exists(other, lifted(other)), "the fork is not free")
+BESIDE = missing_step(here(x), "the forklift is not beside {x}")
+FREE = missing_step(~Exists(other, lifted(other)), "the fork is not free")
 PALLET = affordance(is_a(x, "pallet"), "{x} is no pallet")
 DOOR = affordance(is_a(x, "truck"), "{x} has no door")
 
@@ -39,9 +39,9 @@ operators = (
         (x,),
         (
             affordance(is_a(x, "bay", "dock"), "{x} is no place"),
-            additional(~at(AGENT, x), "the forklift is at {x} already"),
-            missing(Exists(place, at(AGENT, place) & road(place, x)), "no road leads to {x}"),
-            missing(charged(AGENT), "the battery is empty"),
+            additional_step(~at(AGENT, x), "the forklift is at {x} already"),
+            missing_step(Exists(place, at(AGENT, place) & road(place, x)), "no road leads to {x}"),
+            missing_step(charged(AGENT), "the battery is empty"),
         ),
         (
             Delete(at(AGENT, ANYTHING)),
@@ -50,27 +50,29 @@ operators = (
         ),
     ),
     Operator("LIFT", (x,), (PALLET, BESIDE, FREE), (Add(lifted(x)), Delete(on(x, ANYTHING)))),
-    Operator("LOWER", (x,), (missing(lifted(x), "{x} is not lifted"),), (Delete(lifted(x)),)),
+    Operator("LOWER", (x,), (missing_step(lifted(x), "{x} is not lifted"),), (Delete(lifted(x)),)),
     Operator(
         "STACK",
         (x, y),
         (
             affordance(is_a(y, "pallet"), "{y} is no pallet"),
-            missing(lifted(x), "{x} is not lifted"),
-            missing(here(y), "the forklift is not beside {y}"),
+            missing_step(lifted(x), "{x} is not lifted"),
+            missing_step(here(y), "the forklift is not beside {y}"),
         ),
         (Delete(lifted(x)), Add(on(x, y))),
     ),
-    Operator("OPEN", (x,), (DOOR, additional(~is_open(x), "{x} is open"), BESIDE), (Add(is_open(x)),)),
-    Operator("SCAN", (x,), (PALLET, additional(~scanned(x), "{x} is scanned"), BESIDE), (Add(scanned(x)),)),
+    Operator("OPEN", (x,), (DOOR, additional_step(~is_open(x), "{x} is open"), BESIDE), (Add(is_open(x)),)),
+    Operator(
+        "SCAN", (x,), (PALLET, additional_step(~scanned(x), "{x} is scanned"), BESIDE), (Add(scanned(x)),)
+    ),
     Operator(
         "LOAD",
         (x, y),
         (
-            missing(lifted(x), "{x} is not lifted"),
+            missing_step(lifted(x), "{x} is not lifted"),
             affordance(is_a(y, "truck"), "{y} is no truck"),
-            missing(here(y), "the forklift is not beside {y}"),
-            missing(is_open(y), "{y} is closed"),
+            missing_step(here(y), "the forklift is not beside {y}"),
+            missing_step(is_open(y), "{y} is closed"),
         ),
         (
             Let(place, at(AGENT, place), (Add(loaded(x, y, place)),)),
@@ -78,7 +80,7 @@ operators = (
             Delete(at(x, ANYTHING)),
         ),
     ),
-    Operator("SILENCE", (), (additional(alarm(), "it is quiet"),), (Delete(alarm()),)),
+    Operator("SILENCE", (), (additional_step(alarm(), "it is quiet"),), (Delete(alarm()),)),
 )
 predicates = (at, on, loaded, lifted, is_open, scanned, charged, alarm, road)
 domain = Domain("warehouse", Vocabulary(predicates, (here,)), operators)

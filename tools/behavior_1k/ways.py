@@ -88,7 +88,7 @@ class Ways(SceneReader):
         self._steps += 1
         if self._steps > MAX_STEPS:
             raise NoWayError(f"more than {MAX_STEPS} actions tried")
-        compiled = self._domain.compiled[operator]
+        compiled = self._domain.compiled_operators[operator]
         binding = compiled.bind(self._state, [self._index[name] for name in names])
         if not compiled.is_possible(self._state, binding):
             reason = compiled.find_failures(self._state, binding)[0].check.check.reason

@@ -220,7 +220,7 @@ def checks(evidence: Evidence, text: str) -> Finding:
     """Look for a pattern in the checks of an action of the simulator; ``no`` asks for none."""
     share, _, place = text.partition(" ")
     world, name, pattern = place.split("/", 2)
-    operator = find_benchmark(WORLDS[world]).domain.operator(name)
+    operator = find_benchmark(WORLDS[world]).domain.find_operator(name)
     hits = [check.id or "" for check in operator.checks if re.search(pattern, check.id or "")]
     shown = ", ".join(hit.replace("_", " ") for hit in dict.fromkeys(hits)) or "no such check"
     return if_so(bool(hits) == (share == "all"), f"{name} in the simulator: {shown}")

@@ -56,7 +56,7 @@ class PlanRepairer:
         operator = self._notation.to_operator_name(step.action)
         objects = [self._object(name) for name in step.objects]
         indices = [index for index in objects if index is not None]
-        fits = len(indices) == len(objects) == self.domain.arities.get(operator)
+        fits = len(indices) == len(objects) == self.domain.operator_arities.get(operator)
         return Action(operator, tuple(indices)) if fits else None
 
     def find_smallest_repair(self, plan: WrittenPlan, verdict: PlanVerdict, limit: int) -> Repair:

@@ -38,7 +38,7 @@ def report_steps(task: Task, domain: Domain, trajectory: Trajectory) -> tuple[St
     for number, (action, fault, slipped) in enumerate(trajectory.steps):
         before = trajectory.states[len(carried_out)]
         if fault is not None:
-            tries = fault.check not in domain.compiled[action.operator].operator.checks
+            tries = fault.check not in domain.compiled_operators[action.operator].operator.checks
             undone = _describe_failed_tries(domain, action, before, before) if tries else ""
             reason = undone or _describe_fault(fault.check, domain, action, before)
             earlier = _describe_earlier_state(fault, trajectory, carried_out, task.scene)
@@ -130,8 +130,8 @@ def _report_executed(
 
 def _describe_failed_tries(domain: Domain, action: Action, before: State, after: State) -> str:
     """Describe the effects that an action tried and did not reach; empty for an action with fixed effects."""
-    operator = domain.compiled[action.operator]
-    if not operator.tries:
+    operator = domain.compiled_operators[action.operator]
+    if not operator.alternatives:
         return ""
     names = map_parameters_to_names(action, domain, before.scene)
     objects: dict[f.Term, f.Term] = {
@@ -231,7 +231,7 @@ def _describe_violation(formula: f.Formula, trajectory: Trajectory) -> str:
         return f"never after what comes first: {what}" if follows else f"never: {what}"
     if violation.position == 0:
         return f"at the start not {what}"
-    action = action_text(trajectory.executed[violation.position - 1], trajectory.final.scene)
+    action = action_text(trajectory.executed_actions[violation.position - 1], trajectory.final_state.scene)
     return f"violated after {action}: {what}"
 
 

@@ -73,7 +73,7 @@ class Trial:
     @property
     def executed_actions(self) -> tuple[Action, ...]:
         """The actions executed so far in the world in which the next attempt begins."""
-        return self.episode.trajectory.executed if self.options.world == "continue" else ()
+        return self.episode.trajectory.executed_actions if self.options.world == "continue" else ()
 
     @property
     def remaining(self) -> Task:
@@ -126,7 +126,7 @@ class Trial:
 
     def execute_plan(self, actions: tuple[Action, ...]) -> Execution:
         """Execute a plan in the world of the present attempt."""
-        start, before = len(self.episode.trajectory.steps), self.episode.trajectory.executed
+        start, before = len(self.episode.trajectory.steps), self.episode.trajectory.executed_actions
         until = self.is_goal_reached if self.options.until == "goal" else None
         ended = self.episode.run(actions, until)
         trajectory, slipped = self.episode.trajectory_from(start), isinstance(ended, Slip)
@@ -139,14 +139,14 @@ class Trial:
         trajectory = episode.trajectory
         return all(
             self.scorer.goals.find_reached(
-                episode.state, _get_operator_names(trajectory.executed), trajectory
+                episode.state, _get_operator_names(trajectory.executed_actions), trajectory
             )
         )
 
     def _find_goal_step(self, start: int) -> int | None:
         """Return the number of steps after ``start`` until all goals first held; None if they never did."""
         whole, goals = self.episode.trajectory, self.scorer.goals
-        taken = _get_operator_names(whole.executed)
+        taken = _get_operator_names(whole.executed_actions)
         executed = [step.executed for step in self.episode.trajectory_from(start).steps]
         done = len(taken) - sum(executed)
         for number in [0, *[number for number, is_done in enumerate(executed, 1) if is_done]]:
@@ -184,7 +184,9 @@ class _QuestionGoals:
     def report(self, episode: Episode) -> list[GoalReport]:
         """Return a report on each goal. A goal with an unknown name is never met."""
         trajectory = episode.trajectory
-        reached = self.test.find_reached(episode.state, _get_operator_names(trajectory.executed), trajectory)
+        reached = self.test.find_reached(
+            episode.state, _get_operator_names(trajectory.executed_actions), trajectory
+        )
         met = dict(zip(self.known_task.goals, reached, strict=True))
         stated = replace(self.known_task, goals=self.goals)
         return [*report_goals(stated, [met.get(goal, False) for goal in self.goals], trajectory)]

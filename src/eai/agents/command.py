@@ -30,7 +30,7 @@ _LINE = re.compile(r"\s*([\w-]+)\s*(?:\(([^()\n]*)\))?\s*")
 def is_look_command(text: str, domain: Domain) -> bool:
     """Whether a text is the command `LOOK`, and the domain has no action of that name."""
     line = _LINE.fullmatch(text[:MAX_LENGTH])
-    return line is not None and line[1] == LOOK and not line[2] and LOOK not in domain.arities
+    return line is not None and line[1] == LOOK and not line[2] and LOOK not in domain.operator_arities
 
 
 CommandMeaning: TypeAlias = Action | ErrorReport | None

@@ -25,7 +25,7 @@ from eai.tasks.prompts.template import Templates
 from eai.tasks.special import Ambiguous, Impossible
 from eai.world.action import Action, Fault
 from eai.world.episode import Episode, Slip, SlipSampler
-from eai.world.execution import describe
+from eai.world.execution import describe_fault
 from eai.world.fault import FaultKind
 from eai.world.state import State
 
@@ -228,7 +228,7 @@ class Game:
         if self._rules.feedback == "changes" and is_look_command(text, self.stage.domain):
             self._turns += self._memory.has_looked
             return self._make_result(_CommandOutcome(self.memory.look_around()), ())
-        special, operators = self.task.special, self.stage.domain.arities
+        special, operators = self.task.special, self.stage.domain.operator_arities
         if isinstance(special, Ambiguous) and ASK not in operators and is_question(text):
             return self._answer_question(special.fits[0])
         if isinstance(special, Impossible) and REFUSE not in operators:
@@ -315,7 +315,7 @@ class Game:
         line, outcome = self.stage.commands.write_command(meant), self._episode.act(meant)
         match outcome:
             case Fault(kind):
-                reason = describe(outcome, self.stage.domain, meant, self.stage.task.scene)
+                reason = describe_fault(outcome, self.stage.domain, meant, self.stage.task.scene)
                 failed = (
                     "not needed" if kind is FaultKind.ADDITIONAL_STEP else f"failed ({_name_fault(kind)})"
                 )

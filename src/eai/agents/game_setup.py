@@ -76,7 +76,7 @@ class GameSetup:
     ) -> None:
         if task.plan_exclusion is not None:
             raise InputError(f"{benchmark.name}: {task.id} cannot be played: {task.plan_exclusion}")
-        if rules.until == "done" and DONE in benchmark.domain.arities:
+        if rules.until == "done" and DONE in benchmark.domain.operator_arities:
             raise InputError(f"{benchmark.name}: {DONE} is an action, so it cannot end an episode")
         wording = benchmark.observed_wording()
         self.task = task

@@ -22,7 +22,7 @@ from eai.tasks.task import Task
 from eai.tasks.wording import Wording
 from eai.world.derived import find_stored_predicates
 from eai.world.listing import FactLister
-from eai.world.relation import bits, mask_of
+from eai.world.relation import iterate_bits, make_mask
 from eai.world.state import Fact, State, StateChange, compare_states
 
 Indices: TypeAlias = tuple[int, ...]
@@ -97,12 +97,12 @@ class Observer:
             predicate.name for predicate in wording.domain.egocentric if view == "scene"
         }
         landmarks = wording.domain.find_landmarks(task.initial, task.scene.everything)
-        self.landmarks = () if self._is_full else tuple(bits(landmarks))
+        self.landmarks = () if self._is_full else tuple(iterate_bits(landmarks))
         everything = range(len(task.scene.objects))
         subjects = wording.listed_objects(task) if view == "task" else everything
         self.subjects = tuple(subjects if self._is_full else sorted({*subjects, *self.landmarks}))
         self._rank = {index: rank for rank, index in enumerate(self.subjects)}
-        self._mask = mask_of(self.subjects)
+        self._mask = make_mask(self.subjects)
         visible = wording.domain.visible or TRUE
         self._visibility_sources = find_stored_predicates(find_predicates(visible), wording.domain.vocabulary)
         self.first = self._observe_first(task.initial)
@@ -143,7 +143,7 @@ class Observer:
         return [
             fact
             for listing in self._wording.state_listings
-            for fact in listing.facts(state, visible, self._find_required_objects(listing, chosen))
+            for fact in listing.list_facts(state, visible, self._find_required_objects(listing, chosen))
             if not chosen.isdisjoint(fact.arguments)
         ]
 
@@ -224,10 +224,10 @@ class Observer:
     def _find_visible_objects(self, state: State) -> Indices:
         if self._is_full:
             return self.subjects
-        return tuple(bits(self._wording.domain.find_visible(state, self._mask)))
+        return tuple(iterate_bits(self._wording.domain.find_visible(state, self._mask)))
 
     def _list_visible_facts(self, listing: FactLister, state: State, visible: Indices) -> Sequence[Fact]:
-        return listing.facts(state, visible, self._find_required_objects(listing))
+        return listing.list_facts(state, visible, self._find_required_objects(listing))
 
     def _find_required_objects(
         self, listing: FactLister, chosen: AbstractSet[int] | None = None

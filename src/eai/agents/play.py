@@ -134,7 +134,7 @@ def read_commands(task: Task, benchmark: Benchmark, answer: str) -> list[str]:
     if '"turns"' in answer:
         episode = read_episode(answer)
         return [turn.said for turn in episode.turns] if isinstance(episode, EpisodeAnswer) else []
-    plan = benchmark.notation.plans.read(answer, benchmark.domain.arities)
+    plan = benchmark.notation.plans.read(answer, benchmark.domain.operator_arities)
     if isinstance(plan, Unreadable):
         return [*filter(str.strip, answer.splitlines()), DONE]
     actions = resolve_plan(

@@ -24,7 +24,7 @@ from eai.tasks.planning import find_plan, to_planning_goal
 from eai.tasks.task import Task
 from eai.world.action import Action
 from eai.world.domain import Domain
-from eai.world.execution import execute
+from eai.world.execution import execute_plan
 
 _PLAN_LIMITS = Limits(5_000, looks=100_000)
 """Limits of the search for a plan of a task without a gold plan."""
@@ -96,7 +96,7 @@ def _play_agent(game: Game, agent: Agent) -> tuple[str, ...]:
 
 def _find_plans(task: Task, domain: Domain) -> Iterator[Sequence[Action]]:
     """Yield the gold plan without needless actions, and the planner's plan, if each solves the task."""
-    gold = execute(domain, task.initial, task.script).executed
+    gold = execute_plan(domain, task.initial, task.script).executed_actions
     has_gold = bool(task.script) and solves(domain, task, gold)
     if has_gold:
         yield (

@@ -26,7 +26,7 @@ from eai.tasks.task_files import find_false_statements
 from eai.world.conformance import check_domain
 from eai.world.derived import DefinedPredicate
 from eai.world.domain import Domain
-from eai.world.operator import conditions_of
+from eai.world.operator import find_operator_conditions
 
 if TYPE_CHECKING:
     from eai.abilities.transition_modeling.verdict import OperatorVerdict
@@ -94,7 +94,7 @@ def _find_task_problems(task: Task, domain: Domain) -> Iterator[str]:
 
 def _list_domain_formulas(domain: Domain) -> Iterator[tuple[str, Iterable[f.Formula]]]:
     for operator in domain.operators:
-        yield f"operator {operator.name}", conditions_of(operator)
+        yield f"operator {operator.name}", find_operator_conditions(operator)
     for derived in domain.vocabulary.derived:
         if isinstance(derived, DefinedPredicate):
             yield f"derived predicate {derived.name}", [derived.definition]

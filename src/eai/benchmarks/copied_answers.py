@@ -40,7 +40,7 @@ from eai.tasks.source import USUAL_SOURCE, Source, TaskSet
 from eai.tasks.task import GoalKind, Task
 from eai.world.action import Action
 from eai.world.domain import Domain
-from eai.world.relation import bits
+from eai.world.relation import iterate_bits
 from eai.world.state import Scene
 
 _WORD = re.compile(r"[a-z]{2,}")
@@ -60,7 +60,7 @@ def write_goals_as_one_subgoal(task: Task, notation: SubgoalNotation) -> f.Formu
     goal about the first pairs. Goals over time are left out.
     """
     lexicon = notation.make_formula_lexicon(task.scene)
-    arities = notation.domain.arities
+    arities = notation.domain.operator_arities
     actions = [
         _join_formulas(f.Or, [_require_action(name, arities[name]) for name in alternative_actions(goal)])
         for goal in task.goals_of(GoalKind.ACTION)
@@ -88,7 +88,10 @@ def _expand_quantifiers(formula: f.Formula, scene: Scene) -> f.Formula:
     """Return a formula without quantifiers that implies the given formula in a scene."""
 
     def objects(variable: f.Variable) -> list[f.Constant]:
-        return [f.Constant(scene.objects[i].name) for i in bits(scene.category(variable.category))]
+        return [
+            f.Constant(scene.objects[i].name)
+            for i in iterate_bits(scene.get_category_mask(variable.category))
+        ]
 
     def instantiate(variable: f.Variable, body: f.Formula, of: Iterable[f.Constant]) -> list[f.Formula]:
         name = f.Variable(variable.name)
@@ -343,7 +346,7 @@ class SimilarTaskTable:
         """
         nearest = self.find_nearest(task)
         plan = () if nearest is None else tuple(_adapt_steps(nearest, task))
-        arities = self._domain.arities
+        arities = self._domain.operator_arities
         return tuple([action for action in plan if arities.get(action.operator) == len(action.arguments)])
 
     def solves(self, task: Task) -> bool:

@@ -14,7 +14,7 @@ from eai.tasks.goal_test import GoalTest
 from eai.tasks.task import Goal, GoalKind, Task
 from eai.world.domain import Domain
 from eai.world.operator import Operator
-from eai.world.relation import bits, mask_of
+from eai.world.relation import iterate_bits, make_mask
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -120,12 +120,12 @@ def _is_quantified(goal: Goal) -> bool:
 
 
 def _count_initial_facts(task: Task) -> int:
-    mask, state = mask_of(task.relevant), task.initial
+    mask, state = make_mask(task.relevant), task.initial
     predicates = [p for p in task.scene.vocabulary.predicates if p.visible and not p.static]
     unary_facts = sum((state.mask(p.name) & mask).bit_count() for p in predicates if p.arity == 1)
     relations = [state.relation(p.name) for p in predicates if p.arity == 2]
     return unary_facts + sum(
-        (relation.row(i) & mask).bit_count() for relation in relations for i in bits(mask)
+        (relation.row(i) & mask).bit_count() for relation in relations for i in iterate_bits(mask)
     )
 
 
@@ -136,7 +136,7 @@ def find_tool_operators(domain: Domain) -> frozenset[str]:
 
 
 def _requires_tool(operator: Operator, kinds: set[str]) -> bool:
-    checks = [*operator.checks, *(check for option in operator.tries for check in option.checks)]
+    checks = [*operator.checks, *(check for option in operator.alternatives for check in option.checks)]
     return any(_requires_kind(check.condition, kinds) for check in checks)
 
 

@@ -26,7 +26,7 @@ from eai.tasks.planning import FindPlan, find_plan, why_no_plan
 from eai.tasks.source import USUAL_SOURCE, Source, TaskSet
 from eai.tasks.task import Task
 from eai.world.action import Action
-from eai.world.execution import execute
+from eai.world.execution import execute_plan
 
 if TYPE_CHECKING:
     from eai.tasks.operator_task import TransitionTask
@@ -253,7 +253,7 @@ def start_after_actions(benchmark: Benchmark, task_id: str, done: Sequence[Actio
     def change_initial(task: Task) -> Task:
         if task.id != task_id:
             return task
-        return replace(task, initial=execute(benchmark.domain, task.initial, done).final)
+        return replace(task, initial=execute_plan(benchmark.domain, task.initial, done).final_state)
 
     return benchmark.with_changed_tasks(change_initial)
 

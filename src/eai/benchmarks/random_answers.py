@@ -36,7 +36,7 @@ from eai.tasks.task import Task
 from eai.tasks.wording import Wording, prompt_objects
 from eai.world.action import Action
 from eai.world.domain import Domain
-from eai.world.execution import attempt, execute
+from eai.world.execution import attempt_action, execute_plan
 from eai.world.history import History
 from eai.world.state import Fact, State
 
@@ -78,7 +78,11 @@ def open_random_answers(
 
     def make_answer(task_id: str, seed: str, done: Sequence[Action] = ()) -> WrittenAnswer:
         task = tasks[task_id]
-        task = replace(task, initial=execute(benchmark.domain, task.initial, done).final) if done else task
+        task = (
+            replace(task, initial=execute_plan(benchmark.domain, task.initial, done).final_state)
+            if done
+            else task
+        )
         rng = make_random(seed, task_id)
         steps = list(random_walk(benchmark.domain, task.initial, task.relevant, rng, rng.choice(lengths)))
         return WrittenAnswer(tuple(write(benchmark, task, steps, rng)), join)
@@ -110,7 +114,7 @@ def _draw_action(domain: Domain, state: State, objects: Sequence[int], rng: rand
     sizes = [len(objects) ** operator.arity for operator in domain.operators]
     for operator in rng.choices(domain.operators, sizes, k=_MAX_DRAWS):
         action = Action(operator.name, tuple(rng.choices(objects, k=operator.arity)))
-        if isinstance(attempt(domain, History(state), action), State):
+        if isinstance(attempt_action(domain, History(state), action), State):
             return action
     bindings = Effort(Limits().bindings)
     ways = [
@@ -155,7 +159,11 @@ def _list_changed_facts(wording: Wording, task: Task, before: State, after: Stat
     """
     facts_before, facts_after = (
         dict.fromkeys(
-            [fact for listing in wording.goal_listings for fact in listing.facts(state, prompt_objects(task))]
+            [
+                fact
+                for listing in wording.goal_listings
+                for fact in listing.list_facts(state, prompt_objects(task))
+            ]
         )
         for state in (before, after)
     )

@@ -144,7 +144,7 @@ class Suite:
         if not is_unread or self.protocol is not DEFAULT_PROTOCOL:
             return assessment
         other_ability = partial(find_answered_ability, self.benchmark, self.ability, text)
-        return add_cause(assessment, find_cause(text, self.benchmark.domain.arities, other_ability))
+        return add_cause(assessment, find_cause(text, self.benchmark.domain.operator_arities, other_ability))
 
     def score(self, task_id: str, text: str) -> Verdict:
         """Return the verdict on an answer to a task. If the scorer raises an exception, the answer fails."""
@@ -202,7 +202,7 @@ def find_answered_ability(benchmark: Benchmark, asked: Ability, text: str) -> Ab
         return None
     if "(:action" in text:
         return None if asked is Ability.TRANSITION_MODELING else Ability.TRANSITION_MODELING
-    actions = benchmark.domain.arities
+    actions = benchmark.domain.operator_arities
     plan = benchmark.notation.plans.read(text, actions)
     if not isinstance(plan, Unreadable) and any(
         benchmark.notation.plans.to_operator_name(step.action) in actions for step in plan.steps

@@ -13,7 +13,7 @@ from operator import or_
 
 import eai.logic.formula as f
 from eai.world.derived import DefinedPredicate, LookupFunction
-from eai.world.relation import bits
+from eai.world.relation import iterate_bits
 from eai.world.state import State
 from eai.world.vocabulary import Predicate
 
@@ -115,7 +115,7 @@ def invert_lookup(values: LookupFunction) -> LookupFunction:
 def _invert_relation(values: LookupFunction, state: State) -> Mapping[int, int]:
     """Return a mapping from each object to a bit mask of the objects that the function maps to it."""
     sources: dict[int, int] = {}
-    for obj in bits(state.scene.everything):
-        for value in bits(values(state, (obj,))):
+    for obj in iterate_bits(state.scene.everything):
+        for value in iterate_bits(values(state, (obj,))):
             sources[value] = sources.get(value, 0) | 1 << obj
     return sources

@@ -30,7 +30,7 @@ from eai.world.domain import Domain
 from eai.world.frame import AGENT
 from eai.world.listing import make_fact_lister
 from eai.world.operator import Operator
-from eai.world.relation import bits
+from eai.world.relation import iterate_bits
 from eai.world.state import Scene, State
 from eai.world.vocabulary import make_parameter_names
 
@@ -64,7 +64,7 @@ def _export_problem(
         goal: the goal in PDDL.
     """
     things, constants = source.initial.scene.objects, {item.name for item in header.constants}
-    kinds = [(words[i], glossary.types[things[i].category]) for i in bits(source.kept)]
+    kinds = [(words[i], glossary.types[things[i].category]) for i in iterate_bits(source.kept)]
     objects = tuple([m.TypedName(word, kind) for word, kind in kinds if word not in constants])
     facts = tuple(
         [_export_atom(name, arguments, words) for name, arguments in _facts(glossary, header, source)]
@@ -81,16 +81,20 @@ def _facts(
 ) -> Iterator[tuple[str, tuple[int, ...]]]:
     """Yield the initial facts about the objects of a problem as atoms with PDDL names."""
     declared = {predicate.name for predicate in header.predicates}
-    indices = list(bits(source.kept))
+    indices = list(iterate_bits(source.kept))
     among = set(indices)
     for predicate, arguments in source.initial.facts():
         name = glossary.predicates[predicate]
         if name in declared and among.issuperset(arguments):
             yield name, arguments
     for category, kind in glossary.kinds.items():
-        yield from ((kind, (i,)) for i in bits(source.initial.scene.category(category)) if i in among)
+        yield from (
+            (kind, (i,)) for i in iterate_bits(source.initial.scene.get_category_mask(category)) if i in among
+        )
     for name in glossary.frozen:
-        listed = make_fact_lister(glossary.vocabulary, name, repeated=True).facts(source.initial, indices)
+        listed = make_fact_lister(glossary.vocabulary, name, repeated=True).list_facts(
+            source.initial, indices
+        )
         yield from ((glossary.predicates[name], fact.arguments) for fact in listed)
     if glossary.ordered:
         order = _name_order_predicate(glossary)
@@ -245,7 +249,7 @@ def _operator(
     conditions = ConditionWriter(glossary)
     scope = conditions.parameters(operator.parameters)
     asked = [check.condition for check in operator.checks]
-    if operator.tries:
+    if operator.alternatives:
         asked.append(_export_alternatives_condition(operator))
     with prefix_errors(f"operator {operator.name}", DomainError):
         precondition = conjunction(
@@ -256,9 +260,9 @@ def _operator(
 
 
 def _export_alternatives_condition(operator: Operator) -> f.Formula:
-    """Return the condition that one of the attempted tries succeeds, or that no try is attempted."""
-    succeeds = [f.And(attempt.conditions) for attempt in operator.tries]
-    return f.Or((f.And(tuple([f.Not(attempt.condition) for attempt in operator.tries])), *succeeds))
+    """Return the condition that an attempted alternative succeeds, or that none is attempted."""
+    succeeds = [f.And(attempt.conditions) for attempt in operator.alternatives]
+    return f.Or((f.And(tuple([f.Not(attempt.condition) for attempt in operator.alternatives])), *succeeds))
 
 
 def _add_history_effect(action: m.PddlAction, glossary: Glossary, operators: PddlNames) -> m.PddlAction:
@@ -277,7 +281,7 @@ def _export_domain_header(
     axioms, constants = tuple(_export_axioms(glossary)), tuple(_export_constants(glossary, scene))
     stored = [p for p in glossary.vocabulary.predicates if p.name not in hidden]
     names = [each.name for each in stored] + [*glossary.derived, *glossary.frozen]
-    arities = {glossary.predicates[each]: glossary.vocabulary.arity(each) or 0 for each in names}
+    arities = {glossary.predicates[each]: glossary.vocabulary.find_arity(each) or 0 for each in names}
     arities |= dict.fromkeys(glossary.kinds.values(), 1) | dict.fromkeys(glossary.performed.values(), 0)
     if glossary.ordered:
         arities[_name_order_predicate(glossary)] = 2

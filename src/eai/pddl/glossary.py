@@ -20,7 +20,7 @@ from eai.base.errors import DomainError
 from eai.logic.traversal import find_predicates, map_subformulas, quantify
 from eai.pddl.reader import CONNECTIVES
 from eai.world.derived import DefinedPredicate, find_definition, find_stored_predicates
-from eai.world.relation import bits
+from eai.world.relation import iterate_bits
 from eai.world.state import Scene
 from eai.world.vocabulary import DerivedPredicate, Vocabulary
 
@@ -204,7 +204,7 @@ class Glossary:
 
     def add_types(self, scene: Scene, objects: int) -> None:
         """Add PDDL names for the categories of some objects of a scene; the objects are a bit mask."""
-        for i in bits(objects):
+        for i in iterate_bits(objects):
             self.types[scene.objects[i].category]
 
     def use_category_predicate(self, category: str) -> str:
@@ -307,7 +307,7 @@ class ConditionWriter:
         self, count: int, variable: f.Variable, body: f.Formula, scope: TermScope
     ) -> f.Formula:
         """Return the condition that exactly `count` different objects satisfy a body."""
-        if self._scene is not None and count > self._scene.category(variable.category).bit_count():
+        if self._scene is not None and count > self._scene.get_category_mask(variable.category).bit_count():
             return f.FALSE
         chosen = [self.fresh(variable.name, variable.category) for _ in range(count)]
         terms: list[f.Term] = [f.Variable(variable_of_term.name) for variable_of_term in chosen]
@@ -327,7 +327,7 @@ class ConditionWriter:
         if self._scene is None:
             raise DomainError("a pairing of objects has a PDDL form in goals only")
         first, second, body, count = formula.first, formula.second, formula.body, formula.count
-        sizes = [self._scene.category(each.category).bit_count() for each in (first, second)]
+        sizes = [self._scene.get_category_mask(each.category).bit_count() for each in (first, second)]
         if (min(sizes) if count is None else count) > min(sizes):
             return f.FALSE
         smaller, larger = (first, second) if sizes[0] <= sizes[1] else (second, first)

@@ -65,7 +65,7 @@ class _EffectContext:
 def write_simultaneous_effect(
     operator: Operator, conditions: g.ConditionWriter, scope: g.TermScope, hidden: frozenset[str]
 ) -> m.PddlEffect:
-    """Return the ordered effects of an operator, including its tries, as one simultaneous effect of PDDL.
+    """Return the ordered effects of an operator and its alternatives as one simultaneous effect of PDDL.
 
     Args:
         operator: the operator.
@@ -88,12 +88,12 @@ class _OrderedEffectsConverter:
     def convert(self, operator: Operator) -> m.PddlEffect:
         start = _EffectContext(self._scope)
         changes: list[_AtomChange] = []
-        for number, attempt in enumerate(operator.tries):
+        for number, attempt in enumerate(operator.alternatives):
             inside = start.add_condition(
                 self._convert_condition(f.And(attempt.conditions), start)
             ).extend_position(number)
             changes += self._convert_sequence(attempt.effects, inside)
-        changes += self._convert_sequence(operator.effects, start.extend_position(len(operator.tries)))
+        changes += self._convert_sequence(operator.effects, start.extend_position(len(operator.alternatives)))
         parts = [part for change in changes for part in self._write_change(change, changes)]
         return parts[0] if len(parts) == 1 else m.Both(tuple(parts))
 

@@ -19,9 +19,9 @@ from eai.planning.subgoal import GroundAtom, find_object
 from eai.world.condition import ConditionCompiler
 from eai.world.derived import DefinedPredicate, LookupPredicate
 from eai.world.domain import Domain
-from eai.world.frame import UNBOUND, ConditionTest, ExtensionFinder, Frame, FrameBinding
+from eai.world.frame import UNBOUND, ConditionTest, ExtensionFinder, FrameBinding, SlotAllocator
 from eai.world.operator import Operator
-from eai.world.relation import bits
+from eai.world.relation import iterate_bits
 from eai.world.state import Scene, State
 from eai.world.vocabulary import Vocabulary
 
@@ -88,7 +88,7 @@ class Achiever:
     def __init__(self, schema: EffectSchema, vocabulary: Vocabulary, *, wide: bool = False) -> None:
         self.schema = schema
         self._vocabulary = vocabulary
-        self._frame = Frame([f.Variable(name) for name in schema.variables])
+        self._frame = SlotAllocator([f.Variable(name) for name in schema.variables])
         self._compiler = ConditionCompiler(vocabulary, self._frame)
         self._joins: dict[tuple[str, ...], tuple[_JoinPlan, _JoinPlan]] = {}
         self.open_variables = len(set(schema.variables) - _find_atom_variables(schema))
@@ -135,7 +135,7 @@ class Achiever:
             joins = self._make_join(unbound, self._filters), self._make_join(unbound, self._fixed)
             self._joins[unbound] = joins
         return _PartialBinding(
-            self._frame.bind(scene, [scope.get(name, UNBOUND) for name in names]), joins[fixed]
+            self._frame.bind_arguments(scene, [scope.get(name, UNBOUND) for name in names]), joins[fixed]
         )
 
     def find_failing_conditions(
@@ -227,7 +227,7 @@ def _complete_bindings_by_steps(
     step, mask = steps[0], values[0]
     for matching in step.masks:
         mask = matching(state, binding, mask)
-    for index in bits(mask):
+    for index in iterate_bits(mask):
         if effort.spend():
             return
         binding[step.slot] = index

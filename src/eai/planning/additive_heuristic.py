@@ -21,7 +21,7 @@ from eai.world.condition import FormulaEvaluator
 from eai.world.derived import DefinedPredicate
 from eai.world.domain import Domain
 from eai.world.frame import FrameBinding
-from eai.world.relation import mask_of
+from eai.world.relation import make_mask
 from eai.world.state import State
 
 Cost: TypeAlias = Callable[[Subgoal], float]
@@ -165,7 +165,7 @@ class Estimates:
         self.holds = self._unfolding.holds
         self.atom = self._unfolding.atom
         self._protected = [condition for condition in protected if self.holds(condition)]
-        self._usable = mask_of(objects)
+        self._usable = make_mask(objects)
         self._matches = heuristic.achievers.find_matches(state, self._usable)
         self._supporters: dict[GroundAtom, tuple[_Supporter, float]] = {}
         self._costs: dict[_Key, tuple[float, float]] = {}

@@ -30,7 +30,7 @@ from eai.world.derived import find_definition, find_stored_predicates
 from eai.world.domain import Domain
 from eai.world.fault import FaultKind
 from eai.world.operator import Check
-from eai.world.relation import bits, mask_of
+from eai.world.relation import iterate_bits, make_mask
 from eai.world.state import State
 
 ChangeSet: TypeAlias = frozenset[FactChange]
@@ -61,7 +61,7 @@ class ConflictChanges:
     def __init__(self, domain: Domain, initial: State, objects: Sequence[int], achievers: Achievers) -> None:
         self._domain = domain
         self._initial = initial
-        self._usable = mask_of(objects)
+        self._usable = make_mask(objects)
         self._achievers = achievers
         self._static = {p.name for p in domain.vocabulary.predicates if p.static}
         self._schema_conditions: dict[int, list[tuple[f.Formula, frozenset[str]]]] = {}
@@ -193,8 +193,8 @@ class ConflictChanges:
 
     def preconditions(self, action: Action) -> list[ScopedCondition]:
         """Return the conditions of an action's checks, with the objects of their variables."""
-        operator = self._domain.compiled[action.operator].operator
-        scope = operator.scope(action.arguments)
+        operator = self._domain.compiled_operators[action.operator].operator
+        scope = operator.map_parameters(action.arguments)
         return [(simplify_check_condition(check, operator.checks), scope) for check in operator.checks]
 
     def effect_conditions(self, action: Action, change: FactChange) -> Iterator[list[ScopedCondition]]:
@@ -233,7 +233,7 @@ class ConflictChanges:
         for schema, scope, helps in self._find_relevant_effects(action, changes):
             if helps and not executed:
                 return self.find_changes_for_skipping(action, state, executed=False), False
-            tried = schema.checks if schema.operator.tries else ()
+            tried = schema.checks if schema.operator.alternatives else ()
             parts = [(condition, scope) for condition in (*schema.conditions, *tried)]
             closed_parts = [part for part in parts if find_free_variables(part[0]) <= scope.keys()]
             fails = any(not self.holds(*part, state) for part in closed_parts)
@@ -264,8 +264,8 @@ class ConflictChanges:
 
     def find_changes_for_skipping(self, action: Action, state: State, *, executed: bool) -> ChangeSet:
         """Return the changes that may turn an executed step into a skipped step, or the reverse."""
-        operator = self._domain.compiled[action.operator].operator
-        scope = operator.scope(action.arguments)
+        operator = self._domain.compiled_operators[action.operator].operator
+        scope = operator.map_parameters(action.arguments)
         checks = [c.condition for c in operator.checks if c.fault is FaultKind.ADDITIONAL_STEP]
         wrong = [(c, scope) for c in checks if self.holds(c, scope, state) == executed]
         return self._find_changes_of_parts(wrong, state, not executed, all_needed=False)
@@ -304,8 +304,10 @@ class ConflictChanges:
             case f.Exists(variable, body) | f.ForAll(variable, body):
                 if isinstance(formula, f.Exists) == truth:
                     return self._find_changes_of_instances(variable, body, scope, state, truth)
-                holding = mask_of(self._readings.find_witnesses(variable, body, scope, state))
-                values = bits(state.scene.category(variable.category) & ~holding if truth else holding)
+                holding = make_mask(self._readings.find_witnesses(variable, body, scope, state))
+                values = iterate_bits(
+                    state.scene.get_category_mask(variable.category) & ~holding if truth else holding
+                )
                 instances = [(body, {**scope, variable.name: value}) for value in values]
                 return self._find_changes_of_parts(instances, state, truth, all_needed=True)
             case f.Atom():
@@ -343,14 +345,14 @@ class ConflictChanges:
         self, variable: f.Variable, body: f.Formula, scope: Scope, state: State, truth: bool
     ) -> ChangeSet:
         """Return the changes for a quantified formula that a single value of its variable can satisfy."""
-        remaining = state.scene.category(variable.category)
+        remaining = state.scene.get_category_mask(variable.category)
         changes: set[FactChange] = set()
         for part, part_truth in sorted(
             _split_conjuncts(body, truth), key=lambda part: self.count_read_predicates(part[0])
         ):
-            holding = mask_of(self._readings.find_witnesses(variable, part, scope, state))
+            holding = make_mask(self._readings.find_witnesses(variable, part, scope, state))
             holding = holding if part_truth else ~holding
-            values = list(bits(remaining & ~holding))
+            values = list(iterate_bits(remaining & ~holding))
             remaining &= holding
             if len(values) > _FEW_ACTIONS:
                 changes.update(self._find_change_patterns(part, {**scope, variable.name: None}, part_truth))
@@ -405,7 +407,7 @@ class ConflictChanges:
     def _find_all_changes_of(self, names: Iterable[str]) -> Iterator[FactChange]:
         for name in names:
             if name not in self._static:
-                anything = (None,) * (self._domain.vocabulary.arity(name) or 0)
+                anything = (None,) * (self._domain.vocabulary.find_arity(name) or 0)
                 yield from (FactChange(name, anything, truth) for truth in (True, False))
 
 

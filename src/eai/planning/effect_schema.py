@@ -60,7 +60,7 @@ def make_effect_schemas(operator: Operator) -> Iterator[EffectSchema]:
     """Yield the schemas of an operator's additions and deletions, in the order in which they are written."""
     operator_schema = make_operator_schema(operator)
     yield from _make_nested_schemas(operator.effects, operator_schema)
-    for attempt in operator.tries:
+    for attempt in operator.alternatives:
         yield from _make_nested_schemas(
             attempt.effects, operator_schema._replace(checks=(*operator_schema.checks, *attempt.conditions))
         )
@@ -85,7 +85,7 @@ def find_changed_predicates(operator: Operator) -> list[str]:
     """
     return [
         name
-        for effects in (operator.effects, *(t.effects for t in operator.tries))
+        for effects in (operator.effects, *(t.effects for t in operator.alternatives))
         for name in find_written_predicates(effects)
     ]
 
@@ -243,7 +243,7 @@ def _reduce_to_stored_predicates(
             pending += _find_helpful_atoms(definition.definition, scope, change.truth, find_object)
         else:
             for name in derived.reads:
-                anything = (None,) * (vocabulary.arity(name) or 0)
+                anything = (None,) * (vocabulary.find_arity(name) or 0)
                 pending += [FactChange(name, anything, truth) for truth in (True, False)]
     return changes
 

@@ -420,7 +420,7 @@ class _SupposedState:
         objects = dict.fromkeys(term for fact in self._true for term in fact.arguments)
         if variable.category is None:
             return [*objects]
-        category = self._exclusion.scene.category(variable.category)
+        category = self._exclusion.scene.get_category_mask(variable.category)
         return [term for term in objects if isinstance(term, int) and category >> term & 1]
 
 

@@ -24,7 +24,7 @@ from eai.planning.subgoal import Subgoal, find_argument_indices
 from eai.world.action import Action
 from eai.world.condition import Scope
 from eai.world.derived import find_definition
-from eai.world.relation import bits
+from eai.world.relation import iterate_bits
 from eai.world.state import State
 
 Cut: TypeAlias = frozenset[Action]
@@ -233,7 +233,7 @@ class _RelaxationGraph:
                 parts = [(operand, scope) for operand in operands]
                 return self._add_compound_node(parts, truth, all_needed=isinstance(formula, f.And) == truth)
             case f.Exists(variable, body) | f.ForAll(variable, body):
-                values = [*bits(self._initial.scene.category(variable.category))]
+                values = [*iterate_bits(self._initial.scene.get_category_mask(variable.category))]
                 if len(values) <= _MAX_VALUES:
                     parts = [(body, {**scope, variable.name: value}) for value in values]
                     return self._add_compound_node(
@@ -445,7 +445,8 @@ class _HittingSetSearch:
 
     def __init__(self, patterns: Sequence[int], mask: int) -> None:
         with_bit = {
-            bit: [pattern for pattern in patterns if pattern & bit] for bit in map((1).__lshift__, bits(mask))
+            bit: [pattern for pattern in patterns if pattern & bit]
+            for bit in map((1).__lshift__, iterate_bits(mask))
         }
         self._with_bit = dict(sorted(with_bit.items(), key=lambda item: len(item[1])))
         self._covered_with = {

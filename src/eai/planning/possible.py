@@ -21,7 +21,7 @@ from eai.world.condition import Scope
 from eai.world.derived import DefinedPredicate, find_stored_predicates
 from eai.world.domain import Domain
 from eai.world.effect import ANYTHING, Add, Delete, Effect, ForEach, Let, When
-from eai.world.executable import applicability
+from eai.world.executable import compile_argument_finder
 from eai.world.operator import Check, Operator
 from eai.world.state import Fact, State
 
@@ -70,12 +70,12 @@ class PossibleFacts:
     def _possible_actions(self, operator: Operator, initial: State, usable: Sequence[int]) -> Iterator[Scope]:
         """Yield the arguments of an operator, by parameter, that the facts that never change allow."""
         static = tuple([check for check in operator.checks if self._is_static(check)])
-        unchanging = replace(operator, checks=static, effects=(), tries=())
-        arguments = applicability(unchanging, self.domain.vocabulary)
+        unchanging = replace(operator, checks=static, effects=(), alternatives=())
+        arguments = compile_argument_finder(unchanging, self.domain.vocabulary)
         for values in arguments(initial, usable, self._effort.spend):
             if self._effort.spend(_ACTION_LOOKS):
                 return
-            yield operator.scope(values)
+            yield operator.map_parameters(values)
 
     def _is_static(self, check: Check) -> bool:
         vocabulary = self.domain.vocabulary
@@ -125,7 +125,7 @@ class PossibleFacts:
         raise TypeError(f"expected a formula about one state, found {type(formula).__name__}")
 
     def _generate_instance_scopes(self, variable: f.Variable, scope: Scope) -> Iterator[Scope]:
-        mask = self._scene.category(variable.category)
+        mask = self._scene.get_category_mask(variable.category)
         for index in range(len(self._scene.objects)):
             if mask >> index & 1:
                 yield {**scope, variable.name: index}
@@ -200,10 +200,12 @@ class PossibleFacts:
         if self._effort.spend(_ACTION_LOOKS) or not self._passes(operator.checks, scope):
             return False
         self._apply_effects(operator.effects, scope)
-        for attempt in operator.tries:
+        for attempt in operator.alternatives:
             if self.holds(attempt.condition, scope) and self._passes(attempt.checks, scope):
                 self._apply_effects(attempt.effects, scope)
-        return not operator.tries and all(isinstance(effect, Add | Delete) for effect in operator.effects)
+        return not operator.alternatives and all(
+            isinstance(effect, Add | Delete) for effect in operator.effects
+        )
 
     def _passes(self, checks: Iterable[Check], scope: Scope) -> bool:
         return all(self.holds(check.condition, scope) for check in checks)

@@ -12,10 +12,10 @@ from eai.planning.effect_schema import EffectSchema, make_effect_schemas
 from eai.world.domain import Domain
 from eai.world.effect import ANYTHING
 from eai.world.frame import AGENT
-from eai.world.operator import Operator, Role
+from eai.world.operator import Operator, OperatorRole
 
 
-def infer_operator_role(operator: Operator) -> Role:
+def infer_operator_role(operator: Operator) -> OperatorRole:
     """Return the declared role of an operator, or infer the role from its effects.
 
     A movement changes only facts about the agent, and relations between the agent and the objects that it
@@ -27,8 +27,8 @@ def infer_operator_role(operator: Operator) -> Role:
         return operator.role
     changes = list(make_effect_schemas(operator))
     if _is_movement(changes):
-        return Role.MOVEMENT
-    return Role.TAKES if _only_adds_agent_relations(changes) else Role.CHANGE
+        return OperatorRole.MOVEMENT
+    return OperatorRole.TAKES if _only_adds_agent_relations(changes) else OperatorRole.CHANGE
 
 
 def _is_movement(changes: list[EffectSchema]) -> bool:
@@ -72,7 +72,9 @@ def find_spatial_predicates(domain: Domain) -> tuple[tuple[str, ...], tuple[str,
     other") is left out.
     """
     changes = {operator.name: list(make_effect_schemas(operator)) for operator in domain.operators}
-    takers = [operator for operator in domain.operators if infer_operator_role(operator) is Role.TAKES]
+    takers = [
+        operator for operator in domain.operators if infer_operator_role(operator) is OperatorRole.TAKES
+    ]
     added = [
         change
         for operator in takers

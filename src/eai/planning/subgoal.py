@@ -9,7 +9,7 @@ import eai.logic.formula as f
 from eai.logic.choice import AllOf, AnyOf, ExactlyOf, PairingChoice
 from eai.world.condition import FormulaEvaluator, Scope
 from eai.world.frame import AGENT, UNBOUND
-from eai.world.relation import bits
+from eai.world.relation import iterate_bits
 from eai.world.state import Scene, State
 
 
@@ -99,10 +99,10 @@ class Unfolding:
         return tuple([Subgoal(body, {**scope, variable.name: value}, truth) for value in values])
 
     def _find_all_values(self, variable: f.Variable) -> list[int]:
-        return list(bits(self._state.scene.category(variable.category)))
+        return list(iterate_bits(self._state.scene.get_category_mask(variable.category)))
 
     def _find_usable_values(self, variable: f.Variable) -> list[int]:
-        allowed = self._state.scene.category(variable.category)
+        allowed = self._state.scene.get_category_mask(variable.category)
         return [i for i in self._objects if allowed >> i & 1]
 
     def _find_promising_values(self, variable: f.Variable, body: f.Formula, scope: Scope) -> list[int]:
@@ -173,7 +173,7 @@ def conjuncts(subgoal: Subgoal, scene: Scene) -> Iterator[Subgoal]:
             for part in operands:
                 yield from conjuncts(Subgoal(part, scope, truth), scene)
         case f.ForAll(variable, body) | f.Exists(variable, body) if isinstance(formula, f.ForAll) == truth:
-            for value in bits(scene.category(variable.category)):
+            for value in iterate_bits(scene.get_category_mask(variable.category)):
                 yield from conjuncts(Subgoal(body, {**scope, variable.name: value}, truth), scene)
         case _:
             yield subgoal

@@ -42,7 +42,7 @@ class SuccessorGenerator:
 
     def successor(self, node: PlanNode, action: Action) -> PlanNode | None:
         """Return the node after an action; None if the action is impossible or leads to a forbidden state."""
-        compiled = self._domain.compiled[action.operator]
+        compiled = self._domain.compiled_operators[action.operator]
         binding = compiled.bind(node.state, action.arguments)
         if not compiled.is_possible(node.state, binding):
             return None
@@ -100,9 +100,9 @@ def generate_applicable_of_operator(
             limit is exceeded, no more actions follow. None for no limit.
     """
     bindings = bindings or Effort()
-    compiled = domain.compiled[operator.name]
-    for arguments in domain.applicability[operator.name](state, objects, bindings.spend):
+    compiled = domain.compiled_operators[operator.name]
+    for arguments in domain.argument_finders[operator.name](state, objects, bindings.spend):
         if bindings.spend(ACTION_BINDINGS):
             return
-        if not compiled.tries or compiled.is_possible(state, compiled.bind(state, arguments)):
+        if not compiled.alternatives or compiled.is_possible(state, compiled.bind(state, arguments)):
             yield Action(operator.name, arguments)

@@ -21,8 +21,8 @@ from eai.tasks.goal_test import alternative_actions
 from eai.tasks.source import Source
 from eai.tasks.task import GoalKind
 from eai.world.condition import ConditionCompiler
-from eai.world.execution import execute
-from eai.world.frame import Frame
+from eai.world.execution import execute_plan
+from eai.world.frame import SlotAllocator
 from eai.world.state import State
 
 
@@ -55,7 +55,7 @@ class TaskLookup:
         if task_id not in self._tasks:
             return None
         if call.arguments is None:
-            if call.name not in self._domain.arities:
+            if call.name not in self._domain.operator_arities:
                 return "unknown"
             return "other" if call.name in self._actions_of_goals else "procedural"
         if call.name not in self._spellings:
@@ -74,9 +74,9 @@ class TaskLookup:
         return frozenset(action for goal in goals for action in alternative_actions(goal))
 
     def _find_plan_states(self, task_id: str) -> tuple[State, ...]:
-        task, arities = self._tasks[task_id], self._domain.arities
+        task, arities = self._tasks[task_id], self._domain.operator_arities
         valid_steps = takewhile(lambda step: arities.get(step.operator) == len(step.arguments), task.script)
-        return execute(self._domain, task.initial, valid_steps).states
+        return execute_plan(self._domain, task.initial, valid_steps).states
 
     def _find_truth_in_plan_states(self, task_id: str, call: Statement) -> list[bool]:
         """Return for each state of the data set's own plan whether a stated goal holds in it.
@@ -87,14 +87,14 @@ class TaskLookup:
         vocabulary = scene.vocabulary
         predicate = self._words.get((call.name, len(arguments)))
         held = [False] * len(states)
-        if predicate is None or vocabulary.arity(predicate) != len(arguments):
+        if predicate is None or vocabulary.find_arity(predicate) != len(arguments):
             return held
         for objects in product(*(self._find_objects_named(task_id, name) for name in arguments)):
-            frame = Frame()
+            frame = SlotAllocator()
             truth = ConditionCompiler(vocabulary, frame).compile_test(
                 Atom(predicate, objects), wanted=call.positive
             )
-            binding = frame.bind(scene, ())
+            binding = frame.bind_arguments(scene, ())
             held = [before or truth(s, binding.copy()) for before, s in zip(held, states, strict=True)]
         return held
 

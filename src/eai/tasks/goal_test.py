@@ -17,8 +17,8 @@ from eai.tasks.task import Goal, GoalKind, Task
 from eai.world.action import Action
 from eai.world.condition import ConditionCompiler
 from eai.world.domain import Domain
-from eai.world.execution import Trajectory, execute, to_trace
-from eai.world.frame import UNBOUND, ConditionTest, Frame
+from eai.world.execution import Trajectory, execute_plan, to_trace
+from eai.world.frame import UNBOUND, ConditionTest, SlotAllocator
 from eai.world.state import Scene, State
 
 ACTION_ARGUMENTS = (Variable("argument 1"), Variable("argument 2"))
@@ -45,9 +45,9 @@ class StateTest:
     __slots__ = ("binding", "truth")
 
     def __init__(self, formula: Formula, scene: Scene) -> None:
-        frame = Frame(ACTION_ARGUMENTS)
+        frame = SlotAllocator(ACTION_ARGUMENTS)
         self.truth: ConditionTest = ConditionCompiler(scene.vocabulary, frame).compile_test(formula)
-        self.binding = frame.bind(scene, (UNBOUND, UNBOUND))
+        self.binding = frame.bind_arguments(scene, (UNBOUND, UNBOUND))
 
     def __call__(self, state: State, arguments: tuple[int, ...] = ()) -> bool:
         """Whether the formula holds in a state.
@@ -190,10 +190,10 @@ class _OptionConditions:
             else:
                 self._whole.append(number)
         self._best = best_option(choices, len(self._whole) + self._has_actions)
-        frame = Frame(())
+        frame = SlotAllocator(())
         conditions = ConditionCompiler(task.scene.vocabulary, frame)
         self._truths = [conditions.compile_test(atom) for atom in self._best.atoms]
-        self._binding = frame.bind(task.scene, ())
+        self._binding = frame.bind_arguments(task.scene, ())
         self._known: dict[tuple[int, int], Share] = {}
         self.none_met = Share(0, max(1, self._best(0).total))
 
@@ -231,10 +231,10 @@ def _choice(goal: Goal, scene: Scene) -> Choice | None:
 
 def solves(domain: Domain, task: Task, plan: Sequence[Action]) -> bool:
     """Whether a plan runs to its end from the start of a task and reaches all goals."""
-    trajectory = execute(domain, task.initial, plan)
-    operators = [action.operator for action in trajectory.executed]
+    trajectory = execute_plan(domain, task.initial, plan)
+    operators = [action.operator for action in trajectory.executed_actions]
     return trajectory.failure is None and all(
-        GoalTest(task).find_reached(trajectory.final, operators, trajectory)
+        GoalTest(task).find_reached(trajectory.final_state, operators, trajectory)
     )
 
 

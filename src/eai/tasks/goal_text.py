@@ -48,7 +48,7 @@ def read_goal(text: str, domain: Domain, scene: Scene) -> f.Formula:
     actions = [part for part in walk_subformulas(formula) if isinstance(part, f.Occurs)]
     if not is_state_formula(formula):
         for action in actions:
-            wanted, actual = domain.arities[action.action], len(action.arguments)
+            wanted, actual = domain.operator_arities[action.action], len(action.arguments)
             if wanted != actual:
                 raise InputError(f"{describe_arity(action.action, wanted, 'object')}, not {actual}")
     elif actions and not _is_action_choice(formula):

@@ -197,8 +197,8 @@ def make_declared_lexicon(domain: Domain, scene: Scene) -> FormulaLexicon:
     names = map_spellings_to_names([thing.name for thing in scene.objects])
     objects = {word: scene.index[name] for word, name in names.items()}
     signature = Signature(
-        {word: vocabulary.arity(name) for word, name in predicates.items()},
-        {word: domain.arities[name] for word, name in actions.items()},
+        {word: vocabulary.find_arity(name) for word, name in predicates.items()},
+        {word: domain.operator_arities[name] for word, name in actions.items()},
         objects_and_classes(objects, scene),
     )
     return FormulaLexicon(scene, signature, objects, predicates, actions)

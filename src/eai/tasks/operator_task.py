@@ -26,7 +26,7 @@ from eai.tasks.planning import find_plan
 from eai.tasks.task import Category, Goal, GoalKind, Task
 from eai.world.action import Action
 from eai.world.domain import Domain
-from eai.world.execution import execute
+from eai.world.execution import execute_plan
 
 
 @dataclass(frozen=True, slots=True)
@@ -171,9 +171,9 @@ def _conditions(task: Task) -> Sequence[Goal]:
 
 def _plan(domain: Domain, task: Task, planner: Planner) -> Sequence[Action]:
     """Return the task's own plan if it can be executed, otherwise a plan found by search, or no steps."""
-    arities = domain.arities
+    arities = domain.operator_arities
     sound = all(arities.get(action.operator) == len(action.arguments) for action in task.script)
-    if task.script and sound and execute(domain, task.initial, task.script).failure is None:
+    if task.script and sound and execute_plan(domain, task.initial, task.script).failure is None:
         return task.script
     return find_plan(task, planner).plan
 

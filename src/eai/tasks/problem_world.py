@@ -261,7 +261,7 @@ def _read_declaration(
     agents = [scene.objects[scene.agent] for scene in scenes if scene.agent is not None]
     agent = agents[0] if agents else None
     constants = {AGENT.name: spell(agent.category)} if agent is not None else {}
-    arities = {word: domain.vocabulary.arity(name) or 0 for word, name in predicates.items()}
+    arities = {word: domain.vocabulary.find_arity(name) or 0 for word, name in predicates.items()}
     return _DeclaredNames(
         domain,
         make_header(spell(domain.name), categories, constants, arities),

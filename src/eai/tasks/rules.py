@@ -16,7 +16,7 @@ from eai.world.derived import DefinedPredicate, LookupPredicate, find_definition
 from eai.world.domain import Domain
 from eai.world.effect import Add, Delete, Effect, ForEach, Let, When
 from eai.world.fault import FaultKind
-from eai.world.operator import Operator, conditions_of
+from eai.world.operator import Operator, find_operator_conditions
 from eai.world.vocabulary import DerivedPredicate
 
 _INDENT = "  "
@@ -137,14 +137,16 @@ class DomainRules:
     @cached_property
     def _reads(self) -> Mapping[str, Sequence[str]]:
         """Mapping from each operator to the predicates in its conditions."""
-        return {operator.name: find_predicates(*conditions_of(operator)) for operator in self.operators}
+        return {
+            operator.name: find_predicates(*find_operator_conditions(operator)) for operator in self.operators
+        }
 
     def _can_be_shown(self, operator: Operator) -> bool:
         vocabulary = self.domain.vocabulary
-        read = find_predicates(*conditions_of(operator))
+        read = find_predicates(*find_operator_conditions(operator))
         derived = [vocabulary.derived_by_name[name] for name in self._find_derived(read)]
         undefined = any(find_definition(predicate) is None for predicate in derived)
-        return not (operator.tries or undefined or self._reads_memory(read))
+        return not (operator.alternatives or undefined or self._reads_memory(read))
 
     def _reads_memory(self, names: Iterable[str]) -> bool:
         return not self.hidden_memory.isdisjoint(find_stored_predicates(names, self.domain.vocabulary))

@@ -23,7 +23,7 @@ from eai.tasks.special import Impossible
 from eai.tasks.task import Task
 from eai.tasks.task_lines import read_line, task_from_line
 from eai.world.domain import Domain
-from eai.world.execution import Trajectory, describe, execute, to_trace
+from eai.world.execution import Trajectory, describe_fault, execute_plan, to_trace
 
 ENDINGS = (".jsonl", ".jsonl.gz")
 """The endings of the names of task files."""
@@ -155,15 +155,15 @@ def find_false_statements(task: Task, domain: Domain) -> Iterator[str]:
         yield from _find_broken_goals(task)
     if not task.script:
         return
-    trajectory = execute(domain, task.initial, task.script)
+    trajectory = execute_plan(domain, task.initial, task.script)
     for number, step in enumerate(trajectory.steps):
         if step.fault is not None:
-            why = describe(step.fault, domain, step.action, task.scene)
+            why = describe_fault(step.fault, domain, step.action, task.scene)
             what = f"{step.fault.kind.value}, {why}"
             yield f"plan.{number}: expected a step that is possible and needed: {what}"
     if trajectory.failure is None:
-        operators = [action.operator for action in trajectory.executed]
-        reached = test.find_reached(trajectory.final, operators, trajectory)
+        operators = [action.operator for action in trajectory.executed_actions]
+        reached = test.find_reached(trajectory.final_state, operators, trajectory)
         yield from (
             f"plan: expected to reach goals.{number}" for number, is_met in enumerate(reached) if not is_met
         )

@@ -179,7 +179,7 @@ def _goals(line: _TaskLine, domain: Domain, scene: Scene) -> Iterator[f.Formula]
 
 def _plan(line: _TaskLine, domain: Domain, scene: Scene) -> Iterator[Action]:
     for number, (operator, *names) in enumerate(line.plan):
-        arity = domain.arities.get(operator)
+        arity = domain.operator_arities.get(operator)
         if arity is None:
             raise InputError(f"plan.{number}: expected an operator of the domain, found {operator!r}")
         if arity != len(names):
@@ -210,7 +210,7 @@ def write_task_line(task: Task, base: str, domain: Domain, about: Mapping[str, J
     values["facts"] = list_facts(task.initial)
     values["goals"] = write_goals([goal.formula for goal in task.goals], domain, scene)
     plan = list_plan(task)
-    sound = all(domain.arities.get(operator) == len(objects) for operator, *objects in plan)
+    sound = all(domain.operator_arities.get(operator) == len(objects) for operator, *objects in plan)
     values |= {"plan": plan} if plan and sound else {}
     special = {} if task.special is None else asdict(task.special)
     values |= {name: value for name, value in special.items() if value is not False}

@@ -129,7 +129,7 @@ class Wording:
     def describe_initial(self, task: Task) -> str:
         """Return the facts about a task's objects in the initial state."""
         about = self.listed_objects(task)
-        facts = [fact for listing in self.state_listings for fact in listing.facts(task.initial, about)]
+        facts = [fact for listing in self.state_listings for fact in listing.list_facts(task.initial, about)]
         return _lines(dict.fromkeys([self.write_fact(task, fact) for fact in facts]))
 
     @cached_property
@@ -171,7 +171,7 @@ class Wording:
         return self.answer_names.get(predicate, predicate)
 
     def _arity(self, predicate: str) -> int:
-        return self.domain.vocabulary.arity(predicate) or 0
+        return self.domain.vocabulary.find_arity(predicate) or 0
 
 
 def prompt_objects(task: Task) -> list[int]:
@@ -184,7 +184,7 @@ def _operator_text(operator: Operator) -> str:
     names = {parameter.name: parameter.name for parameter in operator.parameters}
     checks: Sequence[Check] = (
         *operator.checks,
-        *(check for attempt in operator.tries for check in attempt.checks),
+        *(check for attempt in operator.alternatives for check in attempt.checks),
     )
     lines = [operator_title(operator)]
     for kind, meaning in _MEANING:

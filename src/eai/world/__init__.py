@@ -3,7 +3,7 @@
 The package exports the classes that declare domains, and the functions that use domains. Each name is
 imported when it is first used::
 
-    from eai.world import Add, Domain, Operator, Predicate, Variable, Vocabulary, missing
+    from eai.world import Add, Domain, Operator, Predicate, Variable, Vocabulary, missing_step
 """
 
 from importlib import import_module
@@ -31,20 +31,20 @@ if TYPE_CHECKING:
     from eai.world.conformance import check_domain
     from eai.world.derived import ComputedPredicate, DefinedPredicate, LookupPredicate, is_a
     from eai.world.domain import Domain, Simulator
-    from eai.world.effect import ANYTHING, Add, Delete, Effect, ForEach, Let, When, both_ways
+    from eai.world.effect import ANYTHING, Add, Delete, Effect, ForEach, Let, When, make_symmetric_effects
     from eai.world.episode import Episode, Slip, SlipSampler
-    from eai.world.execution import Step, Trajectory, attempt, describe, execute
+    from eai.world.execution import Step, Trajectory, attempt_action, describe_fault, execute_plan
     from eai.world.fault import FaultKind
     from eai.world.frame import AGENT
     from eai.world.history import History, find_when_conditions_held, find_when_possible
     from eai.world.operator import (
+        Alternative,
         Check,
         Operator,
-        Role,
-        Try,
-        additional,
+        OperatorRole,
+        additional_step,
         affordance,
-        missing,
+        missing_step,
         sort_operator_checks,
     )
     from eai.world.state import Fact, Scene, State, StateChange, WorldObject, compare_states
@@ -75,6 +75,7 @@ __all__ = [
     "TRUE",
     "Action",
     "Add",
+    "Alternative",
     "And",
     "Atom",
     "Check",
@@ -101,9 +102,9 @@ __all__ = [
     "LookupPredicate",
     "Not",
     "Operator",
+    "OperatorRole",
     "Or",
     "Predicate",
-    "Role",
     "Scene",
     "Simulator",
     "Slip",
@@ -112,23 +113,22 @@ __all__ = [
     "StateChange",
     "Step",
     "Trajectory",
-    "Try",
     "Variable",
     "Vocabulary",
     "When",
     "WorldObject",
-    "additional",
+    "additional_step",
     "affordance",
-    "attempt",
-    "both_ways",
+    "attempt_action",
     "check_domain",
     "compare_states",
-    "describe",
-    "execute",
+    "describe_fault",
+    "execute_plan",
     "find_when_conditions_held",
     "find_when_possible",
     "is_a",
-    "missing",
+    "make_symmetric_effects",
+    "missing_step",
     "sort_operator_checks",
 ]
 

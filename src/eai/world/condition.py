@@ -19,8 +19,8 @@ from eai.base.errors import DomainError
 from eai.logic.matching import find_maximum_matching
 from eai.logic.traversal import find_free_variables
 from eai.world.derived import ComputedPredicate, DefinedPredicate, LookupPredicate, to_evaluated_form
-from eai.world.frame import UNBOUND, ConditionTest, ExtensionFinder, Frame, FrameBinding
-from eai.world.relation import bits
+from eai.world.frame import UNBOUND, ConditionTest, ExtensionFinder, FrameBinding, SlotAllocator
+from eai.world.relation import iterate_bits
 from eai.world.state import State
 from eai.world.vocabulary import DerivedPredicate, Vocabulary
 
@@ -107,7 +107,7 @@ class ConditionCompiler:
             predicate has a wrong number of arguments, a variable is unbound, or a formula is temporal.
     """
 
-    def __init__(self, vocabulary: Vocabulary, frame: Frame) -> None:
+    def __init__(self, vocabulary: Vocabulary, frame: SlotAllocator) -> None:
         self._vocabulary = vocabulary
         self._frame = frame
         self._unfolded: list[str] = []
@@ -191,7 +191,9 @@ class ConditionCompiler:
 
         def find_extension(state: State, binding: FrameBinding, among: int) -> int:
             mask = 0
-            for i in bits(candidates(state, binding, state.scene.category(variable.category))):
+            for i in iterate_bits(
+                candidates(state, binding, state.scene.get_category_mask(variable.category))
+            ):
                 binding[inner] = i
                 mask |= matching(state, binding, among & ~mask)
             binding[inner] = UNBOUND
@@ -207,7 +209,7 @@ class ConditionCompiler:
         category = variable.category
         if category is None:
             return lambda state, binding: matching(state, binding, state.scene.everything)
-        return lambda state, binding: matching(state, binding, state.scene.category(category))
+        return lambda state, binding: matching(state, binding, state.scene.get_category_mask(category))
 
     def _compile_by_testing_each(
         self, formula: f.Formula, slot: int, scope: Mapping[str, int]
@@ -216,7 +218,7 @@ class ConditionCompiler:
 
         def find_extension(state: State, binding: FrameBinding, among: int) -> int:
             mask = 0
-            for i in bits(among):
+            for i in iterate_bits(among):
                 binding[slot] = i
                 if truth(state, binding):
                     mask |= 1 << i
@@ -232,12 +234,14 @@ class ConditionCompiler:
         partners = self._compile_value_mask(second, formula.body, {**scope, first.name: slot})
 
         def holds(state: State, binding: FrameBinding) -> bool:
-            sources = list(bits(state.scene.category(first.category)))
-            targets = {y: j for j, y in enumerate(bits(state.scene.category(second.category)))}
+            sources = list(iterate_bits(state.scene.get_category_mask(first.category)))
+            targets = {
+                y: j for j, y in enumerate(iterate_bits(state.scene.get_category_mask(second.category)))
+            }
             adjacency = []
             for x in sources:
                 binding[slot] = x
-                adjacency.append([targets[y] for y in bits(partners(state, binding)) if y != x])
+                adjacency.append([targets[y] for y in iterate_bits(partners(state, binding)) if y != x])
             needed = min(len(sources), len(targets)) if count is None else count
             return sum(j is not None for j in find_maximum_matching(adjacency)) >= needed
 
@@ -363,9 +367,9 @@ class FormulaEvaluator:
 
     def __init__(self, vocabulary: Vocabulary) -> None:
         self._vocabulary = vocabulary
-        self._truths: dict[int, tuple[f.Formula, tuple[str, ...], Frame, ConditionTest]] = {}
+        self._truths: dict[int, tuple[f.Formula, tuple[str, ...], SlotAllocator, ConditionTest]] = {}
         self._extensions: dict[
-            tuple[int, str], tuple[f.Formula, tuple[str, ...], Frame, ExtensionFinder]
+            tuple[int, str], tuple[f.Formula, tuple[str, ...], SlotAllocator, ExtensionFinder]
         ] = {}
 
     def list_free_variables(self, formula: f.Formula) -> tuple[str, ...]:
@@ -375,13 +379,13 @@ class FormulaEvaluator:
     def holds(self, formula: f.Formula, scope: Scope, state: State) -> bool:
         """Whether a formula holds in a state; ``scope`` maps its free variables to object indices."""
         _, names, frame, truth = self._truths.get(id(formula)) or self._compile(formula)
-        return truth(state, frame.bind(state.scene, [scope[name] for name in names]))
+        return truth(state, frame.bind_arguments(state.scene, [scope[name] for name in names]))
 
-    def _compile(self, formula: f.Formula) -> tuple[f.Formula, tuple[str, ...], Frame, ConditionTest]:
+    def _compile(self, formula: f.Formula) -> tuple[f.Formula, tuple[str, ...], SlotAllocator, ConditionTest]:
         compiled = self._truths.get(id(formula))
         if compiled is None:
             names = tuple(sorted(find_free_variables(formula)))
-            frame = Frame([f.Variable(name) for name in names])
+            frame = SlotAllocator([f.Variable(name) for name in names])
             truth = ConditionCompiler(self._vocabulary, frame).compile_test(formula)
             compiled = self._truths[id(formula)] = (formula, names, frame, truth)
         return compiled
@@ -394,10 +398,10 @@ class FormulaEvaluator:
         compiled = self._extensions.get(key)
         if compiled is None:
             names = tuple(sorted(find_free_variables(body) - {variable.name}))
-            frame = Frame([f.Variable(name) for name in (*names, variable.name)])
+            frame = SlotAllocator([f.Variable(name) for name in (*names, variable.name)])
             conditions = ConditionCompiler(self._vocabulary, frame)
             extension = conditions.compile_extension(body, len(names) + 1, frame.scope)
             compiled = self._extensions[key] = (body, names, frame, extension)
         _, names, frame, extension = compiled
-        binding = frame.bind(state.scene, [*[scope[name] for name in names], UNBOUND])
-        return bits(extension(state, binding, state.scene.category(variable.category)))
+        binding = frame.bind_arguments(state.scene, [*[scope[name] for name in names], UNBOUND])
+        return iterate_bits(extension(state, binding, state.scene.get_category_mask(variable.category)))

@@ -24,7 +24,7 @@ from eai.logic.ltl_printer import print_ltl
 from eai.world.action import Action, Fault
 from eai.world.domain import Domain
 from eai.world.effect import ANYTHING, Add, Delete, Effect, When
-from eai.world.execution import attempt, describe, map_parameters_to_indices
+from eai.world.execution import attempt_action, describe_fault, map_parameters_to_indices
 from eai.world.fault import FaultKind
 from eai.world.history import History
 from eai.world.operator import Operator
@@ -71,7 +71,10 @@ def _check_random_walk(
     for _ in range(steps):
         action = _draw_random_action(domain.operators, initial, rng)
         before = _compute_facts_hash(history.state)
-        outcome, second_outcome = attempt(domain, history, action), attempt(domain, history, action)
+        outcome, second_outcome = (
+            attempt_action(domain, history, action),
+            attempt_action(domain, history, action),
+        )
         if outcome != second_outcome:
             yield f"{action.operator}: the same action in the same state has two outcomes"
         if _compute_facts_hash(history.state) != before:
@@ -110,7 +113,7 @@ def _find_new_effects(domain: Domain, before: State, action: Action, after: Stat
     """Yield the intended effects of an action that hold after it and did not hold before."""
     arguments = map_parameters_to_indices(action, domain)
     for effect in _find_intended_effects(
-        domain.compiled[action.operator].operator.effects, domain.vocabulary
+        domain.compiled_operators[action.operator].operator.effects, domain.vocabulary
     ):
         if domain.holds(effect, after, arguments) and not domain.holds(effect, before, arguments):
             yield effect
@@ -122,7 +125,7 @@ def _compute_facts_hash(state: State) -> int:
 
 
 def _check_fault(domain: Domain, history: History, action: Action, fault: Fault) -> Iterator[str]:
-    if not describe(fault, domain, action, history.state.scene):
+    if not describe_fault(fault, domain, action, history.state.scene):
         yield f"{action.operator}: a fault has no description"
     if (fault.kind is FaultKind.WRONG_ORDER) != (fault.earlier is not None):
         yield f"{action.operator}: only a fault of kind wrong_order must have an earlier state"

@@ -11,9 +11,9 @@ from eai.base.errors import DomainError, prefix_errors
 from eai.logic.formula import FALSE, TRUE, Formula, Variable
 from eai.world.action import Action, Fault
 from eai.world.condition import ConditionCompiler
-from eai.world.executable import CompiledOperator, FindArguments, applicability
+from eai.world.executable import CompiledOperator, FindArguments, compile_argument_finder
 from eai.world.fault import FaultKind
-from eai.world.frame import UNBOUND, Frame
+from eai.world.frame import UNBOUND, SlotAllocator
 from eai.world.history import HistoryRule, find_when_conditions_held
 from eai.world.operator import Operator
 from eai.world.state import State
@@ -123,20 +123,22 @@ class Domain:
         for derived in self.vocabulary.derived:
             parameters = tuple([Variable(f"p{i}") for i in range(derived.arity)])
             with prefix_errors(f"derived predicate {derived.name}", DomainError):
-                ConditionCompiler(self.vocabulary, Frame(parameters)).compile_test(derived(*parameters))
+                ConditionCompiler(self.vocabulary, SlotAllocator(parameters)).compile_test(
+                    derived(*parameters)
+                )
         with prefix_errors("visible", DomainError):
             _ = self.find_visible
         with prefix_errors("landmarks", DomainError):
             _ = self.find_landmarks
-        _ = self.compiled
+        _ = self.compiled_operators
 
     @cached_property
-    def arities(self) -> Mapping[str, int]:
+    def operator_arities(self) -> Mapping[str, int]:
         """Mapping from the name of each operator to its number of arguments."""
         return {operator.name: operator.arity for operator in self.operators}
 
     @cached_property
-    def compiled(self) -> Mapping[str, CompiledOperator]:
+    def compiled_operators(self) -> Mapping[str, CompiledOperator]:
         """Mapping from the name of each operator to the compiled operator."""
         compiled: dict[str, CompiledOperator] = {}
         for operator in self.operators:
@@ -145,21 +147,23 @@ class Domain:
         return compiled
 
     @cached_property
-    def applicability(self) -> Mapping[str, FindArguments]:
+    def argument_finders(self) -> Mapping[str, FindArguments]:
         """Mapping from the name of each operator to a function that finds its applicable arguments.
 
         No check of the operator fails for these arguments.
         """
-        return {operator.name: applicability(operator, self.vocabulary) for operator in self.operators}
+        return {
+            operator.name: compile_argument_finder(operator, self.vocabulary) for operator in self.operators
+        }
 
-    def operator(self, name: str) -> Operator | None:
+    def find_operator(self, name: str) -> Operator | None:
         """Return the operator with this name, or None if there is no such operator."""
-        compiled = self.compiled.get(name)
+        compiled = self.compiled_operators.get(name)
         return None if compiled is None else compiled.operator
 
     def apply(self, state: State, action: Action) -> State:
         """Return the state after a possible action. It does not check that the action is possible."""
-        operator = self.compiled[action.operator]
+        operator = self.compiled_operators[action.operator]
         return operator.apply(state, operator.bind(state, action.arguments))
 
     def replace_operators(self, *changed: Operator, without: Sequence[str] = ()) -> Domain:
@@ -183,15 +187,15 @@ class Domain:
 
     def _compile_extension(self, formula: Formula) -> Callable[[State, int], int]:
         """Compile a formula about ``x`` to a function that selects the objects that make it true."""
-        frame = Frame((Variable("x"),))
+        frame = SlotAllocator((Variable("x"),))
         extension = ConditionCompiler(self.vocabulary, frame).compile_extension(
             formula, frame.scope["x"], frame.scope
         )
-        return lambda state, among: extension(state, frame.bind(state.scene, (UNBOUND,)), among)
+        return lambda state, among: extension(state, frame.bind_arguments(state.scene, (UNBOUND,)), among)
 
     def holds(self, formula: Formula, state: State, arguments: Mapping[str, int] | None = None) -> bool:
         """Whether a formula holds in a state; ``arguments`` maps its free variables to object indices."""
         arguments = arguments or {}
-        frame = Frame(tuple(Variable(name) for name in arguments))
+        frame = SlotAllocator(tuple(Variable(name) for name in arguments))
         truth = ConditionCompiler(self.vocabulary, frame).compile_test(formula)
-        return truth(state, frame.bind(state.scene, tuple(arguments.values())))
+        return truth(state, frame.bind_arguments(state.scene, tuple(arguments.values())))

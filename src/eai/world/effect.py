@@ -17,9 +17,9 @@ from typing_extensions import assert_never
 from eai.base.errors import DomainError
 from eai.logic.formula import Atom, Formula, Variable
 from eai.world.condition import ConditionCompiler
-from eai.world.frame import UNBOUND, Frame, FrameBinding
-from eai.world.relation import bits
-from eai.world.state import Draft, State
+from eai.world.frame import UNBOUND, FrameBinding, SlotAllocator
+from eai.world.relation import iterate_bits
+from eai.world.state import State, StateDraft
 from eai.world.vocabulary import Vocabulary
 
 ANYTHING: Final = Variable("*")
@@ -69,10 +69,10 @@ class Let:
 
 Effect: TypeAlias = Add | Delete | When | ForEach | Let
 
-Apply: TypeAlias = Callable[[State, Draft, FrameBinding], None]
+Apply: TypeAlias = Callable[[State, StateDraft, FrameBinding], None]
 
 
-def both_ways(effect: type[Add] | type[Delete], atom: Atom) -> tuple[Effect, Effect]:
+def make_symmetric_effects(effect: type[Add] | type[Delete], atom: Atom) -> tuple[Effect, Effect]:
     """Return two effects of one type: on a binary atom, and on the atom with its arguments swapped."""
     left, right = atom.arguments
     return effect(atom), effect(Atom(atom.predicate, (right, left)))
@@ -88,26 +88,26 @@ class EffectCompiler:
             static.
     """
 
-    def __init__(self, vocabulary: Vocabulary, frame: Frame) -> None:
+    def __init__(self, vocabulary: Vocabulary, frame: SlotAllocator) -> None:
         self._vocabulary = vocabulary
         self._frame = frame
         self._conditions = ConditionCompiler(vocabulary, frame)
 
-    def sequence(self, effects: Iterable[Effect], scope: Mapping[str, int] | None = None) -> Apply:
+    def compile_sequence(self, effects: Iterable[Effect], scope: Mapping[str, int] | None = None) -> Apply:
         """Compile effects to one function that makes their changes in a draft of the next state, in order."""
         scope = self._frame.scope if scope is None else scope
-        steps = tuple([self._effect(effect, scope) for effect in effects])
+        steps = tuple([self._compile_effect(effect, scope) for effect in effects])
 
-        def apply(before: State, draft: Draft, binding: FrameBinding) -> None:
+        def apply(before: State, draft: StateDraft, binding: FrameBinding) -> None:
             for step in steps:
                 step(before, draft, binding)
 
         return apply
 
-    def _effect(self, effect: Effect, scope: Mapping[str, int]) -> Apply:
+    def _compile_effect(self, effect: Effect, scope: Mapping[str, int]) -> Apply:
         match effect:
             case Add(atom) | Delete(atom):
-                return self._write(atom, scope, adding=isinstance(effect, Add))
+                return self._compile_write(atom, scope, adding=isinstance(effect, Add))
             case When():
                 return self._compile_when(effect, scope)
             case ForEach():
@@ -119,10 +119,10 @@ class EffectCompiler:
 
     def _compile_when(self, effect: When, scope: Mapping[str, int]) -> Apply:
         truth = self._conditions.compile_test(effect.condition, scope)
-        then = self.sequence(effect.effects, scope)
-        otherwise = self.sequence(effect.otherwise, scope) if effect.otherwise else None
+        then = self.compile_sequence(effect.effects, scope)
+        otherwise = self.compile_sequence(effect.otherwise, scope) if effect.otherwise else None
 
-        def apply(before: State, draft: Draft, binding: FrameBinding) -> None:
+        def apply(before: State, draft: StateDraft, binding: FrameBinding) -> None:
             if truth(before, binding):
                 then(before, draft, binding)
             elif otherwise is not None:
@@ -134,9 +134,9 @@ class EffectCompiler:
         slot = self._frame.add_slot()
         inner = {**scope, effect.variable.name: slot}
         candidates = self._conditions.compile_extension(effect.condition, slot, inner)
-        then = self.sequence(effect.effects, inner)
+        then = self.compile_sequence(effect.effects, inner)
 
-        def apply(before: State, draft: Draft, binding: FrameBinding) -> None:
+        def apply(before: State, draft: StateDraft, binding: FrameBinding) -> None:
             mask = candidates(before, binding, before.scene.everything)
             if mask:
                 binding[slot] = (mask & -mask).bit_length() - 1
@@ -149,12 +149,12 @@ class EffectCompiler:
         slot = self._frame.add_slot()
         inner = {**scope, effect.variable.name: slot}
         matching = self._conditions.compile_extension(effect.condition, slot, inner)
-        steps = tuple([self._effect(inner_effect, inner) for inner_effect in effect.effects])
+        steps = tuple([self._compile_effect(inner_effect, inner) for inner_effect in effect.effects])
 
-        def apply(before: State, draft: Draft, binding: FrameBinding) -> None:
+        def apply(before: State, draft: StateDraft, binding: FrameBinding) -> None:
             mask = matching(before, binding, before.scene.everything)
             if mask:
-                matched = list(bits(mask))
+                matched = list(iterate_bits(mask))
                 for step in steps:
                     for binding[slot] in matched:
                         step(before, draft, binding)
@@ -162,7 +162,7 @@ class EffectCompiler:
 
         return apply
 
-    def _write(self, atom: Atom, scope: Mapping[str, int], *, adding: bool) -> Apply:
+    def _compile_write(self, atom: Atom, scope: Mapping[str, int], *, adding: bool) -> Apply:
         index = self._find_predicate_slot(atom)
         if adding and ANYTHING in atom.arguments:
             raise DomainError(
@@ -175,7 +175,7 @@ class EffectCompiler:
         if not atom.arguments or atom.arguments[0] == ANYTHING:
             return lambda before, draft, binding: draft.set_marked_objects(index, int(adding))
         slot = self._frame.find_slot(atom.arguments[0], scope)
-        return lambda before, draft, binding: draft.mark(index, binding[slot], adding)
+        return lambda before, draft, binding: draft.mark_object(index, binding[slot], adding)
 
     def _compile_pair_write(self, atom: Atom, index: int, scope: Mapping[str, int], *, adding: bool) -> Apply:
         left, right = atom.arguments
@@ -186,7 +186,9 @@ class EffectCompiler:
         if right == ANYTHING:
             return lambda before, draft, binding: draft.set_row(index, binding[source], 0)
         target = self._frame.find_slot(right, scope)
-        return lambda before, draft, binding: draft.relate(index, binding[source], binding[target], adding)
+        return lambda before, draft, binding: draft.set_related(
+            index, binding[source], binding[target], adding
+        )
 
     def _compile_tuple_write(
         self, atom: Atom, index: int, scope: Mapping[str, int], *, adding: bool
@@ -194,8 +196,10 @@ class EffectCompiler:
         slots = [None if t == ANYTHING else self._frame.find_slot(t, scope) for t in atom.arguments]
         if adding:
             bound = [slot for slot in slots if slot is not None]
-            return lambda before, draft, binding: draft.include(index, tuple([binding[s] for s in bound]))
-        return lambda before, draft, binding: draft.exclude(
+            return lambda before, draft, binding: draft.include_tuple(
+                index, tuple([binding[s] for s in bound])
+            )
+        return lambda before, draft, binding: draft.exclude_tuples(
             index, tuple([None if s is None else binding[s] for s in slots])
         )
 
@@ -208,4 +212,4 @@ class EffectCompiler:
             )
         if predicate.static:
             raise DomainError(f"an effect changes {atom.predicate}, which is declared static")
-        return self._vocabulary.slots(predicate.arity)[predicate.name]
+        return self._vocabulary.get_slots_of_arity(predicate.arity)[predicate.name]

@@ -10,7 +10,7 @@ from typing import TypeAlias
 
 from eai.world.action import Action, Fault
 from eai.world.domain import Domain
-from eai.world.execution import Step, Trajectory, attempt
+from eai.world.execution import Step, Trajectory, attempt_action
 from eai.world.fault import FaultKind, Notice
 from eai.world.history import History
 from eai.world.state import State
@@ -56,7 +56,7 @@ class SlipSampler:
         stream = hashlib.sha256(f"{seed} {task_id} {epoch}".encode()).digest()
         self._random = random.Random(stream)  # noqa: S311 - chance, not secrets
 
-    def slips(self) -> bool:
+    def draw_slip(self) -> bool:
         """Draw whether the next possible action slips."""
         return self._random.random() < self._probability
 
@@ -66,7 +66,7 @@ class Episode:
 
     An action that is impossible or slips changes nothing, and the next action is tried in the same state. A
     wrong order is diagnosed by a search through all earlier states of the episode. In a new episode without
-    slips, `run` gives the same trajectory as `execute`.
+    slips, `run` gives the same trajectory as `execute_plan`.
 
     Args:
         domain: the world.
@@ -113,10 +113,10 @@ class Episode:
         """Try one action. It must name an operator of the domain and have as many arguments as it takes."""
         outcome = self._known_outcomes.get(action)
         if outcome is None:
-            outcome = self._known_outcomes[action] = (attempt(self.domain, self._history, action), {})
+            outcome = self._known_outcomes[action] = (attempt_action(self.domain, self._history, action), {})
         tried, then = outcome
         if isinstance(tried, State):
-            if self._slip_sampler is not None and self._slip_sampler.slips():
+            if self._slip_sampler is not None and self._slip_sampler.draw_slip():
                 return self.record_slip(action)
             declared, tried = tried, self._simulator.act(action, tried)
             if tried is not declared:

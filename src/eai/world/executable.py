@@ -1,6 +1,6 @@
 """Compiled operators: their checks and effects are functions of a state and a binding of variables.
 
-`applicability` returns a function that finds the arguments for which no check of an operator fails.
+`compile_argument_finder` returns a function that finds the arguments for which no check of an operator fails.
 """
 
 from __future__ import annotations
@@ -13,10 +13,10 @@ from eai.logic.formula import And, Formula
 from eai.logic.traversal import find_free_variables
 from eai.world.condition import ConditionCompiler
 from eai.world.effect import Apply, EffectCompiler
-from eai.world.frame import UNBOUND, ConditionTest, Frame, FrameBinding
+from eai.world.frame import UNBOUND, ConditionTest, FrameBinding, SlotAllocator
 from eai.world.operator import Check, Operator
-from eai.world.relation import mask_of
-from eai.world.state import Draft, State
+from eai.world.relation import make_mask
+from eai.world.state import State, StateDraft
 from eai.world.vocabulary import Vocabulary
 
 
@@ -25,7 +25,7 @@ class _CompiledCheck:
     """A check whose condition and history conditions are compiled.
 
     Two compiled checks are equal only if they are the same object. Each is in the list of checks of one
-    operator or one try.
+    operator or one alternative.
     """
 
     check: Check
@@ -34,15 +34,15 @@ class _CompiledCheck:
 
 
 class _CompiledAlternative(NamedTuple):
-    """A compiled try (one of several alternatives) of an operator."""
+    """A compiled alternative of an operator."""
 
     is_made: ConditionTest
     checks: tuple[_CompiledCheck, ...]
     apply: Apply
 
 
-class Failure(NamedTuple):
-    """A failed check, the list of checks of the operator or try, and the objects of the action."""
+class CheckFailure(NamedTuple):
+    """A failed check, the list of checks of the operator or alternative, and the objects of the action."""
 
     check: _CompiledCheck
     checks: tuple[_CompiledCheck, ...]
@@ -50,7 +50,7 @@ class Failure(NamedTuple):
 
 
 class _FailedAlternative(NamedTuple):
-    """A failed check of a try, and the condition of the try, which still holds after the action."""
+    """A failed check of an alternative, and the alternative's condition, which still holds afterwards."""
 
     condition: Formula
     check: Check
@@ -62,55 +62,55 @@ class CompiledOperator:
     Attributes:
         operator: the operator.
         checks: the operator's checks, in order.
-        tries: the operator's tries (alternatives), in order.
-        is_possible: function that tests whether all checks pass and, if any tries are made, one of them
-            succeeds.
+        alternatives: the operator's alternatives, in order.
+        is_possible: function that tests whether all checks pass and, if any alternatives are attempted, one
+            of them succeeds.
     """
 
-    __slots__ = ("_apply", "_frame", "checks", "is_possible", "operator", "tries")
+    __slots__ = ("_apply", "_frame", "alternatives", "checks", "is_possible", "operator")
 
     def __init__(self, operator: Operator, vocabulary: Vocabulary) -> None:
         self.operator = operator
-        self._frame = Frame(operator.parameters)
+        self._frame = SlotAllocator(operator.parameters)
         conditions = ConditionCompiler(vocabulary, self._frame)
         effects = EffectCompiler(vocabulary, self._frame)
         self.checks = _compile_checks(operator.checks, conditions)
         passes = conditions.compile_test(And(tuple(check.condition for check in operator.checks)))
         self.is_possible: ConditionTest = passes
-        if operator.tries:
+        if operator.alternatives:
             self.is_possible = lambda state, binding: (
                 passes(state, binding) and not self._find_failures_of_alternatives(state, binding)
             )
-        self.tries = tuple(
+        self.alternatives = tuple(
             _CompiledAlternative(
                 conditions.compile_test(attempt.condition),
                 _compile_checks(attempt.checks, conditions),
-                effects.sequence(attempt.effects),
+                effects.compile_sequence(attempt.effects),
             )
-            for attempt in operator.tries
+            for attempt in operator.alternatives
         )
-        self._apply: Apply | None = effects.sequence(operator.effects) if operator.effects else None
+        self._apply: Apply | None = effects.compile_sequence(operator.effects) if operator.effects else None
 
     def bind(self, state: State, arguments: Sequence[int]) -> FrameBinding:
         """Return a binding of the operator's variables to these arguments."""
-        return self._frame.bind(state.scene, arguments)
+        return self._frame.bind_arguments(state.scene, arguments)
 
-    def find_failures(self, state: State, binding: FrameBinding) -> tuple[Failure, ...]:
-        """Return the operator's first failed check, or else the failed check of each try.
+    def find_failures(self, state: State, binding: FrameBinding) -> tuple[CheckFailure, ...]:
+        """Return the operator's first failed check, or else the failed check of each alternative.
 
         The result is () if the action is possible.
         """
         failed = find_failing_check(self.checks, state, binding)
         if failed is not None:
-            return (Failure(failed, self.checks, self._get_arguments(binding)),)
+            return (CheckFailure(failed, self.checks, self._get_arguments(binding)),)
         return self._find_failures_of_alternatives(state, binding)
 
     def apply(self, state: State, binding: FrameBinding) -> State:
         """Return the state after the action. The operator's own checks are assumed to hold."""
-        if self._apply is None and not self.tries:
+        if self._apply is None and not self.alternatives:
             return state
-        draft = Draft(state)
-        for attempt in self.tries:
+        draft = StateDraft(state)
+        for attempt in self.alternatives:
             if attempt.is_made(state, binding) and find_failing_check(attempt.checks, state, binding) is None:
                 attempt.apply(state, draft, binding)
         if self._apply is not None:
@@ -120,24 +120,24 @@ class CompiledOperator:
     def find_failed_alternatives(
         self, before: State, after: State, binding: FrameBinding
     ) -> tuple[_FailedAlternative, ...]:
-        """Return the failed tries whose conditions held both before and after the action."""
+        """Return the failed alternatives whose conditions held both before and after the action."""
         failed_tries = []
-        for attempt, compiled in zip(self.operator.tries, self.tries, strict=True):
+        for attempt, compiled in zip(self.operator.alternatives, self.alternatives, strict=True):
             if compiled.is_made(before, binding) and compiled.is_made(after, binding):
                 failed = find_failing_check(compiled.checks, before, binding)
                 if failed is not None:
                     failed_tries.append(_FailedAlternative(attempt.condition, failed.check))
         return tuple(failed_tries)
 
-    def _find_failures_of_alternatives(self, state: State, binding: FrameBinding) -> tuple[Failure, ...]:
-        """Return the failed check of each try that is made; () if a try succeeds or no try is made."""
+    def _find_failures_of_alternatives(self, state: State, binding: FrameBinding) -> tuple[CheckFailure, ...]:
+        """Return the failed check of each attempted alternative; () if one succeeds or none is attempted."""
         failures = []
-        for attempt in self.tries:
+        for attempt in self.alternatives:
             if attempt.is_made(state, binding):
                 failed = find_failing_check(attempt.checks, state, binding)
                 if failed is None:
                     return ()
-                failures.append(Failure(failed, attempt.checks, self._get_arguments(binding)))
+                failures.append(CheckFailure(failed, attempt.checks, self._get_arguments(binding)))
         return tuple(failures)
 
     def _get_arguments(self, binding: FrameBinding) -> tuple[int, ...]:
@@ -178,12 +178,12 @@ It stops early when it has tried too many values of parameters.
 """
 
 
-def applicability(operator: Operator, vocabulary: Vocabulary) -> FindArguments:
+def compile_argument_finder(operator: Operator, vocabulary: Vocabulary) -> FindArguments:
     """Return a function that finds the arguments for which no check of an operator fails.
 
     A check of one parameter is evaluated once, for all objects at once. A check of several parameters is
-    evaluated when the last of them is the next to be bound, for all values of this parameter at once. Tries
-    (alternatives) are not evaluated.
+    evaluated when the last of them is the next to be bound, for all values of this parameter at once. The
+    operator's alternatives are not evaluated.
     """
     names = [parameter.name for parameter in operator.parameters]
     single: list[list[Formula]] = [[] for _ in names]
@@ -194,7 +194,7 @@ def applicability(operator: Operator, vocabulary: Vocabulary) -> FindArguments:
         positions = [position for position, name in enumerate(names) if name in variables]
         group = (single if len(positions) == 1 else several)[positions[-1]] if positions else closed
         group.append(check.condition)
-    frame = Frame(operator.parameters)
+    frame = SlotAllocator(operator.parameters)
     conditions = ConditionCompiler(vocabulary, frame)
     first = conditions.compile_test(And(tuple(closed)))
     own_extensions, joint_extensions = [
@@ -205,7 +205,7 @@ def applicability(operator: Operator, vocabulary: Vocabulary) -> FindArguments:
         for groups in (single, several)
     ]
 
-    def complete(
+    def complete_arguments(
         state: State,
         binding: FrameBinding,
         slot: int,
@@ -223,18 +223,18 @@ def applicability(operator: Operator, vocabulary: Vocabulary) -> FindArguments:
                 if spend():
                     return
                 binding[slot] = index
-                yield from complete(state, binding, slot + 1, objects, among, spend)
+                yield from complete_arguments(state, binding, slot + 1, objects, among, spend)
         binding[slot] = UNBOUND
 
-    def arguments(state: State, objects: Sequence[int], spend: Spend) -> Iterator[tuple[int, ...]]:
-        binding = frame.bind(state.scene, [UNBOUND] * len(names))
+    def find_arguments(state: State, objects: Sequence[int], spend: Spend) -> Iterator[tuple[int, ...]]:
+        binding = frame.bind_arguments(state.scene, [UNBOUND] * len(names))
         if not first(state, binding):
             return
         among: list[int] = []
         for matching in own_extensions:
-            among.append(matching(state, binding, mask_of(objects)))
+            among.append(matching(state, binding, make_mask(objects)))
             if not among[-1]:
                 return
-        yield from complete(state, binding, 1, objects, among, spend)
+        yield from complete_arguments(state, binding, 1, objects, among, spend)
 
-    return arguments
+    return find_arguments

@@ -46,7 +46,7 @@ class Trajectory:
     steps: tuple[Step, ...]
 
     @property
-    def final(self) -> State:
+    def final_state(self) -> State:
         """The last state of the trajectory."""
         return self.states[-1]
 
@@ -57,7 +57,7 @@ class Trajectory:
         return None if fault is None or fault.kind is FaultKind.ADDITIONAL_STEP else fault
 
     @property
-    def executed(self) -> tuple[Action, ...]:
+    def executed_actions(self) -> tuple[Action, ...]:
         """The actions that were executed."""
         return tuple(step.action for step in self.steps if step.executed)
 
@@ -72,7 +72,7 @@ class Trajectory:
         return sum([s.fault is not None and s.fault.kind is FaultKind.ADDITIONAL_STEP for s in self.steps])
 
 
-def execute(domain: Domain, initial: State, plan: Iterable[Action]) -> Trajectory:
+def execute_plan(domain: Domain, initial: State, plan: Iterable[Action]) -> Trajectory:
     """Execute a plan up to its first step with a fault that ends the plan.
 
     Every action must name an operator of the domain, and have as many arguments as the operator has
@@ -81,7 +81,7 @@ def execute(domain: Domain, initial: State, plan: Iterable[Action]) -> Trajector
     history = History(initial)
     steps: list[Step] = []
     for action in plan:
-        outcome = attempt(domain, history, action)
+        outcome = attempt_action(domain, history, action)
         if isinstance(outcome, State):
             history = history.extend(outcome)
             steps.append(Step(action, None))
@@ -92,9 +92,9 @@ def execute(domain: Domain, initial: State, plan: Iterable[Action]) -> Trajector
     return Trajectory(history.states, tuple(steps))
 
 
-def attempt(domain: Domain, history: History, action: Action) -> State | Fault:
+def attempt_action(domain: Domain, history: History, action: Action) -> State | Fault:
     """Try one action in the last state of a history. Return the state after the action, or the fault."""
-    operator = domain.compiled[action.operator]
+    operator = domain.compiled_operators[action.operator]
     state = history.state
     binding = operator.bind(state, action.arguments)
     if operator.is_possible(state, binding):
@@ -123,7 +123,7 @@ def _diagnose_fault(
     return Fault(kind, kinds[kind], earlier)
 
 
-def describe(fault: Fault, domain: Domain, action: Action, scene: Scene) -> str:
+def describe_fault(fault: Fault, domain: Domain, action: Action, scene: Scene) -> str:
     """Return the text of a fault's reason, with the names of the action's objects."""
     return fault.check.reason.format_map(map_parameters_to_names(action, domain, scene))
 
@@ -148,14 +148,16 @@ def map_parameters_to_names(action: Action, domain: Domain, scene: Scene) -> dic
 
 def map_parameters_to_indices(action: Action, domain: Domain) -> dict[str, int]:
     """Return a mapping from the names of an action's parameters to the indices of its objects."""
-    return domain.compiled[action.operator].operator.scope(action.arguments)
+    return domain.compiled_operators[action.operator].operator.map_parameters(action.arguments)
 
 
 def to_trace(trajectory: Trajectory) -> Trace:
     """Convert a trajectory to a trace, on which temporal formulas with names of objects are evaluated."""
     scene = trajectory.states[0].scene
     readings, atoms = FormulaEvaluator(scene.vocabulary), dict[str, Atom]()
-    actions = [(a.operator, tuple([scene.objects[i].name for i in a.arguments])) for a in trajectory.executed]
+    actions = [
+        (a.operator, tuple([scene.objects[i].name for i in a.arguments])) for a in trajectory.executed_actions
+    ]
     return Trace([_NamedState(state, readings, atoms) for state in trajectory.states], actions)
 
 
@@ -172,7 +174,7 @@ class _NamedState:
 
     def holds(self, predicate: str, arguments: tuple[str, ...]) -> bool:
         index, vocabulary = self._state.scene.index, self._state.scene.vocabulary
-        if vocabulary.arity(predicate) != len(arguments) or any(name not in index for name in arguments):
+        if vocabulary.find_arity(predicate) != len(arguments) or any(name not in index for name in arguments):
             return False
         indices = [index[name] for name in arguments]
         if vocabulary.find_stored(predicate) is not None:

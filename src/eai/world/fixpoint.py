@@ -116,7 +116,7 @@ class _RecursivePredicates:
             next_facts = [
                 Fact(name, fact.arguments)
                 for name, facts_of in self._listings
-                for fact in facts_of.facts(extended, everything)
+                for fact in facts_of.list_facts(extended, everything)
             ]
             if len(next_facts) == len(facts):
                 return extended

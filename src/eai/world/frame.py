@@ -24,7 +24,7 @@ UNBOUND = -1
 """Value of a slot that holds no object."""
 
 
-class Frame:
+class SlotAllocator:
     """Numbers the slots of variables and constants.
 
     The agent has slot 0; then come the parameters, then all other variables and constants.
@@ -57,7 +57,7 @@ class Frame:
             raise DomainError(f"variable {term.name} is not bound")
         return scope[term.name]
 
-    def bind(self, scene: Scene, arguments: Sequence[int]) -> FrameBinding:
+    def bind_arguments(self, scene: Scene, arguments: Sequence[int]) -> FrameBinding:
         """Return a binding in which the parameters have these arguments.
 
         Constants have the objects that they name; all other slots are unbound.

@@ -11,7 +11,7 @@ from functools import partial
 from typing import TypeAlias
 
 from eai.world.condition import conjoin_tests
-from eai.world.executable import Failure, find_failing_check
+from eai.world.executable import CheckFailure, find_failing_check
 from eai.world.fault import FaultKind
 from eai.world.frame import ConditionTest, FrameBinding
 from eai.world.state import State
@@ -76,7 +76,7 @@ class History:
         return number
 
 
-HistoryRule: TypeAlias = Callable[[Failure, FrameBinding, History], int | None]
+HistoryRule: TypeAlias = Callable[[CheckFailure, FrameBinding, History], int | None]
 """Function that decides whether a failed check is a wrong order.
 
 It takes the failed check, the binding of the action's variables, and the history: the initial state, then
@@ -85,7 +85,7 @@ the number of that state. None means that the condition never held: a step is mi
 """
 
 
-def find_when_conditions_held(failure: Failure, binding: FrameBinding, history: History) -> int | None:
+def find_when_conditions_held(failure: CheckFailure, binding: FrameBinding, history: History) -> int | None:
     """A history rule for checks of missing steps: all history conditions held before, perhaps not together.
 
     Returns the number of the last state in which one of them held; None if one of them never held.
@@ -106,7 +106,7 @@ def _holds_in_state(truth: ConditionTest, binding: FrameBinding, state: State) -
     return truth(state, binding)
 
 
-def find_when_possible(failure: Failure, binding: FrameBinding, history: History) -> int | None:
+def find_when_possible(failure: CheckFailure, binding: FrameBinding, history: History) -> int | None:
     """A history rule: in some earlier state, all checks of the operator and all history conditions held.
 
     Returns the number of the last such state, or None if there is no such state.

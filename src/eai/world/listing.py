@@ -13,8 +13,8 @@ from eai.base.errors import DomainError
 from eai.logic.formula import Variable
 from eai.world.condition import ConditionCompiler
 from eai.world.derived import find_stored_predicates
-from eai.world.frame import UNBOUND, ConditionTest, ExtensionFinder, Frame
-from eai.world.relation import bits, mask_of
+from eai.world.frame import UNBOUND, ConditionTest, ExtensionFinder, SlotAllocator
+from eai.world.relation import iterate_bits, make_mask
 from eai.world.state import Fact, State
 from eai.world.vocabulary import Vocabulary
 
@@ -54,7 +54,9 @@ class FactLister:
         """Whether a true fact is listed. Facts that contain an object twice are listed if ``repeated``."""
         return self.repeated or len({*fact.arguments}) == len(fact.arguments)
 
-    def facts(self, state: State, objects: Sequence[int], about: Iterable[int] | None = None) -> list[Fact]:
+    def list_facts(
+        self, state: State, objects: Sequence[int], about: Iterable[int] | None = None
+    ) -> list[Fact]:
         """Return the facts about these objects, sorted by first argument, then by the next arguments.
 
         Args:
@@ -62,7 +64,7 @@ class FactLister:
             objects: the objects, in the order by which facts are sorted.
             about: objects; each listed fact contains at least one. None for all facts.
         """
-        chosen = _ANY if about is None else mask_of(about)
+        chosen = _ANY if about is None else make_mask(about)
         return [Fact(self.predicate, arguments) for arguments in self._find_tuples(state, objects, chosen)]
 
 
@@ -78,11 +80,11 @@ def make_fact_lister(vocabulary: Vocabulary, predicate: str, *, repeated: bool =
         DomainError: the predicate is not declared.
     """
     sources = tuple(find_stored_predicates((predicate,), vocabulary))
-    return FactLister(predicate, sources, repeated, _find_tuples(vocabulary, predicate, repeated))
+    return FactLister(predicate, sources, repeated, _choose_tuple_finder(vocabulary, predicate, repeated))
 
 
-def _find_tuples(vocabulary: Vocabulary, predicate: str, repeated: bool) -> _FindTuples:
-    if vocabulary.find_stored(predicate) is not None and vocabulary.arity(predicate) == 2:
+def _choose_tuple_finder(vocabulary: Vocabulary, predicate: str, repeated: bool) -> _FindTuples:
+    if vocabulary.find_stored(predicate) is not None and vocabulary.find_arity(predicate) == 2:
         return partial(_list_stored_pairs, predicate, repeated)
     if predicate in vocabulary.tuple_slots:
         return partial(_list_stored_tuples, predicate, repeated)
@@ -90,7 +92,7 @@ def _find_tuples(vocabulary: Vocabulary, predicate: str, repeated: bool) -> _Fin
     if declared is None:
         raise DomainError(f"predicate {predicate} is not declared")
     variables = tuple(Variable(f"x{i}") for i in range(declared.arity))
-    frame = Frame(variables)
+    frame = SlotAllocator(variables)
     conditions = ConditionCompiler(vocabulary, frame)
     if declared.arity == 2:
         values = conditions.compile_extension(declared(*variables), frame.scope["x1"], frame.scope)
@@ -102,10 +104,10 @@ def _find_tuples(vocabulary: Vocabulary, predicate: str, repeated: bool) -> _Fin
 def _list_stored_pairs(
     predicate: str, repeated: bool, state: State, objects: _ObjectIndices, chosen: int
 ) -> Iterator[tuple[int, ...]]:
-    relation, among = state.relation(predicate), mask_of(objects)
+    relation, among = state.relation(predicate), make_mask(objects)
     sources = relation.sources
     if chosen != _ANY:
-        sources &= reduce(or_, map(relation.column, bits(chosen & among)), chosen)
+        sources &= reduce(or_, map(relation.column, iterate_bits(chosen & among)), chosen)
     for x in objects:
         if sources >> x & 1:
             wanted = among if chosen >> x & 1 else among & chosen
@@ -122,12 +124,17 @@ def _list_stored_tuples(
 
 
 def _list_derived_pairs(
-    values: ExtensionFinder, frame: Frame, repeated: bool, state: State, objects: _ObjectIndices, chosen: int
+    values: ExtensionFinder,
+    frame: SlotAllocator,
+    repeated: bool,
+    state: State,
+    objects: _ObjectIndices,
+    chosen: int,
 ) -> Iterator[tuple[int, ...]]:
-    among = mask_of(objects)
+    among = make_mask(objects)
     for x in objects:
         wanted = among if chosen >> x & 1 else among & chosen
-        row = values(state, frame.bind(state.scene, (x, UNBOUND)), wanted) if wanted else 0
+        row = values(state, frame.bind_arguments(state.scene, (x, UNBOUND)), wanted) if wanted else 0
         yield from _pair_with_row(x, row, objects, repeated)
 
 
@@ -137,14 +144,16 @@ def _pair_with_row(x: int, row: int, objects: _ObjectIndices, repeated: bool) ->
 
 def _test_each_tuple(
     truth: ConditionTest,
-    frame: Frame,
+    frame: SlotAllocator,
     tuples: _MakeTuples,
     state: State,
     objects: _ObjectIndices,
     chosen: int,
 ) -> Iterator[tuple[int, ...]]:
     for arguments in tuples(objects):
-        if _has_chosen_argument(arguments, chosen) and truth(state, frame.bind(state.scene, arguments)):
+        if _has_chosen_argument(arguments, chosen) and truth(
+            state, frame.bind_arguments(state.scene, arguments)
+        ):
             yield arguments
 
 

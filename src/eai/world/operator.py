@@ -73,12 +73,12 @@ def affordance(condition: Formula, reason: str) -> Check:
     return Check(condition, FaultKind.AFFORDANCE, reason)
 
 
-def additional(condition: Formula, reason: str) -> Check:
+def additional_step(condition: Formula, reason: str) -> Check:
     """Return a check that the action is still needed. If it fails, the action is an additional step."""
     return Check(condition, FaultKind.ADDITIONAL_STEP, reason)
 
 
-def missing(
+def missing_step(
     condition: Formula,
     reason: str,
     history_conditions: tuple[Formula, ...] | None = None,
@@ -89,12 +89,12 @@ def missing(
 
 
 @dataclass(frozen=True, slots=True)
-class Try:
+class Alternative:
     """One of several alternatives of an operator.
 
     Attributes:
-        condition: the try is made if this holds in the state in which the action is tried.
-        checks: the first check that fails gives the error of the try.
+        condition: the alternative is attempted if this holds in the state in which the action is tried.
+        checks: the first check that fails gives the error of the alternative.
         effects: the effects, in order, if no check fails. Their conditions are evaluated in the state before
             the action.
     """
@@ -105,11 +105,11 @@ class Try:
 
     @property
     def conditions(self) -> tuple[Formula, ...]:
-        """The condition of the try, and the conditions of its checks."""
+        """The condition of the alternative, and the conditions of its checks."""
         return (self.condition, *(check.condition for check in self.checks))
 
 
-class Role(str, Enum):
+class OperatorRole(str, Enum):
     """The kind of change that an operator makes.
 
     Movement changes only the place of the agent, the objects that it faces, and its posture. Taking or
@@ -132,9 +132,9 @@ class Operator:
         checks: the first check that fails gives the error of the action.
         effects: the effects, in order. Their conditions are evaluated in the state before the action.
         description: description for prompts.
-        tries: alternatives. A try is made if its condition holds. The action succeeds if any try made
-            succeeds, or if no try is made. It has the effects of all tries that succeed. If all tries made
-            fail, their errors are reported together.
+        alternatives: other ways to act. An alternative is attempted if its condition holds. The action
+            succeeds if any attempted alternative succeeds, or if none is attempted. It has the effects of all
+            alternatives that succeed. If all attempted alternatives fail, their errors are reported together.
         role: the kind of change; by default inferred from the effects (`eai.planning.role`).
 
     Raises:
@@ -147,12 +147,12 @@ class Operator:
     checks: tuple[Check, ...]
     effects: tuple[Effect, ...]
     description: str = ""
-    tries: tuple[Try, ...] = ()
-    role: Role | None = None
+    alternatives: tuple[Alternative, ...] = ()
+    role: OperatorRole | None = None
 
     def __post_init__(self) -> None:
         location = f"operator {self.name}"
-        parts = ((self.checks, self.effects), *((check.checks, check.effects) for check in self.tries))
+        parts = ((self.checks, self.effects), *((check.checks, check.effects) for check in self.alternatives))
         require_tuple(f"{location}, parameters", self.parameters, Variable)
         for checks, effects in parts:
             require_tuple(f"{location}, checks", checks, Check)
@@ -172,16 +172,16 @@ class Operator:
         """The number of arguments."""
         return len(self.parameters)
 
-    def scope(self, arguments: Sequence[int]) -> dict[str, int]:
+    def map_parameters(self, arguments: Sequence[int]) -> dict[str, int]:
         """Return a mapping from the names of the parameters to the objects of an action."""
         return {p.name: index for p, index in zip(self.parameters, arguments, strict=True)}
 
 
-def conditions_of(operator: Operator) -> Iterator[Formula]:
-    """Yield all conditions of an operator: the conditions of its checks, effects and tries."""
+def find_operator_conditions(operator: Operator) -> Iterator[Formula]:
+    """Yield all conditions of an operator: the conditions of its checks, effects and alternatives."""
     yield from (check.condition for check in operator.checks)
     yield from _find_effect_conditions(operator.effects)
-    for attempt in operator.tries:
+    for attempt in operator.alternatives:
         yield from attempt.conditions
         yield from _find_effect_conditions(attempt.effects)
 
@@ -200,8 +200,8 @@ def sort_operator_checks(operator: Operator) -> Operator:
 
     The order is affordance, additional step, missing step. Checks of one kind keep their order.
     """
-    tries = tuple(replace(attempt, checks=_sort_by_kind(attempt.checks)) for attempt in operator.tries)
-    return replace(operator, checks=_sort_by_kind(operator.checks), tries=tries)
+    tries = tuple(replace(attempt, checks=_sort_by_kind(attempt.checks)) for attempt in operator.alternatives)
+    return replace(operator, checks=_sort_by_kind(operator.checks), alternatives=tries)
 
 
 def _sort_by_kind(checks: tuple[Check, ...]) -> tuple[Check, ...]:

@@ -20,7 +20,7 @@ _PRIME = (1 << 60) - 93
 """Prime modulus of hashes of relations, chosen so that few powers of 2 are congruent."""
 
 
-class Matrix:
+class RelationBase:
     """The base of relations: the rows and columns at the start of an episode. It never changes.
 
     ``sources`` and ``targets`` are the masks of all objects with a nonempty row, and with a nonempty column.
@@ -37,7 +37,7 @@ class Matrix:
         self.targets = targets or reduce(or_, filter(None, self.rows), 0)
 
     @classmethod
-    def from_pairs(cls, size: int, pairs: Iterable[tuple[int, int]]) -> Matrix:
+    def from_pairs(cls, size: int, pairs: Iterable[tuple[int, int]]) -> RelationBase:
         """Return the matrix over ``size`` objects that contains exactly these pairs."""
         rows, columns = [0] * size, [0] * size
         for source, target in pairs:
@@ -70,7 +70,7 @@ class Relation:
     # `_row_keys` and `_column_keys` are the masks of the overridden lines. `_hash` caches the hash for
     # the many states that share a relation; None after a change.
 
-    def __init__(self, base: Matrix, changed: Relation | None = None) -> None:
+    def __init__(self, base: RelationBase, changed: Relation | None = None) -> None:
         self._base = base
         self._hash: int | None = None
         if changed is None:
@@ -150,7 +150,7 @@ class Relation:
         if self._row_keys:
             _patch_crossing_lines(self._rows, target, sources)
 
-    def flip(self, source: int, target: int) -> None:
+    def flip_pair(self, source: int, target: int) -> None:
         """Change this copy: add the pair if it is missing, else remove it."""
         if target in self._columns and source not in self._rows:  # only the column is overridden
             self.set_column(target, self._columns[target] ^ 1 << source)
@@ -160,7 +160,7 @@ class Relation:
     def pairs(self) -> Iterator[tuple[int, int]]:
         """Yield all pairs as (source, target), ascending."""
         for source in range(len(self._base.rows)):
-            for target in bits(self.row(source)):
+            for target in iterate_bits(self.row(source)):
                 yield source, target
 
     def __len__(self) -> int:
@@ -171,7 +171,7 @@ class Relation:
         changed = self._row_keys | other._row_keys
         for target in self._columns.keys() | other._columns.keys():
             changed |= self.column(target) ^ other.column(target)
-        return [source for source in bits(changed) if self.row(source) != other.row(source)]
+        return [source for source in iterate_bits(changed) if self.row(source) != other.row(source)]
 
     def __eq__(self, other: object) -> bool:
         if not isinstance(other, Relation):
@@ -230,12 +230,12 @@ class TupleSet:
         return hash(self.members)
 
 
-def mask_of(indices: Iterable[int]) -> int:
+def make_mask(indices: Iterable[int]) -> int:
     """Return the bit mask in which the bits at these indices are set; an index may be repeated."""
     return sum([1 << index for index in set(indices)])
 
 
-def bits(mask: int) -> Iterator[int]:
+def iterate_bits(mask: int) -> Iterator[int]:
     """Yield the positions of the set bits of a bit mask, ascending."""
     while mask:
         low = mask & -mask
@@ -245,7 +245,7 @@ def bits(mask: int) -> Iterator[int]:
 
 def keep_lowest_bits(mask: int, number: int) -> int:
     """Return the bit mask of the ``number`` lowest set bits of a mask."""
-    return sum([1 << position for position in islice(bits(mask), number)])
+    return sum([1 << position for position in islice(iterate_bits(mask), number)])
 
 
 def _apply_crossing_changes(base: int, index: int, crossing: dict[int, int], crossing_keys: int) -> int:

@@ -2,7 +2,7 @@
 
 Objects are numbered, and sets of objects are bit masks (bit i = object i). A state is an immutable value. It
 has a mask for each unary predicate, a `Relation` for each binary predicate, and a `TupleSet` for each
-predicate of higher arity. A `Draft` is the only mutable value; it exists while one action is executed.
+predicate of higher arity. A `StateDraft` is the only mutable value; it exists while one action is executed.
 """
 
 from __future__ import annotations
@@ -15,7 +15,7 @@ from typing import NamedTuple, TypeAlias
 from eai.base.errors import InputError, did_you_mean
 from eai.logic.formula import Atom
 from eai.logic.ltl import map_spellings_to_names, parse
-from eai.world.relation import Matrix, Relation, TupleSet, bits
+from eai.world.relation import Relation, RelationBase, TupleSet, iterate_bits
 from eai.world.vocabulary import Vocabulary, require_tuple
 
 
@@ -71,7 +71,7 @@ class Scene:
         self.everything = (1 << len(self.objects)) - 1
         self._categories: dict[str, int] | None = None
 
-    def category(self, name: str | None) -> int:
+    def get_category_mask(self, name: str | None) -> int:
         """Return the bit mask of all objects of a category; None means every object."""
         if name is None:
             return self.everything
@@ -81,11 +81,11 @@ class Scene:
 
     def names(self, mask: int) -> tuple[str, ...]:
         """Return the names of the objects in a bit mask, in the order of their indices."""
-        return tuple(self.objects[i].name for i in bits(mask))
+        return tuple(self.objects[i].name for i in iterate_bits(mask))
 
     def names_of_category(self, category: str | None) -> tuple[str, ...]:
         """Return the names of the objects of a category, in the scene's order; None means every object."""
-        return self.names(self.category(category))
+        return self.names(self.get_category_mask(category))
 
     def find(self, name: int | str) -> int:
         """Return the index of an object, given its index, its name, or its name as spelt in formulas.
@@ -142,7 +142,7 @@ class Scene:
             else:
                 pairs[predicate].append((arguments[0], arguments[1]))
         size = len(self.objects)
-        binary = tuple(Relation(Matrix.from_pairs(size, p)) for p in pairs.values())
+        binary = tuple(Relation(RelationBase.from_pairs(size, p)) for p in pairs.values())
         return State(self, tuple(unary), binary, tuple(map(TupleSet, tuples.values())))
 
 
@@ -213,8 +213,8 @@ class State:
         """Yield all facts, by predicate in the order of the vocabulary, then by object index."""
         vocabulary = self.scene.vocabulary
         for name, slot in vocabulary.unary_slots.items():
-            arity = vocabulary.arity(name)
-            for i in bits(self.unary[slot]):
+            arity = vocabulary.find_arity(name)
+            for i in iterate_bits(self.unary[slot]):
                 yield Fact(name, (i,) if arity else ())
         for name, slot in vocabulary.binary_slots.items():
             for pair in self.binary[slot].pairs():
@@ -228,7 +228,7 @@ class State:
         Raises:
             InputError: a value is not a fact about a stored predicate; the message gives the expected form.
         """
-        stated, draft = self.scene.state(facts), Draft(self)
+        stated, draft = self.scene.state(facts), StateDraft(self)
         for slot, relation in enumerate(stated.binary):
             for source in range(len(self.scene.objects)):
                 draft.set_row(slot, source, relation.row(source))
@@ -273,15 +273,15 @@ def compare_states(before: State, after: State) -> StateChange:
     for name, slot in vocabulary.unary_slots.items():
         old, new = before.unary[slot], after.unary[slot]
         if old != new:
-            arity = vocabulary.arity(name)
-            added += [Fact(name, (i,) if arity else ()) for i in bits(new & ~old)]
-            removed += [Fact(name, (i,) if arity else ()) for i in bits(old & ~new)]
+            arity = vocabulary.find_arity(name)
+            added += [Fact(name, (i,) if arity else ()) for i in iterate_bits(new & ~old)]
+            removed += [Fact(name, (i,) if arity else ()) for i in iterate_bits(old & ~new)]
     for name, slot in vocabulary.binary_slots.items():
         earlier, later = before.binary[slot], after.binary[slot]
         for x in () if earlier is later else earlier.find_changed_sources(later):
             old, new = earlier.row(x), later.row(x)
-            added += [Fact(name, (x, y)) for y in bits(new & ~old)]
-            removed += [Fact(name, (x, y)) for y in bits(old & ~new)]
+            added += [Fact(name, (x, y)) for y in iterate_bits(new & ~old)]
+            removed += [Fact(name, (x, y)) for y in iterate_bits(old & ~new)]
     for name, slot in vocabulary.tuple_slots.items():
         had, has = before.tuples[slot].members, after.tuples[slot].members
         added += [Fact(name, arguments) for arguments in sorted(has - had)]
@@ -289,7 +289,7 @@ def compare_states(before: State, after: State) -> StateChange:
     return StateChange(tuple(added), tuple(removed))
 
 
-class Draft:
+class StateDraft:
     """The state after an action, while its effects are applied.
 
     A slot is the number of a predicate among the predicates of its arity.
@@ -308,7 +308,7 @@ class Draft:
         self.tuples = before.tuples
         self._copied = 0
 
-    def mark(self, slot: int, index: int, marked: bool) -> None:
+    def mark_object(self, slot: int, index: int, marked: bool) -> None:
         """Make a unary predicate true of an object, or false if not ``marked``."""
         bit = 1 << index
         self.unary[slot] = self.unary[slot] | bit if marked else self.unary[slot] & ~bit
@@ -317,10 +317,10 @@ class Draft:
         """Make a unary predicate true of exactly these objects (a bit mask)."""
         self.unary[slot] = objects
 
-    def relate(self, slot: int, source: int, target: int, related: bool) -> None:
+    def set_related(self, slot: int, source: int, target: int, related: bool) -> None:
         """Add a pair to a relation, or remove the pair if ``related`` is False."""
         if self.binary[slot].has(source, target) is not related:
-            self._copy_relation(slot).flip(source, target)
+            self._copy_relation(slot).flip_pair(source, target)
 
     def set_row(self, slot: int, source: int, targets: int) -> None:
         """Relate ``source`` to exactly the targets in a bit mask."""
@@ -332,17 +332,17 @@ class Draft:
         if self.binary[slot].column(target):
             self._copy_relation(slot).set_column(target, 0)
 
-    def include(self, slot: int, arguments: tuple[int, ...]) -> None:
+    def include_tuple(self, slot: int, arguments: tuple[int, ...]) -> None:
         """Add a tuple to the set of a predicate of three or more arguments."""
-        self._replace(slot, self.tuples[slot].members | {arguments})
+        self._replace_tuples(slot, self.tuples[slot].members | {arguments})
 
-    def exclude(self, slot: int, pattern: tuple[int | None, ...]) -> None:
+    def exclude_tuples(self, slot: int, pattern: tuple[int | None, ...]) -> None:
         """Remove all tuples that match a pattern from a set. None in the pattern matches any object."""
         members = self.tuples[slot].members
         matching = [m for m in members if all(p is None or p == i for p, i in zip(pattern, m, strict=True))]
-        self._replace(slot, members.difference(matching))
+        self._replace_tuples(slot, members.difference(matching))
 
-    def _replace(self, slot: int, members: frozenset[tuple[int, ...]]) -> None:
+    def _replace_tuples(self, slot: int, members: frozenset[tuple[int, ...]]) -> None:
         if members != self.tuples[slot].members:
             self.tuples = (*self.tuples[:slot], TupleSet(members), *self.tuples[slot + 1 :])
 

@@ -104,7 +104,7 @@ class Vocabulary:
         object.__setattr__(self, "derived_by_name", MappingProxyType({d.name: d for d in self.derived}))
         object.__setattr__(self, "_stored", MappingProxyType({p.name: p for p in self.predicates}))
 
-    def slots(self, arity: int) -> Mapping[str, int]:
+    def get_slots_of_arity(self, arity: int) -> Mapping[str, int]:
         """Return a mapping from the names of the stored predicates of an arity to their slots."""
         return self.unary_slots if arity < 2 else self.binary_slots if arity == 2 else self.tuple_slots
 
@@ -112,7 +112,7 @@ class Vocabulary:
         """Return the stored predicate with this name, or None if there is no such predicate."""
         return self._stored.get(name)
 
-    def arity(self, name: str) -> int | None:
+    def find_arity(self, name: str) -> int | None:
         """Return the arity of a stored or derived predicate, or None if the name is unknown."""
         predicate = self.find_stored(name) or self.derived_by_name.get(name)
         return None if predicate is None else predicate.arity
@@ -123,7 +123,7 @@ class Vocabulary:
         Raises:
             DomainError: the predicate takes another number of arguments, or is not declared.
         """
-        arity = self.arity(name)
+        arity = self.find_arity(name)
         if arity is None:
             hint = did_you_mean(name, (*self._stored, *self.derived_by_name))
             raise DomainError(f"predicate {name} is not declared{hint}")

@@ -14,7 +14,7 @@ from eai.tasks.task import Goal, GoalKind, Task
 from eai.world.action import Action
 from eai.world.domain import Domain
 from eai.world.effect import Add, Delete
-from eai.world.operator import Operator, missing
+from eai.world.operator import Operator, missing_step
 from eai.world.state import Scene, WorldObject
 from eai.world.vocabulary import Predicate, Vocabulary
 from world import toy
@@ -99,8 +99,10 @@ def test_names_are_spelt_as_formulas_can_have_them() -> None:
 def test_a_domain_is_scored_by_its_own_spelling() -> None:
     on_table, clear = Predicate("on-table", 1), Predicate("hand empty", 0)
     x = Variable("x")
-    pick = Operator("pick-up", (x,), (missing(on_table(x), "no"),), (Delete(on_table(x)), Delete(clear())))
-    put = Operator("put-down", (x,), (missing(~on_table(x), "no"),), (Add(on_table(x)), Add(clear())))
+    pick = Operator(
+        "pick-up", (x,), (missing_step(on_table(x), "no"),), (Delete(on_table(x)), Delete(clear()))
+    )
+    put = Operator("put-down", (x,), (missing_step(~on_table(x), "no"),), (Add(on_table(x)), Add(clear())))
     domain = Domain("blocks", Vocabulary((on_table, clear)), (pick, put))
     scene = Scene(domain.vocabulary, [WorldObject("a-1", "block"), WorldObject("b", "block")])
     start = scene.state([("on-table", (0,)), ("on-table", (1,)), ("hand empty", ())])

@@ -44,7 +44,7 @@ def formula(text: str) -> Formula:
 def test_the_literals_of_a_formula_are_counted(
     text: str, literals: int | None, count_alternative_literals: int | None
 ) -> None:
-    places = START.scene.category("place").bit_count()
+    places = START.scene.get_category_mask("place").bit_count()
     assert EXTENT.count_literals(formula(text)) == (2 * places if literals is None else literals)
     assert EXTENT.count_alternative_literals(formula(text)) == (
         2**places * places if count_alternative_literals is None else count_alternative_literals
@@ -78,7 +78,7 @@ def test_every_quantifier_in_every_other_is_multiplied(outer: str, inner: str) -
 
 @pytest.mark.parametrize("quantifier", QUANTIFIERS)
 def test_a_category_bounds_what_any_quantifier_ranges_over(quantifier: str) -> None:
-    places = START.scene.category("place").bit_count()
+    places = START.scene.get_category_mask("place").bit_count()
     text = quantifier.format("a: place", "b: place", "lit(a)")
     assert EXTENT.count_literals(formula(text)) == places ** (2 if "pairs" in text else 1)
 

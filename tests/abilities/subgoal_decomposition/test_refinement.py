@@ -12,7 +12,7 @@ from eai.world.action import Action
 from eai.world.domain import Domain
 from eai.world.effect import Add, Delete
 from eai.world.frame import AGENT
-from eai.world.operator import Operator, Role, additional, missing
+from eai.world.operator import Operator, OperatorRole, additional_step, missing_step
 from eai.world.vocabulary import Predicate, Vocabulary
 from world import toy
 
@@ -71,8 +71,8 @@ def test_the_shortest_plan_is_found(literals: list[str], expected: list[str]) ->
 def test_all_shortest_plans_are_found() -> None:
     here = toy.at(AGENT, toy.X)
     elsewhere = "the robot is elsewhere"
-    ring = Operator("RING", (toy.X,), (missing(here, elsewhere),), (Add(toy.lit(toy.X)),))
-    shout = Operator("SHOUT", (toy.X,), (missing(here, elsewhere),), (Add(toy.lit(toy.X)),))
+    ring = Operator("RING", (toy.X,), (missing_step(here, elsewhere),), (Add(toy.lit(toy.X)),))
+    shout = Operator("SHOUT", (toy.X,), (missing_step(here, elsewhere),), (Add(toy.lit(toy.X)),))
     domain = toy.DOMAIN.replace_operators(ring, shout)
     assert plans("lit hall", refinement=SubgoalRefiner(domain)) == ["RING hall"], "they lead to one state"
     wanted = literal("lit hall")
@@ -112,11 +112,13 @@ def test_a_literal_that_no_action_changes_has_no_plan() -> None:
         assert refinement.brings_about(GroundAtom(name, (0,), True)) is expected
 
 
-LATCH = Operator("LATCH", (toy.X,), (missing(toy.holding(toy.X), "{x} is not held"),), (Add(toy.lit(toy.X)),))
+LATCH = Operator(
+    "LATCH", (toy.X,), (missing_step(toy.holding(toy.X), "{x} is not held"),), (Add(toy.lit(toy.X)),)
+)
 BLESS = Operator(
     "BLESS",
     (toy.X,),
-    (missing(toy.at(toy.X, toy.X), "never"), missing(toy.holding(toy.X), "{x} is not held")),
+    (missing_step(toy.at(toy.X, toy.X), "never"), missing_step(toy.holding(toy.X), "{x} is not held")),
     (Add(toy.lit(toy.X)),),
 )
 
@@ -155,12 +157,15 @@ def test_without_a_plan_the_attempt_with_fewest_failures_is_reported(
 
 def test_the_reported_attempt_is_the_direct_one() -> None:
     """Dropping the object meets half of the subgoal, but the object must be stowed."""
-    checks = (missing(toy.holding(toy.X), "{x} is not held"), missing(toy.at(toy.X, toy.X), "it is shut"))
+    checks = (
+        missing_step(toy.holding(toy.X), "{x} is not held"),
+        missing_step(toy.at(toy.X, toy.X), "it is shut"),
+    )
     stow = Operator("STOW", (toy.X,), checks, (Add(toy.lit(toy.X)), Delete(toy.holding(toy.X))))
     refinement = SubgoalRefiner(toy.DOMAIN.replace_operators(stow))
     wanted = [literal("lit red"), literal("not holding red")]
     holds = StateTest(And(tuple(map(formula, wanted))), SCENE)
-    lift = toy.DOMAIN.compiled["LIFT"]
+    lift = toy.DOMAIN.compiled_operators["LIFT"]
     held = lift.apply(TASK.initial, lift.bind(TASK.initial, (SCENE.index["red"],)))
     found = refinement.make_planner(wanted, holds, SCENE, TASK.relevant)(held)
     assert written(found) == ["STOW red"]
@@ -169,12 +174,12 @@ def test_the_reported_attempt_is_the_direct_one() -> None:
 LAY = Operator(
     "LAY",
     (toy.X,),
-    (additional(toy.holding(toy.X), "{x} is not held"),),
+    (additional_step(toy.holding(toy.X), "{x} is not held"),),
     (Delete(toy.holding(toy.X)),),
-    role=Role.RELEASES,
+    role=OperatorRole.RELEASES,
 )
 STEP = Operator("STEP", toy.GO.parameters, toy.GO.checks, toy.GO.effects)
-DIM = Operator("DIM", (toy.X,), (additional(toy.lit(toy.X), "it is dark"),), (Delete(toy.lit(toy.X)),))
+DIM = Operator("DIM", (toy.X,), (additional_step(toy.lit(toy.X), "it is dark"),), (Delete(toy.lit(toy.X)),))
 
 
 @pytest.mark.parametrize(
@@ -212,7 +217,7 @@ def test_a_search_reports_its_effort() -> None:
 
 
 def test_plans_longer_than_a_known_plan_are_not_searched() -> None:
-    nod = Operator("NOD", (toy.X,), (), (Add(toy.at(toy.X, AGENT)),), role=Role.MOVEMENT)
+    nod = Operator("NOD", (toy.X,), (), (Add(toy.at(toy.X, AGENT)),), role=OperatorRole.MOVEMENT)
     refinement = SubgoalRefiner(toy.DOMAIN.replace_operators(nod))
     there = refinement.make_planner([literal("at robot shed")], lambda _: True, SCENE, TASK.relevant)
     found = there(TASK.initial)

@@ -13,7 +13,7 @@ from eai.abilities.subgoal_decomposition.repertoire import (
 )
 from eai.planning.subgoal import GroundAtom
 from eai.world.action import Action
-from eai.world.execution import execute
+from eai.world.execution import execute_plan
 from eai.world.state import State
 from world import toy
 from world.test_execution import plan
@@ -52,7 +52,7 @@ CLIMB = w.Operator(
     (toy.X,),
     (),
     (w.Delete(toy.at(w.AGENT, w.ANYTHING)), w.Add(toy.at(w.AGENT, toy.X)), w.Add(toy.lit(toy.X))),
-    role=w.Role.CHANGE,
+    role=w.OperatorRole.CHANGE,
 )
 
 
@@ -79,7 +79,7 @@ def test_open_arguments_of_a_literal_are_filled_with_fitting_objects() -> None:
     """Conditions that no action changes must hold. One object may fill two arguments."""
     link, lit = w.Predicate("link", 2, static=True), w.Predicate("lit", 1)
     y = w.Variable("y")
-    switch = w.Operator("SWITCH", (X, y), (w.missing(link(X, y), "no link"),), (w.Add(lit(X)),))
+    switch = w.Operator("SWITCH", (X, y), (w.missing_step(link(X, y), "no link"),), (w.Add(lit(X)),))
     domain = w.Domain("net", w.Vocabulary((link, lit)), (switch,))
     repertoire = OperatorIndex(domain)
     scene = w.Scene(domain.vocabulary, [w.WorldObject(name, name) for name in "abc"])
@@ -99,7 +99,7 @@ REPERTOIRE = OperatorIndex(toy.DOMAIN)
 
 
 def state_after(*steps: str) -> State:
-    return execute(toy.DOMAIN, toy.initial(), plan(*steps)).final
+    return execute_plan(toy.DOMAIN, toy.initial(), plan(*steps)).final_state
 
 
 def ground(text: str, state: State) -> CandidateAction:

@@ -22,7 +22,7 @@ from eai.tasks.planning import find_plan
 from eai.tasks.share import Share
 from eai.tasks.task import NO_GOALS, Goal, GoalKind, Task
 from eai.world.effect import Add, Delete
-from eai.world.operator import Operator, additional
+from eai.world.operator import Operator, additional_step
 from eai.world.state import Scene, WorldObject
 from world import toy
 
@@ -124,8 +124,8 @@ def test_answers_get_their_category_and_error(subgoals: list[object], expected: 
     assert summary(SCORER.score(answer(*subgoals))) == expected
 
 
-LIGHT = Operator("LIGHT", (toy.X,), (additional(~toy.lit(toy.X), "it is lit"),), (Add(toy.lit(toy.X)),))
-DIM = Operator("DIM", (toy.X,), (additional(toy.lit(toy.X), "it is dark"),), (Delete(toy.lit(toy.X)),))
+LIGHT = Operator("LIGHT", (toy.X,), (additional_step(~toy.lit(toy.X), "it is lit"),), (Add(toy.lit(toy.X)),))
+DIM = Operator("DIM", (toy.X,), (additional_step(toy.lit(toy.X), "it is dark"),), (Delete(toy.lit(toy.X)),))
 
 
 @pytest.mark.parametrize(

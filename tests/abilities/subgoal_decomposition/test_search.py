@@ -31,9 +31,9 @@ from eai.logic.signature import Signature
 from eai.logic.trace import TakenAction
 from eai.tasks.goal_test import StateTest
 from eai.world.action import Action
-from eai.world.execution import Step, Trajectory, execute, to_trace
+from eai.world.execution import Step, Trajectory, execute_plan, to_trace
 from eai.world.fault import FaultKind
-from eai.world.operator import missing
+from eai.world.operator import missing_step
 from eai.world.state import Scene, State, WorldObject
 from eai.world.vocabulary import Predicate, Vocabulary
 from logic.naive import Facts
@@ -45,7 +45,7 @@ from threading_tests import asked_by_threads
 START = flat.make_state()
 SCENE = START.scene
 DOMAIN = virtualhome.domain_in_paper_order()
-CHECK = missing(FALSE, "it does not hold")
+CHECK = missing_step(FALSE, "it does not hold")
 
 Plan = tuple[str, ...]
 
@@ -77,7 +77,7 @@ def run(
 def done(outcome: ExplorationResult) -> list[str]:
     return [
         " ".join([a.operator, *(SCENE.objects[i].name for i in a.arguments)])
-        for a in outcome.reported.trajectory.executed
+        for a in outcome.reported.trajectory.executed_actions
     ]
 
 
@@ -192,13 +192,13 @@ def test_branches_with_equal_states_stay_apart_if_the_trajectory_matters() -> No
     asked = []
 
     def as_wanted(course: Trajectory) -> bool:
-        asked.append(course.executed)
-        return course.executed == wanted
+        asked.append(course.executed_actions)
+        return course.executed_actions == wanted
 
     progress = GoalProgress(TRUE, SCENE, trajectory_test=as_wanted)
     outcome = explore_program(DOMAIN, START, program([ways, [()]]), progress, ExplorationLimits())
     assert outcome.success
-    assert outcome.reported.trajectory.executed == wanted
+    assert outcome.reported.trajectory.executed_actions == wanted
     assert asked == [*map(actions, ways)]
 
 
@@ -222,17 +222,17 @@ def naive(subgoals: Sequence[Sequence[Plan]], goal: str) -> Reported:
         for branch in level:
             for plan in plans:
                 longer = (*branch, *plan)
-                trajectory = execute(DOMAIN, START, actions(longer))
+                trajectory = execute_plan(DOMAIN, START, actions(longer))
                 (after if trajectory.failure is None else failed).append(longer)
         level = after
-    runs = [execute(DOMAIN, START, actions(branch)) for branch in level]
+    runs = [execute_plan(DOMAIN, START, actions(branch)) for branch in level]
     successful, unsuccessful = [], []
     for trajectory in runs:
         met = 0
-        for state, action in zip(trajectory.states, trajectory.executed, strict=False):
+        for state, action in zip(trajectory.states, trajectory.executed_actions, strict=False):
             met = progress.advance(met, state, action)
-        (successful if progress.is_reached(met, trajectory.final) else unsuccessful).append(trajectory)
-    others = unsuccessful or [execute(DOMAIN, START, actions(branch)) for branch in failed]
+        (successful if progress.is_reached(met, trajectory.final_state) else unsuccessful).append(trajectory)
+    others = unsuccessful or [execute_plan(DOMAIN, START, actions(branch)) for branch in failed]
     errors = [sum(step.fault is not None for step in t.steps) for t in successful or others]
     lengths = [0 if successful else -len(t.states) for t in successful or others]
     best = (successful or others)[min(range(len(errors)), key=lambda i: (errors[i], lengths[i], i))]
@@ -322,16 +322,16 @@ GOALS = st.lists(
 def assert_progress_agrees(formula: Formula, trajectory: Trajectory) -> None:
     progress = GoalProgress(formula, trajectory.states[0].scene)
     met = 0
-    for state, action in zip(trajectory.states, trajectory.executed, strict=False):
+    for state, action in zip(trajectory.states, trajectory.executed_actions, strict=False):
         met = progress.advance(met, state, action)
-    assert progress.is_reached(met, trajectory.final) == semantics.holds(formula, to_trace(trajectory))
+    assert progress.is_reached(met, trajectory.final_state) == semantics.holds(formula, to_trace(trajectory))
 
 
 @settings(deadline=None)
 @given(GOALS, st.lists(st.sampled_from(STEPS), max_size=8))
 def test_progress_agrees_with_the_semantics_of_formulas(goal: str, steps: list[str]) -> None:
     plan = [flat.parse_action(step, PARTS_SCENE) for step in steps]
-    trajectory = execute(virtualhome.domain_in_paper_order(), PARTS_START, plan)
+    trajectory = execute_plan(virtualhome.domain_in_paper_order(), PARTS_START, plan)
     assert_progress_agrees(read_formula(goal, SIGNATURE)[0], trajectory)
 
 

@@ -16,20 +16,24 @@ from eai.abilities.subgoal_decomposition.uniform_cost import (
 )
 from eai.planning.search import Effort
 from eai.world.action import Action
-from eai.world.execution import execute
+from eai.world.execution import execute_plan
 from eai.world.state import State
 from world import toy
 
 UP = w.Predicate("up", 1)
 STAND = w.Operator(
-    "STAND", (), (w.additional(~UP(w.AGENT), "it stands"),), (w.Add(UP(w.AGENT)),), role=w.Role.MOVEMENT
+    "STAND",
+    (),
+    (w.additional_step(~UP(w.AGENT), "it stands"),),
+    (w.Add(UP(w.AGENT)),),
+    role=w.OperatorRole.MOVEMENT,
 )
 STRIDE = w.Operator(
     "STRIDE",
     (toy.X,),
-    (w.missing(UP(w.AGENT), "it sits"), *toy.GO.checks),
+    (w.missing_step(UP(w.AGENT), "it sits"), *toy.GO.checks),
     toy.GO.effects,
-    role=w.Role.MOVEMENT,
+    role=w.OperatorRole.MOVEMENT,
 )
 VOCABULARY = w.Vocabulary((*toy.VOCABULARY.predicates, UP), toy.VOCABULARY.derived)
 DOMAIN = w.Domain("toy", VOCABULARY, (STRIDE, STAND))
@@ -66,12 +70,12 @@ def written(way: MovementPath) -> str:
 def test_movement_paths_are_listed_from_the_shortest(
     before: list[str], ways: list[str], allowed: int
 ) -> None:
-    start = execute(DOMAIN, SITTING, [Action(name, ()) for name in before]).final
+    start = execute_plan(DOMAIN, SITTING, [Action(name, ()) for name in before]).final_state
     moving, effort = movement(allowed)
     found = list(moving.list_paths(start))
     assert [written(way) for way in found] == ways[:allowed]
     assert effort.used == len(found), "an action for each, and no others"
-    assert all(execute(DOMAIN, start, way.plan()).final == way.state for way in found)
+    assert all(execute_plan(DOMAIN, start, way.plan()).final_state == way.state for way in found)
 
 
 def test_movement_paths_are_explored_once_and_lazily() -> None:

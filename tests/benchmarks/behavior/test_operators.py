@@ -5,7 +5,7 @@ import pytest
 from benchmarks.behavior.kitchen import make_task, parse_actions
 from eai.benchmarks.behavior import domain as behavior
 from eai.world.domain import Domain
-from eai.world.execution import Trajectory, execute
+from eai.world.execution import Trajectory, execute_plan
 from eai.world.state import State
 
 STRICT = behavior.domain_in_paper_order()
@@ -22,7 +22,7 @@ def domain() -> Domain:
 
 def run(domain: Domain, *steps: str) -> Trajectory:
     initial = make_task().initial
-    return execute(domain, initial, parse_actions(initial, *steps))
+    return execute_plan(domain, initial, parse_actions(initial, *steps))
 
 
 def outcome(trajectory: Trajectory) -> str:
@@ -107,14 +107,14 @@ def test_the_last_step_has_its_expected_outcome(steps: list[str], expected: str)
 
 def test_grasping_lifts_the_cargo_except_much_larger_objects(domain: Domain) -> None:
     steps = ("RIGHT_GRASP plate_1", "RIGHT_PLACE_ONTOP pebble_1", "RIGHT_GRASP pebble_1")
-    assert not has(run(domain, *steps).final, "lies_on plate_1 pebble_1")
-    final = run(domain, "RIGHT_GRASP table_1").final
+    assert not has(run(domain, *steps).final_state, "lies_on plate_1 pebble_1")
+    final = run(domain, "RIGHT_GRASP table_1").final_state
     assert has(final, "lies_on plate_1 table_1")
     assert not has(final, "stands_on table_1 room_floor_kitchen_0")
 
 
 def test_grasping_ends_all_loose_relations_of_the_object(domain: Domain) -> None:
-    final = run(domain, "RIGHT_GRASP rag_1").final
+    final = run(domain, "RIGHT_GRASP rag_1").final_state
     assert not has(final, "stands_by rag_1 rag_10")
     assert not has(final, "stands_by rag_10 rag_1")
     assert not has(final, "stands_on rag_1 room_floor_kitchen_0")
@@ -135,25 +135,25 @@ def test_grasping_ends_all_loose_relations_of_the_object(domain: Domain) -> None
 def test_a_placed_object_has_its_new_relations(domain: Domain, step: str, facts: list[str]) -> None:
     trajectory = run(domain, "RIGHT_GRASP rag_1", step)
     assert outcome(trajectory) == "ok"
-    assert [fact for fact in facts if not has(trajectory.final, fact)] == []
-    assert not has(trajectory.final, "in_right_hand rag_1")
+    assert [fact for fact in facts if not has(trajectory.final_state, fact)] == []
+    assert not has(trajectory.final_state, "in_right_hand rag_1")
 
 
 def test_slicing_replaces_an_object_by_its_halves(domain: Domain) -> None:
-    final = run(domain, *CUT, "LEFT_GRASP peach_1_part_0").final
+    final = run(domain, *CUT, "LEFT_GRASP peach_1_part_0").final_state
     assert not has(final, "lies_in peach_1 fridge_1")
     assert has(final, "lies_in peach_1_part_1 fridge_1")
     assert has(final, "in_left_hand peach_1_part_0")
-    frozen = run(domain, "OPEN fridge_1", "FREEZE peach_1", *CUT[1:]).final
+    frozen = run(domain, "OPEN fridge_1", "FREEZE peach_1", *CUT[1:]).final_state
     assert has(frozen, "is_frozen peach_1_part_0")
     assert has(frozen, "is_sliced peach_1_part_1")
 
 
 def test_cleaning_removes_only_the_dirt_that_the_tool_can_remove(domain: Domain) -> None:
-    dry = run(domain, "RIGHT_GRASP rag_1", "CLEAN plate_1").final
+    dry = run(domain, "RIGHT_GRASP rag_1", "CLEAN plate_1").final_state
     assert not has(dry, "is_dusty plate_1")
     assert has(dry, "is_stained plate_1")
-    soap = run(domain, "RIGHT_GRASP detergent_1", "CLEAN plate_1").final
+    soap = run(domain, "RIGHT_GRASP detergent_1", "CLEAN plate_1").final_state
     assert has(soap, "is_dusty plate_1")
     assert not has(soap, "is_stained plate_1")
 
@@ -165,7 +165,7 @@ def test_a_dishwasher_cleans_its_contents(domain: Domain) -> None:
         "RIGHT_PLACE_INSIDE dishwasher_1",
         "CLOSE dishwasher_1",
     )
-    final = run(domain, *steps, "TOGGLE_ON dishwasher_1").final
+    final = run(domain, *steps, "TOGGLE_ON dishwasher_1").final_state
     assert not has(final, "is_dusty plate_1")
     assert not has(final, "is_stained plate_1")
     assert has(final, "is_dusty plate_2")
@@ -173,12 +173,12 @@ def test_a_dishwasher_cleans_its_contents(domain: Domain) -> None:
 
 def test_a_released_object_stands_on_the_floor_of_the_robot() -> None:
     steps = ("RIGHT_GRASP rag_1", "NAVIGATE_TO car_1", "RIGHT_RELEASE rag_1")
-    assert has(run(STRICT, *steps).final, "stands_on rag_1 room_floor_garage_0")
+    assert has(run(STRICT, *steps).final_state, "stands_on rag_1 room_floor_garage_0")
 
 
 def test_contents_are_transferred_to_another_support() -> None:
     steps = ("RIGHT_GRASP table_1", "RIGHT_TRANSFER_CONTENTS_ONTOP room_floor_garage_0")
-    final = run(STRICT, *steps).final
+    final = run(STRICT, *steps).final_state
     assert has(final, "stands_on plate_1 room_floor_garage_0")
     assert not has(final, "lies_on plate_2 table_1")
 
@@ -186,4 +186,4 @@ def test_contents_are_transferred_to_another_support() -> None:
 def test_an_object_placed_next_to_a_floor_stands_on_it() -> None:
     steps = ("RIGHT_GRASP rag_1", "RIGHT_PLACE_NEXTTO room_floor_garage_0")
     labels = ("stands_by rag_1 room_floor_garage_0", "stands_on rag_1 room_floor_garage_0")
-    assert [has(run(STRICT, *steps).final, label) for label in labels] == [True, True]
+    assert [has(run(STRICT, *steps).final_state, label) for label in labels] == [True, True]

@@ -12,9 +12,9 @@ from eai.benchmarks.behavior import domain as behavior
 from eai.benchmarks.behavior.predicates import VOCABULARY
 from eai.logic.formula import Atom, Constant
 from eai.world.action import Action
-from eai.world.execution import attempt, execute
+from eai.world.execution import attempt_action, execute_plan
 from eai.world.history import History
-from eai.world.relation import bits
+from eai.world.relation import iterate_bits
 from eai.world.state import State
 
 DOMAIN = behavior.domain_in_paper_order()
@@ -34,7 +34,7 @@ def take_random_walk(seed: int, steps: int = 60) -> list[State]:
     for _ in range(steps):
         operator = choice.choice(DOMAIN.operators)
         arguments = tuple(choice.randrange(len(state.scene.objects)) for _ in operator.parameters)
-        outcome = attempt(DOMAIN, past, Action(operator.name, arguments))
+        outcome = attempt_action(DOMAIN, past, Action(operator.name, arguments))
         if isinstance(outcome, State):
             past = past.extend(outcome)
     return list(past.states)
@@ -44,8 +44,8 @@ def take_random_walk(seed: int, steps: int = 60) -> list[State]:
 def test_an_object_has_at_most_one_support_and_never_supports_itself(seed: int) -> None:
     for state in take_random_walk(seed):
         for x in range(len(state.scene.objects)):
-            supports = list(bits(state.relation("lies_in").row(x))) + list(
-                bits(state.relation("lies_on").row(x))
+            supports = list(iterate_bits(state.relation("lies_in").row(x))) + list(
+                iterate_bits(state.relation("lies_on").row(x))
             )
             assert len(supports) <= 1
             assert not DOMAIN.holds(Atom("carried_by", (_name(state, x), _name(state, x))), state)
@@ -57,7 +57,7 @@ def _name(state: State, index: int) -> Constant:
 
 def test_indirect_supports_are_found() -> None:
     initial = make_task().initial
-    state = execute(DOMAIN, initial, parse_actions(initial, *IN_CARTON)).final
+    state = execute_plan(DOMAIN, initial, parse_actions(initial, *IN_CARTON)).final_state
     plate, other, carton = (Constant(name) for name in ("plate_1", "plate_2", "carton_1"))
     assert DOMAIN.holds(Atom("carried_by", (other, plate)), state)
     assert DOMAIN.holds(Atom("carried_by", (other, carton)), state)
@@ -65,7 +65,7 @@ def test_indirect_supports_are_found() -> None:
     assert not DOMAIN.holds(Atom("directly_inside", (other, carton)), state)
     assert DOMAIN.holds(Atom("floor_below", (other, Constant("room_floor_garage_0"))), state)
     assert not DOMAIN.holds(Atom("shut_in", (other,)), state)
-    closed = execute(DOMAIN, state, parse_actions(initial, "CLOSE carton_1")).final
+    closed = execute_plan(DOMAIN, state, parse_actions(initial, "CLOSE carton_1")).final_state
     assert DOMAIN.holds(Atom("shut_in", (other,)), closed)
 
 
@@ -88,4 +88,4 @@ def test_a_cycle_of_supports_does_not_loop_forever() -> None:
     past = History(state)
     for operator in DOMAIN.operators:
         for arguments in product(indices, repeat=operator.arity):
-            attempt(DOMAIN, past, Action(operator.name, arguments))
+            attempt_action(DOMAIN, past, Action(operator.name, arguments))

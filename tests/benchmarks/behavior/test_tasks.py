@@ -135,7 +135,7 @@ def test_goals_name_objects_by_their_name_in_actions() -> None:
 
 def test_halves_have_no_category_of_the_problem() -> None:
     scene = make_task(GOAL).scene
-    assert scene.names(scene.category("peach.n.01")) == ("peach_1",)
+    assert scene.names(scene.get_category_mask("peach.n.01")) == ("peach_1",)
 
 
 def test_a_plan_keeps_a_misspelt_action(behavior_tasks: BehaviorTasks) -> None:

@@ -8,7 +8,7 @@ from eai.benchmarks.behavior_1k import predicates as p
 from eai.benchmarks.behavior_1k.operators import build_domain
 from eai.world.action import Action
 from eai.world.domain import Domain
-from eai.world.execution import execute
+from eai.world.execution import execute_plan
 from eai.world.fault import FaultKind
 from eai.world.state import Fact, Scene, State, WorldObject
 
@@ -54,9 +54,9 @@ def parse_plan(initial: State, text: str) -> list[Action]:
 
 
 def run_plan(domain: Domain, initial: State, text: str) -> State:
-    trajectory = execute(domain, initial, parse_plan(initial, text))
+    trajectory = execute_plan(domain, initial, parse_plan(initial, text))
     assert trajectory.failure is None, trajectory.failure
-    return trajectory.final
+    return trajectory.final_state
 
 
 def holds(reached: State, fact: str) -> bool:
@@ -190,7 +190,7 @@ def test_a_failing_action_has_its_fault_and_reason(
     domain: Domain, before: tuple[str, ...], steps: str, kind: FaultKind, reason: str
 ) -> None:
     initial = make_state(*before)
-    trajectory = execute(domain, initial, parse_plan(initial, steps))
+    trajectory = execute_plan(domain, initial, parse_plan(initial, steps))
     faults = [step.fault for step in trajectory.steps if step.fault is not None]
     assert [(fault.kind, fault.check.reason) for fault in faults] == [(kind, reason)]
 

@@ -35,7 +35,7 @@ from eai.tasks.source import Source, TaskSet
 from eai.tasks.task import Task
 from eai.world.conformance import check_domain
 from eai.world.domain import Domain
-from eai.world.execution import execute
+from eai.world.execution import execute_plan
 from sweeps import every
 
 NUMBER, PLANNED = 1016, 960
@@ -59,10 +59,10 @@ def test_gold_plans_reach_the_goals(activities: TaskSet[Task], domain: Domain, e
     for task_id in list(activities)[::every]:
         task = activities[task_id]
         if task.unsolvable is None:
-            trajectory = execute(domain, task.initial, task.script)
+            trajectory = execute_plan(domain, task.initial, task.script)
             taken = [action.operator for action in task.script]
             assert trajectory.failure is None, task_id
-            assert all(GoalTest(task).find_reached(trajectory.final, taken, trajectory.states)), task_id
+            assert all(GoalTest(task).find_reached(trajectory.final_state, taken, trajectory.states)), task_id
 
 
 @every(20)
@@ -73,9 +73,9 @@ def test_no_step_of_a_gold_plan_can_be_left_out(
         task = activities[task_id]
         for number in range(len(task.script)):
             fewer = (*task.script[:number], *task.script[number + 1 :])
-            trajectory = execute(domain, task.initial, fewer)
+            trajectory = execute_plan(domain, task.initial, fewer)
             taken = [action.operator for action in fewer]
-            reached = GoalTest(task).find_reached(trajectory.final, taken, trajectory.states)
+            reached = GoalTest(task).find_reached(trajectory.final_state, taken, trajectory.states)
             assert trajectory.failure is not None or not all(reached), (task_id, number)
 
 
@@ -84,7 +84,7 @@ def test_no_gold_plan_wipes_with_a_dirty_tool(activities: TaskSet[Task], domain:
     wiping = [name for name in activities if "WIPE" in {a.operator for a in activities[name].script}]
     for task_id in dict.fromkeys(["clean_synthetic_hiking_gear", *wiping[::every]]):
         task = activities[task_id]
-        states = execute(domain, task.initial, task.script).states
+        states = execute_plan(domain, task.initial, task.script).states
         for state, action in zip(states, task.script, strict=False):
             if action.operator == "WIPE":
                 tool = action.arguments[1]
@@ -108,7 +108,7 @@ def test_the_goal_of_stacking_wood_contradicts_itself(activities: TaskSet[Task])
     assert isinstance(on_a_log, f.Exactly)
     assert isinstance(every_log.body, f.Or)
     assert every_log.body.operands == (on_the_table.body, on_a_log.body)
-    logs = len(task.scene.names(task.scene.category("log")))
+    logs = len(task.scene.names(task.scene.get_category_mask("log")))
     assert on_the_table.count + on_a_log.count < logs
     assert "contradicts itself" in load_exclusions()["stacking_wood"]
 

@@ -33,7 +33,7 @@ from eai.tasks.task import Task
 from eai.tasks.task_lines import read_line, task_from_line, write_task_line
 from eai.world.action import Action
 from eai.world.domain import Domain
-from eai.world.execution import execute
+from eai.world.execution import execute_plan
 from eai.world.operator import Operator
 from eai.world.state import Fact, Scene, State, WorldObject
 from sweeps import sweep, swept
@@ -43,9 +43,9 @@ pytestmark = pytest.mark.usefixtures("data_store")
 
 
 def solves(domain: Domain, task: Task, plan: tuple[Action, ...]) -> bool:
-    trajectory = execute(domain, task.initial, plan)
+    trajectory = execute_plan(domain, task.initial, plan)
     reached = GoalTest(task).find_reached(
-        trajectory.final, [action.operator for action in trajectory.executed]
+        trajectory.final_state, [action.operator for action in trajectory.executed_actions]
     )
     return trajectory.failure is None and all(reached)
 
@@ -93,7 +93,7 @@ def test_certificates_solve_and_need_every_step(like: str) -> None:
         task, plan = made.task, made.task.script
         assert not any(GoalTest(task).find_reached(task.initial, ())), task.id
         assert solves(domain, task, plan), task.id
-        assert execute(domain, task.initial, plan).additional_steps == 0
+        assert execute_plan(domain, task.initial, plan).additional_steps == 0
         assert not any(solves(domain, task, (*plan[:i], *plan[i + 1 :])) for i in range(len(plan))), task.id
         assert find_min_plan_length(task, domain, 1) == made.about["lower_bound"] == 2, task.id
 
@@ -106,7 +106,7 @@ def test_certificates_solve_by_a_naive_engine_too(like: str) -> None:
         state = made.task.initial
         facts = frozenset(state.facts())
         for action in made.task.script:
-            operator = domain.operator(action.operator)
+            operator = domain.find_operator(action.operator)
             assert operator is not None
             bound = {p.name: i for p, i in zip(operator.parameters, action.arguments, strict=True)}
             facts = naively(state, facts, operator, bound)
@@ -120,7 +120,7 @@ def naively(
     """Return the facts after an action, all of whose checks must hold."""
     assert all(plain_sets.holds(state, facts, check.condition, bound) for check in operator.checks)
     after = facts
-    attempted = [t for t in operator.tries if plain_sets.holds(state, facts, t.condition, bound)]
+    attempted = [t for t in operator.alternatives if plain_sets.holds(state, facts, t.condition, bound)]
     made = [t for t in attempted if all(plain_sets.holds(state, facts, c.condition, bound) for c in t.checks)]
     assert made or not attempted
     for effect in (*(effect for each in made for effect in each.effects), *operator.effects):

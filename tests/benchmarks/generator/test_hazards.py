@@ -21,7 +21,7 @@ from eai.tasks.special import Hazards
 from eai.tasks.task import Task
 from eai.tasks.task_lines import read_line, task_from_line, write_task_line
 from eai.world.action import Action
-from eai.world.execution import execute
+from eai.world.execution import execute_plan
 
 pytestmark = pytest.mark.usefixtures("data_store")
 SEEDS = {"virtualhome": (44,), "behavior": (8,)}
@@ -113,7 +113,7 @@ def kept(like: str, task_id: str, hazard: str, plan: str) -> bool:
     task = benchmark.tasks(Source())[task_id]
     steps = [step.split() for step in plan.split("; ")]
     actions = [Action(name, tuple([task.scene.index[o] for o in objects])) for name, *objects in steps]
-    course = execute(benchmark.domain, task.initial, actions)
+    course = execute_plan(benchmark.domain, task.initial, actions)
     assert course.failure is None, course.failure
     hazards = [each for each in benchmark.notation.english.hazards if each.name == hazard]
     guards = list(

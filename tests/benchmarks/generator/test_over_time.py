@@ -34,7 +34,7 @@ from eai.tasks.goal_test import GoalTest
 from eai.tasks.source import Source
 from eai.tasks.task import Task, goal
 from eai.world.action import Action
-from eai.world.execution import Step, Trajectory, execute
+from eai.world.execution import Step, Trajectory, execute_plan
 from eai.world.listing import FactLister
 from eai.world.state import State
 from logic.naive import Facts, Naive
@@ -88,13 +88,13 @@ def test_a_naive_evaluator_agrees_on_random_executions(like: str) -> None:
         task, rng = made.task, random.Random(made.task.id)
         for _ in range(WALKS):
             plan = rng.choice((task.script, tempting(made)))
-            begun = execute(domain, task.initial, plan[: rng.randint(0, len(plan))])
-            steps = list(random_walk(domain, begun.final, task.relevant, rng, rng.randint(0, 4)))
+            begun = execute_plan(domain, task.initial, plan[: rng.randint(0, len(plan))])
+            steps = list(random_walk(domain, begun.final_state, task.relevant, rng, rng.randint(0, 4)))
             states = (*begun.states, *(state for _, state in steps))
-            actions = [*begun.executed, *(action for action, _ in steps)]
+            actions = [*begun.executed_actions, *(action for action, _ in steps)]
             course = Trajectory(states, tuple(Step(action, None) for action in actions))
             naive = naively(task, states, actions, listings)
-            assert GoalTest(task).find_reached(course.final, (), course)[-1] == naive, task.id
+            assert GoalTest(task).find_reached(course.final_state, (), course)[-1] == naive, task.id
             judged.add(naive)
     assert judged == {True, False}
 
@@ -109,7 +109,7 @@ def naively(
             frozenset(
                 (fact.predicate, tuple(things[i].name for i in fact.arguments))
                 for each in listings
-                for fact in each.facts(state, task.relevant)
+                for fact in each.list_facts(state, task.relevant)
             ),
             categories,
         )
@@ -141,7 +141,7 @@ def test_new_facts_are_about_movable_objects_and_not_the_agent(
         Action(name, tuple([task.scene.index[each] for each in about]))
         for name, *about in (step.split() for step in WAY.split("; "))
     ]
-    way = execute(lamps.domain, task.initial, steps)
+    way = execute_plan(lamps.domain, task.initial, steps)
     assert way.failure is None
     prior = replace(NOTHING_IS_USUAL, **{"goal_counts": WANTED, **changes})
     became = seeker(lamps, task, prior)._find_new_facts(way.states)

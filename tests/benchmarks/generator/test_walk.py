@@ -16,20 +16,20 @@ from eai.planning.search import Limits, Node
 from eai.planning.successor_generator import PlanNode
 from eai.tasks.source import Source
 from eai.world.action import Action
-from eai.world.execution import execute
+from eai.world.execution import execute_plan
 
 
 def test_the_execution_of_a_node_follows_its_plan(lamps: Benchmark) -> None:
     task = lamps.tasks(Source())["light"]
     lamp = task.scene.index["lamp_1"]
     plan = (Action("GO", (lamp,)), Action("PRESS", (lamp,)))
-    way = execute(lamps.domain, task.initial, plan)
+    way = execute_plan(lamps.domain, task.initial, plan)
     node: PlanNode = Node(way.states[0])
     for action, state in zip(plan, way.states[1:], strict=True):
         node = Node(state, depth=node.depth + 1, parent=node, actions=(action,))
     course = _make_trajectory(node)
     assert course.states == way.states
-    assert course.executed == plan == way.executed
+    assert course.executed_actions == plan == way.executed_actions
 
 
 def test_a_plan_is_followed_that_runs_and_reaches_its_goals(lamps: Benchmark) -> None:

@@ -11,7 +11,7 @@ from eai.logic.formula import Formula, Occurs, Then
 from eai.logic.traversal import walk_subformulas
 from eai.tasks.goal_test import StateTest
 from eai.world.action import Action
-from eai.world.execution import attempt
+from eai.world.execution import attempt_action
 from eai.world.history import History
 from eai.world.state import State
 from oracle import Oracle
@@ -48,7 +48,7 @@ def states_by_step(scorer: SubgoalDecomposition, explanation: Explanation) -> di
         if step.outcome == EXECUTED:
             name, _, names = step.action.removesuffix(")").partition("(")
             objects = tuple(scorer.task.scene.index[word] for word in names.split(", ") if word)
-            state = attempt(scorer.domain, History(state), Action(name, objects))
+            state = attempt_action(scorer.domain, History(state), Action(name, objects))
             assert isinstance(state, State)
             states[number] = state
     return states

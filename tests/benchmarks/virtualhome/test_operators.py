@@ -6,7 +6,7 @@ from benchmarks.virtualhome import flat
 from eai.benchmarks.virtualhome import domain as virtualhome
 from eai.world.action import Fault
 from eai.world.domain import Domain
-from eai.world.execution import attempt
+from eai.world.execution import attempt_action
 from eai.world.fault import FaultKind
 from eai.world.history import History
 from eai.world.state import State, compare_states
@@ -37,7 +37,9 @@ def domain() -> Domain:
 
 def get_fault(domain: Domain, facts: tuple[str, ...], action: str) -> FaultKind | None:
     scene = flat.make_scene()
-    outcome = attempt(domain, History(flat.make_state(*facts, over=scene)), flat.parse_action(action, scene))
+    outcome = attempt_action(
+        domain, History(flat.make_state(*facts, over=scene)), flat.parse_action(action, scene)
+    )
     return outcome.kind if isinstance(outcome, Fault) else None
 
 
@@ -45,7 +47,7 @@ def get_changes(domain: Domain, facts: tuple[str, ...], action: str) -> tuple[se
     """Return the facts that an action adds and removes."""
     scene = flat.make_scene()
     before = flat.make_state(*facts, over=scene)
-    outcome = attempt(domain, History(before), flat.parse_action(action, scene))
+    outcome = attempt_action(domain, History(before), flat.parse_action(action, scene))
     assert isinstance(outcome, State), outcome
     difference = compare_states(before, outcome)
     return flat.format_facts(difference.added, scene), flat.format_facts(difference.removed, scene)
@@ -215,7 +217,7 @@ def test_contents_move_with_a_grabbed_object_but_a_bed_on_it_does_not() -> None:
     scene = flat.make_scene()
     past = History(flat.make_state(*FILLED, "INSIDE knife.15 milk.11", over=scene))
     for step in ("WALK cup.13", "GRAB cup.13", "WALK book.16", "PUTBACK cup.13 bed.20", "WALK fridge.10"):
-        outcome = attempt(STRICT, past, flat.parse_action(step, scene))
+        outcome = attempt_action(STRICT, past, flat.parse_action(step, scene))
         assert isinstance(outcome, State)
         past = past.extend(outcome)
     facts = flat.format_facts(past.state.facts(), scene)
@@ -224,9 +226,9 @@ def test_contents_move_with_a_grabbed_object_but_a_bed_on_it_does_not() -> None:
     moved |= {f"INSIDE {name} bedroom.2" for name in ("cup.13", "milk.11", "bread.14", "knife.15")}
     assert facts >= unchanged | moved
     assert facts.isdisjoint({"ONTOP bed.20 cup.13", "INSIDE milk.11 kitchen.1"})
-    assert isinstance(attempt(STRICT, past, flat.parse_action("WALK cup.13", scene)), State)
-    near = past.extend(attempt(STRICT, past, flat.parse_action("WALK cup.13", scene)))  # type: ignore[arg-type]
-    assert isinstance(attempt(STRICT, near, flat.parse_action("GRAB milk.11", scene)), State)
+    assert isinstance(attempt_action(STRICT, past, flat.parse_action("WALK cup.13", scene)), State)
+    near = past.extend(attempt_action(STRICT, past, flat.parse_action("WALK cup.13", scene)))  # type: ignore[arg-type]
+    assert isinstance(attempt_action(STRICT, near, flat.parse_action("GRAB milk.11", scene)), State)
 
 
 def test_a_poured_liquid_stays_in_its_cup_when_the_character_walks() -> None:

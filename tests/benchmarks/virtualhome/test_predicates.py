@@ -10,7 +10,7 @@ from eai.benchmarks.virtualhome.predicates import VOCABULARY
 from eai.benchmarks.virtualhome.tasks import VirtualHomeTasks
 from eai.logic.formula import Atom, Constant, Formula
 from eai.world.domain import Domain
-from eai.world.execution import attempt
+from eai.world.execution import attempt_action
 from eai.world.history import History
 from eai.world.state import Scene, State, WorldObject
 
@@ -45,7 +45,7 @@ def _scene() -> Scene:
 def is_remembered_after_grabbing(domain: Domain, support: str, *facts: str) -> bool:
     """Whether the remembered place of a grabbed cup is this support."""
     scene = _scene()
-    state = attempt(
+    state = attempt_action(
         domain, History(flat.make_state(*facts, over=scene)), flat.parse_action("GRAB cup.13", scene)
     )
     assert isinstance(state, State)

@@ -162,7 +162,7 @@ def test_a_command_that_the_game_does_not_have_is_no_prose(tmp_path: Path, old: 
     write(tmp_path)
     benchmark = opened(tmp_path)
     lines = [*WON[:-1], old, "That is all."]
-    plan = benchmark.notation.plans.read("\n".join(lines), benchmark.domain.arities)
+    plan = benchmark.notation.plans.read("\n".join(lines), benchmark.domain.operator_arities)
     assert isinstance(plan, Unreadable)
     assert plan.reason.startswith(f"line {len(WON)} is no step of a plan")
 

@@ -22,16 +22,16 @@ DOMAIN = w.Domain(
         w.Operator(
             "GO",
             (X,),
-            (w.additional(~NEAR(w.AGENT, X), "near {x} already"),),
+            (w.additional_step(~NEAR(w.AGENT, X), "near {x} already"),),
             (w.Delete(NEAR(w.AGENT, w.ANYTHING)), w.Add(NEAR(w.AGENT, X))),
         ),
         w.Operator(
             "LIGHT",
             (X,),
-            (w.affordance(BRIGHT(X), "{x} is no light"), w.missing(NEAR(w.AGENT, X), "far from {x}")),
+            (w.affordance(BRIGHT(X), "{x} is no light"), w.missing_step(NEAR(w.AGENT, X), "far from {x}")),
             (w.Add(LIT(X)),),
         ),
-        w.Operator("PUT", (X, Y), (w.missing(NEAR(w.AGENT, Y), "far from {y}"),), (w.Add(ON(X, Y)),)),
+        w.Operator("PUT", (X, Y), (w.missing_step(NEAR(w.AGENT, Y), "far from {y}"),), (w.Add(ON(X, Y)),)),
     ),
 )
 THINGS = {

@@ -53,7 +53,7 @@ def test_words_change_among_those_that_are_used_alike(name: str) -> None:
     benchmark, words = find_benchmark(name), cipher(name)
     assert sorted(words) == sorted(words.values())
     said = benchmark.wording(PLANNED[0]).predicates
-    arities, arity = benchmark.domain.arities, benchmark.domain.vocabulary.arity
+    arities, arity = benchmark.domain.operator_arities, benchmark.domain.vocabulary.find_arity
     for old, new in words.items():
         assert (old in arities) == (new in arities)
         assert arities.get(old) == arities.get(new)
@@ -142,7 +142,7 @@ def test_every_action_has_its_needs_and_effects(name: str) -> None:
         head, *lines = text.splitlines()
         names = ", ".join([parameter.name for parameter in operator.parameters])
         assert head == f"{_replace_words(cipher(name), operator.name)}({names})"
-        assert ("  changes nothing" in lines) == (not operator.effects and not operator.tries)
+        assert ("  changes nothing" in lines) == (not operator.effects and not operator.alternatives)
         assert operator.checks == () or re.search("^  (requires|needed only if): ", text, re.MULTILINE)
 
 

@@ -15,7 +15,7 @@ from eai.extensions.questions.question import Question, QuestionForm, QuestionKi
 from eai.logic.formula import Formula
 from eai.world.condition import ConditionCompiler
 from eai.world.domain import Domain
-from eai.world.frame import Frame
+from eai.world.frame import SlotAllocator
 from eai.world.state import Fact, Scene, State, WorldObject
 from world.plain_sets import apply, holds
 
@@ -41,9 +41,9 @@ class World:
         return not self.unmet(facts, act)
 
     def unmet(self, facts: Facts, act: Act) -> list[int]:
-        operator = self.domain.operator(act[0])
+        operator = self.domain.find_operator(act[0])
         assert operator is not None
-        assert not operator.tries
+        assert not operator.alternatives
         bound = dict(zip([p.name for p in operator.parameters], act[1], strict=True))
         state = self._state(facts)
         return [
@@ -53,7 +53,7 @@ class World:
     def after(self, facts: Facts, act: Act) -> Facts | None:
         if self.unmet(facts, act):
             return None
-        operator = self.domain.operator(act[0])
+        operator = self.domain.find_operator(act[0])
         assert operator is not None
         bound = dict(zip([p.name for p in operator.parameters], act[1], strict=True))
         state, now = self._state(facts), facts
@@ -71,9 +71,9 @@ class World:
         try:
             return holds(self._state(facts), facts, formula, {})
         except TypeError:  # a pairing, which plain sets do not know
-            frame = Frame()
+            frame = SlotAllocator()
             truth = ConditionCompiler(self.domain.vocabulary, frame).compile_test(formula)
-            return truth(self._state(facts), frame.bind(self.scene, ()))
+            return truth(self._state(facts), frame.bind_arguments(self.scene, ()))
 
     def fact(self, text: str) -> Fact:
         ((predicate, names),) = _FACT.findall(text)
@@ -90,7 +90,7 @@ class World:
     def all_acts(self) -> Iterator[Act]:
         things = range(len(self.scene.objects))
         for name in self.told:
-            for arguments in product(things, repeat=self.domain.arities[name]):
+            for arguments in product(things, repeat=self.domain.operator_arities[name]):
                 yield name, arguments
 
     def outcome(self, plan: Iterable[tuple[int, Act]], goals: list[Formula]) -> list[str]:
@@ -119,7 +119,9 @@ def read_world(prompt: str, domain: Domain) -> World:
         for predicate, arguments in _FACT.findall(line)
         for names in _spread(arguments)
     )
-    told = tuple(name for name in re.findall(r"^([\w-]+)\(", rules, re.MULTILINE) if name in domain.arities)
+    told = tuple(
+        name for name in re.findall(r"^([\w-]+)\(", rules, re.MULTILINE) if name in domain.operator_arities
+    )
     fluents = frozenset(p.name for p in domain.vocabulary.predicates if p.visible and not p.static)
     return World(domain, scene, start, told, fluents)
 

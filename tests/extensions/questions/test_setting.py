@@ -203,7 +203,7 @@ OPERATORS = (
     w.Operator(
         "START",
         (x,),
-        (w.missing(ready(x), "{x} is not ready"),),
+        (w.missing_step(ready(x), "{x} is not ready"),),
         (
             w.Add(on(x)),
             w.Add(hidden(x)),
@@ -215,9 +215,9 @@ OPERATORS = (
         ),
         "make it run",
     ),
-    w.Operator("RECALL", (x,), (w.missing(hidden(x), "{x} is not hidden"),), (w.Add(on(x)),)),
-    w.Operator("COUNT", (x,), (w.missing(counted(x), "{x} does not count"),), ()),
-    w.Operator("TRY", (x,), (), (), tries=(w.Try(on(x), (), (w.Delete(on(x)),)),)),
+    w.Operator("RECALL", (x,), (w.missing_step(hidden(x), "{x} is not hidden"),), (w.Add(on(x)),)),
+    w.Operator("COUNT", (x,), (w.missing_step(counted(x), "{x} does not count"),), ()),
+    w.Operator("TRY", (x,), (), (), alternatives=(w.Alternative(on(x), (), (w.Delete(on(x)),)),)),
     w.Operator("LOOK", (), (), ()),
 )
 WORLD = DomainRules(w.Domain("world", w.Vocabulary((on, near, hidden, tag), (ready, counted)), OPERATORS))
@@ -254,7 +254,7 @@ def test_rules_state_conditions_of_effects_and_each_definition_once() -> None:
 @pytest.mark.parametrize(("domain", "left_out"), [("virtualhome", {"PUTOBJBACK"}), ("behavior", {"CLEAN"})])
 def test_one_operator_of_households_is_inexpressible(domain: str, left_out: set[str]) -> None:
     rules = DomainRules(find_benchmark(domain).domain)
-    assert set(rules.domain.arities) - rules.operator_names == left_out
+    assert set(rules.domain.operator_arities) - rules.operator_names == left_out
     text = rules.write_rules(rules.operator_names)
     assert not any(name in text for name in rules.hidden_memory)
 

@@ -137,7 +137,9 @@ def test_without_the_rules_the_questions_are_the_same(lamps: Benchmark) -> None:
         assert not re.search(r"^ +(requirement|becomes)| means: ", question.prompt, re.MULTILINE)
         rules = re.findall(r"^(\w+\(.*?\))(?=:|$)", told[name].prompt, re.MULTILINE)
         assert all(
-            head in question.prompt for head in rules if head.partition("(")[0] in lamps.domain.arities
+            head in question.prompt
+            for head in rules
+            if head.partition("(")[0] in lamps.domain.operator_arities
         )
     assert list(QuestionGenerator(lamps).write_questions((QuestionKind.WHY_NOT,), rules=False)) == []
 

@@ -63,22 +63,22 @@ def test_outcome_of_the_last_step(steps: list[str], strict: str) -> None:
 
 
 def test_what_is_released_stays_in_the_air() -> None:
-    in_air = run(REFERENCE, "RIGHT_GRASP rag_1", "RIGHT_RELEASE rag_1").final
+    in_air = run(REFERENCE, "RIGHT_GRASP rag_1", "RIGHT_RELEASE rag_1").final_state
     assert not has(in_air, "stands_on rag_1 room_floor_kitchen_0")
 
 
 def test_a_transfer_of_contents_aborts() -> None:
     steps = ("RIGHT_GRASP table_1", "RIGHT_TRANSFER_CONTENTS_ONTOP room_floor_garage_0")
     aborted = run(REFERENCE, *steps)
-    left = behavior_quirks.apply_aborted_action(aborted.final, aborted.steps[-1].action)
+    left = behavior_quirks.apply_aborted_action(aborted.final_state, aborted.steps[-1].action)
     assert [has(left, f"lies_on {plate} table_1") for plate in ("plate_1", "plate_2")] == [False, True]
 
 
 def test_in_the_reference_the_last_label_of_a_pair_counts() -> None:
     steps = ("RIGHT_GRASP rag_1", "RIGHT_PLACE_NEXTTO room_floor_garage_0")
     labels = ("stands_by rag_1 room_floor_garage_0", "stands_on rag_1 room_floor_garage_0")
-    assert [has(run(STRICT, *steps).final, label) for label in labels] == [True, True]
-    assert [has(run(REFERENCE, *steps).final, label) for label in labels] == [False, True]
+    assert [has(run(STRICT, *steps).final_state, label) for label in labels] == [True, True]
+    assert [has(run(REFERENCE, *steps).final_state, label) for label in labels] == [False, True]
 
 
 def test_subgoals_rank_kinds_of_error_differently_in_the_reference() -> None:

@@ -14,7 +14,7 @@ from eai.logic.choice import count_options, generate_options
 from eai.logic.formula import And, Atom, Formula, Not, Variable
 from eai.tasks.goal_test import GoalTest
 from eai.tasks.share import Share
-from eai.world.execution import execute
+from eai.world.execution import execute_plan
 from eai.world.state import State
 from logic.activities import as_list, records, universe
 from logic.bddl_text import read_condition
@@ -26,7 +26,9 @@ def file(name: str) -> Any:
 
 
 def after(task: BehaviorTask, *steps: str) -> State:
-    return execute(behavior.domain_in_paper_order(), task.initial, parse_actions(task.initial, *steps)).final
+    return execute_plan(
+        behavior.domain_in_paper_order(), task.initial, parse_actions(task.initial, *steps)
+    ).final_state
 
 
 def satisfied(goal: str, *steps: str) -> tuple[bool, bool]:

@@ -29,7 +29,7 @@ from benchmarks.virtualhome.test_operators import (
 from eai.extensions.reference.virtualhome_quirks import make_reference_domain
 from eai.world.action import Fault
 from eai.world.domain import Domain
-from eai.world.execution import attempt
+from eai.world.execution import attempt_action
 from eai.world.fault import FaultKind
 from eai.world.history import History
 from eai.world.state import State
@@ -149,7 +149,7 @@ def test_quirk_sought_is_not_the_condition(plan: list[str], strict: FaultKind, r
         past = History(flat.make_state(over=scene))
         outcome: State | Fault | None = None
         for step in plan:
-            outcome = attempt(domain, past, flat.parse_action(step, scene))
+            outcome = attempt_action(domain, past, flat.parse_action(step, scene))
             if isinstance(outcome, State):
                 past = past.extend(outcome)
         assert isinstance(outcome, Fault)

@@ -24,7 +24,7 @@ from eai.results.responses import Response
 from eai.studies.report.explorer import TileScenes
 from eai.tasks.source import Source
 from eai.tasks.wording import prompt_objects
-from eai.world.execution import execute
+from eai.world.execution import execute_plan
 from experiments import experiment
 from extensions.scenes.tile_facts import told_by
 from studies.perception.kitchen import DOMAIN, KITCHEN, WORDS, fact, kitchen_task
@@ -115,6 +115,6 @@ def test_pictures_of_households_begin_and_end_with_what_is_so(
         first, *_, last = told(scenes, agent)
         assert {str(each) for each in words.make_true_graph(task).facts} <= first
         if ability is Ability.ACTION_SEQUENCING:
-            end = execute(benchmark.domain, task.initial, task.script).final
+            end = execute_plan(benchmark.domain, task.initial, task.script).final_state
             there = words.make_true_graph(replace(task, initial=end), prompt_objects(task)).facts
             assert {str(each) for each in there} <= last

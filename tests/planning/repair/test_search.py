@@ -24,7 +24,7 @@ from eai.tasks.planning import to_planning_goal
 from eai.tasks.task import Task
 from eai.world.action import Action
 from eai.world.domain import Domain
-from eai.world.execution import execute
+from eai.world.execution import execute_plan
 from suites import answer_book
 from sweeps import examples, swept
 
@@ -59,10 +59,10 @@ def good_plans(name: str) -> list[tuple[ActionSequencing, tuple[Action, ...]]]:
 def succeeds(domain: Domain, task: Task, plan: PlanSteps) -> bool:
     if None in plan:
         return False
-    trajectory = execute(domain, task.initial, [step for step in plan if step is not None])
-    taken = [action.operator for action in trajectory.executed]
+    trajectory = execute_plan(domain, task.initial, [step for step in plan if step is not None])
+    taken = [action.operator for action in trajectory.executed_actions]
     return trajectory.failure is None and all(
-        GoalTest(task).find_reached(trajectory.final, taken, trajectory)
+        GoalTest(task).find_reached(trajectory.final_state, taken, trajectory)
     )
 
 
@@ -100,7 +100,7 @@ def edited(plan: PlanSteps, edits: Sequence[PlanEdit]) -> tuple[Action | None, .
 def draw(name: str, random: Random) -> tuple[ActionSequencing, tuple[Action | None, ...], list[Action]]:
     """Return a plan with some faults, and the few actions that edits may insert."""
     scorer, plan = random.choice(good_plans(name))
-    states = [*execute(scorer.domain, scorer.task.initial, plan).states]
+    states = [*execute_plan(scorer.domain, scorer.task.initial, plan).states]
     pool = [
         action
         for state in random.sample(states, min(2, len(states)))

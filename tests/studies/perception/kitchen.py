@@ -14,8 +14,8 @@ HOLDS, IN, ON, LIT = (
     w.Predicate("lit", 1),
 )
 CAN_LIGHT = w.Predicate("can_light", 1, static=True)
-free = w.missing(~w.Exists(Y, HOLDS(w.AGENT, Y)), "the hand is full")
-held = w.missing(HOLDS(w.AGENT, X), "{x} is not held")
+free = w.missing_step(~w.Exists(Y, HOLDS(w.AGENT, Y)), "the hand is full")
+held = w.missing_step(HOLDS(w.AGENT, X), "{x} is not held")
 TAKE = w.Operator(
     "TAKE",
     (X,),

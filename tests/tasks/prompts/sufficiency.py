@@ -16,7 +16,7 @@ from eai.tasks.goal_test import GoalTest
 from eai.tasks.task import Task
 from eai.world.action import Action
 from eai.world.domain import Domain
-from eai.world.execution import execute
+from eai.world.execution import execute_plan
 from eai.world.state import Scene, State, WorldObject
 
 Statement: TypeAlias = tuple[str, ...]
@@ -171,11 +171,11 @@ def insufficiency(reader: Reader, prompt: str, task: Task, plan: Iterable[Action
     if missing:
         return f"not listed: {', '.join(sorted(missing))}"
     actions = [Action(operator, tuple([world.scene.index[n] for n in names])) for operator, names in named]
-    trajectory = execute(reader.domain, world, actions)
+    trajectory = execute_plan(reader.domain, world, actions)
     if trajectory.failure is not None:
         operator, names = named[len(trajectory.steps) - 1]
         return f"{operator}({', '.join(names)}): {trajectory.failure.check.reason}"
     goals = GoalTest(replace(task, initial=world))
-    reached = goals.find_reached(trajectory.final, [operator for operator, _ in named], trajectory)
+    reached = goals.find_reached(trajectory.final_state, [operator for operator, _ in named], trajectory)
     missed = [print_ltl(goal.formula) for goal, holds in zip(task.goals, reached, strict=True) if not holds]
     return f"not reached: {'; '.join(missed)}" if missed else None

@@ -32,7 +32,7 @@ from eai.tasks.prompts.prompt import VARIANTS, Prompt, PromptSet
 from eai.tasks.source import Source, given
 from eai.tasks.task import Task
 from eai.world.action import Action
-from eai.world.execution import execute
+from eai.world.execution import execute_plan
 from sweeps import every, swept
 from tasks.prompts.official_readers import official_reader_of
 from tasks.prompts.readers import reader_of
@@ -57,10 +57,10 @@ def gold_plan(benchmark: Benchmark, task: Task) -> Sequence[Action]:
     if task.plan_exclusion is not None or task.has_no_plan:
         return ()
     plan = task.script or find_plan(task, Planner(benchmark.domain), Limits(10_000)).plan
-    trajectory = execute(benchmark.domain, task.initial, plan)
-    taken = [action.operator for action in trajectory.executed]
+    trajectory = execute_plan(benchmark.domain, task.initial, plan)
+    taken = [action.operator for action in trajectory.executed_actions]
     assert trajectory.failure is None, task.id
-    assert all(GoalTest(task).find_reached(trajectory.final, taken, trajectory)), task.id
+    assert all(GoalTest(task).find_reached(trajectory.final_state, taken, trajectory)), task.id
     return plan
 
 

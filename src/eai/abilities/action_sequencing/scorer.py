@@ -142,7 +142,7 @@ class ActionSequencing(PlanScorer):
 
         A plan without steps is readable only if all goals hold at the start.
         """
-        plan = self.notation.read(text, self.domain.arities)
+        plan = self.notation.read(text, self.domain.operator_arities)
         if isinstance(plan, Unreadable) or plan.steps or self._holds_at_start:
             return plan
         return Unreadable("the plan has no steps, and not all goals hold at the start", spans=plan.spans)
@@ -280,7 +280,7 @@ class ActionSequencing(PlanScorer):
         )
 
     def _get_final_state(self, execution: Execution) -> State:
-        return execution.trajectory.final
+        return execution.trajectory.final_state
 
     def _test_goals_unexecuted(self, execute: PlanExecutor) -> tuple[bool, ...]:
         """Return a truth value for each goal, in order, for an answer that cannot be executed."""

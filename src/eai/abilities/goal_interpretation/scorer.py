@@ -28,7 +28,7 @@ from eai.logic.choice import Literal, make_best_option_finder
 from eai.tasks.task import GoalKind, Task
 from eai.world.domain import Domain
 from eai.world.fault import FaultKind
-from eai.world.relation import bits, keep_lowest_bits
+from eai.world.relation import iterate_bits, keep_lowest_bits
 
 _MAX_ENTRY_CHARACTERS = 100
 """Maximum number of characters of an ill-formed entry in a message."""
@@ -80,11 +80,11 @@ class _GoldGoals:
 
     def get_conditions(self, mask: int) -> tuple[WrittenGoal, ...]:
         """Return the statements of the conditions in a mask."""
-        return tuple([self.stated[number] for number in bits(mask)])
+        return tuple([self.stated[number] for number in iterate_bits(mask)])
 
     def get_condition_texts(self, mask: int) -> tuple[str, ...]:
         """Return the conditions in a mask as texts."""
-        return tuple([self._texts[number] for number in bits(mask)])
+        return tuple([self._texts[number] for number in iterate_bits(mask)])
 
     def _get_condition_number(self, literal: Literal) -> int:
         ground = self._lexicon.canonicalize(self._lexicon.to_ground_goal(literal))
@@ -180,7 +180,7 @@ class GoalInterpretation(Scorer):
         left = self._sort_goals(goals).known
         options = self._choose_option_masks(left)
         met = 0
-        for number in bits(reduce(or_, options, 0)):
+        for number in iterate_bits(reduce(or_, options, 0)):
             condition = self.gold.stated[number]
             times = left.get(condition, 0)
             if times > 0:

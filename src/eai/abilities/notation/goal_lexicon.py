@@ -37,7 +37,7 @@ class GoalLexicon:
     def __init__(self, task: Task, domain: Domain, notation: GoalNotation) -> None:
         words = notation.map_predicate_spellings(domain)
         self.words = words.keys()
-        self.actions = domain.arities.keys()
+        self.actions = domain.operator_arities.keys()
         names = notation.list_object_names(task)
         self.objects = Counter([names[index] for index in task.relevant])
         self._name_of = {
@@ -175,7 +175,7 @@ class _AnswerInterpreter:
     def __init__(self, task: Task, domain: Domain, notation: GoalNotation) -> None:
         self._lexicon = GoalLexicon(task, domain, notation)
         self._predicates = notation.map_predicate_spellings(domain)
-        self._vocabulary, self._actions = domain.vocabulary, domain.arities
+        self._vocabulary, self._actions = domain.vocabulary, domain.operator_arities
         names, things = notation.list_object_names(task), task.scene.objects
         self._named = group_pairs((names[index], things[index].name) for index in reversed(task.relevant))
         self._known = {scene_object for things in self._named.values() for scene_object in things}
@@ -195,7 +195,7 @@ class _AnswerInterpreter:
         """Yield the unknown names in a formula."""
         for part in walk_subformulas(formula):
             match part:
-                case Atom(name, terms) if self._vocabulary.arity(name) != len(terms):
+                case Atom(name, terms) if self._vocabulary.find_arity(name) != len(terms):
                     yield name
                 case Occurs(name) if name not in self._actions:
                     yield name

@@ -412,7 +412,7 @@ class JsonGoals(GoalNotation):
 
         def make_entry_schema(kind: GoalKind) -> Schema:
             if kind is GoalKind.ACTION:
-                return make_text_schema(domain.arities)
+                return make_text_schema(domain.operator_arities)
             said = [word for word, arity in spelt if (arity < 2) == (kind is GoalKind.STATE)]
             literal = None if words is None else [*said, *words]
             part = make_text_schema() if literal is None else make_text_schema(["not", *literal])

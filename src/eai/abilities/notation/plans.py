@@ -64,7 +64,7 @@ def resolve_plan(
         object_of: returns the index of the object that a name means, or None.
         unknown_prefix: words of the error message before a name that means no object.
     """
-    arities, operator_of = domain.arities, notation.to_operator_name
+    arities, operator_of = domain.operator_arities, notation.to_operator_name
     actions = []
     misapplied = None
     for number, (word, names) in enumerate(plan.steps):
@@ -102,7 +102,7 @@ class Execution(NamedTuple):
     @property
     def taken_actions(self) -> list[str]:
         """Names of all actions that were executed in this world."""
-        return [*self.earlier_actions, *[action.operator for action in self.trajectory.executed]]
+        return [*self.earlier_actions, *[action.operator for action in self.trajectory.executed_actions]]
 
 
 PlanExecutor: TypeAlias = Callable[[tuple[Action, ...]], Execution]

@@ -19,7 +19,7 @@ from eai.tasks.lexicon import FormulaLexicon, make_declared_lexicon
 from eai.tasks.task import Task
 from eai.world.action import Action
 from eai.world.domain import Domain
-from eai.world.execution import attempt
+from eai.world.execution import attempt_action
 from eai.world.history import History
 from eai.world.state import Fact, Scene, State, compare_states
 
@@ -93,9 +93,9 @@ class SubgoalNotation:
         subgoals: list[str] = []
         state = task.initial
         for action in plan:
-            if action.operator not in self.domain.compiled:
+            if action.operator not in self.domain.compiled_operators:
                 continue
-            after = attempt(self.domain, History(state), action)
+            after = attempt_action(self.domain, History(state), action)
             if isinstance(after, State):
                 formula = self._write_subgoal(action, state, after, lexicon)
                 subgoals += [] if formula is None else [print_ltl(formula)]

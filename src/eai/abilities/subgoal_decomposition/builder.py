@@ -51,7 +51,7 @@ from eai.tasks.task import Task
 from eai.world.action import Action
 from eai.world.fault import FaultKind
 from eai.world.operator import Check
-from eai.world.relation import bits
+from eai.world.relation import iterate_bits
 from eai.world.state import State
 
 MAX_LITERALS = 100_000
@@ -73,15 +73,15 @@ class _QuantifierRange:
 
     def all_objects(self, variable: f.Variable) -> Sequence[int]:
         """Return the objects of a variable's class, which a ``forall`` requires."""
-        return tuple(bits(self._scene.category(variable.category)))
+        return tuple(iterate_bits(self._scene.get_category_mask(variable.category)))
 
     def usable_objects(self, variable: f.Variable) -> Sequence[int]:
         """Return the task's objects of a variable's class, which ``exists`` tries.
 
         If the task has no object of the class, return all objects of the scene.
         """
-        mask = self._scene.category(variable.category)
-        return [i for i in self._relevant if mask >> i & 1] or tuple(bits(mask))
+        mask = self._scene.get_category_mask(variable.category)
+        return [i for i in self._relevant if mask >> i & 1] or tuple(iterate_bits(mask))
 
     def count_literals(self, formula: f.Formula) -> int:
         """Return the maximum number of literals that are evaluated in a test of a formula.
@@ -101,7 +101,7 @@ class _QuantifierRange:
         return _check_literal_limit(number)
 
     def _count_objects(self, variable: f.Variable) -> int:
-        return max(1, self._scene.category(variable.category).bit_count())
+        return max(1, self._scene.get_category_mask(variable.category).bit_count())
 
     def count_alternative_literals(self, formula: f.Formula) -> int:
         """Return the number of literals of all alternatives of a formula in negation normal form.

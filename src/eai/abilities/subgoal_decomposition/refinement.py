@@ -1,8 +1,8 @@
 """Refinement: find the actions for one subgoal by a small search in the declared domain.
 
 A subgoal gets at most `MAX_ACTIONS` actions. An action that changes the world makes a part of the subgoal
-true. Three other kinds of actions (`Role`) may prepare it: *movement*, *taking* an object of the subgoal into
-a hand, and, if nothing else helps, *releasing* an object. So a distant goal of the task fails as a subgoal.
+true. Three other kinds of actions (`OperatorRole`) may prepare it: *movement*, *taking* an object of the
+subgoal into a hand, and, if nothing else helps, *releasing* an object. So a distant goal fails as a subgoal.
 The shortest plan is taken. If several plans have this length, the search over the answer tries each. Effort
 is limited by a number of applied actions, never by time. Operators and objects are tried in their order.
 (Paper, section "Ability Module 2: Subgoal Decomposition": a breadth-first search with a bounded number of
@@ -31,7 +31,7 @@ from eai.planning.exclusion import ExclusionRules
 from eai.planning.subgoal import GroundAtom
 from eai.world.action import Action
 from eai.world.domain import Domain
-from eai.world.operator import Operator, Role
+from eai.world.operator import Operator, OperatorRole
 from eai.world.state import Scene, State
 
 _MAX_TESTED_LITERALS = 200_000
@@ -159,7 +159,7 @@ class SubgoalRefiner:
         needless: list[Action] = []
         covered = 0
         for action, parts in self._repertoire.find_achievers(literals, state.scene).items():
-            releases = self._get_role(action) is Role.RELEASES
+            releases = self._get_role(action) is OperatorRole.RELEASES
             if not releases and parts & ~covered and self._is_needless(action, state):
                 needless.append(action)
                 covered |= parts
@@ -194,14 +194,16 @@ class SubgoalRefiner:
         """
         helping, movement = self._repertoire.find_supporters(_get_operator_names(need.wanted))
         moves, changes = self._split_off_movement(need.wanted, need)
-        handled = any(self._get_role(action) is not Role.RELEASES for action in need.wanted)
+        handled = any(self._get_role(action) is not OperatorRole.RELEASES for action in need.wanted)
         takes = self._to_candidates(
-            self._list_actions_of_role(helping, Role.TAKES, need.named if handled else ()), need
+            self._list_actions_of_role(helping, OperatorRole.TAKES, need.named if handled else ()), need
         )
         touched = need.find_changed_literal_bits(movement)
         moving = self._to_candidates(self._list_moves(movement, need.named), need)
         yield PermittedActions(changes, takes, moves, moving, touched)
-        releases = self._to_candidates(self._list_actions_of_role(helping, Role.RELEASES, need.objects), need)
+        releases = self._to_candidates(
+            self._list_actions_of_role(helping, OperatorRole.RELEASES, need.objects), need
+        )
         if releases:
             yield PermittedActions(changes, [*takes, *releases], moves, moving, touched)
         wider = need.wanted if need.wider is None else need.wider(need.state)
@@ -220,12 +222,12 @@ class SubgoalRefiner:
     ) -> tuple[list[CandidateAction], list[CandidateAction]]:
         """Split the wanted actions into movement to a wanted position, and other actions."""
         leading = need.wider is not None
-        moves = {a: p for a, p in wanted.items() if leading and self._get_role(a) is Role.MOVEMENT}
+        moves = {a: p for a, p in wanted.items() if leading and self._get_role(a) is OperatorRole.MOVEMENT}
         changes = {action: parts for action, parts in wanted.items() if action not in moves}
         return self._to_candidates(moves, need), self._to_candidates(changes, need)
 
     def _list_actions_of_role(
-        self, operators: Iterable[Operator], role: Role, objects: Sequence[int]
+        self, operators: Iterable[Operator], role: OperatorRole, objects: Sequence[int]
     ) -> dict[Action, int]:
         """Return the actions of a role on different objects. They only prepare, so their masks are 0."""
         return {
@@ -260,7 +262,7 @@ class SubgoalRefiner:
     def _is_needless(self, action: Action, state: State) -> bool:
         return is_action_needless(self._repertoire.operators[action.operator].operator, action, state)
 
-    def _get_role(self, action: Action) -> Role:
+    def _get_role(self, action: Action) -> OperatorRole:
         return self._repertoire.operators[action.operator].role
 
 

@@ -35,9 +35,9 @@ from eai.world.derived import find_stored_predicates
 from eai.world.domain import Domain
 from eai.world.executable import CompiledOperator
 from eai.world.fault import FaultKind
-from eai.world.frame import AGENT, UNBOUND, ConditionTest, Frame, FrameBinding
-from eai.world.operator import Check, Operator, Role
-from eai.world.relation import mask_of
+from eai.world.frame import AGENT, UNBOUND, ConditionTest, FrameBinding, SlotAllocator
+from eai.world.operator import Check, Operator, OperatorRole
+from eai.world.relation import make_mask
 from eai.world.state import Scene, State
 
 Holds: TypeAlias = Callable[[State], bool]
@@ -84,7 +84,7 @@ class _OperatorInfo(NamedTuple):
     """
 
     operator: CompiledOperator
-    role: Role
+    role: OperatorRole
     movable: tuple[bool, ...]
     fixable: tuple[bool, ...]
     fixed_checks_hold: ConditionTest
@@ -128,13 +128,13 @@ class OperatorIndex:
             for name, effects in self._effects.items()
         }
         self.movement = _drop_duplicates(
-            [o for o in domain.operators if infer_operator_role(o) is Role.MOVEMENT]
+            [o for o in domain.operators if infer_operator_role(o) is OperatorRole.MOVEMENT]
         )
         self.with_tools = frozenset(
             [
                 o.name
                 for o in domain.operators
-                if infer_operator_role(o) is not Role.MOVEMENT and self._find_tool_parameters(o)
+                if infer_operator_role(o) is not OperatorRole.MOVEMENT and self._find_tool_parameters(o)
             ]
         )
         self._moved = frozenset[str]().union(*[self._writes[o.name] for o in self.movement])
@@ -174,12 +174,14 @@ class OperatorIndex:
     def make_literal_test(self, literal: GroundAtom, scene: Scene) -> Holds:
         """Return a function that tests a literal in a state. Each predicate is compiled only once."""
         frame, truth = self._compiled(literal.predicate, len(literal.arguments), literal.truth)
-        binding = frame.bind(scene, literal.arguments)
+        binding = frame.bind_arguments(scene, literal.arguments)
         return lambda state: truth(state, [*binding])  # copied, since quantifiers write into the list
 
-    def _compile_literal(self, predicate: str, arity: int, truth: bool) -> tuple[Frame, ConditionTest]:
+    def _compile_literal(
+        self, predicate: str, arity: int, truth: bool
+    ) -> tuple[SlotAllocator, ConditionTest]:
         variables = tuple([Variable(f"argument {i}") for i in range(arity)])
-        frame, atom = Frame(variables), Atom(predicate, variables)
+        frame, atom = SlotAllocator(variables), Atom(predicate, variables)
         return frame, ConditionCompiler(self._domain.vocabulary, frame).compile_test(
             atom if truth else Not(atom)
         )
@@ -225,7 +227,9 @@ class OperatorIndex:
             else:
                 ways = self._find_fitting_arguments(operator, given, objects, fitting)
             actions |= {Action(operator, arguments): None for arguments in ways if agent not in arguments}
-        moving = [action for action in actions if self.operators[action.operator].role is Role.MOVEMENT]
+        moving = [
+            action for action in actions if self.operators[action.operator].role is OperatorRole.MOVEMENT
+        ]
         return moving if moving and agent in literal.arguments else actions
 
     def _find_fitting_arguments(
@@ -237,7 +241,7 @@ class OperatorIndex:
         """
         taken = self._taking(operator)
         scope = {p: i for p, i in zip(taken.schema.variables, given, strict=True) if i is not None}
-        usable = mask_of(objects)
+        usable = make_mask(objects)
         partial, effort = (
             taken.make_partial_binding(state.scene, scope, fixed=True),
             Effort(Limits().bindings),
@@ -263,14 +267,16 @@ class OperatorIndex:
         """
         operators = self._domain.operators
         asking = [operator for operator in operators if operator.name in names]
-        hands = [o for o in operators if self.operators[o.name].role in (Role.TAKES, Role.RELEASES)]
+        hands = [
+            o for o in operators if self.operators[o.name].role in (OperatorRole.TAKES, OperatorRole.RELEASES)
+        ]
         helping = self._select_supporting_operators(asking, hands, self._asks)
         movement = self._select_supporting_operators([*asking, *helping], self.movement, self._checks)
         return helping, [o.name for o in self.movement if o in movement or o.name in names]
 
     def _make_operator_info(self, operator: Operator) -> _OperatorInfo:
-        compiled = self._domain.compiled[operator.name]
-        tried = [condition for attempt in operator.tries for condition in attempt.conditions]
+        compiled = self._domain.compiled_operators[operator.name]
+        tried = [condition for attempt in operator.alternatives for condition in attempt.conditions]
         conditions = [*([check.condition] for check in operator.checks), tried]
         moved = [
             not self._moved.isdisjoint(self._find_stored_predicates(formulas)) for formulas in conditions
@@ -282,7 +288,7 @@ class OperatorIndex:
         fixed, common, rest = [
             conjoin_tests([c.holds for c, k in checks if k is kind]) for kind in _CheckKind
         ]
-        rest = compiled.is_possible if operator.tries else rest
+        rest = compiled.is_possible if operator.alternatives else rest
         checks_with_kind = zip(compiled.checks, kinds, fixable, strict=False)
         unmoved = conjoin_tests(
             [check.holds for check, kind, can in checks_with_kind if kind is _CheckKind.REST and not can]
@@ -363,13 +369,13 @@ def _drop_duplicates(operators: Iterable[Operator]) -> list[Operator]:
     operators_by_content: dict[object, Operator] = {}
     for operator in operators:
         operators_by_content.setdefault(
-            (operator.parameters, operator.checks, operator.effects, operator.tries), operator
+            (operator.parameters, operator.checks, operator.effects, operator.alternatives), operator
         )
     return list(operators_by_content.values())
 
 
 def _list_check_conditions(operator: Operator) -> Iterator[Formula]:
-    for checks in (operator.checks, *(attempt.checks for attempt in operator.tries)):
+    for checks in (operator.checks, *(attempt.checks for attempt in operator.alternatives)):
         yield from [check.condition for check in checks]
 
 
@@ -409,7 +415,7 @@ class CandidateAction(NamedTuple):
     @property
     def is_achiever(self) -> bool:
         """Whether the action changes the world. Such an action only achieves literals of the subgoal."""
-        return self.info.role is Role.CHANGE
+        return self.info.role is OperatorRole.CHANGE
 
     def is_possible(self, state: State) -> bool:
         """Whether all checks of the action hold."""
@@ -430,7 +436,7 @@ class CandidateAction(NamedTuple):
         """Whether movement can make all failing checks true, provided that fixed and common checks hold."""
         if not self.info.unmovable_checks_hold(state, self.binding):
             return False
-        return not self.info.operator.tries or all(
+        return not self.info.operator.alternatives or all(
             self.info.fixable[i] for i in self.find_failing_checks(state)
         )
 

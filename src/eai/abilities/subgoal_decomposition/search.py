@@ -39,7 +39,7 @@ from eai.planning.search import Effort
 from eai.tasks.goal_test import ACTION_ARGUMENTS, StateTest
 from eai.world.action import Action, Fault
 from eai.world.domain import Domain
-from eai.world.execution import Step, Trajectory, attempt
+from eai.world.execution import Step, Trajectory, attempt_action
 from eai.world.fault import FaultKind
 from eai.world.history import History
 from eai.world.operator import Check
@@ -225,7 +225,7 @@ def _merge_branches(
         return branches
     groups: dict[object, list[ExecutionBranch]] = {}
     for branch in branches:
-        way = branch.trajectory.executed if with_pasts else ()
+        way = branch.trajectory.executed_actions if with_pasts else ()
         key = (branch.state, branch.met, branch.count_executed(subgoal), way)
         groups.setdefault(key, []).append(branch)
     best = [
@@ -433,7 +433,7 @@ class _Exploration:
         executed, refined = branch.count_executed(subgoal), branch.refined
         for action in plan:
             self._attempts.used += 1
-            outcome = attempt(self._domain, past, action)
+            outcome = attempt_action(self._domain, past, action)
             if isinstance(outcome, State):
                 if executed == most:
                     return _end_branch(branch, subgoal, TOO_FAR)

@@ -108,7 +108,7 @@ def make_behavior_lexicon(scene: Scene, signature: Signature, objects: Mapping[s
         objects: index of the object that each name means.
     """
     categories = {
-        n: c for n, c in map_category_predicates(scene).items() if scene.vocabulary.arity(n) is None
+        n: c for n, c in map_category_predicates(scene).items() if scene.vocabulary.find_arity(n) is None
     }
     actions = {name: name.upper() for name in ACTION_ARITIES}
     return FormulaLexicon(

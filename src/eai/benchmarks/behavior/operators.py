@@ -15,8 +15,16 @@ from typing import NamedTuple
 from eai.benchmarks.behavior import predicates as p
 from eai.benchmarks.behavior.predicates import P, X, Y
 from eai.logic.formula import Exists, Formula, Implies, Variable
-from eai.world.effect import ANYTHING, Add, Delete, Effect, ForEach, Let, When, both_ways
-from eai.world.operator import Check, Operator, Role, Try, additional, affordance, missing
+from eai.world.effect import ANYTHING, Add, Delete, Effect, ForEach, Let, When, make_symmetric_effects
+from eai.world.operator import (
+    Alternative,
+    Check,
+    Operator,
+    OperatorRole,
+    additional_step,
+    affordance,
+    missing_step,
+)
 from eai.world.vocabulary import Predicate
 
 H = Variable("h")
@@ -40,18 +48,18 @@ class _Hand(NamedTuple):
 HANDS = (_Hand("LEFT", p.in_left_hand, p.in_right_hand), _Hand("RIGHT", p.in_right_hand, p.in_left_hand))
 
 # Checks that several actions share.
-A_HAND_FREE = missing(~p.hands_full(), "both hands are full")
+A_HAND_FREE = missing_step(~p.hands_full(), "both hands are full")
 
 
 def require_not_in_other_hand(hand: _Hand) -> Check:
     """Return the check that the other hand does not hold the object."""
-    return missing(~hand.other(X), "{x} is in the other hand already")
+    return missing_step(~hand.other(X), "{x} is in the other hand already")
 
 
 def require_cut_off(obj: Variable) -> Check:
     """Return the check that a half has been cut off from its whole. Objects that are not halves pass."""
     condition = Implies(p.part(obj), p.is_sliced(obj))
-    return missing(condition, f"{{{obj.name}}} has not been cut off yet")
+    return missing_step(condition, f"{{{obj.name}}} has not been cut off yet")
 
 
 def require_interactable(obj: Variable) -> tuple[Check, ...]:
@@ -61,7 +69,7 @@ def require_interactable(obj: Variable) -> tuple[Check, ...]:
     """
     shut = Exists(C, p.closed(C) & p.within(obj, C))
     return (
-        missing(~p.shut_in(obj), f"{{{obj.name}}} is inside something that is closed", witness=shut),
+        missing_step(~p.shut_in(obj), f"{{{obj.name}}} is inside something that is closed", witness=shut),
         affordance(~p.cut_up(obj), f"{{{obj.name}}} is sliced; only its parts can be handled"),
         require_cut_off(obj),
     )
@@ -108,42 +116,42 @@ def make_grasp_action(hand: _Hand) -> Operator:
     checks = (
         affordance(~p.floor(X), "{x} is a floor"),
         affordance(~p.ungraspable(X), "{x} is too big to grasp"),
-        additional(~hand.holds(X), "{x} is in that hand already"),
+        additional_step(~hand.holds(X), "{x} is in that hand already"),
         require_not_in_other_hand(hand),
-        missing(hand.empty, "that hand is full"),
+        missing_step(hand.empty, "that hand is full"),
         *require_interactable(X),
     )
     effects = (
         Delete(p.stands_on(X, ANYTHING)),
-        *both_ways(Delete, p.stands_under(X, ANYTHING)),
-        *both_ways(Delete, p.stands_by(X, ANYTHING)),
+        *make_symmetric_effects(Delete, p.stands_under(X, ANYTHING)),
+        *make_symmetric_effects(Delete, p.stands_by(X, ANYTHING)),
         *clear_support(X),
         ForEach(C, p.carries(X, C) & p.much_larger(C, X), clear_support(C)),
         Add(hand.holds(X)),
     )
     text = "take the object into that hand"
-    return Operator(f"{hand.name}_GRASP", (X,), checks, effects, text, role=Role.TAKES)
+    return Operator(f"{hand.name}_GRASP", (X,), checks, effects, text, role=OperatorRole.TAKES)
 
 
 def make_release_action(hand: _Hand) -> Operator:
     """Return the action RELEASE of a hand: the held object then stands on the floor on which the robot is."""
     checks = (
-        missing(~(hand.empty & p.labelled(X)), "that hand holds nothing"),
-        additional(~hand.empty, "that hand holds nothing"),
-        missing(hand.holds(X), "that hand holds something other than {x}"),
+        missing_step(~(hand.empty & p.labelled(X)), "that hand holds nothing"),
+        additional_step(~hand.empty, "that hand holds nothing"),
+        missing_step(hand.holds(X), "that hand holds something other than {x}"),
         *require_interactable(X),
     )
     effects = (Delete(hand.holds(X)), Let(F, p.robot_on(F), (Add(p.stands_on(X, F)),)))
     text = "let go of the object in that hand"
-    return Operator(f"{hand.name}_RELEASE", (X,), checks, effects, text, role=Role.RELEASES)
+    return Operator(f"{hand.name}_RELEASE", (X,), checks, effects, text, role=OperatorRole.RELEASES)
 
 
 def require_target_for_placing(hand: _Hand, target: Variable) -> tuple[Check, ...]:
     """Return the checks of placing actions: the hand holds an object, which does not carry the target."""
     return (
-        missing(~hand.empty, "that hand holds nothing"),
-        missing(~hand.holds(target), f"{{{target.name}}} is the object in that hand"),
-        missing(
+        missing_step(~hand.empty, "that hand holds nothing"),
+        missing_step(~hand.holds(target), f"{{{target.name}}} is the object in that hand"),
+        missing_step(
             ~Exists(H, hand.holds(H) & p.carried_by(target, H)),
             f"{{{target.name}}} is carried by the object in that hand",
         ),
@@ -156,7 +164,7 @@ NO_INSIDE = affordance(~p.floor(X), "{x} is a floor, which has no inside")
 
 def make_placing_actions(hand: _Hand) -> Iterator[Operator]:
     """Yield the actions that put the held object down. In effects, ``h`` is the held object."""
-    free, beside = require_target_for_placing(hand, X), both_ways(Add, p.stands_by(H, X))
+    free, beside = require_target_for_placing(hand, X), make_symmetric_effects(Add, p.stands_by(H, X))
     fits = affordance(~Exists(H, hand.holds(H) & p.larger(H, X)), "what the hand holds is too big for {x}")
     for name, checks, effects, where in (
         ("ONTOP", free, put_on(H, X), "onto the object"),
@@ -171,7 +179,7 @@ def make_placing_actions(hand: _Hand) -> Iterator[Operator]:
 
 
 def _require_fitting(hand: _Hand, fits: Check) -> tuple[Check, ...]:
-    return NO_INSIDE, fits, missing(hand.empty | ~p.closed(X), "{x} is closed")
+    return NO_INSIDE, fits, missing_step(hand.empty | ~p.closed(X), "{x} is closed")
 
 
 def _make_placing_action(
@@ -235,7 +243,7 @@ def make_state_action(
         *first,
         A_HAND_FREE,
         affordance(ability(X), f"{{x}} is not {ability.name}"),
-        additional(~wanted if to else wanted, f"{{x}} {_describe_existing_state(state, holds=to)}"),
+        additional_step(~wanted if to else wanted, f"{{x}} {_describe_existing_state(state, holds=to)}"),
         *require_interactable(X),
         *last,
     )
@@ -252,7 +260,7 @@ def make_toggle_on_action() -> Operator:
         p.is_toggled_on,
         "switch the object on",
         to=True,
-        last=(missing(~(p.openable(X) & p.is_open(X)), "{x} is open"),),
+        last=(missing_step(~(p.openable(X) & p.is_open(X)), "{x} is open"),),
         effects=(When(p.dishwasher(X), (ForEach(C, p.carries(X, C), washed),)),),
     )
 
@@ -284,7 +292,7 @@ def make_slice_action() -> Operator:
         p.is_sliced,
         "slice the object with a slicer in a hand",
         to=True,
-        first=(missing(Exists(Y, p.held(Y) & p.slicer(Y)), "no hand holds a slicer"),),
+        first=(missing_step(Exists(Y, p.held(Y) & p.slicer(Y)), "no hand holds a slicer"),),
         effects=(ForEach(P, parts, (Add(p.is_sliced(P)),)), *states, *labels, *supports),
     )
 
@@ -295,7 +303,7 @@ def _pass_relation_to_halves(label: Predicate) -> tuple[Effect, ...]:
     return (
         ForEach(C, label(X, C), (ForEach(P, parts, (Add(label(P, C)),)),)),
         ForEach(C, label(C, X), (ForEach(P, parts, (Add(label(C, P)),)),)),
-        *both_ways(Delete, label(X, ANYTHING)),
+        *make_symmetric_effects(Delete, label(X, ANYTHING)),
     )
 
 
@@ -308,7 +316,7 @@ def make_clean_action() -> Operator:
     detergent = Exists(Y, p.held(Y) & p.detergent(Y))
     checks = (
         affordance(p.dustyable(X) | p.stainable(X), "{x} can be neither dusty nor stained"),
-        additional(p.is_dusty(X) | p.is_stained(X), "{x} is neither dusty nor stained"),
+        additional_step(p.is_dusty(X) | p.is_stained(X), "{x} is neither dusty nor stained"),
     )
     tries = (
         _make_cleaning_try(
@@ -324,22 +332,22 @@ def make_clean_action() -> Operator:
             "there_is_no_soaked_cleaning_tool_detergent_or_running_sink_for",
         ),
     )
-    return Operator("CLEAN", (X,), checks, (), "clean the object of dust and stains", tries=tries)
+    return Operator("CLEAN", (X,), checks, (), "clean the object of dust and stains", alternatives=tries)
 
 
-def _make_cleaning_try(dirt: Predicate, means: Formula, lacking: str, id: str) -> Try:
+def _make_cleaning_try(dirt: Predicate, means: Formula, lacking: str, id: str) -> Alternative:
     checks = (
-        additional(dirt(X), f"{{x}} {_describe_existing_state(dirt, holds=False)}"),
+        additional_step(dirt(X), f"{{x}} {_describe_existing_state(dirt, holds=False)}"),
         *require_interactable(X),
-        replace(missing(means, lacking), id=id),
+        replace(missing_step(means, lacking), id=id),
     )
-    return Try(dirt(X), checks, (Delete(dirt(X)),))
+    return Alternative(dirt(X), checks, (Delete(dirt(X)),))
 
 
 def make_soak_action() -> Operator:
     """Return the action SOAK: an object in a running sink or a teapot becomes wet."""
     vessel = (p.sink(Y) | p.teapot(Y)) & (p.is_toggled_on(Y) | ~p.toggleable(Y))
-    in_water = missing(Exists(Y, p.carried_by(X, Y) & vessel), "{x} is in no running sink and no teapot")
+    in_water = missing_step(Exists(Y, p.carried_by(X, Y) & vessel), "{x} is in no running sink and no teapot")
     return make_state_action(
         "SOAK", p.soakable, p.is_soaked, "make the object wet", to=True, last=(in_water,)
     )
@@ -347,13 +355,13 @@ def make_soak_action() -> Operator:
 
 def make_cook_action() -> Operator:
     """Return the action COOK: an object in a saucepan becomes cooked."""
-    in_pan = missing(Exists(Y, p.carried_by(X, Y) & p.saucepan(Y)), "{x} is in no saucepan")
+    in_pan = missing_step(Exists(Y, p.carried_by(X, Y) & p.saucepan(Y)), "{x} is in no saucepan")
     return make_state_action("COOK", p.cookable, p.is_cooked, "cook the object", to=True, last=(in_pan,))
 
 
 def make_freeze_action() -> Operator:
     """Return the action FREEZE: an object in a fridge freezes."""
-    in_cold = missing(Exists(Y, p.carried_by(X, Y) & p.cold_source(Y)), "{x} is in no fridge")
+    in_cold = missing_step(Exists(Y, p.carried_by(X, Y) & p.cold_source(Y)), "{x} is in no fridge")
     return make_state_action(
         "FREEZE", p.freezable, p.is_frozen, "freeze the object", to=True, last=(in_cold,)
     )
@@ -364,9 +372,9 @@ def make_operators() -> tuple[Operator, ...]:
 
     The left hand comes first.
     """
-    not_on = missing(~(p.toggleable(X) & p.is_toggled_on(X)), "{x} is running")
+    not_on = missing_step(~(p.toggleable(X) & p.is_toggled_on(X)), "{x} is running")
     return (
-        Operator("NAVIGATE_TO", (X,), (), (), "go to the object", role=Role.MOVEMENT),
+        Operator("NAVIGATE_TO", (X,), (), (), "go to the object", role=OperatorRole.MOVEMENT),
         *chain.from_iterable(zip(*map(make_hand_actions, HANDS), strict=True)),
         make_state_action("OPEN", p.openable, p.is_open, "open the object", to=True, last=(not_on,)),
         make_state_action("CLOSE", p.openable, p.is_open, "close the object", to=False),

@@ -10,7 +10,7 @@ from __future__ import annotations
 import eai.logic.formula as f
 from eai.benchmarks import support
 from eai.world.derived import DefinedPredicate, LookupFunction, LookupPredicate
-from eai.world.relation import bits
+from eai.world.relation import iterate_bits
 from eai.world.state import State
 from eai.world.vocabulary import Predicate, Vocabulary
 
@@ -38,7 +38,7 @@ def make_lookup_with_halves(values: LookupFunction) -> LookupFunction:
         if not halves:
             return values(state, arguments)
         common = state.scene.everything
-        for half in bits(halves):
+        for half in iterate_bits(halves):
             common &= values(state, (half,))
         return common
 

@@ -14,7 +14,7 @@ from operator import or_
 
 from eai.benchmarks.behavior_1k import predicates as p
 from eai.tasks.task import Task
-from eai.world.relation import bits
+from eai.world.relation import iterate_bits
 from eai.world.state import State
 from eai.world.vocabulary import Predicate
 
@@ -60,13 +60,18 @@ class SceneReader:
         return self._state.has(predicate.name, *[self._index[name] for name in names])
 
     def _find_objects_with(self, predicate: Predicate) -> list[str]:
-        return [self._names[i] for i in bits(self._state.mask(predicate.name))]
+        return [self._names[i] for i in iterate_bits(self._state.mask(predicate.name))]
 
     def _find_targets(self, predicate: Predicate, name: str) -> list[str]:
-        return [self._names[i] for i in bits(self._state.relation(predicate.name).row(self._index[name]))]
+        return [
+            self._names[i] for i in iterate_bits(self._state.relation(predicate.name).row(self._index[name]))
+        ]
 
     def _find_sources_of(self, predicate: Predicate, name: str) -> list[str]:
-        return [self._names[i] for i in bits(self._state.relation(predicate.name).column(self._index[name]))]
+        return [
+            self._names[i]
+            for i in iterate_bits(self._state.relation(predicate.name).column(self._index[name]))
+        ]
 
 
 def describe_conventions(task: Task) -> str:
@@ -99,7 +104,7 @@ class _SituationWriter(SceneReader):
             if given:
                 yield f"- {source} {self._describe_source(source, _join_names(given))}."
         resting = reduce(or_, [self._state.relation(support).sources for support in p.SUPPORTS])
-        free = {*self._find_objects_with(p.present)} - {self._names[i] for i in bits(resting)}
+        free = {*self._find_objects_with(p.present)} - {self._names[i] for i in iterate_bits(resting)}
         for floor in self._find_objects_with(p.floor):
             above = [name for name in self._find_sources_of(p.by_floor, floor) if name in free]
             if above:

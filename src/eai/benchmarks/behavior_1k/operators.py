@@ -16,27 +16,35 @@ from eai.benchmarks.behavior_1k import predicates as p
 from eai.benchmarks.behavior_1k.predicates import C, F, H, I, O, P, R, S, T, W, X, Y, Z
 from eai.logic.formula import Equals, Exists, Formula, Implies, Variable
 from eai.world.domain import Domain
-from eai.world.effect import ANYTHING, Add, Delete, Effect, ForEach, Let, When, both_ways
+from eai.world.effect import ANYTHING, Add, Delete, Effect, ForEach, Let, When, make_symmetric_effects
 from eai.world.history import find_when_possible
-from eai.world.operator import Check, Operator, Role, additional, affordance, missing, sort_operator_checks
+from eai.world.operator import (
+    Check,
+    Operator,
+    OperatorRole,
+    additional_step,
+    affordance,
+    missing_step,
+    sort_operator_checks,
+)
 from eai.world.vocabulary import Predicate
 
 READING = "b1k-1"
 """Name of the current set of decisions. A set with a changed decision gets a new name."""
 
 MOVABLE = affordance(~p.fixed(X), "{x} cannot be moved")
-HAND_FREE = missing(~p.hands_full(), "both hands are full")
+HAND_FREE = missing_step(~p.hands_full(), "both hands are full")
 
 
 def require_existing(obj: Variable) -> Check:
     """Return the check that an object exists now: it has been made, and has not been used up."""
-    return missing(p.real(obj), f"{{{obj.name}}} does not exist now")
+    return missing_step(p.real(obj), f"{{{obj.name}}} does not exist now")
 
 
 def require_reachable(obj: Variable) -> Check:
     """Return the check that an object is not in a closed container."""
     shut = Exists(Z, p.closed(Z) & p.within(obj, Z))
-    return missing(~p.shut_in(obj), f"{{{obj.name}}} is inside something that is closed", witness=shut)
+    return missing_step(~p.shut_in(obj), f"{{{obj.name}}} is inside something that is closed", witness=shut)
 
 
 def require_object(obj: Variable) -> Check:
@@ -47,7 +55,7 @@ def require_object(obj: Variable) -> Check:
 
 def require_in_hand(obj: Variable) -> Check:
     """Return the check that the robot holds an object."""
-    return missing(p.held(obj), f"{{{obj.name}}} is not in a hand")
+    return missing_step(p.held(obj), f"{{{obj.name}}} is not in a hand")
 
 
 def require_different(one: Variable, other: Variable) -> Check:
@@ -65,7 +73,7 @@ def take_from_place(obj: Variable) -> tuple[Effect, ...]:
     relations = (p.lies_in, p.lies_on, p.laid_over, p.draped_on, p.stands_under)
     return (
         *(Delete(relation(obj, ANYTHING)) for relation in relations),
-        *both_ways(Delete, p.stands_by(obj, ANYTHING)),
+        *make_symmetric_effects(Delete, p.stands_by(obj, ANYTHING)),
         Delete(p.stands_under(ANYTHING, obj)),
     )
 
@@ -100,7 +108,12 @@ def _go_to(obj: Variable) -> Effect:
 def make_navigate_action() -> Operator:
     """Return the action NAVIGATE_TO (OmniGibson: primitives NAVIGATE_TO)."""
     return Operator(
-        "NAVIGATE_TO", (X,), (require_existing(X),), (_go_to(X),), "go to the object", role=Role.MOVEMENT
+        "NAVIGATE_TO",
+        (X,),
+        (require_existing(X),),
+        (_go_to(X),),
+        "go to the object",
+        role=OperatorRole.MOVEMENT,
     )
 
 
@@ -109,10 +122,10 @@ def make_grasp_action() -> Operator:
     checks = (
         MOVABLE,
         affordance(~p.floor(X), "{x} is a floor"),
-        additional(~p.held(X), "{x} is in a hand already"),
+        additional_step(~p.held(X), "{x} is in a hand already"),
         require_existing(X),
         HAND_FREE,
-        missing(
+        missing_step(
             ~Exists(Y, p.attached_to(X, Y)),
             "{x} is attached to something",
             witness=Exists(Y, p.attached_to(X, Y)),
@@ -120,14 +133,16 @@ def make_grasp_action() -> Operator:
         require_reachable(X),
     )
     text = "take the object, with all that is in or on it, into a free hand"
-    return Operator("GRASP", (X,), checks, (*take_from_place(X), Add(p.held(X))), text, role=Role.TAKES)
+    return Operator(
+        "GRASP", (X,), checks, (*take_from_place(X), Add(p.held(X))), text, role=OperatorRole.TAKES
+    )
 
 
 def make_release_action() -> Operator:
     """Return the action RELEASE (OmniGibson: primitives RELEASE)."""
     effects = (Delete(p.held(X)), Let(F, p.robot_on(F), (Add(p.lies_on(X, F)),)))
     text = "let go of the object in a hand; it comes to lie on the floor where the robot is"
-    return Operator("RELEASE", (X,), (require_in_hand(X),), effects, text, role=Role.RELEASES)
+    return Operator("RELEASE", (X,), (require_in_hand(X),), effects, text, role=OperatorRole.RELEASES)
 
 
 def _make_placing_action(
@@ -138,7 +153,7 @@ def _make_placing_action(
         needed += [
             require_different(X, other),
             require_existing(other),
-            missing(~p.carried_by(other, X), f"{{{other.name}}} is carried by {{x}}"),
+            missing_step(~p.carried_by(other, X), f"{{{other.name}}} is carried by {{x}}"),
             require_reachable(other),
         ]
     return Operator(name, (X, *others), (*needed, *checks), (Delete(p.held(X)), *effects), text)
@@ -151,7 +166,7 @@ def make_placing_actions() -> Iterator[Operator]:
     attached_to.
     """
     first, is_cloth = "the first object, which is in a hand,", require_ability(X, p.cloth, "is no cloth")
-    inside = require_ability(Y, p.container, "has no inside"), missing(~p.closed(Y), "{y} is closed")
+    inside = require_ability(Y, p.container, "has no inside"), missing_step(~p.closed(Y), "{y} is closed")
     fits = affordance(p.fits(X, Y), "{x} cannot be attached to {y}")
     for name, relation, text, checks in (
         ("PLACE_ONTOP", p.lies_on, f"put {first} onto the second", ()),
@@ -161,16 +176,16 @@ def make_placing_actions() -> Iterator[Operator]:
         ("ATTACH", p.attached_to, f"attach {first} to the second", (fits,)),
     ):
         yield _make_placing_action(name, text, (Add(relation(X, Y)),), *checks)
-    beside, under = both_ways(Add, p.stands_by(X, Y)), Add(p.stands_under(X, Y))
+    beside, under = make_symmetric_effects(Add, p.stands_by(X, Y)), Add(p.stands_under(X, Y))
     yield _make_placing_action("PLACE_UNDER", f"put {first} under the second", (under, *put_with(X, Y)))
     yield _make_placing_action("PLACE_NEXTTO", f"put {first} next to the second", (*beside, *put_with(X, Y)))
     together = Exists(C, p.carries(C, Y) & p.carries(C, Z)) | Exists(F, p.floor_of(Y, F) & p.floor_of(Z, F))
     yield _make_placing_action(
         "PLACE_BETWEEN",
         f"put {first} next to both the second and the third",
-        (*beside, *both_ways(Add, p.stands_by(X, Z)), *put_with(X, Y)),
+        (*beside, *make_symmetric_effects(Add, p.stands_by(X, Z)), *put_with(X, Y)),
         require_different(Y, Z),
-        missing(together, "{y} and {z} are not in one place"),
+        missing_step(together, "{y} and {z} are not in one place"),
         others=(Y, Z),
     )
 
@@ -179,13 +194,13 @@ def make_detach_action() -> Operator:
     """Return the action DETACH (OmniGibson: states attached_to)."""
     checks = (
         require_existing(X),
-        missing(p.attached_to(X, Y), "{x} is not attached to {y}"),
+        missing_step(p.attached_to(X, Y), "{x} is not attached to {y}"),
         HAND_FREE,
         require_reachable(X),
     )
     effects = (Delete(p.attached_to(X, Y)), *take_from_place(X), Add(p.held(X)))
     text = "detach the first object from the second, into a free hand"
-    return Operator("DETACH", (X, Y), checks, effects, text, role=Role.TAKES)
+    return Operator("DETACH", (X, Y), checks, effects, text, role=OperatorRole.TAKES)
 
 
 def _make_state_action(
@@ -200,7 +215,7 @@ def _make_state_action(
     already = f"{{x}} is {'' if to else 'not '}{state.name.removeprefix('is_').replace('_', ' ')} already"
     checks = (
         require_ability(X, ability, f"is not {ability.name}"),
-        additional(~state(X) if to else state(X), already.replace("not open already", "closed already")),
+        additional_step(~state(X) if to else state(X), already.replace("not open already", "closed already")),
         require_existing(X),
         hand,
         require_reachable(X),
@@ -213,7 +228,7 @@ def make_state_actions() -> Iterator[Operator]:
 
     OmniGibson: the primitives of the first four names; states folded.
     """
-    hand = missing(p.held(X) | ~p.hands_full(), "both hands are full", (~p.hands_full(),))
+    hand = missing_step(p.held(X) | ~p.hands_full(), "both hands are full", (~p.hands_full(),))
     yield _make_state_action("OPEN", p.openable, p.is_open, "open the object", to=True)
     yield _make_state_action("CLOSE", p.openable, p.is_open, "close the object", to=False)
     yield _make_state_action(
@@ -253,7 +268,7 @@ def _require_cutting_tool(ability: Predicate, reason: str) -> tuple[Check, ...]:
         require_ability(T, p.slicer, "cannot cut"),
         require_existing(X),
         require_in_hand(T),
-        missing(~p.held(X), "{x} is in a hand"),
+        missing_step(~p.held(X), "{x} is in a hand"),
         require_reachable(X),
     )
 
@@ -281,8 +296,8 @@ def make_dice_action() -> Operator:
 
 # Substances that can be poured: contents, the substance of a source, and covers other than stains.
 POURABLE = p.has_in(X, S) | p.gives(X, S) | (p.has_cover(X, S) & ~p.visual(S))
-HOLDS_SOMETHING = missing(Exists(S, POURABLE), "{x} holds no substance")
-RUNNING = missing(~p.toggleable(Y) | p.is_toggled_on(Y), "{y} is not switched on")
+HOLDS_SOMETHING = missing_step(Exists(S, POURABLE), "{x} holds no substance")
+RUNNING = missing_step(~p.toggleable(Y) | p.is_toggled_on(Y), "{y} is not switched on")
 
 
 def make_fill_action() -> Operator:
@@ -291,7 +306,7 @@ def make_fill_action() -> Operator:
         require_ability(X, p.fillable, "cannot be filled"),
         affordance(p.fixed(Y) & Exists(S, p.gives(Y, S)), "{y} gives nothing"),
         require_in_hand(X),
-        missing(~p.closed(X), "{x} is closed"),
+        missing_step(~p.closed(X), "{x} is closed"),
         RUNNING,
     )
     effects = (ForEach(S, p.gives(Y, S), (Add(p.has_in(X, S)), Add(p.full_of(X, S)), Add(p.present(S)))),)
@@ -319,7 +334,7 @@ def make_pour_action() -> Operator:
     checks = _require_pouring(
         require_ability(Y, p.fillable, "cannot be filled"),
         HOLDS_SOMETHING,
-        missing(~p.closed(Y), "{y} is closed"),
+        missing_step(~p.closed(Y), "{y} is closed"),
     )
     effects = (
         ForEach(S, POURABLE, (Add(p.has_in(Y, S)), Add(p.present(S)))),
@@ -338,9 +353,9 @@ def make_empty_action() -> Operator:
     things = p.lies_in(Z, X) | p.lies_on(Z, X)
     checks = _require_pouring(
         affordance(p.container(Y) | p.fillable(Y) | p.floor(Y), "{y} takes nothing up"),
-        missing(~p.carried_by(Y, X), "{y} is carried by {x}"),
-        missing(Exists(S, p.has_in(X, S) | p.has_cover(X, S)) | Exists(Z, things), "{x} is empty"),
-        missing(~p.closed(Y), "{y} is closed"),
+        missing_step(~p.carried_by(Y, X), "{y} is carried by {x}"),
+        missing_step(Exists(S, p.has_in(X, S) | p.has_cover(X, S)) | Exists(Z, things), "{x} is empty"),
+        missing_step(~p.closed(Y), "{y} is closed"),
     )
     effects = (
         ForEach(S, spilt & ~p.sink(Y), (Add(p.has_in(Y, S)),)),
@@ -365,7 +380,7 @@ def make_apply_action() -> Operator:
     return Operator("APPLY", (X, Y), _require_pouring(HOLDS_SOMETHING), effects, text)
 
 
-COVERED = additional(Exists(S, p.has_cover(X, S)), "{x} is covered by nothing")
+COVERED = additional_step(Exists(S, p.has_cover(X, S)), "{x} is covered by nothing")
 
 
 def make_wipe_action() -> Operator:
@@ -380,7 +395,9 @@ def make_wipe_action() -> Operator:
         affordance(~Exists(S, p.has_cover(X, S)) | able, "{t} cannot remove what covers {x}"),
         require_existing(X),
         require_in_hand(T),
-        missing(Exists(S, off), "{t} is not soaked with, or does not run as, what removes what covers {x}"),
+        missing_step(
+            Exists(S, off), "{t} is not soaked with, or does not run as, what removes what covers {x}"
+        ),
         require_reachable(X),
     )
     text = "wipe the first object with the second, which is in a hand"
@@ -395,7 +412,7 @@ def make_soak_action() -> Operator:
         require_different(X, Y),
         require_existing(Y),
         require_in_hand(X),
-        missing(Exists(S, fluid), "{y} holds nothing, and is not switched on"),
+        missing_step(Exists(S, fluid), "{y} holds nothing, and is not switched on"),
         require_reachable(Y),
     )
     text = "soak the first object, which is in a hand, with what the second gives or holds"
@@ -415,7 +432,7 @@ def make_rinse_action() -> Operator:
         require_existing(X),
         require_in_hand(X),
         RUNNING,
-        missing(Exists(S, off), "water alone does not remove what covers {x}"),
+        missing_step(Exists(S, off), "water alone does not remove what covers {x}"),
     )
     text = "rinse the first object, which is in a hand, under the second, which runs"
     return Operator("RINSE", (X, Y), checks, (ForEach(S, off, (Delete(p.has_cover(X, S)),)),), text)
@@ -456,8 +473,8 @@ def make_run_machine_action() -> Operator:
     checks = (
         require_existing(H),
         require_ability(H, p.mixer, "is no machine that makes anything of what is in it"),
-        missing(p.is_toggled_on(H), "{h} is not switched on"),
-        missing(
+        missing_step(p.is_toggled_on(H), "{h} is not switched on"),
+        missing_step(
             Exists(R, p.made_in(R, H) & p.ready(R, H)),
             "{h} does not hold all that a recipe takes, and nothing else",
         ),
@@ -473,7 +490,7 @@ def make_stir_action() -> Operator:
         require_ability(T, p.mixing_tool, "is no tool for mixing"),
         require_existing(C),
         require_in_hand(T),
-        missing(
+        missing_step(
             Exists(R, p.by_stirring(R) & p.ready(R, C)),
             "{c} does not hold all that a recipe takes, and nothing else",
         ),
@@ -487,8 +504,8 @@ def _require_exposure(source: Predicate, reason: str) -> tuple[Check, ...]:
         require_ability(H, source, reason),
         require_existing(X),
         require_existing(H),
-        missing(p.exposed_to(X, H), "{x} is not in or on {h}"),
-        missing(p.working(H), "{h} does not work: it must be switched on, and closed, if it can be"),
+        missing_step(p.exposed_to(X, H), "{x} is not in or on {h}"),
+        missing_step(p.working(H), "{h} does not work: it must be switched on, and closed, if it can be"),
     )
 
 
@@ -556,9 +573,9 @@ def _require_running_machine(ability: Predicate, reason: str) -> tuple[Check, ..
     return (
         require_ability(H, ability, reason),
         require_existing(H),
-        missing(p.is_toggled_on(H), "{h} is not switched on"),
-        missing(~p.is_open(H), "{h} is open"),
-        missing(Exists(X, p.within(X, H)), "nothing is in {h}"),
+        missing_step(p.is_toggled_on(H), "{h} is not switched on"),
+        missing_step(~p.is_open(H), "{h} is open"),
+        missing_step(Exists(X, p.within(X, H)), "nothing is in {h}"),
     )
 
 
@@ -590,10 +607,10 @@ def make_ignite_action() -> Operator:
     checks = (
         require_ability(X, p.flammable, "does not burn"),
         require_ability(T, p.lighter, "lights nothing"),
-        additional(~p.is_on_fire(X), "{x} burns already"),
+        additional_step(~p.is_on_fire(X), "{x} burns already"),
         require_existing(X),
         require_in_hand(T),
-        missing(p.is_toggled_on(T), "{t} is not switched on"),
+        missing_step(p.is_toggled_on(T), "{t} is not switched on"),
         require_reachable(X),
     )
     text = "set the first object on fire with the second, which is in a hand and switched on"
@@ -617,7 +634,7 @@ def make_wait_action() -> Operator:
 def add_common_checks(operator: Operator) -> Operator:
     """Return a copy of an action that checks its arguments to be objects, and moves the robot (D1)."""
     checks, effects = (*map(require_object, operator.parameters), *operator.checks), operator.effects
-    if operator.parameters and operator.role not in (Role.MOVEMENT, Role.RELEASES):
+    if operator.parameters and operator.role not in (OperatorRole.MOVEMENT, OperatorRole.RELEASES):
         effects = (*effects, _go_to(operator.parameters[-1]))
     return sort_operator_checks(replace(operator, checks=checks, effects=effects))
 

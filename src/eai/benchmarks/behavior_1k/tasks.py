@@ -75,7 +75,7 @@ def open_tasks(english: English, source: Source | None = None) -> TaskSet[Task]:
         title = task_id.replace("_", " ")
         formulas = tuple(dict.fromkeys(f.get_operands(activity.problem.goal, f.And)))
         indices = range(len(initial.scene.objects))
-        nameable = len(indices) - initial.scene.category(RECIPE).bit_count()
+        nameable = len(indices) - initial.scene.get_category_mask(RECIPE).bit_count()
         return Task(
             id=task_id,
             title=title,

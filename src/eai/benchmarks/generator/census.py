@@ -36,10 +36,10 @@ from eai.tasks.task import Goal, GoalKind, Task
 from eai.tasks.wording import prompt_objects
 from eai.world.action import Action
 from eai.world.domain import Domain
-from eai.world.execution import Trajectory, execute
+from eai.world.execution import Trajectory, execute_plan
 from eai.world.listing import FactLister
-from eai.world.operator import Operator, Role, affordance
-from eai.world.relation import bits
+from eai.world.operator import Operator, OperatorRole, affordance
+from eai.world.relation import iterate_bits
 from eai.world.state import Fact, Scene, State
 from eai.world.vocabulary import Predicate, Vocabulary
 
@@ -79,7 +79,7 @@ class UsualDomain:
     def _make_usual_facts(self, scene: Scene) -> Iterator[Fact]:
         for predicate, kinds in self._kinds.items():
             for kind in kinds:
-                yield from (Fact(predicate.name, (i,)) for i in bits(scene.category(kind)))
+                yield from (Fact(predicate.name, (i,)) for i in iterate_bits(scene.get_category_mask(kind)))
 
 
 def _make_usual_predicate(operator: str, place: int) -> Predicate:
@@ -102,7 +102,7 @@ _QUANTIFIED = ("ForAll", "Exists", "Exactly", "ForPairs")
 _WEIGHTS_OF_SHAPES = {"Atom": 2, "ForAll": 6, "Exactly": 4, "Exists": 3}
 """Weight of each shape of goals (class of the formula), if the data set has no goals with quantifiers."""
 
-_APPROACH_ROLES = (Role.TAKES, Role.MOVEMENT)
+_APPROACH_ROLES = (OperatorRole.TAKES, OperatorRole.MOVEMENT)
 """Roles of operators by which the agent takes or approaches an object without using it."""
 
 _GOAL_WEIGHT, _EFFECT_WEIGHT, _FACT_WEIGHT = 4.0, 1.0, 0.05
@@ -114,8 +114,8 @@ def count_prior(benchmark: Benchmark, tasks: Iterable[Task]) -> UsualGoals:
     tasks, domain = list(tasks), benchmark.domain
     listings = benchmark.wording(Ability.ACTION_SEQUENCING).goal_listings
     states = [task.initial for task in tasks]
-    courses = [execute(domain, task.initial, _cut_plan_at_error(task.script, domain)) for task in tasks]
-    done = [(action, course.final.scene) for course in courses for action in course.executed]
+    courses = [execute_plan(domain, task.initial, _cut_plan_at_error(task.script, domain)) for task in tasks]
+    done = [(action, course.final_state.scene) for course in courses for action in course.executed_actions]
     kinds = frozenset([use for action, scene in done for use in find_argument_uses(action, scene)])
     goals = [goal for task in tasks for goal in task.goals]
     forms = Counter([_get_goal_shape(goal) for goal in goals])
@@ -153,7 +153,9 @@ def count_prior(benchmark: Benchmark, tasks: Iterable[Task]) -> UsualGoals:
         action_counts=Counter([alternative_actions(goal) for goal in goals if goal.kind is GoalKind.ACTION]),
         operators=frozenset([action.operator for action, _ in done]),
         uses=kinds,
-        taken_categories=frozenset([kind for operator, _, kind in kinds if roles[operator] is Role.TAKES]),
+        taken_categories=frozenset(
+            [kind for operator, _, kind in kinds if roles[operator] is OperatorRole.TAKES]
+        ),
         used_categories=frozenset(
             [kind for operator, _, kind in kinds if roles[operator] not in _APPROACH_ROLES]
         ),
@@ -188,7 +190,7 @@ def _weigh_patterns(
         before = _find_fact_patterns(task.initial, objects, listings)
         initial_patterns |= before
         crowds.update(_count_excess_pairs(task.initial, objects, listings))
-        afterwards = [course.final, *([] if task.annotated_final is None else [task.annotated_final])]
+        afterwards = [course.final_state, *([] if task.annotated_final is None else [task.annotated_final])]
         came_about = [
             _find_changed_patterns(before, _find_fact_patterns(state, objects, listings))
             for state in afterwards
@@ -256,7 +258,7 @@ def _cut_plan_at_error(plan: Sequence[Action], domain: Domain) -> list[Action]:
     """Return the steps of a plan before the first unknown operator or wrong number of objects."""
     kept = []
     for action in plan:
-        if domain.arities.get(action.operator) != len(action.arguments):
+        if domain.operator_arities.get(action.operator) != len(action.arguments):
             break
         kept.append(action)
     return kept
@@ -276,7 +278,7 @@ def _find_fact_patterns(
     return {
         LiteralPattern(fact.predicate, tuple([things[i].category for i in fact.arguments]), True): None
         for listing in listings
-        for fact in listing.facts(state, objects)
+        for fact in listing.list_facts(state, objects)
     }
 
 
@@ -287,7 +289,7 @@ def _count_excess_pairs(state: State, objects: Sequence[int], listings: Iterable
     """
     crowds: Counter[str] = Counter()
     for listing in listings:
-        pairs = [fact.arguments for fact in listing.facts(state, objects) if len(fact.arguments) == 2]
+        pairs = [fact.arguments for fact in listing.list_facts(state, objects) if len(fact.arguments) == 2]
         crowds[listing.predicate] = round(
             len(pairs) - MAX_MEAN_TARGETS * len({source for source, _ in pairs})
         )
@@ -318,7 +320,7 @@ def _make_all_possible_patterns(
     for state in states:
         categories = dict.fromkeys(thing.category for thing in state.scene.objects)
         for predicate, truth in wanted:
-            arity = state.scene.vocabulary.arity(predicate) or 0
+            arity = state.scene.vocabulary.find_arity(predicate) or 0
             yield from (
                 LiteralPattern(predicate, chosen, truth) for chosen in product(categories, repeat=arity)
             )
@@ -347,12 +349,14 @@ def _find_place_and_part_relations(
 def _find_part_categories(states: Sequence[State], parts: Sequence[str]) -> Iterator[str]:
     for state in states:
         for name in parts:
-            yield from (state.scene.objects[i].category for i in bits(state.relation(name).sources))
+            yield from (state.scene.objects[i].category for i in iterate_bits(state.relation(name).sources))
 
 
 def _find_holding_predicates(domain: Domain) -> Iterator[str]:
     """Yield predicates, such as "holding", that become true only by operators that take an object."""
-    taking = [operator for operator in domain.operators if infer_operator_role(operator) is Role.TAKES]
+    taking = [
+        operator for operator in domain.operators if infer_operator_role(operator) is OperatorRole.TAKES
+    ]
     others = {
         schema.atom.predicate
         for operator in domain.operators

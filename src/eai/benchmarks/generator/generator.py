@@ -67,7 +67,7 @@ from eai.tasks.source import Source
 from eai.tasks.task import Task, goal
 from eai.tasks.task_lines import list_plan
 from eai.world.domain import Domain
-from eai.world.relation import bits
+from eai.world.relation import iterate_bits
 from eai.world.state import State
 
 _PROPOSALS_PER_GOAL = 12
@@ -410,7 +410,9 @@ class TaskGenerator:
         if not places:
             return None, ()
         place = rng.choice(places)
-        return place, [rng.choice(list(bits(base.scene.category(kind)))) for kind in place.categories]
+        return place, [
+            rng.choice(list(iterate_bits(base.scene.get_category_mask(kind)))) for kind in place.categories
+        ]
 
     def _find_held_objects(self, state: State) -> set[int]:
         return {

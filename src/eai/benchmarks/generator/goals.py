@@ -21,7 +21,7 @@ from eai.benchmarks.generator.prior import (
     restrict_to_categories,
 )
 from eai.benchmarks.generator.spec import Forms
-from eai.world.relation import bits
+from eai.world.relation import iterate_bits
 from eai.world.state import Scene
 
 K = TypeVar("K")
@@ -124,7 +124,7 @@ class GoalProposals:
 
         Its predicate is drawn by frequency in goals, then the pattern by its weight.
         """
-        arity = self.scene.vocabulary.arity
+        arity = self.scene.vocabulary.find_arity
         wanted = {
             key: self.prior.goal_counts[key]
             for key in self.patterns
@@ -136,7 +136,7 @@ class GoalProposals:
         return _draw_weighted({pattern: math.sqrt(weight) for pattern, weight in patterns.items()}, rng)
 
     def _list_category_members(self, category: str) -> list[int]:
-        return list(bits(self.scene.category(category)))
+        return list(iterate_bits(self.scene.get_category_mask(category)))
 
     def _draw_ground_literal(self, pattern: LiteralPattern, rng: random.Random) -> f.Formula | None:
         """Return a literal of a pattern with random objects, or None if it would repeat an object."""
@@ -252,7 +252,7 @@ def _filter_countable(patterns: Patterns, scene: Scene, prior: UsualGoals) -> Pa
 
     def is_countable(pattern: LiteralPattern) -> bool:
         first = pattern.categories[:1]
-        return any(_may_be_quantified(c, prior) and scene.category(c).bit_count() > 1 for c in first)
+        return any(_may_be_quantified(c, prior) and scene.get_category_mask(c).bit_count() > 1 for c in first)
 
     return filter_patterns(patterns, is_countable)
 

@@ -24,7 +24,7 @@ from eai.tasks.special import Hazards
 from eai.tasks.task import Task, goal
 from eai.world.action import Action
 from eai.world.domain import Domain
-from eai.world.execution import Trajectory, execute, to_trace
+from eai.world.execution import Trajectory, execute_plan, to_trace
 from eai.world.state import Scene, State
 
 _MAX_EXTRA_STEPS = 6
@@ -63,11 +63,14 @@ class _HazardGoal(NamedTuple):
 
     def is_sensible(self, execution: Trajectory, planner: Planner) -> bool:
         """Whether a person might act so: the end makes sense, and no object is left unsafe for long."""
-        if self.odd is not None and planner.holds(self.odd, execution.final):
+        if self.odd is not None and planner.holds(self.odd, execution.final_state):
             return False
         if self.safe is None:
             return True
-        named, steps_unsafe = {execution.final.scene.index[name] for name in find_object_names(self.safe)}, 0
+        named, steps_unsafe = (
+            {execution.final_state.scene.index[name] for name in find_object_names(self.safe)},
+            0,
+        )
         for step, state in zip(execution.steps, execution.states[1:], strict=True):
             is_left = named.isdisjoint(step.action.arguments) and not planner.holds(self.safe, state)
             steps_unsafe = steps_unsafe + 1 if is_left else 0
@@ -199,7 +202,7 @@ class _SafePlanFinder:
 
     def execute(self, plan: Sequence[Action]) -> Trajectory:
         """Return the execution of a plan."""
-        return execute(self.planner.domain, self.task.initial, plan)
+        return execute_plan(self.planner.domain, self.task.initial, plan)
 
     def find_plan(self, guards: Sequence[_HazardGoal], plan: Sequence[Action]) -> Sequence[Action] | None:
         """Return the shortest safe plan found, or None. The given plan avoids all hazards except the last."""

@@ -26,9 +26,9 @@ from eai.logic.traversal import find_object_names, get_bound_variables, get_subf
 from eai.tasks.task import Task
 from eai.world.derived import DefinedPredicate
 from eai.world.domain import Domain
-from eai.world.execution import execute
+from eai.world.execution import execute_plan
 from eai.world.frame import AGENT
-from eai.world.relation import bits
+from eai.world.relation import iterate_bits
 from eai.world.state import Scene, State
 from eai.world.vocabulary import Vocabulary
 
@@ -136,7 +136,7 @@ def _find_opened_and_revealed(task: Task, needed: set[int], domain: Domain) -> t
     containers: set[int] = set()
     hidden: set[int] = set()
     opening_lids = set(find_visibility_states(domain))
-    states = execute(domain, task.initial, task.script).states if opening_lids else ()
+    states = execute_plan(domain, task.initial, task.script).states if opening_lids else ()
     for before, after in pairwise(states):
         opened = {i for lid in opening_lids for i in _find_opened_between(lid, before, after)}
         if opened:
@@ -151,7 +151,7 @@ def _find_opened_and_revealed(task: Task, needed: set[int], domain: Domain) -> t
 
 def _find_opened_between(lid: _VisibilityState, before: State, after: State) -> Iterator[int]:
     then, now = before.mask(lid.predicate), after.mask(lid.predicate)
-    return bits(now & ~then if lid.reveals else then & ~now)
+    return iterate_bits(now & ~then if lid.reveals else then & ~now)
 
 
 def find_visibility_states(domain: Domain) -> Iterator[_VisibilityState]:
@@ -237,4 +237,4 @@ def find_goal_objects(goal: f.Formula, scene: Scene) -> Iterator[int]:
     yield from (scene.index[name] for name in find_object_names(goal))
     for part in walk_subformulas(goal):
         for variable in get_bound_variables(part):
-            yield from bits(scene.category(variable.category))
+            yield from iterate_bits(scene.get_category_mask(variable.category))

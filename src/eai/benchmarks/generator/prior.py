@@ -12,7 +12,7 @@ from typing import NamedTuple, TypeAlias
 import eai.logic.formula as f
 from eai.logic.traversal import get_bound_variables, get_subformulas, walk_subformulas
 from eai.world.action import Action
-from eai.world.relation import bits
+from eai.world.relation import iterate_bits
 from eai.world.state import Scene
 
 
@@ -64,7 +64,8 @@ def _find_masked_literals(goal: f.Formula, scene: Scene) -> Iterator[_MaskedLite
     ranges: dict[str, int] = {}
     for formula in walk_subformulas(goal):
         ranges |= {
-            variable.name: scene.category(variable.category) for variable in get_bound_variables(formula)
+            variable.name: scene.get_category_mask(variable.category)
+            for variable in get_bound_variables(formula)
         }
         if isinstance(formula, f.Atom):
             masks = [
@@ -99,7 +100,7 @@ def _is_unusual_combination(
 
 def _get_category_of_mask(mask: int, scene: Scene) -> str:
     """Return the category of the first object in a bit mask."""
-    return scene.objects[next(bits(mask))].category
+    return scene.objects[next(iterate_bits(mask))].category
 
 
 def _find_stated_subjects(goal: f.Formula, scene: Scene) -> set[tuple[str, int]]:
@@ -112,7 +113,7 @@ def _find_stated_subjects(goal: f.Formula, scene: Scene) -> set[tuple[str, int]]
     for predicate, (first, *others) in (
         literal for literal in _find_masked_literals(goal, scene) if literal.terms
     ):
-        subjects.update(("" if others else predicate, i) for i in bits(first))
+        subjects.update(("" if others else predicate, i) for i in iterate_bits(first))
     return subjects
 
 

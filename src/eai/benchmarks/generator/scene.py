@@ -22,8 +22,8 @@ from eai.planning.search import Limits, SearchEnd
 from eai.tasks.task import Task
 from eai.world.derived import find_stored_predicates
 from eai.world.domain import Domain
-from eai.world.execution import execute
-from eai.world.relation import bits
+from eai.world.execution import execute_plan
+from eai.world.relation import iterate_bits
 from eai.world.state import Fact, Scene, State, WorldObject
 
 _LIMITS = Limits(100, thorough=False)
@@ -82,7 +82,7 @@ def hide_object(
         search = planner.plan(state, PlanningGoal(tuple(wanted[:number])), objects, _LIMITS)
         if search.end is not SearchEnd.SOLVED:
             return None
-        state = execute(planner.domain, state, search.plan).final
+        state = execute_plan(planner.domain, state, search.plan).final_state
     return state
 
 
@@ -236,7 +236,9 @@ def _add_object_like(
     another = len(objects)
     objects.append(WorldObject(_make_free_name(like.name, objects), like.category))
     places = [
-        (name, target) for name in prior.place_relations for target in bits(state.relation(name).row(host))
+        (name, target)
+        for name in prior.place_relations
+        for target in iterate_bits(state.relation(name).row(host))
     ]
     own = [Fact(name, (another,)) for name in states]
     return [*own, *(Fact(name, (another, target)) for name, target in places)]
@@ -262,7 +264,7 @@ def find_placement(index: int, state: State, prior: UsualGoals) -> frozenset[tup
     return frozenset(
         (name, things[target].category)
         for name in prior.place_relations
-        for target in bits(state.relation(name).row(index))
+        for target in iterate_bits(state.relation(name).row(index))
     )
 
 
@@ -300,7 +302,7 @@ def _list_by_random_patterns(prior: UsualGoals, scene: Scene, rng: random.Random
     for pattern in list_in_random_order(
         [p for (_, truth), known in prior.patterns.items() if truth for p in known], rng
     ):
-        members = [list(bits(scene.category(category))) for category in pattern.categories]
+        members = [list(iterate_bits(scene.get_category_mask(category))) for category in pattern.categories]
         if all(members):
             yield from map(rng.choice, members)
 
@@ -314,9 +316,9 @@ def _find_attached_objects(index: int, state: State, prior: UsualGoals) -> set[i
             continue
         attached.add(current)
         for name in prior.place_relations:
-            pending += bits(state.relation(name).row(current))
+            pending += iterate_bits(state.relation(name).row(current))
         for name in prior.part_relations:
-            pending += bits(state.relation(name).row(current) | state.relation(name).column(current))
+            pending += iterate_bits(state.relation(name).row(current) | state.relation(name).column(current))
     return attached
 
 

@@ -28,7 +28,7 @@ from eai.tasks.goal_test import GoalTest
 from eai.tasks.task import GoalKind, Task
 from eai.world.action import Action
 from eai.world.domain import Domain
-from eai.world.execution import Step, Trajectory, execute, to_trace
+from eai.world.execution import Step, Trajectory, execute_plan, to_trace
 from eai.world.listing import FactLister
 from eai.world.state import Fact, State
 
@@ -115,10 +115,10 @@ class GoalByGoalPlan:
 
     def follow(self, plan: Sequence[Action], goals: Sequence[f.Formula]) -> bool:
         """Extend the walk by a plan and return True, if the plan reaches these goals about states."""
-        course = execute(self.planner.domain, self.state, plan)
-        if course.failure is not None or not all(self.holds(goal, course.final) for goal in goals):
+        course = execute_plan(self.planner.domain, self.state, plan)
+        if course.failure is not None or not all(self.holds(goal, course.final_state) for goal in goals):
             return False
-        self.state = course.final
+        self.state = course.final_state
         self.trail += plan
         self.goals += goals
         self.conditions += goals
@@ -266,7 +266,7 @@ class TemporalGoalFinder:
         return self._execute(self.task.script)
 
     def _execute(self, plan: Sequence[Action]) -> _ExecutedPlan:
-        trajectory = execute(self.domain, self.task.initial, plan)
+        trajectory = execute_plan(self.domain, self.task.initial, plan)
         return _ExecutedPlan(plan, trajectory, self._find_new_facts(trajectory.states))
 
     def _find_goal_of_detour(self) -> _TemporalGoal | None:
@@ -339,7 +339,7 @@ class TemporalGoalFinder:
         Goals whose facts share an object come first.
         """
         other = self._execute(plan)
-        final = other.trajectory.final
+        final = other.trajectory.final_state
         if other.trajectory.failure is not None or not all(self.domain.holds(g, final) for g in self._goals):
             return None
         candidates = list(self._list_candidates(other))
@@ -372,9 +372,9 @@ class TemporalGoalFinder:
         new_facts: dict[Fact, list[int]] = {}
         for listing in self.listings:
             if (listing.predicate, True) in self.proposals.prior.goal_counts:
-                at_start = set(listing.facts(states[0], about))
+                at_start = set(listing.list_facts(states[0], about))
                 for number, state in enumerate(states):
-                    for fact in listing.facts(state, about):
+                    for fact in listing.list_facts(state, about):
                         if fact not in at_start:
                             new_facts.setdefault(fact, []).append(number)
         return {

@@ -52,11 +52,11 @@ class InstructionWriter:
         benchmark: Benchmark, initial: State, *, by_place: bool = False
     ) -> InstructionWriter:
         """Return a benchmark's words for a scene. With `by_place`, places of objects describe the objects."""
-        arity, scene = benchmark.domain.vocabulary.arity, initial.scene
+        arity, scene = benchmark.domain.vocabulary.find_arity, initial.scene
         wording = benchmark.wording(Ability.ACTION_SEQUENCING)
         arities = {name: arity(name) or 0 for name in wording.predicates}
         everything = range(len(scene.objects)) if by_place else ()
-        seen = [fact for listing in wording.goal_listings for fact in listing.facts(initial, everything)]
+        seen = [fact for listing in wording.goal_listings for fact in listing.list_facts(initial, everything)]
         return InstructionWriter(arities, scene, benchmark.notation.english, seen)
 
     def get_sentences(self, predicate: str) -> Sequence[str]:
@@ -129,7 +129,7 @@ class InstructionWriter:
         return self.nouns[self.scene.objects[index].category]
 
     def _is_only_one_of_category(self, index: int) -> bool:
-        return self.scene.category(self.scene.objects[index].category).bit_count() == 1
+        return self.scene.get_category_mask(self.scene.objects[index].category).bit_count() == 1
 
     def make_instruction(self, goals: Sequence[f.Formula], rng: random.Random) -> str:
         """Return an instruction that states all goals.

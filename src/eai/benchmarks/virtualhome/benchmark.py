@@ -40,7 +40,7 @@ from eai.tasks.goal_test import alternative_actions
 from eai.tasks.prompts.prompt import Belief, GoalSection
 from eai.tasks.source import Source, TaskSet, once_per_store
 from eai.tasks.task import GoalKind, Task
-from eai.world.relation import bits
+from eai.world.relation import iterate_bits
 
 if TYPE_CHECKING:
     from eai.tasks.wording import Wording
@@ -219,7 +219,7 @@ def _find_surroundings(task: Task) -> Iterator[int]:
     These are rooms, and objects of the annotated plan. If the task belongs to a pair in which only one task
     has a plan, objects of the plan are left out, because they would reveal that task.
     """
-    yield from bits(task.initial.mask(room.name))
+    yield from iterate_bits(task.initial.mask(room.name))
     if not task.may_be_declined:
         for action in task.script:
             yield from action.arguments

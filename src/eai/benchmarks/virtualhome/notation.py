@@ -83,7 +83,10 @@ class VirtualHomeGoals(GoalNotation):
         entries = {
             GoalKind.STATE: {"name": name, "state": make_text_schema(states)},
             GoalKind.RELATION: {"from_name": name, "relation": make_text_schema(relations), "to_name": name},
-            GoalKind.ACTION: {"action": make_text_schema(domain.arities), "description": make_text_schema()},
+            GoalKind.ACTION: {
+                "action": make_text_schema(domain.operator_arities),
+                "description": make_text_schema(),
+            },
         }
         return make_object_schema(
             {SECTIONS[kind]: make_list_schema(make_object_schema(fields)) for kind, fields in entries.items()}

@@ -10,9 +10,9 @@ import eai.logic.formula as f
 from eai.benchmarks.virtualhome import predicates as p
 from eai.benchmarks.virtualhome.predicates import R, X, Y
 from eai.world.derived import is_a
-from eai.world.effect import ANYTHING, Add, Delete, Effect, ForEach, Let, When, both_ways
+from eai.world.effect import ANYTHING, Add, Delete, Effect, ForEach, Let, When, make_symmetric_effects
 from eai.world.frame import AGENT
-from eai.world.operator import Check, Operator, Role, additional, affordance, missing
+from eai.world.operator import Check, Operator, OperatorRole, additional_step, affordance, missing_step
 from eai.world.vocabulary import Predicate
 
 H = f.Variable("h")
@@ -34,13 +34,13 @@ SQUEEZABLE = (
 """Classes of objects, other than clothes, that can be squeezed (reference: ``SqueezeExecutor``)."""
 
 # Checks that several actions share.
-NEAR = missing(p.near(X), "the character is not next to {x}")
-NEAR_TARGET = missing(p.near(Y), "the character is not next to {y}")
-HELD = missing(p.held(X), "the character does not hold {x}")
-HAND_FREE = missing(p.hand_free(), "the character has no free hand")
-REACHABLE = missing(~p.shut_in(X), "{x} is inside something that is closed", witness=p.SHUT_IN)
-FACED = missing(p.faced(X), "the character does not face {x}")
-UPRIGHT = missing(p.upright(), "the character is sitting or lying")
+NEAR = missing_step(p.near(X), "the character is not next to {x}")
+NEAR_TARGET = missing_step(p.near(Y), "the character is not next to {y}")
+HELD = missing_step(p.held(X), "the character does not hold {x}")
+HAND_FREE = missing_step(p.hand_free(), "the character has no free hand")
+REACHABLE = missing_step(~p.shut_in(X), "{x} is inside something that is closed", witness=p.SHUT_IN)
+FACED = missing_step(p.faced(X), "the character does not face {x}")
+UPRIGHT = missing_step(p.upright(), "the character is sitting or lying")
 SOMEWHERE = affordance(p.somewhere(X), "{x} is in no room, so there is no way to it")
 OPENABLE = affordance(p.can_open(X) | is_a(X, "desk", "window"), "{x} cannot be opened or closed")
 IS_CLOTHES = affordance(p.clothes(X), "{x} is not clothes")
@@ -51,12 +51,12 @@ ON_OR_OFF = affordance(p.on(X) | p.off(X), "{x} is neither on nor off: it has no
 PLUGGED_IN_OR_OUT = affordance(
     p.plugged_in(X) | p.plugged_out(X), "{x} is neither plugged in nor out: it has no such state"
 )
-NOT_RUNNING = missing(~p.on(X), "{x} is switched on")
-NOT_HELD = additional(~p.held(X), "{x} is in a hand already")
-NOT_SEATED = additional(~(p.sitting(AGENT) & p.ontop(AGENT, X)), "the character sits on {x} already")
-NOT_IN_BED = additional(~(p.lying(AGENT) & p.ontop(AGENT, X)), "the character lies on {x} already")
-NOT_SEATED_ELSEWHERE = missing(~p.sitting(AGENT), "the character sits already, but not on {x}")
-NOT_IN_BED_ELSEWHERE = missing(~p.lying(AGENT), "the character lies already, but not on {x}")
+NOT_RUNNING = missing_step(~p.on(X), "{x} is switched on")
+NOT_HELD = additional_step(~p.held(X), "{x} is in a hand already")
+NOT_SEATED = additional_step(~(p.sitting(AGENT) & p.ontop(AGENT, X)), "the character sits on {x} already")
+NOT_IN_BED = additional_step(~(p.lying(AGENT) & p.ontop(AGENT, X)), "the character lies on {x} already")
+NOT_SEATED_ELSEWHERE = missing_step(~p.sitting(AGENT), "the character sits already, but not on {x}")
+NOT_IN_BED_ELSEWHERE = missing_step(~p.lying(AGENT), "the character lies already, but not on {x}")
 
 AT_HAND = p.ontop(X, AGENT) | p.body_part(X) | p.near(X)
 """Condition that the character wears an object, is near it, or has it as a body part.
@@ -72,7 +72,9 @@ def make_state_action(name: str, old: Predicate, new: Predicate, *checks: Check)
 
 def clear_relations(obj: f.Term, *relations: Predicate) -> tuple[Effect, ...]:
     """Return effects that end the given relations between an object and any other object."""
-    return tuple(effect for relation in relations for effect in both_ways(Delete, relation(obj, ANYTHING)))
+    return tuple(
+        effect for relation in relations for effect in make_symmetric_effects(Delete, relation(obj, ANYTHING))
+    )
 
 
 def take_out_of_hand(obj: f.Variable) -> tuple[Effect, ...]:
@@ -100,13 +102,13 @@ def make_bring_along_effects(room_of_held: f.Formula) -> tuple[Effect, ...]:
         return (
             *clear_relations(moving_object, p.next_to, p.facing),
             ForEach(R, p.room(R) & p.inside(moving_object, R), (Delete(p.inside(moving_object, R)),)),
-            *both_ways(Add, p.next_to(AGENT, moving_object)),
+            *make_symmetric_effects(Add, p.next_to(AGENT, moving_object)),
             Let(R, room_of_held, (Add(p.inside(moving_object, R)),)),
         )
 
     return (
         ForEach(H, p.held(H), (*move_along(H), ForEach(Y, p.carries(H, Y), move_along(Y)))),
-        ForEach(H, p.held(H), (ForEach(Y, p.carries(H, Y), both_ways(Add, p.next_to(H, Y))),)),
+        ForEach(H, p.held(H), (ForEach(Y, p.carries(H, Y), make_symmetric_effects(Add, p.next_to(H, Y))),)),
     )
 
 
@@ -123,14 +125,19 @@ def make_movement_effects(target: f.Variable, effects_on_held: tuple[Effect, ...
         When(
             ~p.room(target),
             (
-                ForEach(Y, p.inside(target, Y) & ~p.room(Y), both_ways(Add, p.next_to(AGENT, Y))),
-                ForEach(Y, p.body_part(Y), both_ways(Add, p.next_to(AGENT, Y))),
-                *both_ways(Add, p.next_to(AGENT, target)),
+                ForEach(
+                    Y, p.inside(target, Y) & ~p.room(Y), make_symmetric_effects(Add, p.next_to(AGENT, Y))
+                ),
+                ForEach(Y, p.body_part(Y), make_symmetric_effects(Add, p.next_to(AGENT, Y))),
+                *make_symmetric_effects(Add, p.next_to(AGENT, target)),
             ),
         ),
         *effects_on_held,
-        When(p.can_open(target), (ForEach(Y, p.inside(Y, target), both_ways(Add, p.next_to(AGENT, Y))),)),
-        ForEach(Y, p.ontop(target, Y), both_ways(Add, p.next_to(AGENT, Y))),
+        When(
+            p.can_open(target),
+            (ForEach(Y, p.inside(Y, target), make_symmetric_effects(Add, p.next_to(AGENT, Y))),),
+        ),
+        ForEach(Y, p.ontop(target, Y), make_symmetric_effects(Add, p.next_to(AGENT, Y))),
     )
 
 
@@ -140,20 +147,20 @@ def make_find_action(effects_on_held: tuple[Effect, ...]) -> Operator:
     The character steps up to a near object and then faces no object. It walks to any other object.
     """
     checks = (
-        missing(
+        missing_step(
             f.Implies(p.ontop(X, AGENT) | p.body_part(X), p.near(X)),
             NEAR.reason,
             history_conditions=(p.near(X),),
         ),
-        missing(f.Or((p.upright(), AT_HAND)), UPRIGHT.reason, history_conditions=(p.upright(),)),
+        missing_step(f.Or((p.upright(), AT_HAND)), UPRIGHT.reason, history_conditions=(p.upright(),)),
         affordance(f.Or((p.somewhere(X), AT_HAND)), SOMEWHERE.reason),
     )
-    step_up = (Delete(p.facing(AGENT, ANYTHING)), *both_ways(Add, p.next_to(AGENT, X)))
+    step_up = (Delete(p.facing(AGENT, ANYTHING)), *make_symmetric_effects(Add, p.next_to(AGENT, X)))
     return _make_action_on_one(
         "FIND",
         *checks,
         effects=(When(p.near(X), step_up, make_movement_effects(X, effects_on_held)),),
-        role=Role.MOVEMENT,
+        role=OperatorRole.MOVEMENT,
     )
 
 
@@ -161,8 +168,8 @@ def make_put_effects(relation: Predicate) -> tuple[Effect, ...]:
     """Return effects that relate the held object to a target, and put both next to the character."""
     return (
         *take_out_of_hand(X),
-        *both_ways(Add, p.next_to(AGENT, Y)),
-        *both_ways(Add, p.next_to(X, Y)),
+        *make_symmetric_effects(Add, p.next_to(AGENT, Y)),
+        *make_symmetric_effects(Add, p.next_to(X, Y)),
         Add(relation(X, Y)),
         *forget_origin(X),
     )
@@ -177,8 +184,10 @@ ORIGINS = (
 
 
 KEEP_CONTENTS = (
-    ForEach(Y, p.inside(Y, X), (Add(p.inside(Y, X)), *both_ways(Add, p.next_to(X, Y)))),
-    ForEach(Y, p.ontop(Y, X) & p.grabbable(Y), (Add(p.ontop(Y, X)), *both_ways(Add, p.next_to(X, Y)))),
+    ForEach(Y, p.inside(Y, X), (Add(p.inside(Y, X)), *make_symmetric_effects(Add, p.next_to(X, Y)))),
+    ForEach(
+        Y, p.ontop(Y, X) & p.grabbable(Y), (Add(p.ontop(Y, X)), *make_symmetric_effects(Add, p.next_to(X, Y)))
+    ),
 )
 """Effects of grabbing an object on its contents: objects in it, and grabbable objects on it, stay there."""
 
@@ -197,19 +206,19 @@ def make_grab_action(effects_on_contents: tuple[Effect, ...] = KEEP_CONTENTS) ->
         HAND_FREE,
     )
     remember = tuple(
-        Let(Y, lies(X, Y), (*both_ways(Add, p.next_to(AGENT, Y)), Add(memory(X, Y))))
+        Let(Y, lies(X, Y), (*make_symmetric_effects(Add, p.next_to(AGENT, Y)), Add(memory(X, Y))))
         for memory, lies, _ in ORIGINS
     )
     effects = (
         *clear_relations(X, p.ontop, p.inside, p.next_to, p.holds_lh, p.holds_rh),
         *effects_on_contents,
-        *both_ways(Add, p.next_to(AGENT, X)),
+        *make_symmetric_effects(Add, p.next_to(AGENT, X)),
         When(p.right_hand_free(), (Add(p.holds_rh(AGENT, X)),), (Add(p.holds_lh(AGENT, X)),)),
         Let(R, p.room_of(AGENT, R), (Add(p.inside(X, R)),)),
         *forget_origin(X),
         *remember,
     )
-    return _make_action_on_one("GRAB", *checks, effects=effects, role=Role.TAKES)
+    return _make_action_on_one("GRAB", *checks, effects=effects, role=OperatorRole.TAKES)
 
 
 def make_switch_hands_action() -> Operator:
@@ -217,24 +226,24 @@ def make_switch_hands_action() -> Operator:
 
     Only subgoals can name hands, so only subgoals need this action.
     """
-    one_free = missing(p.right_hand_free() | p.left_hand_free(), "both hands are full")
+    one_free = missing_step(p.right_hand_free() | p.left_hand_free(), "both hands are full")
     to_left = (Delete(p.holds_rh(AGENT, X)), Add(p.holds_lh(AGENT, X)))
     to_right = (Delete(p.holds_lh(AGENT, X)), Add(p.holds_rh(AGENT, X)))
     switched = (When(p.holds_rh(AGENT, X), to_left, to_right),)
-    return _make_action_on_one("SWITCH_HANDS", HELD, one_free, effects=switched, role=Role.RELEASES)
+    return _make_action_on_one("SWITCH_HANDS", HELD, one_free, effects=switched, role=OperatorRole.RELEASES)
 
 
 def make_put_back_action() -> Operator:
     """Return the action PUTOBJBACK: return a held object to the place from which it was grabbed."""
     closed = f.Exists(Y, p.taken_from_inside(X, Y) & p.can_open(Y) & ~p.open_(Y))
     checks = (
-        missing(p.taken(X), "{x} was not grabbed, so it has no place to return to"),
+        missing_step(p.taken(X), "{x} was not grabbed, so it has no place to return to"),
         HELD,
-        missing(
+        missing_step(
             f.Or(tuple(f.Exists(Y, memory(X, Y) & p.near(Y)) for memory, _, _ in ORIGINS)),
             "the character is not next to the place where {x} was taken from",
         ),
-        missing(~closed, "the place where {x} was taken from is closed", witness=closed),
+        missing_step(~closed, "the place where {x} was taken from is closed", witness=closed),
     )
     effects = tuple(Let(Y, memory(X, Y), make_put_effects(relation)) for memory, _, relation in ORIGINS)
     return _make_action_on_one("PUTOBJBACK", *checks, effects=effects)
@@ -247,7 +256,7 @@ def make_watch_action() -> Operator:
         affordance(p.lookable(X), "{x} cannot be watched"),
         affordance(p.in_same_room(X), "{x} is not in the character's room"),
         FACED,
-        missing(
+        missing_step(
             p.upright() | is_a(X, "computer") | p.facing(AGENT, X),
             "the character sits or lies and does not face {x}",
             history_conditions=(p.facing(AGENT, X),),
@@ -283,14 +292,14 @@ def make_movements(effects_on_held: tuple[Effect, ...]) -> tuple[Operator, ...]:
     """
     effects = make_movement_effects(X, effects_on_held)
     walks = [
-        _make_action_on_one(name, UPRIGHT, SOMEWHERE, effects=effects, role=Role.MOVEMENT)
+        _make_action_on_one(name, UPRIGHT, SOMEWHERE, effects=effects, role=OperatorRole.MOVEMENT)
         for name in ("WALK", "RUN")
     ]
     return *walks, make_find_action(effects_on_held)
 
 
 def _make_posture_actions() -> tuple[Operator, ...]:
-    resting = missing(p.lying(AGENT) | p.sitting(AGENT), "the character neither lies nor sits")
+    resting = missing_step(p.lying(AGENT) | p.sitting(AGENT), "the character neither lies nor sits")
     return (
         _make_action_on_one(
             "SIT",
@@ -298,14 +307,14 @@ def _make_posture_actions() -> tuple[Operator, ...]:
             NOT_SEATED,
             NOT_SEATED_ELSEWHERE,
             affordance(p.sittable(X), "{x} is nothing to sit on"),
-            missing(~p.seat_full(X), "there is no room left on {x}"),
+            missing_step(~p.seat_full(X), "there is no room left on {x}"),
             effects=(
                 Add(p.ontop(AGENT, X)),
                 ForEach(Y, p.facing(X, Y), (Add(p.facing(AGENT, Y)),)),
                 Delete(p.lying(AGENT)),
                 Add(p.sitting(AGENT)),
             ),
-            role=Role.MOVEMENT,
+            role=OperatorRole.MOVEMENT,
         ),
         _make_action_on_one(
             "LIE",
@@ -313,15 +322,15 @@ def _make_posture_actions() -> tuple[Operator, ...]:
             NOT_IN_BED,
             NOT_IN_BED_ELSEWHERE,
             affordance(p.lieable(X), "{x} is nothing to lie on"),
-            missing(~p.bed_full(X), "there is no room left on {x}"),
+            missing_step(~p.bed_full(X), "there is no room left on {x}"),
             effects=(Add(p.ontop(AGENT, X)), Delete(p.sitting(AGENT)), Add(p.lying(AGENT))),
-            role=Role.MOVEMENT,
+            role=OperatorRole.MOVEMENT,
         ),
         _make_action_on_nothing(
             "STANDUP",
-            additional(p.sitting(AGENT) | p.lying(AGENT), "the character stands already"),
+            additional_step(p.sitting(AGENT) | p.lying(AGENT), "the character stands already"),
             (Delete(p.sitting(AGENT)), Delete(p.lying(AGENT))),
-            Role.MOVEMENT,
+            OperatorRole.MOVEMENT,
         ),
         _make_action_on_nothing("SLEEP", resting),
         _make_action_on_nothing("WAKEUP", resting),
@@ -337,12 +346,12 @@ def _make_handling_actions() -> tuple[Operator, ...]:
             "PUTIN",
             HELD,
             NEAR_TARGET,
-            missing(~p.can_open(Y) | p.open_(Y), "{y} is closed"),
+            missing_step(~p.can_open(Y) | p.open_(Y), "{y} is closed"),
             effects=make_put_effects(p.inside),
         ),
         make_put_back_action(),
-        _make_action_on_one("DROP", HELD, effects=drop, role=Role.RELEASES),
-        _make_action_on_one("RELEASE", HELD, effects=drop, role=Role.RELEASES),
+        _make_action_on_one("DROP", HELD, effects=drop, role=OperatorRole.RELEASES),
+        _make_action_on_one("RELEASE", HELD, effects=drop, role=OperatorRole.RELEASES),
         _make_action_on_two(
             "POUR",
             affordance(p.pourable(X) | p.drinkable(X), "{x} cannot be poured"),
@@ -358,17 +367,17 @@ def _make_device_actions() -> tuple[Operator, ...]:
     opens = (OPENABLE, OPEN_OR_CLOSED, NEAR)
     switches = (affordance(p.has_switch(X), "{x} has no switch"), ON_OR_OFF, NEAR)
     plugs = (affordance(p.has_plug(X), "{x} has no plug"), PLUGGED_IN_OR_OUT, NEAR, HAND_FREE)
-    has_power = missing(~p.plugged_out(X), "{x} is not plugged in")
-    is_closed = additional(p.closed(X), "{x} is not closed")
-    is_unplugged = additional(p.plugged_out(X), "{x} is not unplugged")
-    is_plugged_in = additional(p.plugged_in(X), "{x} is not plugged in")
+    has_power = missing_step(~p.plugged_out(X), "{x} is not plugged in")
+    is_closed = additional_step(p.closed(X), "{x} is not closed")
+    is_unplugged = additional_step(p.plugged_out(X), "{x} is not unplugged")
+    is_plugged_in = additional_step(p.plugged_in(X), "{x} is not plugged in")
     return (
         make_state_action("OPEN", p.closed, p.open_, *opens, HAND_FREE, is_closed, NOT_RUNNING),
-        make_state_action("CLOSE", p.open_, p.closed, *opens, additional(p.open_(X), "{x} is not open")),
+        make_state_action("CLOSE", p.open_, p.closed, *opens, additional_step(p.open_(X), "{x} is not open")),
         make_state_action(
-            "SWITCHON", p.off, p.on, *switches, additional(p.off(X), "{x} is not off"), has_power
+            "SWITCHON", p.off, p.on, *switches, additional_step(p.off(X), "{x} is not off"), has_power
         ),
-        make_state_action("SWITCHOFF", p.on, p.off, *switches, additional(p.on(X), "{x} is not on")),
+        make_state_action("SWITCHOFF", p.on, p.off, *switches, additional_step(p.on(X), "{x} is not on")),
         make_state_action("PLUGIN", p.plugged_out, p.plugged_in, *plugs, is_unplugged),
         make_state_action("PLUGOUT", p.plugged_in, p.plugged_out, *plugs, is_plugged_in),
     )
@@ -378,7 +387,7 @@ def _make_looking_actions() -> tuple[Operator, ...]:
     turn = (Delete(p.facing(AGENT, ANYTHING)), Add(p.facing(AGENT, X)))
     looks = ("LOOKAT", "LOOKAT_SHORT", "LOOKAT_MEDIUM", "LOOKAT_LONG", "POINTAT")
     return (
-        _make_action_on_one("TURNTO", effects=turn, role=Role.MOVEMENT),
+        _make_action_on_one("TURNTO", effects=turn, role=OperatorRole.MOVEMENT),
         *(_make_action_on_one(name, FACED) for name in looks),
         make_watch_action(),
         _make_action_on_one("READ", affordance(p.readable(X), "{x} cannot be read"), HELD),
@@ -407,7 +416,7 @@ def _make_using_actions() -> tuple[Operator, ...]:
             NEAR,
             affordance(p.eatable(X), "{x} cannot be eaten"),
             affordance(p.cuttable(X), "{x} cannot be cut"),
-            missing(knife_in_hand, "the character holds no knife"),
+            missing_step(knife_in_hand, "the character holds no knife"),
         ),
         _make_action_on_one("TOUCH", NEAR, REACHABLE),
         _make_action_on_one(
@@ -427,7 +436,7 @@ def _make_using_actions() -> tuple[Operator, ...]:
 
 def _make_cleaning_actions() -> tuple[Operator, ...]:
     cleaned = (Delete(p.dirty(X)), Add(p.clean(X)))
-    something_in_hand = missing(f.Exists(Y, p.held(Y)), "the character holds nothing to wipe with")
+    something_in_hand = missing_step(f.Exists(Y, p.held(Y)), "the character holds nothing to wipe with")
     return (
         *(_make_action_on_one(name, NEAR, effects=cleaned) for name in ("WASH", "RINSE", "SCRUB")),
         _make_action_on_one("WIPE", NEAR, something_in_hand, effects=cleaned),
@@ -441,7 +450,7 @@ def _make_clothing_actions() -> tuple[Operator, ...]:
         ),
         _make_action_on_one(
             "PUTOFF",
-            missing(p.ontop(X, AGENT), "the character does not wear {x}"),
+            missing_step(p.ontop(X, AGENT), "the character does not wear {x}"),
             IS_CLOTHES,
             effects=(Delete(p.ontop(X, AGENT)),),
         ),
@@ -449,16 +458,16 @@ def _make_clothing_actions() -> tuple[Operator, ...]:
 
 
 def _make_action_on_nothing(
-    name: str, check: Check, effects: tuple[Effect, ...] = (), role: Role = Role.CHANGE
+    name: str, check: Check, effects: tuple[Effect, ...] = (), role: OperatorRole = OperatorRole.CHANGE
 ) -> Operator:
     return Operator(name, (), (check,), effects, role=role)
 
 
 def _make_action_on_one(
-    name: str, *checks: Check, effects: tuple[Effect, ...] = (), role: Role = Role.CHANGE
+    name: str, *checks: Check, effects: tuple[Effect, ...] = (), role: OperatorRole = OperatorRole.CHANGE
 ) -> Operator:
     return Operator(name, (X,), checks, effects, role=role)
 
 
 def _make_action_on_two(name: str, *checks: Check, effects: tuple[Effect, ...]) -> Operator:
-    return Operator(name, (X, Y), checks, effects, role=Role.CHANGE)
+    return Operator(name, (X, Y), checks, effects, role=OperatorRole.CHANGE)

@@ -15,7 +15,7 @@ from typing import TypeAlias
 import eai.logic.formula as f
 from eai.world.derived import ComputedPredicate, DefinedPredicate, LookupFunction, LookupPredicate, is_a
 from eai.world.frame import AGENT
-from eai.world.relation import bits
+from eai.world.relation import iterate_bits
 from eai.world.state import State
 from eai.world.vocabulary import Predicate, Vocabulary
 
@@ -65,7 +65,7 @@ def find_objects_in_room(state: State, arguments: tuple[int, ...]) -> int:
     while pending:
         container = pending & -pending
         pending ^= container
-        for y in bits(inside.column(container.bit_length() - 1) & ~is_room & ~members):
+        for y in iterate_bits(inside.column(container.bit_length() - 1) & ~is_room & ~members):
             if inside.row(y) == container:
                 members |= 1 << y
                 pending |= 1 << y & inside.targets

@@ -21,8 +21,8 @@ from eai.logic.formula import Atom, Constant, Occurs, Or
 from eai.tasks.source import Source, TaskSet
 from eai.tasks.task import Goal, GoalKind, Task
 from eai.world.action import Action
-from eai.world.relation import Matrix, Relation
-from eai.world.state import Draft, Scene, State, WorldObject
+from eai.world.relation import Relation, RelationBase
+from eai.world.state import Scene, State, StateDraft, WorldObject
 
 _UNARY = VOCABULARY.unary_slots
 _UNLABELLED = frozenset[str]()
@@ -109,12 +109,12 @@ class _IndexedGraph:
         """
         if delta.removed_ids or delta.added_objects:
             raise DataError("a final graph adds or removes objects; run `eai data fetch --force`")
-        draft, index = Draft(state), self.index
+        draft, index = StateDraft(state), self.index
         self._change_properties(draft.unary, delta.changed_objects, index)
         for source, relation, target in delta.removed_edges:
-            draft.relate(_BINARY[relation], index[source], index[target], False)
+            draft.set_related(_BINARY[relation], index[source], index[target], False)
         for source, relation, target in delta.added_edges:
-            draft.relate(_BINARY[relation], index[source], index[target], True)
+            draft.set_related(_BINARY[relation], index[source], index[target], True)
         return State(state.scene, tuple(draft.unary), tuple(draft.binary))
 
 
@@ -173,13 +173,13 @@ def _find_changed_slots(before: frozenset[str], after: frozenset[str]) -> Sequen
 
 
 def _make_relation(rows: Sequence[int], columns: Sequence[int], ends: tuple[int, int]) -> Relation:
-    return Relation(Matrix(rows, columns, *ends)) if ends[0] else _make_empty_relation(len(rows))
+    return Relation(RelationBase(rows, columns, *ends)) if ends[0] else _make_empty_relation(len(rows))
 
 
 @cache
 def _make_empty_relation(size: int) -> Relation:
     """Return an empty relation, shared by all states with this number of objects."""
-    return Relation(Matrix([0] * size, [0] * size))
+    return Relation(RelationBase([0] * size, [0] * size))
 
 
 @cache

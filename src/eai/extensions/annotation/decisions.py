@@ -37,7 +37,7 @@ from eai.tasks.options import Options
 from eai.tasks.source import Finding
 from eai.tasks.task import Goal, GoalKind, Task
 from eai.world.domain import Domain
-from eai.world.execution import execute
+from eai.world.execution import execute_plan
 from eai.world.state import Fact, Scene, State
 from eai.world.vocabulary import Predicate, Vocabulary
 
@@ -199,11 +199,11 @@ def find_difference(task: Task, domain: Domain) -> DemonstrationDifference:
 def _find_final_state(task: Task, domain: Domain) -> State:
     if task.annotated_final is not None:
         return task.annotated_final
-    done = execute(domain, task.initial, task.script)
+    done = execute_plan(domain, task.initial, task.script)
     if done.failure is not None:
-        step = len(done.executed) + 1
+        step = len(done.executed_actions) + 1
         raise InputError(f"{task.id}: no demonstration; step {step} of its plan cannot be carried out")
-    return done.final
+    return done.final_state
 
 
 def _find_changed_object_bits(before: State, after: State) -> int:

@@ -22,7 +22,7 @@ from eai.pddl.writer import write_domain, write_problem
 from eai.planning.role import find_spatial_predicates
 from eai.tasks.task import GoalKind, Task
 from eai.world.domain import Domain
-from eai.world.relation import bits
+from eai.world.relation import iterate_bits
 
 MAX_DRAWS = 20
 """Maximum number of times that conditions are drawn for a task."""
@@ -139,5 +139,5 @@ def _find_relevant_object_bits(task: Task, goals: Sequence[Formula], domain: Dom
         index = pending.pop()
         if not mask >> index & 1:
             mask |= 1 << index
-            pending += [below for support in supports for below in bits(support.row(index))]
+            pending += [below for support in supports for below in iterate_bits(support.row(index))]
     return mask

@@ -58,7 +58,7 @@ UNCHANGING = "Facts that no action changes:"
 
 def _make_word_cipher(benchmark: Benchmark, tasks: Iterable[Task]) -> Mapping[str, str]:
     """Return the new name of each word of a benchmark that is renamed. It is equal on every machine."""
-    wording, arity = benchmark.wording(Ability.ACTION_SEQUENCING), benchmark.domain.vocabulary.arity
+    wording, arity = benchmark.wording(Ability.ACTION_SEQUENCING), benchmark.domain.vocabulary.find_arity
     used = [(name, ("predicate", arity(name))) for name in (*wording.predicates, *wording.static)]
     used += [(operator.name, ("operator", operator.arity)) for operator in benchmark.domain.operators]
     uses = group_pairs(used)
@@ -191,16 +191,18 @@ class _ObfuscatedWording(Wording):
 
 def _make_exact_operator(operator: Operator) -> Operator:
     """Return an equivalent operator without description, with conditional effects instead of alternatives."""
-    tried = [f.And(attempt.conditions) for attempt in operator.tries]
-    effects = [When(need, attempt.effects) for need, attempt in zip(tried, operator.tries, strict=True)]
-    none = f.Not(f.Or(tuple([attempt.condition for attempt in operator.tries])))
+    tried = [f.And(attempt.conditions) for attempt in operator.alternatives]
+    effects = [
+        When(need, attempt.effects) for need, attempt in zip(tried, operator.alternatives, strict=True)
+    ]
+    none = f.Not(f.Or(tuple([attempt.condition for attempt in operator.alternatives])))
     checks_of_tries = (
         [affordance(f.Or((*tried, none)), "none of several things can be done")] if tried else []
     )
     return replace(
         operator,
         description="",
-        tries=(),
+        alternatives=(),
         checks=(*operator.checks, *checks_of_tries),
         effects=(*effects, *operator.effects),
     )

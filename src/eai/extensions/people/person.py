@@ -105,7 +105,7 @@ def normalize_command(line: str, operators: Sequence[str]) -> str:
 
 
 def _operators(stage: GameSetup) -> list[str]:
-    return [*stage.domain.arities, DONE, LOOK, *list_declining_commands(stage.task)]
+    return [*stage.domain.operator_arities, DONE, LOOK, *list_declining_commands(stage.task)]
 
 
 def _list_possible_actions(play: RecordedGame, texts: Sequence[str]) -> Iterator[str]:

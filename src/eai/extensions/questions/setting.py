@@ -28,7 +28,7 @@ from eai.tasks.task import GoalKind, Task
 from eai.tasks.wording import prompt_objects
 from eai.world.action import Action
 from eai.world.domain import Domain
-from eai.world.execution import execute
+from eai.world.execution import execute_plan
 from eai.world.fault import FaultKind
 from eai.world.state import Fact, Scene, State, compare_states
 
@@ -101,13 +101,13 @@ class QuestionSetting:
 
     def find_next_state(self, state: State, action: Action) -> State | None:
         """Return the state after an action, or None if a requirement of the action is not met."""
-        operator = self.domain.compiled[action.operator]
+        operator = self.domain.compiled_operators[action.operator]
         binding = operator.bind(state, action.arguments)
         return operator.apply(state, binding) if operator.is_possible(state, binding) else None
 
     def find_unmet_requirements(self, state: State, action: Action) -> tuple[int, ...]:
         """Return the numbers, from 1, of an action's unmet requirements."""
-        operator = self.domain.compiled[action.operator]
+        operator = self.domain.compiled_operators[action.operator]
         binding = operator.bind(state, action.arguments)
         return tuple([n for n, check in enumerate(operator.checks, 1) if not check.holds(state, binding)])
 
@@ -173,7 +173,7 @@ class QuestionSetting:
 
     def _has_unsuitable_objects(self, state: State, action: Action) -> bool:
         """Whether an action can never be possible, because of the kinds of its objects."""
-        checks = self.domain.compiled[action.operator].operator.checks
+        checks = self.domain.compiled_operators[action.operator].operator.checks
         return any(
             checks[n - 1].fault is FaultKind.AFFORDANCE for n in self.find_unmet_requirements(state, action)
         )
@@ -189,7 +189,7 @@ def make_question_setting(task: Task, rules: DomainRules, planner: Planner, seed
     plan = small_task.script or _search_plan(small_task, planner)
     path = _execute_plan(small_task, rules, plan) or _walk_randomly(small_task, rules, rng)
     return QuestionSetting(
-        small_task, rules, path, execute(rules.domain, small_task.initial, path).states, seed
+        small_task, rules, path, execute_plan(rules.domain, small_task.initial, path).states, seed
     )
 
 
@@ -216,9 +216,9 @@ def _restrict_to_shown_objects(task: Task) -> Task:
 
 def _execute_plan(task: Task, rules: DomainRules, plan: Sequence[Action]) -> tuple[Action, ...]:
     """Return the first steps of a plan that can be executed and whose rules prompts can show."""
-    arities = rules.domain.arities
+    arities = rules.domain.operator_arities
     well_formed = takewhile(lambda action: arities.get(action.operator) == len(action.arguments), plan)
-    executed = execute(rules.domain, task.initial, well_formed).executed
+    executed = execute_plan(rules.domain, task.initial, well_formed).executed_actions
     return tuple(takewhile(lambda action: action.operator in rules.operator_names, executed))[
         :_MAX_PATH_ACTIONS
     ]

@@ -60,7 +60,7 @@ class BehaviorActionSequencing(ActionSequencing):
     def _find_final_state(self, execution: Execution) -> State:
         """Return the final state of a plan. An action on which eai-eval crashes is executed in part."""
         trajectory = execution.trajectory
-        final, failure = trajectory.final, trajectory.failure
+        final, failure = trajectory.final_state, trajectory.failure
         if failure is not None and failure.kind is FaultKind.UNCATEGORISED:
             return behavior_quirks.apply_aborted_action(final, trajectory.steps[-1].action)
         return final
@@ -69,7 +69,7 @@ class BehaviorActionSequencing(ActionSequencing):
         return self.goals.find_reached(self._find_final_state(execution), ())
 
     def _test_goals_unexecuted(self, execute: PlanExecutor) -> tuple[bool, ...]:
-        return self.goals.find_reached(execute(()).trajectory.final, ())
+        return self.goals.find_reached(execute(()).trajectory.final_state, ())
 
     def _succeeds(self, error: ErrorReport | None, reached: tuple[bool, ...]) -> bool:
         return all(reached)

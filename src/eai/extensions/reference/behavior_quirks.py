@@ -74,7 +74,7 @@ def make_subgoal_domain() -> Domain:
 def apply_aborted_action(state: State, action: Action) -> State:
     """Return the state that eai-eval leaves if it aborts in an action (quirk `transfer_aborts`)."""
     halves = _make_aborting_domain()
-    return halves.apply(state, action) if action.operator in halves.compiled else state
+    return halves.apply(state, action) if action.operator in halves.compiled_operators else state
 
 
 @cache
@@ -166,8 +166,8 @@ def parts_before_slicing(operator: Operator) -> Operator:
     def keep_wanted(checks: tuple[Check, ...]) -> tuple[Check, ...]:
         return tuple(check for check in checks if check not in unwanted)
 
-    tries = tuple(replace(attempt, checks=keep_wanted(attempt.checks)) for attempt in operator.tries)
-    return replace(operator, checks=keep_wanted(operator.checks), tries=tries)
+    tries = tuple(replace(attempt, checks=keep_wanted(attempt.checks)) for attempt in operator.alternatives)
+    return replace(operator, checks=keep_wanted(operator.checks), alternatives=tries)
 
 
 @_change_operators

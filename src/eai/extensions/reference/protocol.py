@@ -211,10 +211,10 @@ class _ScriptedTrial(Trial):
     def execute_plan(self, actions: tuple[Action, ...]) -> Execution:
         """Execute a plan until the first slip, failed action, or state in which all goals hold."""
         episode = self.episode
-        start, before = len(episode.trajectory.steps), episode.trajectory.executed
+        start, before = len(episode.trajectory.steps), episode.trajectory.executed_actions
         slipped = False
         for action in actions:
-            slipped = self.slip_sampler is not None and self.slip_sampler.slips()
+            slipped = self.slip_sampler is not None and self.slip_sampler.draw_slip()
             outcome = episode.record_slip(action) if slipped else episode.act(action)
             if slipped or isinstance(outcome, Fault) or self.is_goal_reached(episode):
                 break

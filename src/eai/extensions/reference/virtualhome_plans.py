@@ -189,7 +189,9 @@ class VirtualHomeActionSequencing(ActionSequencing):
         verdict = super()._judge_execution(execution, plan)
         reached = verdict.goals_satisfied
         if self._summary_goals is not self.goals:
-            reached = self._summary_goals.find_reached(execution.trajectory.final, execution.taken_actions)
+            reached = self._summary_goals.find_reached(
+                execution.trajectory.final_state, execution.taken_actions
+            )
         additional = execution.trajectory.additional_steps
         if reached == verdict.goals_satisfied and additional < 2:
             return verdict

@@ -20,11 +20,11 @@ from eai.benchmarks.virtualhome.tasks import VirtualHomeTask
 from eai.logic.formula import FALSE, Exists, Formula
 from eai.world.derived import LookupFunction, LookupPredicate
 from eai.world.domain import Domain
-from eai.world.effect import Add, ForEach, Let, both_ways
+from eai.world.effect import Add, ForEach, Let, make_symmetric_effects
 from eai.world.fault import FaultKind
 from eai.world.frame import AGENT
-from eai.world.operator import Check, Operator, additional, affordance
-from eai.world.relation import bits
+from eai.world.operator import Check, Operator, additional_step, affordance
+from eai.world.relation import iterate_bits
 from eai.world.state import State
 from eai.world.vocabulary import DerivedPredicate, Vocabulary
 
@@ -53,9 +53,9 @@ def _list_in_set_order(state: State, predicate: str, source: int) -> list[int]:
     relation = state.relation(predicate)
     mask = relation.row(source)
     at_start = relation.base_row(source)
-    by_id = {p.get_object_id(state, i): i for i in bits(mask | at_start)}
-    added = sorted(p.get_object_id(state, i) for i in bits(mask & ~at_start))
-    initial = sorted(p.get_object_id(state, i) for i in bits(at_start))
+    by_id = {p.get_object_id(state, i): i for i in iterate_bits(mask | at_start)}
+    added = sorted(p.get_object_id(state, i) for i in iterate_bits(mask & ~at_start))
+    initial = sorted(p.get_object_id(state, i) for i in iterate_bits(at_start))
     return [by_id[i] for i in {*added, *initial} if mask >> by_id[i] & 1]
 
 
@@ -157,7 +157,7 @@ def held_objects_stay_behind(domain: Domain) -> Domain:
     """
     left_behind = (
         *o.clear_relations(o.H, p.inside, p.next_to, p.facing),
-        *both_ways(Add, p.next_to(AGENT, o.H)),
+        *make_symmetric_effects(Add, p.next_to(AGENT, o.H)),
         Let(R, p.room_of(AGENT, R), (Add(p.inside(o.H, R)),)),
     )
     return domain.replace_operators(*o.make_movements((ForEach(o.H, p.held(o.H), left_behind),)))
@@ -206,7 +206,7 @@ def no_state_is_additional(operator: Operator, check: Check) -> Check | None:
 @_change_checks
 def grabbed_once_is_additional(operator: Operator, check: Check) -> Check:
     """Grabbing an object again after letting go of it is an additional step (``GrabExecutor``)."""
-    return additional(~p.taken(X), "{x} has been grabbed already") if check == o.NOT_HELD else check
+    return additional_step(~p.taken(X), "{x} has been grabbed already") if check == o.NOT_HELD else check
 
 
 @_change_checks
@@ -215,8 +215,8 @@ def seated_elsewhere_is_additional(operator: Operator, check: Check) -> Check | 
     if check in (o.NOT_SEATED_ELSEWHERE, o.NOT_IN_BED_ELSEWHERE):
         return None
     if check == o.NOT_SEATED:
-        return additional(~p.sitting(AGENT), "the character sits already")
-    return additional(~p.lying(AGENT), "the character lies already") if check == o.NOT_IN_BED else check
+        return additional_step(~p.sitting(AGENT), "the character sits already")
+    return additional_step(~p.lying(AGENT), "the character lies already") if check == o.NOT_IN_BED else check
 
 
 @_change_checks

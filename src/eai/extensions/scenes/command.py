@@ -19,7 +19,7 @@ from eai.extensions.scenes.rendered import VIEWS, make_film, render_task_images
 from eai.studies.perception.choice import Clutter
 from eai.tasks.task import Task
 from eai.world.domain import Domain
-from eai.world.execution import execute
+from eai.world.execution import execute_plan
 
 _ImageFormat: TypeAlias = Literal["png", "svg", "rendered", "gif"]
 
@@ -87,4 +87,4 @@ def _make_picture_files(
             taken = zip(VIEWS, render_task_images(task), strict=True)
             return {f"_{view}.png": image.data for view, image in taken}
         case "gif":
-            return {".gif": make_film(task, execute(domain, task.initial, task.script).states)}
+            return {".gif": make_film(task, execute_plan(domain, task.initial, task.script).states)}

@@ -90,7 +90,7 @@ def replay_steps(domain: Domain, initial: State, steps: Sequence[StepReport]) ->
     episode = Episode(domain, initial)
     states = [episode.state]
     for step in steps:
-        if step.outcome == EXECUTED and step.call.name in domain.arities:
+        if step.outcome == EXECUTED and step.call.name in domain.operator_arities:
             after = episode.act(_to_action(step, initial.scene))
             if not isinstance(after, State):
                 return None

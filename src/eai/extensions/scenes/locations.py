@@ -11,7 +11,7 @@ from dataclasses import dataclass, field
 
 from eai.base.errors import InputError
 from eai.extensions.scenes.body import Body, find_body, find_object_kind
-from eai.world.relation import bits
+from eai.world.relation import iterate_bits
 from eai.world.state import State, WorldObject
 
 INSIDE, ON, UNDER, BESIDE = "lies_in", "lies_on", "stands_under", "stands_by"
@@ -123,7 +123,7 @@ def read_object_locations(state: State) -> ObjectLocations:
     vocabulary, scene = state.scene.vocabulary, state.scene
     if not {*SUPPORTS, _FLOORS} <= {predicate.name for predicate in vocabulary.predicates}:
         raise InputError(f"cannot build a scene: this world lacks the predicates {INSIDE}, {ON} or floor")
-    floors = tuple(bits(state.mask(_FLOORS)))
+    floors = tuple(iterate_bits(state.mask(_FLOORS)))
     shapeless = {
         *floors,
         scene.agent,
@@ -170,7 +170,7 @@ def _list_related_pairs(state: State, name: str, bodies: Mapping[int, Body]) -> 
 
 def _list_objects_with_property(state: State, name: str) -> tuple[int, ...]:
     """Return the objects that have a property; none if the world does not declare the property."""
-    return tuple(bits(state.mask(name))) if name in state.scene.vocabulary.unary_slots else ()
+    return tuple(iterate_bits(state.mask(name))) if name in state.scene.vocabulary.unary_slots else ()
 
 
 def _is_absent(state: State, index: int) -> bool:
@@ -183,7 +183,7 @@ def _is_absent(state: State, index: int) -> bool:
     if "part_of" not in state.scene.vocabulary.binary_slots:
         return False
     parts, sliced = state.relation("part_of"), _list_objects_with_property(state, "is_sliced")
-    wholes = bits(parts.row(index))
+    wholes = iterate_bits(parts.row(index))
     return any(whole not in sliced for whole in wholes) or (index in sliced and bool(parts.column(index)))
 
 

@@ -84,7 +84,7 @@ class PlanStates:
         return outcome
 
     def _compute_state_after_step(self, number: int, action: Action) -> tuple[int | None, bool]:
-        state, operator = self.by_number[number], self.domain.compiled[action.operator]
+        state, operator = self.by_number[number], self.domain.compiled_operators[action.operator]
         binding = operator.bind(state, action.arguments)
         if operator.is_possible(state, binding):
             after = operator.apply(state, binding)
@@ -198,9 +198,9 @@ class _ConflictFinder:
     def _find_changes_to_unblock(self, number: int, action: Action) -> ChangeSet:
         state, operator = (
             self._states.by_number[number],
-            self._states.domain.compiled[action.operator].operator,
+            self._states.domain.compiled_operators[action.operator].operator,
         )
-        scope = operator.scope(action.arguments)
+        scope = operator.map_parameters(action.arguments)
         changes: set[FactChange] = set()
         for check in operator.checks:
             holds = self._conflict_changes.holds(check.condition, scope, state)
@@ -211,7 +211,7 @@ class _ConflictFinder:
                 return frozenset(changes)
             if check.fault is FaultKind.ADDITIONAL_STEP:
                 changes |= self._conflict_changes.find_changes(check.condition, scope, state, truth=False)
-        for attempt in operator.tries:
+        for attempt in operator.alternatives:
             for condition in (attempt.condition, *[check.condition for check in attempt.checks]):
                 holds = self._conflict_changes.holds(condition, scope, state)
                 if not holds or condition is attempt.condition:

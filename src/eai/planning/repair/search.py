@@ -212,8 +212,8 @@ class Repairer:
     def _find_enabling_actions(self, number: int, action: Action) -> tuple[Action, ...] | None:
         key = number, action
         if key not in self._enabling_actions:
-            operator = self.states.domain.compiled[action.operator].operator
-            scope = operator.scope(action.arguments)
+            operator = self.states.domain.compiled_operators[action.operator].operator
+            scope = operator.map_parameters(action.arguments)
             checks = [c.condition for c in operator.checks if c.fault is not FaultKind.ADDITIONAL_STEP]
             goals = tuple([Subgoal(condition, scope, True) for condition in checks])
             self._enabling_actions[key] = self._planner.reach(
@@ -306,7 +306,7 @@ class Repairer:
         """Yield the possible actions that change the world, or that the goal requires."""
         names = {name for names in self.states.goal.actions for name in names}
         for operator in self.states.domain.operators:
-            if operator.effects or operator.tries or operator.name in names:
+            if operator.effects or operator.alternatives or operator.name in names:
                 state, bindings = self.states.by_number[moment[0]], Effort(Limits().bindings)
                 yield from generate_applicable_of_operator(
                     self.states.domain, operator, state, self._objects, bindings

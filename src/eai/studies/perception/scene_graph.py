@@ -184,7 +184,7 @@ class SceneWords:
     @cached_property
     def written_arities(self) -> Mapping[str, int]:
         """Number of objects of each predicate, by the predicate's name in scene graphs."""
-        arity = self.wording.domain.vocabulary.arity
+        arity = self.wording.domain.vocabulary.find_arity
         return {self.find_written_name(name): arity(name) or 0 for name in self.wording.predicates}
 
     @cached_property
@@ -203,7 +203,7 @@ class SceneWords:
     def list_facts(self, state: State, objects: Sequence[int]) -> Iterator[Fact]:
         """Yield all facts about some objects, including facts that follow from others."""
         for listing in self.wording.goal_listings:
-            yield from listing.facts(state, objects)
+            yield from listing.list_facts(state, objects)
 
     def list_stored_facts(self, state: State, objects: Sequence[int]) -> Iterator[Fact]:
         """Yield the facts about some objects that a state stores. All other facts follow from these."""

@@ -30,7 +30,7 @@ from eai.tasks.prompts.prompt import INITIAL_PLACEHOLDER, Belief, Image
 from eai.tasks.prompts.template import Templates
 from eai.tasks.task import Task
 from eai.tasks.wording import prompt_objects
-from eai.world.relation import bits
+from eai.world.relation import iterate_bits
 from eai.world.state import Fact
 
 _PLACE = 20
@@ -149,7 +149,7 @@ def write_context(task: Task, words: SceneWords, much: Clutter, templates: Templ
         for fact in words.list_facts(task.initial, described)
     }
     around = words.make_true_graph(task, [*described, *others])
-    states = [name for name in wording.predicates if wording.domain.vocabulary.arity(name) == 1]
+    states = [name for name in wording.predicates if wording.domain.vocabulary.find_arity(name) == 1]
     untrue = [
         f"not {fact}"
         for name in states
@@ -172,7 +172,7 @@ def choose_other_objects(task: Task, words: SceneWords, shown: Sequence[int], cl
     state, scene = task.initial, task.scene
     said = {index for fact in words.list_facts(state, range(len(scene.objects))) for index in fact.arguments}
     supports = [state.relation(words.stored_forms[name]) for name in words.support_predicates]
-    near = {i for relation in supports for index in shown for i in bits(relation.column(index))}
+    near = {i for relation in supports for index in shown for i in iterate_bits(relation.column(index))}
     ranked = sorted(said.difference(shown), key=lambda index: (index not in near, index))
     return ranked[: _MAX_OTHERS_PER_OBJECT[clutter] * len(shown)]
 

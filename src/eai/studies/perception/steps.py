@@ -38,7 +38,9 @@ def _make_step_counter(benchmark: Benchmark, ability: Ability) -> Callable[[str]
     if ability is Ability.ACTION_SEQUENCING:
         return lambda text: (
             None
-            if isinstance(plan := benchmark.notation.plans.read(text, benchmark.domain.arities), Unreadable)
+            if isinstance(
+                plan := benchmark.notation.plans.read(text, benchmark.domain.operator_arities), Unreadable
+            )
             else len(plan.steps)
         )
     if ability is Ability.SUBGOAL_DECOMPOSITION:

@@ -174,7 +174,7 @@ def explain_goals(name: str, tasks: Iterable[Task], templates: Templates) -> lis
 
 def make_samples(wording: Wording) -> Mapping[str, str]:
     """Return examples that explain the answer's format: predicates and actions with their parameters."""
-    arity = wording.domain.vocabulary.arity
+    arity = wording.domain.vocabulary.find_arity
     names = {name: wording.answer_names.get(name, name) for name in wording.predicates}
     examples = [(written, *make_parameter_names(arity(name) or 0)) for name, written in names.items()]
     examples = examples or [("predicate", "x")]
