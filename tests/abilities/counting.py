@@ -26,7 +26,7 @@ class CountVerdict(Verdict):
     right: bool = False
     off_by: int | None = None
 
-    def credit(self, at_start: object) -> Credit:
+    def compute_credit(self, at_start: object) -> Credit:
         return Credit(float(self.right), self.right, ended=False, faults={})
 
 

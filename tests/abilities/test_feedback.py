@@ -162,7 +162,7 @@ def test_the_question_in_a_continued_world_describes_the_present_state() -> None
     chosen = AttemptOptions(1, "continue", "state")
     library = PromptLibrary("eai")
     prompts = library.open(SWITCHES, ACTIONS)
-    first, second = questions(chosen, [plan(SHED)], library.asker(SWITCHES, ACTIONS, prompts))
+    first, second = questions(chosen, [plan(SHED)], library.make_question_writer(SWITCHES, ACTIONS, prompts))
     assert first == prompts["both"]
     added = set(second.user.splitlines()) - set(first.user.splitlines())
     assert added == {"at(robot, shed)"}
@@ -178,7 +178,7 @@ def test_actions_already_taken_are_not_requested_again() -> None:
     _, second = questions(chosen, [plan("WAVE")], asks, "greet")
     assert second.user.partition("in this order:\n")[2].splitlines()[0] == "PRESS"
     library = PromptLibrary("eai")
-    rendered = library.asker(SWITCHES, ACTIONS, library.open(SWITCHES, ACTIONS))
+    rendered = library.make_question_writer(SWITCHES, ACTIONS, library.open(SWITCHES, ACTIONS))
     before, after = questions(chosen, [plan("WAVE")], rendered, "greet")
     assert "WAVE or GO" in before.user
     assert "WAVE or GO" not in after.user
@@ -204,7 +204,7 @@ def test_feedback_is_about_the_goals_that_the_question_stated(
     assert "lit(lamp)" not in added.partition("relation: ")[2].partition("state: ")[2]
     assert not trial.attempts[0].verdict.success
     assert [report.satisfied for report in trial.goal_reports[0]] == [True, False]
-    assert trial.remaining.goals == stated.goals
+    assert trial.remaining_task.goals == stated.goals
 
 
 def test_the_question_describes_the_perceived_scene() -> None:
@@ -214,7 +214,7 @@ def test_the_question_describes_the_perceived_scene() -> None:
     def look(task: Task, attempt: int) -> tuple[Belief, dict[str, str]]:
         return Belief(task, initial=f"seen before attempt {attempt}\n$initial"), {"scene": str(attempt)}
 
-    asks = library.asker(SWITCHES, ACTIONS, library.open(SWITCHES, ACTIONS), look)
+    asks = library.make_question_writer(SWITCHES, ACTIONS, library.open(SWITCHES, ACTIONS), look)
     _, second = questions(AttemptOptions(1, "continue", "state"), [plan(SHED)], asks)
     assert "seen before attempt 2\n" in second.user
     assert "at(robot, shed)" in second.user
@@ -228,6 +228,6 @@ def test_files_of_the_user_replace_the_words(tmp_path: Path) -> None:
     (tmp_path / "feedback").mkdir()
     (tmp_path / "feedback" / "missing_step.txt").write_text("Too early: $action.\n")
     library = PromptLibrary("eai", tmp_path)
-    asks = library.asker(SWITCHES, ACTIONS, library.open(SWITCHES, ACTIONS))
+    asks = library.make_question_writer(SWITCHES, ACTIONS, library.open(SWITCHES, ACTIONS))
     _, second = questions(AttemptOptions(1, feedback="kind"), [plan(LAMP, TORCH)], asks)
     assert "- Too early: PRESS(torch).\n" in second.user

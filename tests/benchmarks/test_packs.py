@@ -322,5 +322,5 @@ def test_a_benchmark_is_at_hand_if_its_packs_exist(store: Store, benchmark: str,
     for pack in find_packs():
         if pack.name in read:
             assert not is_stored(store, benchmark)
-            store.write(pack.name, pack.pins, {})
+            store.write(pack.name, pack.archive_digests, {})
     assert is_stored(store, benchmark)

@@ -49,7 +49,9 @@ def open_published_trials(name: str, store: Store, experiment: AttemptOptions) -
     """Return the trials of all tasks with the published prompts."""
     suite, library = open_plan_suite(name, store), PromptLibrary("official", None, Source(store))
     prompts = library.open(suite.benchmark, ACTIONS)
-    return open_trials(suite, experiment, library.asker(suite.benchmark, ACTIONS, prompts), prompts)
+    return open_trials(
+        suite, experiment, library.make_question_writer(suite.benchmark, ACTIONS, prompts), prompts
+    )
 
 
 def find_differing_verdicts(suite: Suite, answers: Iterable[tuple[str, str]]) -> list[str]:
@@ -111,7 +113,9 @@ def test_prompts_decide_whether_answers_are_read_with_ids(
         PromptLibrary(prompts, None, Source(data_store)),
     )
     questions = library.open(suite.benchmark, ACTIONS)
-    trials = open_trials(suite, EXPLAINED, library.asker(suite.benchmark, ACTIONS, questions), questions)
+    trials = open_trials(
+        suite, EXPLAINED, library.make_question_writer(suite.benchmark, ACTIONS, questions), questions
+    )
     gold = answer_book("virtualhome", ACTIONS, data_store)["27_2"].text
     scorer = trials.suite.scorer("27_2")
     assert isinstance(scorer, ActionSequencing)

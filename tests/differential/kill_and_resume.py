@@ -78,7 +78,9 @@ def make_work(kind: str, tasks: int) -> Work:
     asked = {task_id: prompts[task_id] for task_id in task_ids}
     arguments: dict[str, Json] = {} if kind == "acting" else {"rate": 0.2}
     if kind == "replanning":
-        trials = open_trials(suite, EXPERIMENT, library.asker(suite.benchmark, suite.ability, asked), asked)
+        trials = open_trials(
+            suite, EXPERIMENT, library.make_question_writer(suite.benchmark, suite.ability, asked), asked
+        )
         arguments["heed"] = 0.7
     job = QuestionJob(
         Endpoint("eai/oracle" if kind == "acting" else MODEL, arguments),

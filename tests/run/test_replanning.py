@@ -55,7 +55,9 @@ def offline(options: AttemptOptions, store: Store, heed: float | None) -> dict[s
     """Return the answers and verdicts of the loop without Inspect, by task."""
     suite, library = open_suite("behavior", ACTIONS, source=Source(store)), PromptLibrary("official")
     prompts = library.open(suite.benchmark, ACTIONS)
-    trials = open_trials(suite, options, library.asker(suite.benchmark, ACTIONS, prompts), prompts)
+    trials = open_trials(
+        suite, options, library.make_question_writer(suite.benchmark, ACTIONS, prompts), prompts
+    )
     book = answer_book("behavior", ACTIONS, store)
     found = {}
     for task_id in suite.task_ids[:TASKS]:

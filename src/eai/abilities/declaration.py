@@ -186,7 +186,7 @@ class AbilityDeclaration(Generic[V]):
         interaction: the exchange with a model; a `MultiTurnInteraction` if answers are episodes.
         title: name for readers.
         short_title: name for narrow columns.
-        verdict: class of the verdicts. Its `credit` is what `eai.Reward` pays for.
+        verdict: class of the verdicts. `eai.Reward` pays for what its method `compute_credit` returns.
         contributions: takes a verdict and returns what the answer adds to each metric. All verdicts have the
             same metrics in the same order.
         outcome: returns the outcome of an answer that is not excluded.

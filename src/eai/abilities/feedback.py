@@ -176,8 +176,8 @@ class QuestionWriter:
     def _perceive_scene(self, trial: Trial) -> tuple[Belief, Mapping[str, str]]:
         """Return the belief about the scene and the remaining goals, and metadata of the next question."""
         if self.perceive is None:
-            return Belief(trial.remaining), {}
-        return self.perceive(trial.remaining, len(trial.attempts) + 1)
+            return Belief(trial.remaining_task), {}
+        return self.perceive(trial.remaining_task, len(trial.attempts) + 1)
 
     def _read_template(self, name: str) -> str:
         return self.templates.read(f"{_FOLDER}/{name}.txt")

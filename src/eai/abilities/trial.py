@@ -76,7 +76,7 @@ class Trial:
         return self.episode.trajectory.executed_actions if self.options.world == "continue" else ()
 
     @property
-    def remaining(self) -> Task:
+    def remaining_task(self) -> Task:
         """The task of the next attempt: the present state, and the stated goals that are not reached yet."""
         stated = self._question_goals
         task = self.task if stated is None else self.task.replace_goals(stated.goals)

@@ -235,7 +235,7 @@ class Verdict:
         """The values of the verdict in the line of an answer (`eai.results.lines.AnswerLine`), by column."""
         return {}
 
-    def credit(self, at_start: Sequence[bool]) -> Credit | None:
+    def compute_credit(self, at_start: Sequence[bool]) -> Credit | None:
         """Return the credit for the answer to a task that is not excluded, or None if nothing can be earned.
 
         Args:
@@ -331,7 +331,7 @@ class PlanVerdict(Verdict):
             faults[self.error.kind] += 1
         return +faults
 
-    def credit(self, at_start: Sequence[bool]) -> Credit | None:
+    def compute_credit(self, at_start: Sequence[bool]) -> Credit | None:
         """Return the credit for the executed plan. An answer that rightly gives no plan gets full credit."""
         if self.refused is not None:
             return Credit(float(self.success or 0), bool(self.success), ended=False, faults={})

@@ -74,7 +74,7 @@ class ActingVerdict(PlanVerdict):
     lost_at: int | None = None
     mean: Mapping[str, Share] | None = None
 
-    credit = Verdict.credit
+    compute_credit = Verdict.compute_credit
     """None: an episode earns rewards only while it is played, because its text could choose easy rules."""
 
     @property

@@ -344,16 +344,16 @@ class SimilarTaskTable:
 
         Actions that the domain does not have are left out.
         """
-        nearest = self.find_nearest(task)
+        nearest = self.find_most_similar_task(task)
         plan = () if nearest is None else tuple(_adapt_steps(nearest, task))
         arities = self._domain.operator_arities
         return tuple([action for action in plan if arities.get(action.operator) == len(action.arguments)])
 
-    def solves(self, task: Task) -> bool:
+    def solves_task(self, task: Task) -> bool:
         """Whether the adapted plan of the most similar other task solves this task."""
         return solves(self._domain, task, self.adapt_plan(task))
 
-    def find_nearest(self, task: Task) -> Task | None:
+    def find_most_similar_task(self, task: Task) -> Task | None:
         """Return the other task with the largest share of equal goals, or else the first other task."""
         goals = _count_goals_by_category(task)
         sharing = sorted({number for text in goals for number in self._of_goal.get(text, ())})
@@ -368,7 +368,7 @@ def _adapt_subgoals(
 
     Subgoals about objects without a counterpart in this task are left out.
     """
-    nearest = table.find_nearest(task)
+    nearest = table.find_most_similar_task(task)
     if nearest is None:
         return ()
     notation = benchmark.subgoals()

@@ -48,7 +48,7 @@ class Pack:
     check: Callable[[Store], Iterable[str]] = _find_no_problems
 
     @property
-    def pins(self) -> dict[str, str]:
+    def archive_digests(self) -> dict[str, str]:
         """Requirement of each archive, such as ``bddl==3.6.0``, and its SHA-256, as manifests list them."""
         return {archive.requirement: archive.sha256 for archive in self.archives}
 
@@ -148,7 +148,7 @@ def fetch_packs(
             }
             for pack in wanted:
                 opened = [bundles[archive] for archive in pack.archives]
-                store.write(pack.name, pack.pins, pack.convert(*opened, report))
+                store.write(pack.name, pack.archive_digests, pack.convert(*opened, report))
     return tuple(pack.name for pack in wanted)
 
 
@@ -191,7 +191,7 @@ def _check_pack_files(store: Store, pack: Pack) -> Iterator[Finding]:
     except DataError as error:
         yield Finding(pack.name, str(error))
         return
-    if opened.archives != pack.pins:
+    if opened.archives != pack.archive_digests:
         yield Finding(pack.name, "was made from archives other than the pinned ones; run `eai data fetch`")
     for member in opened.members:
         try:
@@ -206,14 +206,18 @@ def _get_status(store: Store, pack: Pack) -> _PackStatus:
     try:
         opened = store.open(pack.name)
     except DataError as error:
-        return _PackStatus(pack.name, size, None, pack.pins, str(error))
+        return _PackStatus(pack.name, size, None, pack.archive_digests, str(error))
     return _PackStatus(pack.name, size, opened.sha256, opened.archives, None)
 
 
 def _find_missing(store: Store, packs: Sequence[Pack]) -> list[Pack]:
     """Return the packs that are absent, unreadable or made from other archives."""
     statuses = [(pack, _get_status(store, pack)) for pack in packs]
-    return [pack for pack, status in statuses if status.problem is not None or status.archives != pack.pins]
+    return [
+        pack
+        for pack, status in statuses
+        if status.problem is not None or status.archives != pack.archive_digests
+    ]
 
 
 @contextmanager

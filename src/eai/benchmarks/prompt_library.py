@@ -110,13 +110,15 @@ class PromptLibrary:
                 )
         return replaced
 
-    def corrected(self, benchmark: Benchmark, ability: Ability, task_ids: Iterable[str]) -> int:
+    def count_corrected_questions(
+        self, benchmark: Benchmark, ability: Ability, task_ids: Iterable[str]
+    ) -> int:
         """Return how many of these tasks have an official question that errata correct."""
         if self.prompts != "official" or self._has_user_file(benchmark, ability):
             return 0
         return len(benchmark.get_errata(self.source).find_corrected_tasks(ability).intersection(task_ids))
 
-    def asker(
+    def make_question_writer(
         self,
         benchmark: Benchmark,
         ability: Ability,

@@ -218,7 +218,7 @@ def _open_first_stage(
 
 def _print_corrected_count(library: PromptLibrary, suite: Suite, prompts: Mapping[str, Prompt]) -> None:
     """Print how many questions of the data set were corrected."""
-    corrected = library.corrected(suite.benchmark, suite.ability, prompts)
+    corrected = library.count_corrected_questions(suite.benchmark, suite.ability, prompts)
     if corrected:
         rest = "asked as corrected by errata; --errata none asks as published."
         console.print_result_line(f"{console.format_count(corrected, 'question')} {rest}")

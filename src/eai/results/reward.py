@@ -92,7 +92,7 @@ def compute_credit(verdict: Verdict, at_start: Sequence[bool] = ()) -> Credit | 
         verdict: the verdict on the answer.
         at_start: for each goal of the task, in order, whether it is reached without any action.
     """
-    return None if verdict.excluded is not None else verdict.credit(at_start)
+    return None if verdict.excluded is not None else verdict.compute_credit(at_start)
 
 
 METRICS = ("success", "progress", "faults", *(f"fault.{kind.value}" for kind in FaultKind))
@@ -122,7 +122,7 @@ MAX_ANSWER_CHARACTERS = 10_000
 
 def is_paid(ability: Ability) -> bool:
     """Whether answers of an ability can earn a reward: their verdicts must give credit."""
-    return get_declaration(ability).verdict.credit is not Verdict.credit
+    return get_declaration(ability).verdict.compute_credit is not Verdict.compute_credit
 
 
 class Reward:

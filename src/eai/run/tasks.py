@@ -210,7 +210,7 @@ def make_trials(
     if options is None:
         return None
     look, goals = (None, {}) if believed is None else (believed.look, believed.tasks_with_stated_goals)
-    asker = library.asker(suite.benchmark, suite.ability, asked, look)
+    asker = library.make_question_writer(suite.benchmark, suite.ability, asked, look)
     return open_trials(suite, options, asker, asked, goals)
 
 

@@ -109,7 +109,7 @@ def test_a_literal_that_no_action_changes_has_no_plan() -> None:
     vocabulary = Vocabulary((*toy.VOCABULARY.predicates, fixed), toy.VOCABULARY.derived)
     refinement = SubgoalRefiner(Domain("toy", vocabulary, (toy.GO, toy.PRESS)))
     for name, expected in (("fixed", False), ("holding", False), ("lit", True), ("beside", True)):
-        assert refinement.brings_about(GroundAtom(name, (0,), True)) is expected
+        assert refinement.can_bring_about(GroundAtom(name, (0,), True)) is expected
 
 
 LATCH = Operator(

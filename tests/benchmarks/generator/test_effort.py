@@ -74,7 +74,9 @@ def test_proposals_stop_after_several_failures_in_a_row(
         wishes = [f.Exactly(n, lamp, f.Atom("lit", (f.Variable("x"),))) for n in range(3, 200)]
         proposed(monkeypatch, list(wishes))
         reached: list[f.Formula] = []
-        monkeypatch.setattr(GoalByGoalPlan, "reach", lambda self, wish, reached=reached: reached.append(wish))
+        monkeypatch.setattr(
+            GoalByGoalPlan, "reach_goal", lambda self, wish, reached=reached: reached.append(wish)
+        )
         assert generator.generate_task(str(seed)) == RejectionReason.NO_GOALS
         assert len(reached) == len(set(reached))
         found.add(len(reached) // TITLES)

@@ -276,7 +276,7 @@ def test_a_task_with_objects_that_can_never_be_seen_is_rejected(monkeypatch: pyt
 
     made = generator("virtualhome")
     assert made.generate_task("107") is RejectionReason.NEVER_SEEN
-    monkeypatch.setattr(made, "_can_be_seen", lambda task: True)
+    monkeypatch.setattr(made, "_can_goal_objects_be_seen", lambda task: True)
     kept = made.generate_task("107")
     assert isinstance(kept, GeneratedTask)
     assert make_setup(kept.task, made.benchmark, STANDARD).reference.commands is None
@@ -326,7 +326,7 @@ def test_no_more_goals_are_proposed_after_failures_in_a_row(
     lit = {("lit", True): {LiteralPattern("lit", ("lamp",), True): 1.0}}
     proposals = GoalProposals(made.prior, start.scene, {"Atom": 1}, lit)
     walk, asked = GoalByGoalPlan(Planner(lamps.domain), start), []
-    monkeypatch.setattr(GoalByGoalPlan, "reach", lambda self, goal: bool(asked.append(goal)))
+    monkeypatch.setattr(GoalByGoalPlan, "reach_goal", lambda self, goal: bool(asked.append(goal)))
     made._extend_action_sequence(walk, proposals, (), random.Random(0), wanted, frozenset())
     assert len(asked) == len(set(asked)) == tried
 

@@ -123,12 +123,12 @@ def test_generated_tasks_say_how_difficult_they_are_expected_to_be(like: str) ->
 def test_longer_plans_and_more_goals_are_harder() -> None:
     model = _DifficultyModel(-2.0, (1.0, 0.1, 0.5), 1.4, 0.4, 0.6)
     task = tasks("virtualhome", 12)[0].task
-    found = model.estimate(task)
-    longer = model.estimate(replace(task, script=task.script * 2))
+    found = model.estimate_difficulty(task)
+    longer = model.estimate_difficulty(replace(task, script=task.script * 2))
     assert found is not None
     assert longer is not None
     assert longer == pytest.approx(found + math.log(2), abs=0.011)
-    assert model.estimate(replace(task, script=())) is None
+    assert model.estimate_difficulty(replace(task, script=())) is None
 
 
 @pytest.mark.parametrize("like", HOUSEHOLDS)

@@ -114,8 +114,10 @@ def test_objects_of_goals_must_become_visible(lamps: Benchmark, where: str, is_s
     generator = TaskGenerator(world, TaskSpecification("lamps", ""), Source())
     index = made(lamps, LIT).scene.index
     put_away = (Fact("inside", (index["ball"], index[where])),)
-    assert generator._can_be_seen(made(lamps, of("at", "robot", "ball"), facts=put_away)) is is_seen
-    assert generator._can_be_seen(made(lamps, LIT, facts=put_away))
-    assert TaskGenerator(lamps, TaskSpecification("lamps", ""), Source())._can_be_seen(
+    assert (
+        generator._can_goal_objects_be_seen(made(lamps, of("at", "robot", "ball"), facts=put_away)) is is_seen
+    )
+    assert generator._can_goal_objects_be_seen(made(lamps, LIT, facts=put_away))
+    assert TaskGenerator(lamps, TaskSpecification("lamps", ""), Source())._can_goal_objects_be_seen(
         made(lamps, LIT, facts=put_away)
     )

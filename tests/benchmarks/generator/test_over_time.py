@@ -24,7 +24,7 @@ from eai.benchmarks.generator.walk import (
     TemporalGoalFinder,
     _have_no_common_object,
     _make_goal_if_distinguishing,
-    reach_all,
+    reach_all_goals,
 )
 from eai.benchmarks.random_answers import random_walk
 from eai.benchmarks.registry import find_benchmark
@@ -230,8 +230,8 @@ def test_goals_are_reached_in_another_order_where_there_are_several(
     lamps: Benchmark, monkeypatch: pytest.MonkeyPatch, goals: tuple[f.Formula, ...], walks: int
 ) -> None:
     task, reached = asked(lamps, f"{FIRST}; {SECOND}", *goals), []
-    monkeypatch.setattr(module, "reach_all", lambda walk, goals: reached.append(goals))
-    monkeypatch.setattr(TemporalGoalFinder, "_find_difference", lambda *asked: None)
+    monkeypatch.setattr(module, "reach_all_goals", lambda walk, goals: reached.append(goals))
+    monkeypatch.setattr(TemporalGoalFinder, "_find_goal_excluding", lambda *asked: None)
     assert seeker(lamps, task, USUAL)._find_goal_of_order() is None
     assert len(reached) == walks
 
@@ -239,7 +239,7 @@ def test_goals_are_reached_in_another_order_where_there_are_several(
 def test_all_goals_are_reached_or_not(lamps: Benchmark) -> None:
     def reached(*goals: f.Formula) -> tuple[bool, int]:
         walk = GoalByGoalPlan(Planner(lamps.domain), asked(lamps, FIRST).initial)
-        return reach_all(walk, goals), len(walk.conditions)
+        return reach_all_goals(walk, goals), len(walk.conditions)
 
     assert reached(ONE, OTHER) == (True, 2)
     assert reached(ONE, ONE) == (True, 2), "what holds already is kept, too"

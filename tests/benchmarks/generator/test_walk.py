@@ -38,12 +38,12 @@ def test_a_plan_is_followed_that_runs_and_reaches_its_goals(lamps: Benchmark) ->
     lamp = task.scene.index["lamp_1"]
     go, press = Action("GO", (lamp,)), Action("PRESS", (lamp,))
     walk = GoalByGoalPlan(Planner(lamps.domain), task.initial)
-    assert not walk.follow((go,), (wanted,)), "the goal is not met"
-    assert not walk.follow((go, press, Action("TAKE", (lamp,))), (wanted,)), (
+    assert not walk.follow_plan((go,), (wanted,)), "the goal is not met"
+    assert not walk.follow_plan((go, press, Action("TAKE", (lamp,))), (wanted,)), (
         "the last action fails, though the goal is met"
     )
     assert walk.state == task.initial
-    assert walk.follow((go, press), (wanted,))
+    assert walk.follow_plan((go, press), (wanted,))
     assert walk.trail == [go, press]
 
 
@@ -59,16 +59,16 @@ def test_a_walk_reaches_one_more_goal_and_returns_to_a_mark(lamps: Benchmark) ->
     task = lamps.tasks(Source())["light"]
     walk = GoalByGoalPlan(Planner(lamps.domain), task.initial)
     assert walk.objects == tuple(range(5))
-    assert not walk.reach(lit("robot")), "no way is found"
-    assert walk.reach(lit("lamp_1"))
-    assert not walk.reach(lit("lamp_1")), "it holds"
+    assert not walk.reach_goal(lit("robot")), "no way is found"
+    assert walk.reach_goal(lit("lamp_1"))
+    assert not walk.reach_goal(lit("lamp_1")), "it holds"
     assert names(walk) == ["GO", "PRESS"]
-    mark, state = walk.mark(), walk.state
+    mark, state = walk.get_position(), walk.state
     taken = Or((Occurs("TAKE"), Occurs("OPEN")))
-    assert walk.reach(taken)
-    assert not walk.holds(taken, walk.state)
-    assert walk.holds(lit("lamp_1"), walk.state)
-    assert walk.reach(lit("lamp_2"))
+    assert walk.reach_goal(taken)
+    assert not walk.goal_holds(taken, walk.state)
+    assert walk.goal_holds(lit("lamp_1"), walk.state)
+    assert walk.reach_goal(lit("lamp_2"))
     assert (walk.conditions, walk.actions) == ([lit("lamp_1"), lit("lamp_2")], [("TAKE", "OPEN")])
     assert walk.goals == [lit("lamp_1"), taken, lit("lamp_2")]
     assert len(walk.trail) == 6
@@ -132,7 +132,7 @@ def test_a_certificate_drops_needless_actions(lamps: Benchmark) -> None:
     one, two, ball = (task.scene.index[name] for name in ("lamp_1", "lamp_2", "ball"))
     walk = GoalByGoalPlan(Planner(lamps.domain), task.initial)
     plan = [("GO", ball), ("GO", one), ("PRESS", one), ("GO", two), ("PRESS", two)]
-    assert walk.follow([Action(name, (index,)) for name, index in plan], [lit("lamp_1")])
+    assert walk.follow_plan([Action(name, (index,)) for name, index in plan], [lit("lamp_1")])
     assert [(name, index) for name, (index,) in make_short_plan(walk)] == plan[1:3]
     never = Always(Not(Atom("at", (Constant("robot"), Constant("ball")))))
     assert len(make_short_plan(walk, Not(never))) == 3, "the detour is asked for"

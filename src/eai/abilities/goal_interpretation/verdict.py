@@ -63,7 +63,7 @@ class GoalVerdict(Verdict):
         hallucinated = len(self.hallucinated)
         return {"stated": self.predicted, "ill_formed": self.ill_formed, "hallucinated": hallucinated}
 
-    def credit(self, at_start: Sequence[bool]) -> Credit | None:
+    def compute_credit(self, at_start: Sequence[bool]) -> Credit | None:
         """Return the credit, which is the F1 of the stated goals.
 
         Ill-formed goals and goals with unknown names count as wrong and as faults.

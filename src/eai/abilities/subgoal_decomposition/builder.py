@@ -71,11 +71,11 @@ class _QuantifierRange:
         self._scene = task.scene
         self._relevant = task.relevant
 
-    def all_objects(self, variable: f.Variable) -> Sequence[int]:
+    def list_all_objects(self, variable: f.Variable) -> Sequence[int]:
         """Return the objects of a variable's class, which a ``forall`` requires."""
         return tuple(iterate_bits(self._scene.get_category_mask(variable.category)))
 
-    def usable_objects(self, variable: f.Variable) -> Sequence[int]:
+    def list_usable_objects(self, variable: f.Variable) -> Sequence[int]:
         """Return the task's objects of a variable's class, which ``exists`` tries.
 
         If the task has no object of the class, return all objects of the scene.
@@ -124,9 +124,9 @@ class _QuantifierRange:
             case f.Or(parts):
                 choices = sum(map(self._count_alternatives, parts))
             case f.Exists(variable, body):
-                choices = len(self.usable_objects(variable)) * self._count_alternatives(body)
+                choices = len(self.list_usable_objects(variable)) * self._count_alternatives(body)
             case f.ForAll(variable, body):
-                choices = self._count_alternatives(body) ** len(self.all_objects(variable))
+                choices = self._count_alternatives(body) ** len(self.list_all_objects(variable))
             case _:
                 choices = 1
         return min(choices, MAX_LITERALS + 1)
@@ -140,7 +140,7 @@ class _QuantifierRange:
             case f.Exists(_, body):
                 return self._max_alternative_literals(body)
             case f.ForAll(variable, body):
-                return len(self.all_objects(variable)) * self._max_alternative_literals(body)
+                return len(self.list_all_objects(variable)) * self._max_alternative_literals(body)
             case _:
                 return 1
 
@@ -220,14 +220,14 @@ class ProgramCompiler:
         self._refinement = refinement
         self._distinguished = distinguished
         self.extent = _QuantifierRange(task)
-        self.brings_about = refinement.brings_about
+        self.brings_about = refinement.can_bring_about
         self._exclusion = cache(lambda: refinement.exclusion_rules().make_exclusion_prover(task.initial))
         self.required = lru_cache(_MAX_CACHED_SUBGOALS)(self._make_requirement)
         self.needless = lru_cache(_MAX_CACHED_SUBGOALS)(self._make_needless_planner)
         self.plans = lru_cache(_MAX_CACHED_SUBGOALS)(self._make_planner)
         self.make_action_planner = lru_cache(_MAX_CACHED_SUBGOALS)(self._make_action_planner)
 
-    def compile(self, written: WrittenSubgoals | Unreadable) -> CompiledAnswer | RejectedAnswer:
+    def compile_subgoals(self, written: WrittenSubgoals | Unreadable) -> CompiledAnswer | RejectedAnswer:
         """Translate an answer into a program, or reject it. Each subgoal is read separately."""
         if isinstance(written, Unreadable):
             return replace(reject_unparseable(written.reason), spans=written.spans)
@@ -383,7 +383,7 @@ class _ProgramBuilder:
             case f.Or(parts):
                 return self._add_alternatives(parts, number, then)
             case f.Exists(variable, body):
-                instances = self._instantiate(variable, body, self._extent.usable_objects(variable))
+                instances = self._instantiate(variable, body, self._extent.list_usable_objects(variable))
                 return self._add_alternatives(list(instances), number, then)
             case _:
                 raise _make_not_executable_error(formula)
@@ -451,10 +451,10 @@ class _ProgramBuilder:
                 for part in parts:
                     yield from self._list_alternatives(part)
             case f.Exists(variable, body):
-                for instance in self._instantiate(variable, body, self._extent.usable_objects(variable)):
+                for instance in self._instantiate(variable, body, self._extent.list_usable_objects(variable)):
                     yield from self._list_alternatives(instance)
             case f.ForAll(variable, body):
-                instances = self._instantiate(variable, body, self._extent.all_objects(variable))
+                instances = self._instantiate(variable, body, self._extent.list_all_objects(variable))
                 yield from self._list_alternatives(f.And(tuple(instances)))
             case _:
                 literal = self._lexicon.to_literal(formula)

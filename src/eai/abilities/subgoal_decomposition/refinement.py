@@ -87,7 +87,7 @@ class SubgoalRefiner:
         self._repertoire = OperatorIndex(domain)
         self._budget = budget
 
-    def brings_about(self, literal: GroundAtom) -> bool:
+    def can_bring_about(self, literal: GroundAtom) -> bool:
         """Whether any action of the domain changes the predicate of a literal."""
         return bool(self._repertoire.find_writers(literal.predicate))
 

@@ -101,9 +101,9 @@ class SubgoalDecomposition(Scorer):
             return assessment
         return Assessment(SubgoalVerdict(excluded=self.excluded), assessment.explain)
 
-    def compile(self, text: str) -> CompiledAnswer | RejectedAnswer:
+    def compile_answer(self, text: str) -> CompiledAnswer | RejectedAnswer:
         """Return the answer as a program for the search, or why it cannot be executed."""
-        return self._compiler.compile(self.notation.read(text))
+        return self._compiler.compile_subgoals(self.notation.read(text))
 
     @cached_property
     def _compiler(self) -> ProgramCompiler:
@@ -112,7 +112,7 @@ class SubgoalDecomposition(Scorer):
 
     def _assess_any_task(self, text: str) -> Assessment:
         """Return the assessment of an answer, even if the task is excluded from scoring."""
-        compiled = self.compile(text)
+        compiled = self.compile_answer(text)
         if isinstance(compiled, RejectedAnswer):
             return self._assess_rejected(compiled, compiled.repairs)
         outcome = self._explore_program(compiled)

@@ -315,7 +315,7 @@ def explore_program(
         goal: the goal.
         limits: the limits of the search.
     """
-    return _Exploration(domain, program, goal, limits).run(ExecutionBranch(History(initial)))
+    return _Exploration(domain, program, goal, limits).explore_branches(ExecutionBranch(History(initial)))
 
 
 class _Exploration:
@@ -338,14 +338,14 @@ class _Exploration:
         self._failed: list[ExecutionBranch] = []
         self._ended: list[ExecutionBranch] = []
 
-    def run(self, start: ExecutionBranch) -> ExplorationResult:
+    def explore_branches(self, start: ExecutionBranch) -> ExplorationResult:
         """Explore all branches from a start, and return the result."""
         self._waiting[-1].append(start)
         for number in reversed(range(len(self._program))):
             instruction, waiting = self._program[number], self._waiting[number]
             self._waiting[number] = []
             for branch in self._select_branches(waiting, instruction):
-                self._run(branch, instruction)
+                self._execute_instruction(branch, instruction)
                 if self._end != "complete":
                     return self._make_result(branch)
         return self._make_result(start)
@@ -380,7 +380,7 @@ class _Exploration:
             ended=tuple(self._ended),
         )
 
-    def _run(self, branch: ExecutionBranch, instruction: Instruction) -> None:
+    def _execute_instruction(self, branch: ExecutionBranch, instruction: Instruction) -> None:
         match instruction:
             case PerformInstruction():
                 self._perform_plans(branch, instruction)

@@ -84,18 +84,20 @@ class SearchGoal(NamedTuple):
         return 1 + self.size // _PARTS_PER_ACTION
 
 
-def find_plans(goal: SearchGoal, sets: Iterable[PermittedActions], start: State, budget: int) -> SubgoalPlans:
+def find_plans(
+    goal: SearchGoal, permitted_sets: Iterable[PermittedActions], start: State, budget: int
+) -> SubgoalPlans:
     """Return the shortest plans with the first set of actions that allows any, or the best failed attempt.
 
     Args:
         goal: the goal of the searches.
-        sets: the sets of permitted actions, one for each search.
+        permitted_sets: the sets of permitted actions, one for each search.
         start: the state in which plans begin.
         budget: maximum number of actions that each search may apply to states.
     """
     failed: list[_UniformCostSearch] = []
     effort = 0
-    for permitted in sets:
+    for permitted in permitted_sets:
         search = _UniformCostSearch(goal, permitted, budget)
         plans = search.find_shortest_plans(start)
         effort += search.effort.used * goal.step_effort
@@ -206,7 +208,7 @@ class _UniformCostSearch:
         self.nodes.append(node)
         if node.depth < self._best:
             for child in self._expand_node(node):
-                if child.met == self.goal.everything and self._holds(child.state):
+                if child.met == self.goal.everything and self._meets_goal(child.state):
                     self._keep_solution(child)
                     if len(self._found) == MAX_PLANS:
                         return child
@@ -221,7 +223,7 @@ class _UniformCostSearch:
         distinguished = select_distinguished(node.plan(), self.goal.distinguished)
         self._found.setdefault((node.state, distinguished), node)
 
-    def _holds(self, state: State) -> bool:
+    def _meets_goal(self, state: State) -> bool:
         self.effort.used += self.goal.effort
         return self.goal.holds(state)
 
@@ -318,7 +320,7 @@ def _find_best_failed_attempt(searches: Sequence[_UniformCostSearch]) -> Subgoal
     most_met = max([failed_search.most_met for failed_search in failing])
     farthest = [failed_search for failed_search in failing if failed_search.most_met == most_met]
     nearest_attempts = [
-        nearest for failed_search in farthest if (nearest := failed_search.find_nearest()) is not None
+        nearest for failed_search in farthest if (nearest := failed_search.find_nearest_attempt()) is not None
     ]
     effort = sum([failed_search.effort for failed_search in failing])
     if nearest_attempts:
@@ -358,7 +360,7 @@ class _FailedSearch:
             : max(1, min(_MAX_FAILURE_STATES, _MAX_FAILURE_TESTS // max(1, tests)))
         ]
 
-    def find_nearest(self) -> _NearestAttempt | None:
+    def find_nearest_attempt(self) -> _NearestAttempt | None:
         """Return the attempt that comes nearest to the goal, or None if no attempt makes progress.
 
         A failing action is not reported if a visited state meets as many parts as the action would.

@@ -52,9 +52,9 @@ class SubgoalVerdict(PlanVerdict):
         """Return the number of faults by kind: errors of the reported branch, or else faults of a plan."""
         return Counter(self.errors) or PlanVerdict.faults(self)
 
-    def credit(self, at_start: Sequence[bool]) -> Credit | None:
+    def compute_credit(self, at_start: Sequence[bool]) -> Credit | None:
         """Return the credit for the executed subgoals, with the number of actions that the search added."""
-        earned = PlanVerdict.credit(self, at_start)
+        earned = PlanVerdict.compute_credit(self, at_start)
         return None if earned is None else replace(earned, added_actions=self.added_actions or 0)
 
     def as_missing_answer(self) -> Self:

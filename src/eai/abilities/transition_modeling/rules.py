@@ -33,7 +33,7 @@ from eai.tasks.task import TaskExclusion
 from eai.world.fault import FaultKind
 
 
-def plan_flaw(
+def find_plan_flaw(
     task: TransitionTask, written: Mapping[str, PddlAction], plan: Sequence[PlanStep]
 ) -> tuple[int, str] | None:
     """Return why a plan fails from start to goal with the gold operators, or None if it works.
@@ -142,7 +142,7 @@ class OperatorRules(ABC):
     counts_clauses: ClassVar[bool] = True
 
     @abstractmethod
-    def judge(self, task: TransitionTask, text: str) -> OperatorJudgement:
+    def judge_answer(self, task: TransitionTask, text: str) -> OperatorJudgement:
         """Return the judgement on an answer, even if the answer cannot be read."""
 
     @abstractmethod
@@ -150,7 +150,7 @@ class OperatorRules(ABC):
         """Return the judgement on a missing answer: each operator of the task is missing."""
 
     @abstractmethod
-    def plan_one_at_a_time(
+    def plan_with_each_operator(
         self, task: TransitionTask, text: str, replaced: ReplacedPart
     ) -> dict[str, PlannerResult | None]:
         """Map each operator's name to the planner's result with the answer's operator among gold operators.
@@ -202,7 +202,7 @@ class PaperOperatorRules(OperatorRules):
         default_factory=ResultCache
     )
 
-    def judge(self, task: TransitionTask, text: str) -> OperatorJudgement:
+    def judge_answer(self, task: TransitionTask, text: str) -> OperatorJudgement:
         """Return the judgement on an answer. An answer without operators misses all operators of the task."""
         written = read_operators(text, self.readings)
         if isinstance(written, Unreadable):
@@ -226,7 +226,7 @@ class PaperOperatorRules(OperatorRules):
             for name, written_operator in by_name.items()
             if written_operator.action is not None
         }
-        flaw = plan_flaw(task, actions, planning.plan) if solved else None
+        flaw = find_plan_flaw(task, actions, planning.plan) if solved else None
         return OperatorJudgement(
             operators=(*reports, *others),
             planning=planning,
@@ -249,7 +249,7 @@ class PaperOperatorRules(OperatorRules):
         works = None if planning.outcome is PlannerOutcome.NOT_RUN else False
         return OperatorJudgement(missing, planning, works, literals=_sum_literal_counts(compared))
 
-    def plan_one_at_a_time(
+    def plan_with_each_operator(
         self, task: TransitionTask, text: str, replaced: ReplacedPart
     ) -> dict[str, PlannerResult | None]:
         """Map each operator's name to the planner's result with the answer's operator among gold operators.

@@ -66,21 +66,21 @@ class TransitionModeling(Scorer):
 
     def assess(self, text: str) -> Assessment:
         """Return the verdict on an answer with its explanation, which lists the planner's steps."""
-        judgement = self._rules.judge(self.task, text)
+        judgement = self._rules.judge_answer(self.task, text)
         return Assessment(self._make_verdict(judgement), partial(_explain_judgement, judgement))
 
     def score_missing_answer(self) -> OperatorVerdict:
         """Return the verdict on a missing answer: all operators are missing."""
         return self._make_verdict(self._rules.judge_missing_answer(self.task))
 
-    def plan_one_at_a_time(
+    def plan_with_each_operator(
         self, text: str, replaced: ReplacedPart = "operator"
     ) -> Mapping[str, PlannerResult | None]:
         """Map each operator's name to the planner's result with the answer's operator among gold operators.
 
         The result is None for an operator that the answer lacks. The mapping is empty for an excluded answer.
         """
-        return self._rules.plan_one_at_a_time(self.task, text, replaced)
+        return self._rules.plan_with_each_operator(self.task, text, replaced)
 
     def _make_verdict(self, judgement: OperatorJudgement) -> OperatorVerdict:
         categories = tuple(category.value for category in self.task.categories)

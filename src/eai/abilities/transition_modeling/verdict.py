@@ -132,7 +132,7 @@ class OperatorVerdict(Verdict):
         decided = not then or not self.planner_detail.startswith(authority)
         return None if decided or self.planner is None else self.planner.value
 
-    def credit(self, at_start: Sequence[bool]) -> Credit | None:
+    def compute_credit(self, at_start: Sequence[bool]) -> Credit | None:
         """Return the credit, which is the F1 of all clauses in preconditions and effects."""
         return compute_parts_credit(
             sum_counts(get_counts_by_category(self)), self.error, self._count_faults()

@@ -111,7 +111,7 @@ class _KindRules:
     recipes: Sequence[Recipe]
 
     @cached_property
-    def makings(self) -> Mapping[str, Sequence[ProductionMethod]]:
+    def production_methods(self) -> Mapping[str, Sequence[ProductionMethod]]:
         """Kind -> all ways to make an object of the kind."""
         return group_pairs(self._yield_production_methods())
 

@@ -165,7 +165,9 @@ class _SceneMaker:
         wanted = {self._declared_kinds[name] for name in self._future}
         in_goal = (self._activity.synsets[c] for c in self._activity.yield_goal_categories())
         present = {kind for name, kind in self._kind_of_each.items() if name not in self._future}
-        wanted |= {kind for kind in in_goal if kind in self._kinds.rules.makings and kind not in present}
+        wanted |= {
+            kind for kind in in_goal if kind in self._kinds.rules.production_methods and kind not in present
+        }
         self._add_products(sorted(wanted), present)
         recipes = {f"recipe_{number}": recipe for number, recipe in enumerate(self._recipes, 1)}
         made = {name: f"made__{k.get_lemma(kind)}" for name, kind in self._kind_of_each.items()}
@@ -204,7 +206,7 @@ class _SceneMaker:
             return True
         return kind not in above and any(
             self._can_be_used(making, present, (*above, kind))
-            for making in self._kinds.rules.makings.get(kind, ())
+            for making in self._kinds.rules.production_methods.get(kind, ())
         )
 
     def _can_be_used(self, making: k.ProductionMethod, present: set[str], above: tuple[str, ...]) -> bool:
@@ -214,7 +216,7 @@ class _SceneMaker:
 
     def _add_products(self, wanted: Sequence[str], present: set[str]) -> None:
         """Add recipes, products and intermediate products by which the wanted kinds can be made."""
-        makings = self._kinds.rules.makings
+        makings = self._kinds.rules.production_methods
         pending, ways = list(wanted), dict[str, list[k.ProductionMethod]]()
         while pending:
             kind = pending.pop()

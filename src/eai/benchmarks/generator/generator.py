@@ -150,7 +150,7 @@ class _RejectionFinder:
             return reason
         if sets.fingerprint_task(task)[0] in self._public:
             return RejectionReason.PUBLIC
-        if self._table.solves(task):
+        if self._table.solves_task(task):
             return RejectionReason.PUBLIC_PLAN
         return None
 
@@ -242,7 +242,7 @@ class TaskGenerator:
         self._made += 1
         if self._made % _TASKS_PER_PLANNER == 0:
             self._renew_planners()
-        rng = self.spec.rng(seed)
+        rng = self.spec.make_random(seed)
         base = rng.choices(self._bases, self._weights)[0]
         initial, hidden = self._make_scene(base, rng)
         if self.spec.kind.is_hazardous and not may_hazard_occur(
@@ -277,7 +277,7 @@ class TaskGenerator:
                 reason = RejectionReason.COPY
         if reason is None and self.is_given_away is not None and self.is_given_away(task):
             reason = RejectionReason.KNOWN_PLAN
-        if reason is None and not self._can_be_seen(task):
+        if reason is None and not self._can_goal_objects_be_seen(task):
             reason = RejectionReason.NEVER_SEEN
         outcome = self._measure_task(task, seed, about) if reason is None else reason
         return outcome if isinstance(outcome, RejectionReason) else self._add_paired_task(outcome, rng)
@@ -328,7 +328,7 @@ class TaskGenerator:
             return RejectionReason.NO_HAZARD
         return GeneratedTask(safe.task, {**tempting, SHUT_LAST: safe.is_safe_if_shut_last})
 
-    def _can_be_seen(self, task: Task) -> bool:
+    def _can_goal_objects_be_seen(self, task: Task) -> bool:
         """Whether each object of the goals is visible at the start, or a relaxed plan makes it visible."""
         domain, start, scene = self.benchmark.domain, task.initial, task.scene
         return domain.visible is None or all(
@@ -342,7 +342,10 @@ class TaskGenerator:
         measures = measure_task(task, self.benchmark.domain)
         if any(measures[measure] < number for measure, number in self.spec.at_least):
             return RejectionReason.TOO_LITTLE
-        if self._difficulty is not None and (expected := self._difficulty.estimate(task)) is not None:
+        if (
+            self._difficulty is not None
+            and (expected := self._difficulty.estimate_difficulty(task)) is not None
+        ):
             about["difficulty"] = {"expected": expected, "error": self._difficulty.error}
             low, high = self.spec.difficulty or (-math.inf, math.inf)
             if not low <= expected <= high:
@@ -384,7 +387,7 @@ class TaskGenerator:
         for _ in range(rng.randint(0, self.spec.disturbances)):
             wanted, before = proposals.draw_literal(rng, relations=0.5), walk.state
             if wanted is not None:
-                walk.reach(wanted)
+                walk.reach_goal(wanted)
                 walk.conditions.clear()
             if self._find_held_objects(walk.state) - self._find_held_objects(before):
                 walk.state = before
@@ -459,8 +462,8 @@ class TaskGenerator:
                     occasions += len(walk.goals) > reached
                     ending = last if is_rich or occasions < 2 else []
         for wish in ending:  # goals about the agent come last, because reaching later goals would move it
-            if not walk.holds(wish, initial):
-                walk.reach(wish)
+            if not walk.goal_holds(wish, initial):
+                walk.reach_goal(wish)
         return walk
 
     def _extend_action_sequence(
@@ -493,7 +496,7 @@ class TaskGenerator:
             others = (*walk.goals, *ending)
             if any(do_goals_clash(wish, other, scene, self.prior) for other in others):
                 continue
-            if not walk.holds(wish, initial):
+            if not walk.goal_holds(wish, initial):
                 reached = self._reach_goal_and_let_go(walk, wish)
                 failures = 0 if reached else failures + 1
 
@@ -502,8 +505,8 @@ class TaskGenerator:
 
         The extension is undone if the agent holds an object of the goal at its end.
         """
-        subjects, before = find_subjects(goal, walk.state.scene), walk.mark()
-        if not walk.reach(goal):
+        subjects, before = find_subjects(goal, walk.state.scene), walk.get_position()
+        if not walk.reach_goal(goal):
             return False
         if subjects.isdisjoint(self._find_held_objects(walk.state)):
             return True

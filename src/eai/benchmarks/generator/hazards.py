@@ -12,7 +12,7 @@ from typing import NamedTuple
 
 import eai.logic.formula as f
 import eai.logic.semantics as semantics
-from eai.benchmarks.generator.walk import GoalByGoalPlan, make_short_plan, reach_all
+from eai.benchmarks.generator.walk import GoalByGoalPlan, make_short_plan, reach_all_goals
 from eai.benchmarks.generator.words import InstructionWriter
 from eai.logic.traversal import find_object_names, is_state_formula
 from eai.logic.traversal import walk_subformulas as parts_of
@@ -221,9 +221,9 @@ class _SafePlanFinder:
         for cut in range(len(plan) + 1):
             walk = GoalByGoalPlan(self.planner, self.task.initial)
             if (
-                walk.follow(plan[:cut], ())
-                and walk.reach(guard.safe)
-                and walk.follow(plan[cut:], self._goals)
+                walk.follow_plan(plan[:cut], ())
+                and walk.reach_goal(guard.safe)
+                and walk.follow_plan(plan[cut:], self._goals)
             ):
                 yield walk
 
@@ -242,15 +242,15 @@ class _SafePlanFinder:
         ]
         for ordered in (self._goals, [*calm, *safe, *last]):
             walk = GoalByGoalPlan(planner, self.start)
-            if reach_all(walk, ordered):
+            if reach_all_goals(walk, ordered):
                 yield walk
 
     def are_safe_if_shut_last(self, guards: Sequence[_HazardGoal]) -> bool:
         """Whether the task's plan is safe if the agent at its end shuts and switches off all objects."""
         walk = GoalByGoalPlan(self.planner, self.task.initial)
         safe = [guard.safe for guard in guards if guard.safe is not None]
-        is_shut = walk.follow(self.task.script, self._goals) and all(
-            walk.holds(condition, walk.state) or walk.reach(condition) for condition in safe
+        is_shut = walk.follow_plan(self.task.script, self._goals) and all(
+            walk.goal_holds(condition, walk.state) or walk.reach_goal(condition) for condition in safe
         )
         return is_shut and all(guard.holds_in(self.execute(walk.trail)) for guard in guards)
 

@@ -62,7 +62,7 @@ class _DifficultyModel:
     r_squared: float
     rank_correlation: float
 
-    def estimate(self, task: Task) -> float | None:
+    def estimate_difficulty(self, task: Task) -> float | None:
         """Return the expected difficulty of a task in logits, or None if the task has no plan."""
         if not task.script:
             return None

@@ -160,7 +160,9 @@ def make_leak_test(
         held_out: tasks of later splits. The plan of a task may solve none of them.
     """
     table, later = SimilarTaskTable(known, domain), tuple(held_out)
-    return lambda task: table.solves(task) or any(map(SimilarTaskTable([task], domain).solves, later))
+    return lambda task: (
+        table.solves_task(task) or any(map(SimilarTaskTable([task], domain).solves_task, later))
+    )
 
 
 def measure_overlap(tasks: Sequence[Task], known: Sequence[Task], domain: Domain) -> dict[str, int]:
@@ -179,7 +181,7 @@ def measure_overlap(tasks: Sequence[Task], known: Sequence[Task], domain: Domain
         "tasks": len(tasks),
         "same": sum(pair in known_fingerprints for pair in fingerprints),
         "same_goals": sum(goals in known_goals for goals, _ in fingerprints),
-        "solved_by_lookup": sum(map(table.solves, tasks)),
+        "solved_by_lookup": sum(map(table.solves_task, tasks)),
     }
 
 

@@ -208,7 +208,7 @@ class TaskSpecification:
             fields["kind"] = kind.value.removeprefix("untold-")
         return hashlib.sha256(json.dumps(fields, sort_keys=True).encode()).hexdigest()
 
-    def rng(self, seed: str) -> random.Random:
+    def make_random(self, seed: str) -> random.Random:
         """Return the random generator for the task of a seed."""
         digest = hashlib.sha256(f"{self.sha256} {seed}".encode()).digest()
         return random.Random(digest)  # noqa: S311 - tasks, not secrets

@@ -78,7 +78,7 @@ class GoalByGoalPlan:
         """Indices of all objects of the scene, as possible arguments of actions."""
         return tuple(range(len(self.state.scene.objects)))
 
-    def mark(self) -> tuple[State, int, int, int, int]:
+    def get_position(self) -> tuple[State, int, int, int, int]:
         """Return the values that `go_back_to` needs to go back to the current end of the walk."""
         return self.state, len(self.conditions), len(self.actions), len(self.goals), len(self.trail)
 
@@ -87,16 +87,16 @@ class GoalByGoalPlan:
         self.state, conditions, actions, goals, trail = mark
         del self.conditions[conditions:], self.actions[actions:], self.goals[goals:], self.trail[trail:]
 
-    def holds(self, wanted: f.Formula, state: State) -> bool:
+    def goal_holds(self, wanted: f.Formula, state: State) -> bool:
         """Whether a goal about states holds in a state; False for goals about actions."""
         return not _list_goal_actions(wanted) and self.planner.holds(wanted, state)
 
-    def reach(self, wanted: f.Formula) -> bool:
+    def reach_goal(self, wanted: f.Formula) -> bool:
         """Extend the walk until one more goal holds. Return False if it holds already or no plan is found."""
         names = _list_goal_actions(wanted)
         if names:
             planning_goal = PlanningGoal(tuple(self.conditions), (names,))
-        elif self.holds(wanted, self.state):
+        elif self.goal_holds(wanted, self.state):
             return False
         else:
             planning_goal = PlanningGoal((*self.conditions, wanted))
@@ -113,10 +113,10 @@ class GoalByGoalPlan:
             self.conditions.append(wanted)
         return True
 
-    def follow(self, plan: Sequence[Action], goals: Sequence[f.Formula]) -> bool:
+    def follow_plan(self, plan: Sequence[Action], goals: Sequence[f.Formula]) -> bool:
         """Extend the walk by a plan and return True, if the plan reaches these goals about states."""
         course = execute_plan(self.planner.domain, self.state, plan)
-        if course.failure is not None or not all(self.holds(goal, course.final_state) for goal in goals):
+        if course.failure is not None or not all(self.goal_holds(goal, course.final_state) for goal in goals):
             return False
         self.state = course.final_state
         self.trail += plan
@@ -272,11 +272,11 @@ class TemporalGoalFinder:
     def _find_goal_of_detour(self) -> _TemporalGoal | None:
         """Return the goal that a fact, which is false at the end, holds before another goal is reached."""
         walk, seen, last = self.begin(), self.proposals.draw_literal(self.rng), self.rng.choice(self._goals)
-        if seen is None or not isinstance(last, f.Atom | f.Not) or not walk.reach(seen):
+        if seen is None or not isinstance(last, f.Atom | f.Not) or not walk.reach_goal(seen):
             return None
         walk.conditions.clear()
-        reached = walk.follow(self.task.script, self._goals) or reach_all(walk, self._goals)
-        if not reached or walk.holds(seen, walk.state):
+        reached = walk.follow_plan(self.task.script, self._goals) or reach_all_goals(walk, self._goals)
+        if not reached or walk.goal_holds(seen, walk.state):
             return None
         goal = f.Then((seen, last))
         kept = _make_goal_if_distinguishing(goal, self._execute(walk.trail), self._solving_plan)
@@ -298,9 +298,9 @@ class TemporalGoalFinder:
         for cut in cuts[:_MAX_TIDY_POSITIONS]:
             walk = self.begin()
             if (
-                walk.follow(untidy.plan[:cut], ())
-                and walk.reach(f.Not(never))
-                and walk.follow(untidy.plan[cut:], goals)
+                walk.follow_plan(untidy.plan[:cut], ())
+                and walk.reach_goal(f.Not(never))
+                and walk.follow_plan(untidy.plan[cut:], goals)
             ):
                 tidy = self._execute(walk.trail)
                 for other in rng.sample(list(untidy.new_facts), len(untidy.new_facts)):
@@ -316,12 +316,12 @@ class TemporalGoalFinder:
         ours, goals, rng = self._solving_plan, self._goals, self.rng
         parts = [ours.plan[i:j] for i, j in pairwise([0, *self._goal_steps])]
         for _ in range(_MAX_ORDERS if len(parts) > 1 else 0):
-            temporal = self._find_difference(list(chain(*rng.sample(parts, len(parts)))))
+            temporal = self._find_goal_excluding(list(chain(*rng.sample(parts, len(parts)))))
             if temporal is not None:
                 return temporal
         walk = self.begin()
-        if len(goals) > 1 and reach_all(walk, rng.sample(goals, len(goals))):
-            return self._find_difference(make_short_plan(walk))
+        if len(goals) > 1 and reach_all_goals(walk, rng.sample(goals, len(goals))):
+            return self._find_goal_excluding(make_short_plan(walk))
         return None
 
     @cached_property
@@ -333,7 +333,7 @@ class TemporalGoalFinder:
         )
         return sorted({i + 1 for i in missed})
 
-    def _find_difference(self, plan: Sequence[Action]) -> _TemporalGoal | None:
+    def _find_goal_excluding(self, plan: Sequence[Action]) -> _TemporalGoal | None:
         """Return a goal over time that the certificate fulfils and another plan does not, or None.
 
         Goals whose facts share an object come first.
@@ -399,14 +399,14 @@ def _make_goal_if_distinguishing(
     return _TemporalGoal(goal, ours.plan, other.plan) if is_kept and not is_kept_by_other else None
 
 
-def reach_all(walk: GoalByGoalPlan, goals: Sequence[f.Formula]) -> bool:
+def reach_all_goals(walk: GoalByGoalPlan, goals: Sequence[f.Formula]) -> bool:
     """Extend a walk by goals in this order. Return whether all these goals hold at the end."""
     for wanted in goals:
-        if walk.holds(wanted, walk.state):
+        if walk.goal_holds(wanted, walk.state):
             walk.conditions.append(wanted)
-        elif not walk.reach(wanted):
+        elif not walk.reach_goal(wanted):
             return False
-    return all(walk.holds(wanted, walk.state) for wanted in goals)
+    return all(walk.goal_holds(wanted, walk.state) for wanted in goals)
 
 
 def _have_no_common_object(one: f.Formula, other: f.Formula) -> bool:

@@ -193,9 +193,9 @@ class BehaviorSubgoalDecomposition(ReferenceSubgoals):
         super().__init__(task, domain, _BehaviorSubgoalNotation(), goals=goals, limits=limits)
         self.excluded = None
 
-    def compile(self, text: str) -> CompiledAnswer | RejectedAnswer:
+    def compile_answer(self, text: str) -> CompiledAnswer | RejectedAnswer:
         """Compile an answer into a program for the search, or reject it."""
-        return super().compile(text.replace("toggled.on", "toggledon").replace("t-shirt", "shirt"))
+        return super().compile_answer(text.replace("toggled.on", "toggledon").replace("t-shirt", "shirt"))
 
     def _draw_alternative(self, subgoal: str, rng: Random) -> str | None:
         if "agent" in subgoal or any(word in subgoal for word in _QUANTIFIERS):

@@ -144,7 +144,7 @@ class ReferenceRules(OperatorRules):
     reports: ResultCache[OperatorText, OperatorReport] = field(default_factory=ResultCache)
     read: ResultCache[OperatorText, PddlAction | PddlFinding | None] = field(default_factory=ResultCache)
 
-    def judge(self, task: TransitionTask, text: str) -> OperatorJudgement:
+    def judge_answer(self, task: TransitionTask, text: str) -> OperatorJudgement:
         """Return the judgement on an answer. A task with eai-eval's format error is excluded."""
         written = extract_as_reference(text)
         if written is None:
@@ -165,7 +165,7 @@ class ReferenceRules(OperatorRules):
         ]
         return OperatorJudgement(tuple(missing), self.empty_result)
 
-    def plan_one_at_a_time(
+    def plan_with_each_operator(
         self, task: TransitionTask, text: str, replaced: ReplacedPart
     ) -> dict[str, PlannerResult | None]:
         """Return the planner's result for each required operator, in a domain with all other gold operators.

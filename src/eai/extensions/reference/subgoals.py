@@ -58,7 +58,7 @@ class ReferenceSubgoals(SubgoalDecomposition):
     counts as a runtime error, except in answers that execute but miss the goal (``subgoal_eval_utils.py``).
     """
 
-    def compile(self, text: str) -> CompiledAnswer | RejectedAnswer:
+    def compile_answer(self, text: str) -> CompiledAnswer | RejectedAnswer:
         """Compile an answer into a program for the search, or reject it. Random draws start from `SEED`."""
         rng = Random(SEED)  # noqa: S311 - the same generator as the reference's
         written = read_output(text)
