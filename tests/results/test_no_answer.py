@@ -8,7 +8,7 @@ import pytest
 
 from eai.abilities.declaration import get_declaration
 from eai.abilities.verdict import Verdict
-from eai.cli.table import rates_table
+from eai.cli.table import make_rates_table
 from eai.results.codec import record_to_json
 from eai.results.record import Record
 from eai.results.summary import make_cases_by_metric
@@ -44,15 +44,17 @@ def test_one_answer_is_enough_for_rates() -> None:
 
 
 def test_a_terminal_says_that_there_is_no_answer(capsys: pytest.CaptureFixture[str]) -> None:
-    from eai.cli.console import output
+    from eai.cli.console import get_output_console
 
     records = unanswered_run("goals")
     totals = RunTotals.from_records(records)
     metrics = get_declaration(records[0].ability).terminal_metrics
-    print_table(output(), rates_table("Goals", metrics, {"my-model": totals}), wide=False)
+    print_table(get_output_console(), make_rates_table("Goals", metrics, {"my-model": totals}), wide=False)
     assert "no answer" in capsys.readouterr().out
-    both = rates_table("Goals", metrics, {"my-model": totals, "other": RunTotals.from_records(goal_run())})
-    print_table(output(), both, wide=True)
+    both = make_rates_table(
+        "Goals", metrics, {"my-model": totals, "other": RunTotals.from_records(goal_run())}
+    )
+    print_table(get_output_console(), both, wide=True)
     mine = next(line for line in capsys.readouterr().out.splitlines() if "my-model" in line)
     assert "0.0" not in mine
 
@@ -60,7 +62,7 @@ def test_a_terminal_says_that_there_is_no_answer(capsys: pytest.CaptureFixture[s
 def test_goals_have_a_row_for_unreadable_answers() -> None:
     records = goal_run()
     metrics = get_declaration(records[0].ability).terminal_metrics
-    rows = rates_table("Goals", metrics, {"my-model": RunTotals.from_records(records)}).rows
+    rows = make_rates_table("Goals", metrics, {"my-model": RunTotals.from_records(records)}).rows
     assert "parsing" in [row[0] for row in rows]
 
 

@@ -242,6 +242,8 @@ def print_record(console: Console, record: Record, background: _TaskBackground =
         record: The record.
         background: Information of the data set about the task; empty if the data set is missing.
     """
+    if record.is_cut_off:
+        console.print(Text("cut off: the answer ended at a length limit", style="bold yellow"))
     title = f"  {record.task.name}" if record.task is not None else ""
     heading = Text(f"{record.domain} {record.ability.value} {record.task_id}{title}", style="bold")
     console.print(heading, soft_wrap=True)
@@ -399,7 +401,10 @@ def _print_answer_list(console: Console, records: Sequence[Record], limit: int) 
         style = "green" if came_to is AnswerOutcome.SUCCESS else "red"
         table.add_row(
             Text.assemble((record.task_id, "bold"), *(f"\n{text}" for text in (*title, *where))),
-            Text.assemble((came_to.value, style), f"\n{why}" if (why := _describe_failure(record)) else ""),
+            Text.assemble(
+                (f"{came_to.value}{', cut off' * record.is_cut_off}", style),
+                f"\n{why}" if (why := _describe_failure(record)) else "",
+            ),
         )
     console.print(table)
     shown = f", of which {limit} are shown (--limit 0: all)" if len(records) > limit else ""

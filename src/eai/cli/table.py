@@ -88,6 +88,9 @@ def make_rates_table(title: str, metrics: Sequence[str], results: Mapping[str, R
         ("percent", [_format_model_name(*each) for each in results.items()]),
         (Column("answered", is_number=True), [str(totals.coverage) for totals in results.values()]),
     ]
+    if any(totals.coverage.cut_off for totals in results.values()):
+        cut_off = [totals.coverage.cut_off for totals in results.values()]
+        columns.append((Column("cut off", "cut\noff", is_number=True), cut_off))
     for metric in shown:
         cells = [Estimate.from_rate(rates[metric]) for rates in rates_by_model.values()]
         columns.append((replace(PERCENT, heading=format_heading(metric)), cells))

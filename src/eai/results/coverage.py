@@ -23,6 +23,7 @@ class TaskCoverage:
         left_out: number of tasks without an answer that are left out of all rates (``--allow-missing``).
         tasks: number of all tasks of the suite; None if the records do not state it.
         raised: number of tasks whose scorer raised an exception for the answer, which counts as failed.
+        cut_off: number of tasks with an answer that a length limit cut off.
     """
 
     asked: int
@@ -31,6 +32,7 @@ class TaskCoverage:
     left_out: int = 0
     tasks: int | None = None
     raised: int = 0
+    cut_off: int = 0
 
     @property
     def is_ranked(self) -> bool:
@@ -51,6 +53,8 @@ class TaskCoverage:
     def _describe_gaps(self, tasks: int) -> Iterable[str]:
         if self.raised:
             yield f"{self.raised} failed because the scorer raised an exception, which the record names"
+        if self.cut_off:
+            yield f"{self.cut_off} of {self.answered} answers were cut off at a length limit"
         if self.asked < tasks:
             yield f"only {self.asked} of {tasks} tasks were asked"
         missing = self.asked - self.answered
@@ -77,6 +81,7 @@ class TaskCoverage:
             self.left_out + other.left_out,
             tasks,
             self.raised + other.raised,
+            self.cut_off + other.cut_off,
         )
 
     def __str__(self) -> str:
@@ -93,6 +98,7 @@ class TaskCoverage:
             "not_asked": None if self.tasks is None else self.tasks - self.asked,
             "ranked": self.is_ranked,
             **({"raised": self.raised} if self.raised else {}),
+            **({"cut_off": self.cut_off} if self.cut_off else {}),
         }
 
 

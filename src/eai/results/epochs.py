@@ -237,7 +237,7 @@ class SuiteResult:
     @property
     def truncated_count(self) -> int:
         """Number of answers that a length limit cut off."""
-        return sum(bool(record.origin and record.origin.truncated) for record in self._counted_records)
+        return sum(record.is_cut_off for record in self._counted_records)
 
     @property
     def usage(self) -> Usage:

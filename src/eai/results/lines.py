@@ -83,6 +83,7 @@ class AnswerLine(TidyLine):
         hallucinated: goal interpretation: number of stated goals with unknown names.
         planner: transition modeling: result of the planner with the answer's operators.
         task_categories: transition modeling: categories of the task, separated by spaces.
+        cut_off: whether a length limit cut the answer off; None if unknown.
         characters: length of the answer in characters.
         output_tokens: tokens of the answer; None if the run did not count them.
         cost: cost of the answer in dollars; None if unknown.
@@ -113,6 +114,7 @@ class AnswerLine(TidyLine):
     hallucinated: int | None
     planner: str | None
     task_categories: str | None
+    cut_off: bool | None
     characters: int
     output_tokens: int | None
     cost: float | None

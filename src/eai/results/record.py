@@ -87,6 +87,11 @@ class Record:
     sample: int | None = None
 
     @property
+    def is_cut_off(self) -> bool:
+        """Whether a length limit cut the answer off."""
+        return self.origin is not None and bool(self.origin.truncated)
+
+    @property
     def repairs(self) -> tuple[str, ...]:
         """All repairs of the answer; repairs made before scoring come first."""
         before = () if self.origin is None else self.origin.answer_repairs

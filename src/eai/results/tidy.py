@@ -108,6 +108,7 @@ def _make_answer_line(
         "error_objects": None if error is None else " ".join(error.objects),
         "steps_tried": len(list(list_reported_steps(record))) if is_explained else None,
         **_count_matches(record.ability, shares),
+        "cut_off": None if record.origin is None else record.origin.truncated,
         "characters": len(record.response),
         "output_tokens": None if usage is None else usage.output_tokens,
         "cost": None if usage is None else usage.cost,

@@ -12,7 +12,7 @@ from eai.results.coverage import ErrataEffect, TaskCoverage
 from eai.results.rate import NOTHING, Exact, Rate, add_contributions, make_rates
 from eai.results.record import NOT_ANSWERED, Record
 
-_ANSWERED, _SCORED, _LEFT_OUT, _CORRECTED_OR_LEFT_OUT, _RAISED = 1, 2, 4, 8, 16
+_ANSWERED, _SCORED, _LEFT_OUT, _CORRECTED_OR_LEFT_OUT, _RAISED, _CUT_OFF = 1, 2, 4, 8, 16, 32
 """Bits of a task's status; the statuses of several answers to the task are combined by OR."""
 
 
@@ -24,6 +24,7 @@ def _make_status_bits(record: Record) -> int:
         | _LEFT_OUT * (excluded == NOT_ANSWERED)
         | _CORRECTED_OR_LEFT_OUT * (errata is not None and bool(errata.entries))
         | _RAISED * (error is not None and error.check == RAISED)
+        | _CUT_OFF * record.is_cut_off
     )
 
 
@@ -148,6 +149,7 @@ class RunTotals:
             left_out=sum(bool(status & _LEFT_OUT) for status in unanswered),
             tasks=next(iter(self.sizes)) if len(self.sizes) == 1 else None,
             raised=sum(bool(status & _RAISED) for status in self.statuses.values()),
+            cut_off=sum(bool(status & _CUT_OFF) for status in self.statuses.values()),
         )
 
     @property

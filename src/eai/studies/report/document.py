@@ -276,10 +276,12 @@ def _format_rate(rate: Rate) -> str:
 
 
 def _write_runs_section(runs: Sequence[RunSummary]) -> Iterator[str]:
+    has_cut_answers = any(item.coverage.cut_off for item in runs)
     rows = [
         _make_run_cells(item)
         | {
             "answered": str(item.coverage),
+            **({"cut off": str(item.coverage.cut_off)} if has_cut_answers else {}),
             "excluded": str(sum(item.excluded.values())),
             "repaired": str(item.repaired),
             "planner": ", ".join(item.planners),

@@ -163,6 +163,7 @@ class ExplorerData:
                 "o": find_answer_outcome(record).value,
                 "x": self._pack_text(verdict.excluded) if verdict.excluded else None,
                 "u": self._pack_text(record.unanswered) if record.unanswered else None,
+                "z": 1 if record.is_cut_off else None,
                 "r": self._pack_text(record.response) if record.response else None,
                 "f": self._pack_error(verdict),
                 "m": list(record.repairs),
@@ -204,7 +205,8 @@ class ExplorerData:
     def _pack_attempts(self, record: Record) -> list[Json]:
         """Return each attempt of a record as a separate answer; an empty list for a single attempt."""
         number = len(record.attempts)
-        attempts = [replace(drop_later_attempts(record, k), attempts=()) for k in range(1, number + 1)]
+        parts = [drop_later_attempts(record, k) for k in range(1, number + 1)]
+        attempts = [replace(part, attempts=(), origin=None) for part in parts]
         return [self._pack_answer(attempt) for attempt in attempts] if number > 1 else []
 
     def _pack_ability_fields(self, record: Record) -> dict[str, Json]:

@@ -44,6 +44,7 @@ function verdict(answer) {
   const error = errorOf(answer);
   const { row } = answer;
   const lines = [];
+  if (row.z) lines.push('The answer was cut off at a length limit.');
   if (row.x !== undefined) lines.push(`Left out of all rates: ${text(row.x)}.`);
   if (row.u !== undefined) lines.push(`There is no answer: ${text(row.u)}.`);
   if (error) lines.push(`${title(error.kind)}${stepText(answer, error)}: ${error.detail}`);

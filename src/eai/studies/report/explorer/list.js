@@ -52,6 +52,7 @@ function answerRow(answer) {
 
 // Why an answer is no success, in a few words.
 function reasonOf(answer, error) {
+  if (answer.row.z) return ['cut off', error && error.detail].filter(Boolean).join(' · ');
   if (error) return error.detail;
   const sums = [0, 1, 2].map((part) => Object.entries(answer.row.n || {}).reduce(
     (sum, [name, row]) => (name === 'all' ? sum : sum + row[part]), 0));
