@@ -9,7 +9,8 @@ import pytest
 
 ROOT = Path(__file__).parent.parent
 WRITTEN_PART = re.compile(
-    r"^<!-- (?:errata: tools/errata_page\.py|written by: eai run --with help) -->$.*?^<!-- end -->$"
+    r"^<!-- (?:errata: tools/errata_page\.py|prompt lengths: tools/prompt_lengths\.py"
+    r"|written by: eai run --with help) -->$.*?^<!-- end -->$"
     r"|^::: \S+$",
     re.MULTILINE | re.DOTALL,
 )

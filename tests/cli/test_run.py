@@ -123,6 +123,30 @@ def test_what_is_not_answered_is_told_and_counts_unless_it_is_left_out(
     assert records[cut_off]["error"]["kind"] == "parsing"
 
 
+def test_nothing_is_asked_if_a_task_does_not_fit_into_the_context_unless_such_tasks_are_left_out(
+    data_store: Store, tmp_path: Path
+) -> None:
+    prompts = dict(list(official_prompts("behavior", Ability.GOAL_INTERPRETATION, data_store).items())[:4])
+    script = {prompt.user: [Reply("{}")] for prompt in prompts.values()}
+    model = {"id": "scripted", "object": "model", "max_model_len": 2048}
+    command = (
+        *("run", "--model", "openai-api/local/scripted", "-M", "api_key=none", "--out", tmp_path),
+        *("--domain", "behavior", "--ability", "goal_interpretation", "--tasks", ",".join(prompts)),
+    )
+    with serve(script, {"/v1/models": {"data": [model]}}) as served:
+        stopped = eai(*command, "--model-base-url", served.url)
+        assert (stopped.status, served.log.requests) == (2, [])
+        assert "1 of 4 tasks of behavior goal_interpretation need more than 2,048 tokens (2," in stopped.err
+        assert "requests.too_long=skip" in stopped.err
+        skipped = eai(*command, "--model-base-url", served.url, "--with", "requests.too_long=skip", "--json")
+    assert skipped.status == 0, skipped.err
+    assert "1 of 4 tasks of behavior goal_interpretation need more than 2,048 tokens" in skipped.err
+    (result,) = json.loads(skipped.out)
+    assert (result["answered"], result["coverage"]["not_asked"]) == (3, 97)
+    assert len(served.log.requests) == 3
+    assert {request["max_tokens"] >= 1024 for request in served.log.requests} == {True}
+
+
 def test_reasons_that_differ_only_in_numbers_are_reported_once() -> None:
     failures = {
         "request (4,031 tokens) is refused": ["a", "b"],

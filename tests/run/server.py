@@ -73,14 +73,33 @@ class Served:
 
 
 @contextmanager
-def serve(script: Mapping[str, Sequence[Reply]]) -> Iterator[Served]:
-    """Serve while the block runs. The script has the replies to each question; the last one repeats."""
+def serve(
+    script: Mapping[str, Sequence[Reply]], pages: Mapping[str, object] | None = None
+) -> Iterator[Served]:
+    """Serve while the block runs. The script has the replies to each question; the last one repeats.
+
+    Args:
+        script: mapping from questions to replies.
+        pages: mapping from other paths to the JSON values at them.
+    """
     log = Log()
     lock = threading.Lock()
 
     class Handler(BaseHTTPRequestHandler):
+        def do_GET(self) -> None:
+            page = (pages or {}).get(self.path)
+            body = json.dumps(_error(404) if page is None else page).encode()
+            self.send_response(404 if page is None else 200)
+            self.send_header("Content-Type", "application/json")
+            self.send_header("Content-Length", str(len(body)))
+            self.end_headers()
+            self.wfile.write(body)
+
         def do_POST(self) -> None:
             request = json.loads(self.rfile.read(int(self.headers["Content-Length"])))
+            if not self.path.endswith("/chat/completions"):
+                self.do_GET()
+                return
             question = _text(request["messages"][-1]["content"])
             with lock:
                 replies = script[question]

@@ -7,6 +7,7 @@ import socket
 from collections.abc import Callable, Collection, Iterator, Mapping, Sequence
 from concurrent.futures import Executor
 from pathlib import Path
+from typing import Literal
 
 import pytest
 
@@ -45,13 +46,18 @@ def ask(tmp_path: Path, process: Executor) -> Callable[..., ModelAnswers]:
         timeout: int = 60,
         connections: int | None = None,
         model: str = "openai-api/local/scripted",
+        answer_limit: int | None = None,
+        too_long: Literal["stop", "ask"] = "stop",
     ) -> ModelAnswers:
         job = QuestionJob(
             Endpoint(model, {"max_retries": 1, "api_key": "none"}, url),
             open_suite("virtualhome", Ability.SUBGOAL_DECOMPOSITION),
             {task_id: Prompt(task_id, stop=cut_at) for task_id in task_ids},
             decoding=decoding or DecodingOptions(),
-            pace=RequestOptions(max_connections=connections, max_retries=0, timeout=timeout),
+            pace=RequestOptions(
+                max_connections=connections, max_retries=0, timeout=timeout, too_long=too_long
+            ),
+            answer_limit=answer_limit,
         )
         journal, logs = tmp_path / "answers.jsonl", tmp_path / "logs"
         return process.submit(obtain_in_child, job, journal, logs).result(timeout=300)
@@ -206,13 +212,21 @@ def test_an_error_that_no_repetition_mends_stops_the_run_at_once(
     assert len((tmp_path / "answers.jsonl").read_text().splitlines()) == 1
 
 
+@pytest.mark.parametrize(
+    ("model", "problem"),
+    [
+        ("openai-api/local/scripted", "refuses the connection at http://127.0.0.1:"),
+        ("openrouter/scripted", "refuses the connection; nothing more was asked"),
+    ],
+    ids=["before the first question", "at a question"],
+)
 def test_a_port_at_which_no_server_listens_stops_the_run(
-    ask: Callable[..., ModelAnswers],
+    ask: Callable[..., ModelAnswers], model: str, problem: str
 ) -> None:
     with socket.create_server(("127.0.0.1", 0)) as server:
         url = f"http://127.0.0.1:{server.getsockname()[1]}/v1"
-    with pytest.raises(EaiError, match=r"local/scripted: the server refuses the connection; nothing more"):
-        ask(url, [f"{number}" for number in range(60)])
+    with pytest.raises(EaiError, match=problem):
+        ask(url, [f"{number}" for number in range(60)], model=model)
 
 
 def test_a_journal_that_cannot_be_written_stops_the_run_at_once(
@@ -316,3 +330,73 @@ def test_refused_parameters_are_left_out_of_the_second_request(run: Run, reply: 
 def test_left_out_stop_sequences_are_not_reported_as_a_left_out_schema(run: Run) -> None:
     answers, _ = run({"task": [Reply(PLAN, unless=("stop",))]}, ("}",))
     assert answers.answers["task", 1].repairs == ()
+
+
+def test_the_default_limit_is_sent_and_a_cut_answer_counts(ask: Callable[..., ModelAnswers]) -> None:
+    with serve({"loop": [Reply("sofa sofa", finish="length")]}) as served:
+        answers = ask(served.url, ("loop",), answer_limit=1024)
+    assert [request["max_tokens"] for request in served.log.requests] == [1024]
+    assert answers.answers["loop", 1].truncated
+
+
+def test_a_limit_of_the_user_replaces_the_default(ask: Callable[..., ModelAnswers]) -> None:
+    with serve({"short": [Reply(PLAN)]}) as served:
+        ask(served.url, ("short",), decoding=DecodingOptions(max_tokens=7))
+    assert [request["max_tokens"] for request in served.log.requests] == [7]
+
+
+@pytest.mark.parametrize(
+    "cut",
+    [
+        Reply("<think>first the sofa", finish="length"),
+        Reply("", reasoning="first the sofa", finish="length"),
+        Reply("", usage={**COUNTED, "completion_tokens_details": {"reasoning_tokens": 7}}, finish="length"),
+    ],
+)
+def test_a_model_that_reasons_is_asked_again_without_the_default_limit(
+    ask: Callable[..., ModelAnswers], cut: Reply
+) -> None:
+    with serve({"a": [cut, Reply(PLAN)], "b": [Reply(PLAN)]}) as served:
+        answers = ask(served.url, ("a", "b"), connections=1, answer_limit=1024)
+    assert [request.get("max_tokens") for request in served.log.requests] == [1024, None, None]
+    assert {answer.text for answer in answers.answers.values()} == {PLAN}
+    assert answers.answers["a", 1].usage.input_tokens == 22
+
+
+VLLM_REFUSAL = json.dumps(
+    {
+        "error": {
+            "message": "This model's maximum context length is 2048 tokens. However, you requested 3072 "
+            "tokens (2048 in the messages, 1024 in the completion).",
+            "type": "BadRequestError",
+            "code": 400,
+        }
+    }
+)
+
+
+def test_a_question_that_fits_without_the_default_limit_is_asked_without_it(
+    ask: Callable[..., ModelAnswers],
+) -> None:
+    with serve({"a": [Reply(status=400, body=VLLM_REFUSAL), Reply(PLAN)]}) as served:
+        answers = ask(served.url, ("a",), ("}",), answer_limit=1024)
+    requests = [(request.get("max_tokens"), "stop" in request) for request in served.log.requests]
+    assert requests == [(1024, True), (None, True)]
+    assert answers.answers["a", 1].text == PLAN
+
+
+def test_the_first_refusal_that_names_the_context_stops_the_run(ask: Callable[..., ModelAnswers]) -> None:
+    long, refused = "word " * 2048, Reply(status=400, body=VLLM_REFUSAL)
+    script = {f"{number} {long}": [refused] for number in range(30)} | {"short": [Reply(PLAN)]}
+    problem = r"30 of 31 tasks of \S+ \S+ need more than 2,048 tokens \(3,\d+ to 3,\d+\), by estimate.*kept"
+    with serve(script) as served, pytest.raises(EaiError, match=problem):
+        ask(served.url, script, connections=1)
+    assert sum(served.log.asked.values()) <= 2
+
+
+def test_long_questions_are_asked_all_the_same_if_the_user_wants_it(ask: Callable[..., ModelAnswers]) -> None:
+    long = "word " * 2048
+    with serve({long: [Reply(status=400, body=VLLM_REFUSAL)], "short": [Reply(PLAN)]}) as served:
+        answers = ask(served.url, (long, "short"), too_long="ask")
+    assert [*answers.failures.values()] == [f"{TOO_LONG} of 2,048 tokens"]
+    assert [*answers.answers] == [("short", 1)]

@@ -172,15 +172,17 @@ def run(
     flags.check_recorded_answers(endpoints, [suite for suite, _ in chosen])
     console.print_planner_note([suite for suite, _ in chosen])
     first = _open_first_stage(order, chosen)
+    fitting = {endpoint.model: _leave_out_long_tasks(order, endpoint, chosen) for endpoint in endpoints}
     save_spec(spec, out)
     outcomes = []
-    for suite, asked in chosen:
+    for position, (suite, asked) in enumerate(chosen):
         of_suite = [
-            _request_answers_and_score(order, endpoint, asked, suite, first, studied=True)
+            _request_answers_and_score(order, endpoint, fitting_prompts, suite, first, studied=True)
             if obtain is None
-            else _request_answers_adaptively(order, endpoint, asked, suite, obtain)
+            else _request_answers_adaptively(order, endpoint, fitting_prompts, suite, obtain)
             for endpoint in endpoints
             if can_model_answer(endpoint.model, suite.ability)
+            and (fitting_prompts := fitting[endpoint.model][position])
         ]
         if of_suite and not order.quiet:
             _print_suite_results(spec, of_suite, wide=wide)
@@ -193,6 +195,43 @@ def run(
     for remark in remarks:
         console.print_note(remark)
     _print_failures_and_effort([*before, *outcomes], order, as_json=as_json)
+
+
+def _leave_out_long_tasks(
+    order: _RunRequest, endpoint: Endpoint, chosen: Sequence[tuple[Suite, Mapping[str, Prompt]]]
+) -> Sequence[Mapping[str, Prompt]]:
+    """Return the prompts of each suite, without tasks that do not fit into the context of the model's server.
+
+    Raises:
+        InputError: some tasks do not fit, and they may not be left out.
+    """
+    from eai.run.context import (
+        REMEDIES,
+        calls_server,
+        describe_long_tasks,
+        find_long_tasks,
+        read_context_length,
+    )
+    from eai.run.tasks import find_model
+
+    prompts, handling = [asked for _, asked in chosen], order.spec.requests.too_long
+    if handling == "ask" or not calls_server(endpoint):
+        return prompts
+    context = read_context_length(find_model(endpoint))
+    if context is None:
+        return prompts
+    max_tokens = order.spec.generation.max_tokens
+    long_tasks = [find_long_tasks(suite, asked, max_tokens, context) for suite, asked in chosen]
+    fitting = [
+        {task_id: asked[task_id] for task_id in asked if task_id not in long.needs}
+        for asked, long in zip(prompts, long_tasks, strict=True)
+    ]
+    if fitting != prompts:
+        problem = f"{endpoint.model}: {describe_long_tasks(context, long_tasks)}"
+        if handling == "stop" or not any(fitting):
+            raise InputError(f"{problem}, {REMEDIES}")
+        console.print_note(f"{problem}; they are not asked")
+    return fitting
 
 
 def _print_suite_results(spec: RunSpec, outcomes: Sequence[SuiteResult], *, wide: bool) -> None:
@@ -240,6 +279,7 @@ def _request_answers_and_score(
     the first stage. A task without an answer in the first stage is not asked. The number of answers for each
     task is ``epochs``, or the number in the order. Records of an earlier stage contain no options of studies.
     """
+    from eai.run.context import choose_answer_limit
     from eai.run.remarks import list_remarks
     from eai.run.tasks import combine_experiments, make_trials, request_missing_answers, write_scores
 
@@ -265,6 +305,7 @@ def _request_answers_and_score(
     job = QuestionJob(
         *(endpoint, suite, asked, epochs, spec.generation, spec.requests, trials, about),
         experiment=combine_experiments([*parts[:-1], Experiment(effort=effort)]),
+        answer_limit=choose_answer_limit(endpoint.model, suite, spec.generation),
     )
     place = suite.domain, suite.ability.value, to_file_name(endpoint.model)
     folder = order.out.joinpath(*place, *(each.label for each in parts if each is not None))

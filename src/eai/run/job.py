@@ -87,7 +87,7 @@ class DecodingOptions(Options):
 
     Attributes:
         temperature: Temperature of sampling.
-        max_tokens: Maximum number of tokens of an answer.
+        max_tokens: Maximum number of tokens of an answer; by default a multiple of the longest gold answer.
         top_p: Probability mass of nucleus sampling.
         seed: Seed of sampling, if the provider supports it.
         reasoning_effort: none, minimal, low, medium, high, xhigh or max.
@@ -120,12 +120,15 @@ class RequestOptions(Options):
         max_retries: Maximum number of repetitions of a failed request.
         timeout: Seconds after which a request fails; the provider's default if not given.
         batch: Use the provider's batch service, slower and cheaper.
+        too_long: Tasks that do not fit into the model's context: stop (ask nothing), skip (leave them out) or
+            ask.
     """
 
     max_connections: int | None = Field(default=None, ge=1)
     max_retries: int = Field(default=5, ge=0)
     timeout: int | None = Field(default=None, ge=1)
     batch: bool = False
+    too_long: Literal["stop", "skip", "ask"] = "stop"
 
 
 @dataclass(frozen=True, slots=True)
@@ -139,6 +142,7 @@ class QuestionJob:
         trials: the trials that carry answers out; None if each question is sent once.
         metadata: mapping from task ids to the metadata of questions, for the built-in models.
         experiment: the choices of the run's studies, for the log; None without studies.
+        answer_limit: default of the maximum number of tokens of an answer, which follows from the suite.
     """
 
     endpoint: Endpoint
@@ -150,6 +154,7 @@ class QuestionJob:
     trials: TrialSet | None = None
     metadata: Mapping[str, Mapping[str, str]] = field(default_factory=dict)
     experiment: Experiment | None = None
+    answer_limit: int | None = None
 
     @property
     def sha256(self) -> str:

@@ -116,6 +116,7 @@ class RunState:
         conversations: mapping from task and epoch to the questions asked so far and the next one.
         failures: mapping from task and epoch to the reason why the answer is missing.
         stopped: reason why the run sends no more questions; None while the run goes on.
+        answer_limit: maximum number of tokens of further answers by default; None for no limit.
     """
 
     def __init__(self, job: QuestionJob, journal: AnswerJournal, watch: ProgressWatch | None) -> None:
@@ -125,6 +126,7 @@ class RunState:
         self.conversations: dict[AnswerKey, Conversation] = {}
         self.failures: dict[AnswerKey, str] = {}
         self.stopped: EaiError | None = None
+        self.answer_limit = job.answer_limit
         self._watch = watch
         self._finished = 0
         self._new_tokens = 0

@@ -35,12 +35,14 @@ from inspect_ai.util import JSONSchema
 from eai.abilities.attempt import Usage
 from eai.abilities.reasoning import split_reasoning
 from eai.results.trials import Answer, AnswerKey, Conversation, TrialSet
+from eai.run.context import REMEDIES, describe_long_tasks, find_long_tasks
 from eai.run.job import QuestionJob
 from eai.run.journal import RunState
 from eai.run.request_errors import (
     FINAL_STATUSES,
     UNREADABLE,
     describe_error,
+    find_context_length,
     find_http_status,
     is_refused,
     is_too_long,
@@ -157,8 +159,19 @@ def report_failure(run: RunState, key: AnswerKey) -> Iterator[None]:
     except Exception as error:
         if find_http_status(error) in FINAL_STATUSES or is_refused(error):
             run.stop_run(describe_error(error))
+        elif (misfits := _find_misfits(run, error)) is not None:
+            run.stop_run(misfits)
         run.record_failure(*key, describe_error(error))
         raise
+
+
+def _find_misfits(run: RunState, error: Exception) -> str | None:
+    """Return one line on the tasks that do not fit into the context that an error names, or None."""
+    job, context = run.job, find_context_length(error) if is_too_long(error) else None
+    if context is None or job.pace.too_long != "stop":
+        return None
+    long_tasks = find_long_tasks(job.suite, job.prompts, job.decoding.max_tokens, context)
+    return f"{describe_long_tasks(context, [long_tasks])}, {REMEDIES}" if long_tasks.needs else None
 
 
 @solver(name="eai_ask")
@@ -178,7 +191,7 @@ def ask_open_questions(run: RunState) -> Solver:
             question, request = conversation.question, run.hash_next_request(key)
             messages = transcript.add_question(question, conversation)
             with report_failure(run, key):
-                reply = await _ask_model(messages, restrictions(key[0], question.stop))
+                reply = await _ask_within_limit(run, messages, restrictions(key[0], question.stop))
             transcript.add_reply(reply)
             run.add_answer(
                 make_answer(state, request, question, reply.usage, transcript.attempt, reply.parts)
@@ -316,24 +329,51 @@ def _make_answer_restrictions(job: QuestionJob, task_id: str, stop: tuple[str, .
     return GenerateConfig(stop_seqs=list(stop) or None, response_schema=response_schema)
 
 
-async def _ask_model(messages: list[ChatMessage], restrictions: GenerateConfig | None) -> _ModelReply:
+async def _ask_within_limit(
+    run: RunState, messages: list[ChatMessage], restrictions: GenerateConfig | None
+) -> _ModelReply:
+    """Ask a model for an answer of limited length. Ask again without the limit if the limit is unsuitable.
+
+    It is unsuitable if question and limit together exceed the model's context, or if the model reasons. A
+    model that reasons gets no limit from then on.
+    """
+    first_usage, limit = Usage(), run.answer_limit
+    if limit is not None:
+        try:
+            reply = await _ask_model(messages, restrictions, limit)
+            reasons = bool(reply.parts.reasoning or reply.usage.reasoning_tokens)
+            run.answer_limit = None if reasons else run.answer_limit
+            if not reasons or reply.output.stop_reason != "max_tokens":
+                return reply
+            first_usage = reply.usage
+        except Exception as error:
+            if not is_too_long(error):
+                raise
+    output, parts, usage = await _ask_model(messages, restrictions)
+    return _ModelReply(output, parts, first_usage + usage)
+
+
+async def _ask_model(
+    messages: list[ChatMessage], restrictions: GenerateConfig | None, max_tokens: int | None = None
+) -> _ModelReply:
     """Ask a model. Ask again without restrictions if the provider refused them or they left no answer.
 
     Restrictions are stop sequences and a schema. A stop sequence may stand in the middle of reasoning, and
     some servers return nothing for a schema that they do not support.
     """
+    unrestricted = GenerateConfig(max_tokens=max_tokens)
     if restrictions is None:
-        return await _send_request(messages, GenerateConfig())
+        return await _send_request(messages, unrestricted)
     first_usage = Usage()
     try:
-        reply = await _send_request(messages, restrictions)
+        reply = await _send_request(messages, restrictions.merge(unrestricted))
         if reply.parts.answer.strip() or reply.output.stop_reason != "stop":
             return reply
         first_usage = reply.usage
     except Exception as error:
         if find_http_status(error) not in _REFUSED_PARAMETER_STATUSES or is_too_long(error):
             raise
-    output, parts, usage = await _send_request(messages, GenerateConfig())
+    output, parts, usage = await _send_request(messages, unrestricted)
     if restrictions.response_schema is not None:
         parts = parts._replace(repairs=(FORM_LEFT_OUT, *parts.repairs))
     return _ModelReply(output, parts, first_usage + usage)

@@ -51,6 +51,7 @@ from eai.results.record import Record
 from eai.results.responses import Response, ResponseFile
 from eai.results.trials import AnswerKey, TrialSet, open_trials
 from eai.run.acting import offer_task_tools, play_open_episodes, player, read_episode_text
+from eai.run.context import calls_server, require_server
 from eai.run.job import ERRATA, PROVIDER, QuestionJob
 from eai.run.journal import AnswerJournal, ProgressWatch, RunState
 from eai.run.request_errors import limit_refused_tries
@@ -293,6 +294,9 @@ SUFFIX = ".eval"
 JOB = "job_sha256"
 """Field of a log's metadata: digest of its job."""
 
+ANSWER_LIMIT = "answer_limit"
+"""Field of a log's metadata: default of the maximum number of tokens of an answer."""
+
 
 def find_log(job: QuestionJob, folder: Path) -> Path | None:
     """Return the newest log with all answers to a job, or None."""
@@ -429,6 +433,8 @@ def request_missing_answers(
     run.report_progress()
     log = find_log(job, log_dir) if run.is_complete else None
     if log is None:
+        if calls_server(job.endpoint) and not run.is_complete:
+            require_server(find_model(job.endpoint))
         with convert_write_errors(log_dir):
             log_dir.mkdir(parents=True, exist_ok=True)
         log_of_run = _evaluate_in_inspect(job, _build_job_task(job, run), log_dir)
@@ -459,7 +465,7 @@ def _build_job_task(job: QuestionJob, run: RunState) -> inspect_ai.Task:
         play_open_episodes(run)
         if get_declaration(job.suite.ability).takes_turns
         else ask_open_questions(run),
-        metadata={JOB: job.sha256},
+        metadata={JOB: job.sha256, ANSWER_LIMIT: job.answer_limit},
         experiment=job.experiment,
         question_metadata=job.metadata,
     )

@@ -1,0 +1,243 @@
+"""Estimated lengths of questions and answers in tokens, and the context length that a server states."""
+
+from __future__ import annotations
+
+import re
+import time
+from collections.abc import Iterator, Mapping, Sequence
+from functools import lru_cache
+from itertools import chain
+from typing import Any, NamedTuple
+
+from inspect_ai.model import Model
+
+from eai.abilities.declaration import get_declaration
+from eai.abilities.protocol import PAPER_ABILITIES, Ability
+from eai.base.errors import EaiError
+from eai.benchmarks.benchmark import Benchmark
+from eai.benchmarks.gold_answers import open_answer_book
+from eai.benchmarks.suite import Suite
+from eai.run.job import PROVIDER, DecodingOptions
+from eai.run.request_errors import MIN_SECONDS_BETWEEN_TRIES, REFUSED, is_refused
+from eai.studies.variation import Endpoint
+from eai.tasks.prompts.prompt import Prompt
+from eai.tasks.source import Source
+
+_TOKEN = re.compile(r"[^\W\d_]{1,7}|\d|(?:[^\w\s]|_)+|\n\s*")
+"""Pattern of one estimated token: up to seven letters, a digit, signs in a row, or a line break.
+
+For prompts of the paper's suites, the estimate is 0.84 to 1.38 times the count of the tokenizers of SmolLM2,
+DeepSeek, Claude 2 and GPT-4, on average 0.96, 1.08, 1.02 and 1.12 times. A quarter of the characters would be
+0.50 to 1.02 times the count.
+"""
+
+MIN_ANSWER_TOKENS = 1024
+"""Smallest default of the maximum number of tokens of an answer."""
+
+GOLD_LENGTHS = 4
+"""Default of the maximum number of tokens of an answer, as a multiple of the suite's longest gold answer."""
+
+_REASONING_MODEL = re.compile(
+    r"think|reason|magistral|qwq|qwen-?3|gpt-(?:5|oss)|\b(?:r1|o[1-9])\b", re.IGNORECASE
+)
+"""Pattern of the names of models that reason before they answer. Other such models show it in a reply."""
+
+_PROVIDERS_OF_SERVERS = ("openai-api", "ollama", "llama-cpp-python")
+"""Providers in Inspect that call a server of the user."""
+
+_PROBE_SECONDS = 3.0
+"""Maximum seconds to wait for a server's statement of its context."""
+
+
+def estimate_tokens(text: str) -> int:
+    """Return an estimate of the tokens of a text."""
+    return sum(1 for _ in _TOKEN.finditer(text))
+
+
+def estimate_prompt_tokens(prompt: Prompt) -> int:
+    """Return an estimate of the tokens of a prompt, without its pictures."""
+    return sum(map(estimate_tokens, [prompt.system or "", prompt.user, *chain.from_iterable(prompt.turns)]))
+
+
+def estimate_longest_answer(suite: Suite) -> int:
+    """Return an estimate of the tokens of a suite's longest gold answer, or 0 without gold answers.
+
+    No plan is searched: tasks without a plan of the data set do not count.
+    """
+    if suite.ability not in PAPER_ABILITIES:
+        return 0
+    return _estimate_longest_answer(suite.benchmark, suite.ability, suite.source)
+
+
+@lru_cache(maxsize=16)
+def _estimate_longest_answer(benchmark: Benchmark, ability: Ability, source: Source) -> int:
+    book = open_answer_book(benchmark, ability, source)
+    tasks: Mapping[str, object] = benchmark.tasks_for(ability, source)
+    known_ids = [task_id for task_id in book if getattr(tasks[task_id], "script", True)]
+    return max([estimate_tokens(book[task_id].text) for task_id in known_ids], default=0)
+
+
+def choose_answer_limit(model: str, suite: Suite, decoding: DecodingOptions) -> int | None:
+    """Return the default of the maximum number of tokens of an answer, or None for no limit.
+
+    Built-in models and models that reason have no limit, nor have abilities that take turns. A limit of the
+    user replaces the default.
+    """
+    reasons = decoding.reasoning_effort not in (None, "none") or decoding.reasoning_tokens is not None
+    is_limited = decoding.max_tokens is not None or reasons or get_declaration(suite.ability).takes_turns
+    if is_limited or model.startswith(f"{PROVIDER}/") or _REASONING_MODEL.search(model):
+        return None
+    return max(MIN_ANSWER_TOKENS, GOLD_LENGTHS * estimate_longest_answer(suite))
+
+
+REMEDIES = (
+    "by estimate, for question and answer. Shorter questions: another --set, such as eai-brief. "
+    "Shorter answers: --max-tokens. Only the tasks that fit: --with requests.too_long=skip. "
+    "All tasks: --with requests.too_long=ask"
+)
+"""Ways to run a suite with tasks that do not fit into the model's context."""
+
+
+class _LongTasks(NamedTuple):
+    """Tasks of a suite that do not fit into a model's context.
+
+    Attributes:
+        suite: the suite.
+        asked: number of tasks to ask.
+        needs: mapping from each task that does not fit to the tokens of its question and answer.
+    """
+
+    suite: Suite
+    asked: int
+    needs: Mapping[str, int]
+
+
+def find_long_tasks(
+    suite: Suite, prompts: Mapping[str, Prompt], max_tokens: int | None, context: int
+) -> _LongTasks:
+    """Return the tasks whose question and answer need more tokens than a context has.
+
+    An answer needs the user's maximum, or the tokens of the suite's longest gold answer.
+    """
+    answer = estimate_longest_answer(suite) if max_tokens is None else max_tokens
+    needs = {task_id: estimate_prompt_tokens(prompt) + answer for task_id, prompt in prompts.items()}
+    return _LongTasks(
+        suite, len(prompts), {task_id: need for task_id, need in needs.items() if need > context}
+    )
+
+
+def describe_long_tasks(context: int, suites: Sequence[_LongTasks]) -> str:
+    """Return the numbers of tasks that do not fit into a context, and their estimated lengths."""
+    parts = []
+    for suite, asked, needs in suites:
+        if needs:
+            lengths = sorted({min(needs.values()), max(needs.values())})
+            parts.append(
+                f"{len(needs):,} of {asked:,} tasks of {suite.domain} {suite.ability.value} need more than "
+                f"{context:,} tokens ({' to '.join([f'{length:,}' for length in lengths])})"
+            )
+    return ", ".join(parts)
+
+
+def calls_server(endpoint: Endpoint) -> bool:
+    """Whether a model is at an address of the user that speaks OpenAI's protocol."""
+    provider = endpoint.model.partition("/")[0]
+    return provider in _PROVIDERS_OF_SERVERS or (
+        provider in ("openai", "vllm", "sglang") and endpoint.base_url is not None
+    )
+
+
+def read_context_length(model: Model) -> int | None:
+    """Return the number of tokens of a model's context as its server states it, or None if it states none."""
+    with _connect(model) as server:
+        lengths = _yield_context_lengths(server, str(server.base_url), _find_served_name(model))
+        return next((length for length in lengths if isinstance(length, int) and length > 0), None)
+
+
+def require_server(model: Model) -> None:
+    """Raise at once if no server listens at a model's address, after a second try.
+
+    Raises:
+        EaiError: the connection is refused.
+    """
+    with _connect(model) as server:
+        for is_last_try in (False, True):
+            error = _find_connection_error(server)
+            if error is None or not is_refused(error):
+                return
+            if is_last_try:
+                hint = "start it, or correct its address; the same command resumes from here"
+                raise EaiError(f"{model}: {REFUSED} at {server.base_url}: {hint}") from error
+            time.sleep(MIN_SECONDS_BETWEEN_TRIES)
+
+
+def _connect(model: Model) -> Any:
+    """Return a client of a model's server, which speaks OpenAI's protocol."""
+    from openai import OpenAI
+
+    address, key = getattr(model.api, "base_url", None), model.api.api_key or "none"
+    return OpenAI(base_url=address, api_key=key, max_retries=0, timeout=_PROBE_SECONDS)
+
+
+def _find_connection_error(server: Any) -> Exception | None:
+    from openai import APIConnectionError, OpenAIError
+
+    try:
+        server.get("/models", cast_to=object)
+    except APIConnectionError as error:
+        return error
+    except (OpenAIError, ValueError):  # it listens, but lists no models
+        pass
+    return None
+
+
+def _find_served_name(model: Model) -> str:
+    name = getattr(model.api, "service_model_name", None)
+    return str(name() if name is not None else model.api.model_name)
+
+
+def _yield_context_lengths(server: Any, address: str, name: str) -> Iterator[Any]:
+    """Yield what a server states of a model's context, the most reliable statement first.
+
+    vLLM and SGLang list ``max_model_len`` with each model, hosted services ``context_length``. llama.cpp
+    lists ``meta.n_ctx``, older versions only in ``/props``. Ollama states the context of a running model in
+    ``/api/ps``, and otherwise the parameter ``num_ctx``. The last statements are of the model's training.
+    """
+    root = address.rstrip("/").removesuffix("/v1")
+    models = _read_list(_read_json(server, "/models"), "data")
+    entries = [entry for entry in models if entry.get("id") == name] or (models if len(models) == 1 else [])
+    listed = entries[0] if entries else {}
+    meta = _read_dict(listed.get("meta"))
+    yield from (listed.get("max_model_len"), meta.get("n_ctx"), listed.get("context_length"))
+    properties = _read_dict(_read_json(server, f"{root}/props"))
+    yield _read_dict(properties.get("default_generation_settings")).get("n_ctx")
+    for running in _read_list(_read_json(server, f"{root}/api/ps"), "models"):
+        if running.get("name") in (name, f"{name}:latest"):
+            yield running.get("context_length")
+    shown = _read_dict(_read_json(server, f"{root}/api/show", {"model": name}))
+    parameter = re.search(r"^num_ctx\s+(\d+)", str(shown.get("parameters")), re.MULTILINE)
+    yield int(parameter[1]) if parameter else None
+    training = _read_dict(shown.get("model_info"))
+    yield from [value for key, value in training.items() if key.endswith(".context_length")]
+    yield meta.get("n_ctx_train")
+
+
+def _read_json(server: Any, path: str, body: Mapping[str, str] | None = None) -> Any:
+    """Return a JSON value that a server states, or None if it has no such page."""
+    from openai import OpenAIError
+
+    try:
+        return (
+            server.get(path, cast_to=object) if body is None else server.post(path, body=body, cast_to=object)
+        )
+    except (OpenAIError, ValueError):
+        return None
+
+
+def _read_dict(value: Any) -> dict[str, Any]:
+    return value if isinstance(value, dict) else {}
+
+
+def _read_list(value: Any, field: str) -> list[dict[str, Any]]:
+    entries = _read_dict(value).get(field)
+    return [_read_dict(entry) for entry in entries] if isinstance(entries, list) else []
