@@ -28,7 +28,7 @@ from pathlib import Path
 
 from eai.base.errors import DataError
 from eai.benchmarks.generator.census import count_prior
-from eai.benchmarks.generator.generator import TaskGenerator, generate
+from eai.benchmarks.generator.generator import TaskGenerator, generate_from_seeds
 from eai.benchmarks.generator.prior import UsualGoals, find_argument_uses
 from eai.benchmarks.generator.sets import fingerprint_task, make_seeds
 from eai.benchmarks.generator.spec import GeneratedTask, PlanLengthTier, TaskKind, TaskSpecification
@@ -83,7 +83,7 @@ def make(file: Path, generator: TaskGenerator, number: int, seed: int) -> dict[s
     """Make a set of tasks."""
     start, reasons, lines = time.process_time(), Counter[str](), list[str]()
     like, domain = generator.spec.like, generator.benchmark.domain
-    for outcome in generate(generator, make_seeds("tasks", seed), number, set()):
+    for outcome in generate_from_seeds(generator, make_seeds("tasks", seed), number, set()):
         if isinstance(outcome, GeneratedTask):
             lines.append(write_task_line(outcome.task, like, domain, outcome.about))
         else:

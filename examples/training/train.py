@@ -21,7 +21,7 @@ from typing import NamedTuple
 from policy import Choice, Reader, Table
 
 from eai.agents.gym import TextEnvironment, make
-from eai.benchmarks.generator.generator import TaskGenerator, generate
+from eai.benchmarks.generator.generator import TaskGenerator, generate_from_seeds
 from eai.benchmarks.generator.sets import make_leak_test, make_seeds
 from eai.benchmarks.generator.spec import GeneratedTask, PlanLengthTier, TaskSpecification, TaskSplit
 from eai.benchmarks.registry import find_benchmark
@@ -65,7 +65,7 @@ def make_tasks(like: str, folder: Path, sizes: dict[TaskSplit, int]) -> None:
     for split, size in sizes.items():
         spec = TaskSpecification(like, digest, PlanLengthTier.S, most_objects=OBJECTS, split=split)
         generator = TaskGenerator(base, spec, source, make_leak_test(base.domain, earlier))
-        made = generate(generator, make_seeds(split.value, 0), size, set())
+        made = generate_from_seeds(generator, make_seeds(split.value, 0), size, set())
         tasks = [each for each in made if isinstance(each, GeneratedTask)]
         earlier += [each.task for each in tasks]
         lines = [write_task_line(each.task, like, base.domain, each.about) for each in tasks]

@@ -50,10 +50,10 @@ def open_virtualhome_operators(source: Source | None = None) -> TransitionTasks:
     Raises:
         DataError: the tasks cannot be obtained, or the store is damaged.
     """
-    from eai.benchmarks.virtualhome.counterparts import actions_of
+    from eai.benchmarks.virtualhome.counterparts import translate_plan_steps
 
     pack = open_pack(packs.RESOURCES, source)
-    return _build_transition_tasks(pack, "virtualhome_pd.pddl", actions_of)
+    return _build_transition_tasks(pack, "virtualhome_pd.pddl", translate_plan_steps)
 
 
 def open_behavior_operators(source: Source | None = None) -> TransitionTasks:
@@ -62,10 +62,10 @@ def open_behavior_operators(source: Source | None = None) -> TransitionTasks:
     Raises:
         DataError: the tasks cannot be obtained, or the store is damaged.
     """
-    from eai.benchmarks.behavior.counterparts import actions_of
+    from eai.benchmarks.behavior.counterparts import translate_plan_steps
 
     pack = open_pack(packs.BEHAVIOR_PDDL, source)
-    return _build_transition_tasks(pack, "behavior_pd.pddl", actions_of)
+    return _build_transition_tasks(pack, "behavior_pd.pddl", translate_plan_steps)
 
 
 _PARTS = ("parameters", "preconditions", "effects")

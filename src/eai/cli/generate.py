@@ -13,7 +13,7 @@ from rich.table import Table
 from eai.base.errors import EaiError, InputError, InterruptError, did_you_mean
 from eai.base.files import convert_write_errors
 from eai.benchmarks.generator import sets
-from eai.benchmarks.generator.generator import TaskGenerator, generate
+from eai.benchmarks.generator.generator import TaskGenerator, generate_from_seeds
 from eai.benchmarks.generator.measures import TaskMeasure
 from eai.benchmarks.generator.spec import (
     Forms,
@@ -137,7 +137,7 @@ def generate_tasks(
         out.mkdir(parents=True, exist_ok=True)
     generator = TaskGenerator(benchmark, spec, source, rivals)
     outcomes, stopped = _collect_generated_tasks(
-        generate(generator, sets.make_seeds(split.value, seed, secret), n, known), n
+        generate_from_seeds(generator, sets.make_seeds(split.value, seed, secret), n, known), n
     )
     made = [each for each in outcomes if isinstance(each, GeneratedTask)]
     rejected = [each for each in outcomes if isinstance(each, RejectionReason)]

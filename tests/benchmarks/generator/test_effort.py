@@ -10,7 +10,7 @@ import eai.logic.formula as f
 from eai.base.errors import InputError
 from eai.benchmarks.benchmark import Benchmark
 from eai.benchmarks.generator import sets
-from eai.benchmarks.generator.generator import TaskGenerator, generate
+from eai.benchmarks.generator.generator import TaskGenerator, generate_from_seeds
 from eai.benchmarks.generator.goals import GoalProposals
 from eai.benchmarks.generator.sets import make_seeds
 from eai.benchmarks.generator.spec import PlanLengthTier, RejectionReason, TaskSpecification, TaskSplit
@@ -100,7 +100,7 @@ def test_generation_fails_after_many_rejected_seeds(
     with pytest.raises(
         InputError, match=f"only 0 of 1 tasks generated; the last {limit} seeds gave no task: "
     ):
-        list(generate(generator, make_seeds("train", 0), 1, set()))
+        list(generate_from_seeds(generator, make_seeds("train", 0), 1, set()))
     assert len(tried) == limit
 
 
@@ -108,12 +108,12 @@ def test_seeds_in_a_row_are_counted_from_the_last_task_on(
     lamps: Benchmark, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     generator = made(lamps, PlanLengthTier.DATA)
-    *_, task = generate(generator, make_seeds("train", 0), 1, set())
+    *_, task = generate_from_seeds(generator, make_seeds("train", 0), 1, set())
     outcomes = iter([RejectionReason.COPY, task])
     monkeypatch.setattr(
         TaskGenerator, "generate_task", lambda self, seed, known: next(outcomes, RejectionReason.COPY)
     )
-    tried = generate(generator, make_seeds("train", 0), 2, set())
+    tried = generate_from_seeds(generator, make_seeds("train", 0), 2, set())
     assert [next(tried), next(tried)] == [RejectionReason.COPY, task]
     assert list(islice(tried, 300)) == [RejectionReason.COPY] * 300
     with pytest.raises(InputError, match="only 1 of 2 tasks generated; the last 300 seeds gave no task: "):

@@ -13,7 +13,7 @@ from pathlib import Path
 import pytest
 
 import eai.logic.formula as f
-from benchmarks.generator.worlds import HOUSEHOLDS, generate, generator, outcomes, tasks
+from benchmarks.generator.worlds import HOUSEHOLDS, generate_from_seeds, generator, outcomes, tasks
 from eai.base.errors import DataError
 from eai.base.store import Store
 from eai.benchmarks.benchmark import Benchmark
@@ -189,13 +189,13 @@ def test_no_task_is_public_and_none_twice(like: str, data_store: Store) -> None:
     known: set[tuple[str, str]] = set()
     made = [
         each
-        for each in generate(generator(like), make_seeds("test", 1), 15, known)
+        for each in generate_from_seeds(generator(like), make_seeds("test", 1), 15, known)
         if isinstance(each, GeneratedTask)
     ]
     prints = [fingerprint_task(each.task) for each in made]
     assert public.isdisjoint(of_goals for of_goals, _ in prints)
     assert len(set(prints)) == 15
-    repeated = next(generate(generator(like), iter([str(made[0].about["seed"])]), 1, known))
+    repeated = next(generate_from_seeds(generator(like), iter([str(made[0].about["seed"])]), 1, known))
     assert repeated == RejectionReason.COPY
 
 
@@ -289,7 +289,9 @@ def test_generation_uses_only_declarations_of_the_benchmark(lamps: Benchmark) ->
     source = Source()
     made = TaskGenerator(lamps, TaskSpecification("lamps:lamps", lamps.tasks(source).sha256), source)
     found = [
-        each for each in generate(made, make_seeds("test", 0), 5, set()) if isinstance(each, GeneratedTask)
+        each
+        for each in generate_from_seeds(made, make_seeds("test", 0), 5, set())
+        if isinstance(each, GeneratedTask)
     ]
     assert all(solves(lamps.domain, each.task, each.task.script) for each in found)
 

@@ -45,7 +45,7 @@ def drawn(
     """Return all goals of some shapes that are drawn for a scene with these numbers of objects."""
     objects = [WorldObject(f"{kind}_{n}", kind) for kind, number in things.items() for n in range(number)]
     known = prior(patterns, dict.fromkeys(shapes, 1), several)
-    proposals = GoalProposals.make(Scene(VOCABULARY, objects, None), known, "data", actions=False)
+    proposals = GoalProposals.make_for_scene(Scene(VOCABULARY, objects, None), known, "data", actions=False)
     rng = random.Random(0)
     return {goal for goal in (proposals.draw_goal(rng) for _ in range(DRAWN)) if goal is not None}
 

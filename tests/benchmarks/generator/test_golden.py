@@ -115,7 +115,9 @@ def test_equal_random_numbers_give_the_recorded_scenes_and_proposals(like: str, 
         lines.append(f"{task.id}: {len(names)} objects, {digest((names, sorted(scene.facts())))}")
         lines.append(f"{task.id}: hidden {digest(hiding(task))}")
         for forms, about in product(get_args(Forms), (None, theme)):
-            known = GoalProposals.make(scene.scene, prior, forms, actions=number % 3 > 0, theme=about)
+            known = GoalProposals.make_for_scene(
+                scene.scene, prior, forms, actions=number % 3 > 0, theme=about
+            )
             told = [known.draw_goal(rng) for _ in range(60)] if known.patterns else []
             told += [known.draw_literal(rng) for _ in range(10)] + [
                 known.draw_literal(rng, 0.5) for _ in range(10)

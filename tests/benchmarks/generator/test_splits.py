@@ -10,7 +10,7 @@ from typing import get_args
 import pytest
 
 import eai.logic.formula as f
-from benchmarks.generator.worlds import HOUSEHOLDS, generate, generator, tasks
+from benchmarks.generator.worlds import HOUSEHOLDS, generate_from_seeds, generator, tasks
 from eai.benchmarks.benchmark import Benchmark
 from eai.benchmarks.generator.generator import TaskGenerator
 from eai.benchmarks.generator.prior import LiteralPattern, find_patterns
@@ -50,7 +50,9 @@ def goals_of(made: GeneratedTask) -> list[f.Formula]:
 def made_in(like: str, split: TaskSplit, number: int, held_out: HeldOut = "goals") -> list[GeneratedTask]:
     benchmark, source = find_benchmark(like), Source()
     spec = TaskSpecification(like, benchmark.tasks(source).sha256, split=split, held_out=held_out)
-    found = generate(TaskGenerator(benchmark, spec, source), make_seeds(split.value, 5), number, set())
+    found = generate_from_seeds(
+        TaskGenerator(benchmark, spec, source), make_seeds(split.value, 5), number, set()
+    )
     return [each for each in found if isinstance(each, GeneratedTask)]
 
 

@@ -5,7 +5,7 @@ from __future__ import annotations
 from functools import cache
 from itertools import islice
 
-from eai.benchmarks.generator.generator import TaskGenerator, generate
+from eai.benchmarks.generator.generator import TaskGenerator, generate_from_seeds
 from eai.benchmarks.generator.prior import UsualGoals
 from eai.benchmarks.generator.sets import make_seeds
 from eai.benchmarks.generator.spec import (
@@ -81,7 +81,7 @@ def tasks(like: str, number: int = 40, forms: Forms = "data") -> list[GeneratedT
     return [each for each in outcomes(like, number, forms) if isinstance(each, GeneratedTask)]
 
 
-__all__ = ["HOUSEHOLDS", "NOTHING_IS_USUAL", "generate", "generator", "outcomes", "tasks"]
+__all__ = ["HOUSEHOLDS", "NOTHING_IS_USUAL", "generate_from_seeds", "generator", "outcomes", "tasks"]
 
 
 def tempting(made: GeneratedTask) -> tuple[Action, ...]:

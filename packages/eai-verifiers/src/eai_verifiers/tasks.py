@@ -9,7 +9,7 @@ from itertools import islice
 from typing import NamedTuple
 
 from eai.abilities.protocol import Ability
-from eai.benchmarks.generator.generator import TaskGenerator, generate
+from eai.benchmarks.generator.generator import TaskGenerator, generate_from_seeds
 from eai.benchmarks.generator.sets import make_seeds
 from eai.benchmarks.generator.spec import GeneratedTask, PlanLengthTier, TaskSpecification, TaskSplit
 from eai.benchmarks.prompt_library import PromptLibrary
@@ -59,7 +59,9 @@ def new_tasks(
     """
     base, source = find_benchmark(domain), Source(planner=PlannerChoice.NONE)
     spec = TaskSpecification(domain, base.tasks(source).sha256, tier, split=split)
-    made = generate(TaskGenerator(base, spec, source), make_seeds(split.value, seed), sys.maxsize, set())
+    made = generate_from_seeds(
+        TaskGenerator(base, spec, source), make_seeds(split.value, seed), sys.maxsize, set()
+    )
     found = (each for each in made if isinstance(each, GeneratedTask))
     while batch := list(islice(found, _TOGETHER)):
         asked = PromptLibrary("eai", None, source).open(

@@ -56,7 +56,7 @@ _ONE_HAND_ACTIONS = frozenset(
 _HANDS = ("RIGHT", "LEFT")
 
 
-def actions_of(task: Task, steps: Sequence[PlanStep]) -> tuple[Action, ...]:
+def translate_plan_steps(task: Task, steps: Sequence[PlanStep]) -> tuple[Action, ...]:
     """Return the household actions of a plan of published operators, up to the first step without an action.
 
     Planning problems have no hands, so hands are added. The right hand grasps first. The left hand grasps if

@@ -40,7 +40,7 @@ class _Hand(NamedTuple):
     other: Predicate
 
     @property
-    def empty(self) -> Formula:
+    def is_empty(self) -> Formula:
         """Condition that this hand holds no object."""
         return ~Exists(H, self.holds(H))
 
@@ -118,7 +118,7 @@ def make_grasp_action(hand: _Hand) -> Operator:
         affordance(~p.ungraspable(X), "{x} is too big to grasp"),
         additional_step(~hand.holds(X), "{x} is in that hand already"),
         require_not_in_other_hand(hand),
-        missing_step(hand.empty, "that hand is full"),
+        missing_step(hand.is_empty, "that hand is full"),
         *require_interactable(X),
     )
     effects = (
@@ -136,8 +136,8 @@ def make_grasp_action(hand: _Hand) -> Operator:
 def make_release_action(hand: _Hand) -> Operator:
     """Return the action RELEASE of a hand: the held object then stands on the floor on which the robot is."""
     checks = (
-        missing_step(~(hand.empty & p.labelled(X)), "that hand holds nothing"),
-        additional_step(~hand.empty, "that hand holds nothing"),
+        missing_step(~(hand.is_empty & p.labelled(X)), "that hand holds nothing"),
+        additional_step(~hand.is_empty, "that hand holds nothing"),
         missing_step(hand.holds(X), "that hand holds something other than {x}"),
         *require_interactable(X),
     )
@@ -149,7 +149,7 @@ def make_release_action(hand: _Hand) -> Operator:
 def require_target_for_placing(hand: _Hand, target: Variable) -> tuple[Check, ...]:
     """Return the checks of placing actions: the hand holds an object, which does not carry the target."""
     return (
-        missing_step(~hand.empty, "that hand holds nothing"),
+        missing_step(~hand.is_empty, "that hand holds nothing"),
         missing_step(~hand.holds(target), f"{{{target.name}}} is the object in that hand"),
         missing_step(
             ~Exists(H, hand.holds(H) & p.carried_by(target, H)),
@@ -179,7 +179,7 @@ def make_placing_actions(hand: _Hand) -> Iterator[Operator]:
 
 
 def _require_fitting(hand: _Hand, fits: Check) -> tuple[Check, ...]:
-    return NO_INSIDE, fits, missing_step(hand.empty | ~p.closed(X), "{x} is closed")
+    return NO_INSIDE, fits, missing_step(hand.is_empty | ~p.closed(X), "{x} is closed")
 
 
 def _make_placing_action(

@@ -79,14 +79,17 @@ def describe_conventions(task: Task) -> str:
     return "\n\n".join(
         filter(
             None,
-            (describe_situation(task), _list_below_heading(HEADING, _ConventionWriter(task.initial).lines())),
+            (
+                describe_situation(task),
+                _list_below_heading(HEADING, _ConventionWriter(task.initial).write_lines()),
+            ),
         )
     )
 
 
 def describe_situation(task: Task) -> str:
     """Return the sources and floors of a task as text, one a line under a heading. The text may be empty."""
-    return _list_below_heading(SITUATION, _SituationWriter(task.initial).lines())
+    return _list_below_heading(SITUATION, _SituationWriter(task.initial).write_lines())
 
 
 def _list_below_heading(heading: str, lines: Iterable[str]) -> str:
@@ -97,7 +100,7 @@ def _list_below_heading(heading: str, lines: Iterable[str]) -> str:
 class _SituationWriter(SceneReader):
     """Describes the substances of sources, and the floors of objects without support."""
 
-    def lines(self) -> Iterator[str]:
+    def write_lines(self) -> Iterator[str]:
         """Yield a line for each source and each floor."""
         for source in self._names:
             given = self._find_targets(p.gives, source)
@@ -124,7 +127,7 @@ class _SituationWriter(SceneReader):
 class _ConventionWriter(SceneReader):
     """Describes the conventions of a scene: facts that never change."""
 
-    def lines(self) -> Iterator[str]:
+    def write_lines(self) -> Iterator[str]:
         """Yield a line for each convention."""
         yield from map(
             self._describe_removal, [name for name in self._names if self._find_sources_of(p.has_cover, name)]

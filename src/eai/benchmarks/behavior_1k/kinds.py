@@ -146,7 +146,7 @@ class ObjectKinds:
         self._removers: Sequence[Mapping[str, Any] | None] = values["removers"]
         self.rules = TypeAdapter(_KindRules).validate_python(rules)
 
-    def has(self, synset: str, *abilities: str) -> bool:
+    def has_ability(self, synset: str, *abilities: str) -> bool:
         """Whether a kind has at least one of the abilities."""
         owned = self._kinds.get(synset, {})
         return any(ability in owned for ability in abilities)
@@ -172,7 +172,7 @@ class ObjectKinds:
         if number is None:
             return None
         manners = self._removers[number] or self._removers[self._kinds[RAG]["removes"]] or {}
-        kind = "fluid" if self.has(substance, "liquid") else "non_fluid"
-        kind = "visual" if self.has(substance, "visualSubstance") else kind
+        kind = "fluid" if self.has_ability(substance, "liquid") else "non_fluid"
+        kind = "visual" if self.has_ability(substance, "visualSubstance") else kind
         manner: Manner = manners[substance if substance in manners else kind]
         return manner

@@ -198,7 +198,9 @@ class _SceneMaker:
 
     def _has_equipment(self, need: str, present: set[str]) -> bool:
         """Whether the scene has an object that is of a kind, or that has an ability."""
-        return need in present or any(self._kinds.has(kind, need) for kind in self._declared_kinds.values())
+        return need in present or any(
+            self._kinds.has_ability(kind, need) for kind in self._declared_kinds.values()
+        )
 
     def _can_be_made(self, kind: str, present: set[str], above: tuple[str, ...]) -> bool:
         """Whether the scene has an object of a kind, or objects from which one can be made."""
@@ -240,7 +242,7 @@ class _SceneMaker:
         for making in ways:
             if making.by == "slice":
                 number = max(number, 2 * len(self._find_objects_of_kind(making.takes[0])))
-            if making.recipe is not None and not self._kinds.has(kind, "substance"):
+            if making.recipe is not None and not self._kinds.has_ability(kind, "substance"):
                 number = max(number, making.recipe.makes[kind])
         by_slicing = any(making.by == "slice" for making in ways)
         if by_slicing or not self._find_objects_of_kind(kind):
@@ -270,7 +272,7 @@ class _SceneMaker:
         yield from self._yield_situation()
 
     def _yield_abilities(self, name: str, kind: str) -> _SceneFacts:
-        has, rules = self._kinds.has, self._kinds.rules
+        has, rules = self._kinds.has_ability, self._kinds.rules
         for predicate, abilities in _ABILITIES_OF_PREDICATE.items():
             if has(kind, *abilities):
                 yield predicate, (name,)
@@ -317,15 +319,15 @@ class _SceneMaker:
                     yield p.cooks, (name, other)
                 if melting and heat.temperature >= k.MELTING_TEMPERATURE:
                     yield p.melts, (name, other)
-                    if self._kinds.has(its_kind, "substance"):
+                    if self._kinds.has_ability(its_kind, "substance"):
                         yield p.cooks, (name, other)
-            if cold is not None and cold.temperature <= 0 and self._kinds.has(its_kind, "freezable"):
+            if cold is not None and cold.temperature <= 0 and self._kinds.has_ability(its_kind, "freezable"):
                 yield p.chills, (name, other)
 
     def _yield_removal(self, name: str, kind: str) -> _SceneFacts:
-        washes = kind == k.WASHER or self._kinds.has(kind, "drains")
+        washes = kind == k.WASHER or self._kinds.has_ability(kind, "drains")
         for other, substance in self._kind_of_each.items():
-            if not self._kinds.has(substance, "substance"):
+            if not self._kinds.has_ability(substance, "substance"):
                 continue
             match self._kinds.get_removal_manner(kind, substance):
                 case []:
@@ -348,7 +350,7 @@ class _SceneMaker:
     def _yield_products(self, name: str, kind: str) -> _SceneFacts:
         rules = self._kinds.rules
         dice = rules.dice.get(kind, {})
-        is_substance = self._kinds.has(kind, "substance")
+        is_substance = self._kinds.has_ability(kind, "substance")
         for predicate, made in (
             (p.melts_to, rules.melt.get(kind)),
             (p.cooks_to, rules.cook.get(kind)),
@@ -388,7 +390,9 @@ class _SceneMaker:
             elif predicate not in ("inroom", "insource", "future"):
                 yield p.VOCABULARY.find_stored(f"is_{predicate}") or p.is_broken, names
         for name, kind in self._kind_of_each.items():
-            if name not in self._future and (name in present or not self._kinds.has(kind, "substance")):
+            if name not in self._future and (
+                name in present or not self._kinds.has_ability(kind, "substance")
+            ):
                 yield p.present, (name,)
         yield from self._yield_floors()
 
@@ -397,7 +401,7 @@ class _SceneMaker:
         for name, kind in self._kind_of_each.items():
             room = self._rooms.get(name)
             near = [floor for floor in floors if room is None or self._rooms.get(floor) == room]
-            if near and name not in floors and not self._kinds.has(kind, "substance"):
+            if near and name not in floors and not self._kinds.has_ability(kind, "substance"):
                 yield p.by_floor, (name, near[0])
         for fact in self._activity.problem.initial:
             match fact:
@@ -412,7 +416,7 @@ class _SceneMaker:
             if recipe.by != "machine":
                 yield p.by_stirring if recipe.by == "stirring" else p.by_heat, (name,)
             bakes = recipe.by == "heat" and not any(
-                self._kinds.has(made, "substance") for made in recipe.makes
+                self._kinds.has_ability(made, "substance") for made in recipe.makes
             )
             if bakes:
                 yield p.relaxed, (name,)
@@ -436,7 +440,7 @@ class _SceneMaker:
     ) -> _SceneFacts:
         """Yield facts: which objects of a kind a recipe takes. Baking takes substances only on a base."""
         related = kind in recipe.toppings or kind in recipe.toppings.values()
-        is_substance = self._kinds.has(kind, "substance")
+        is_substance = self._kinds.has_ability(kind, "substance")
         if is_substance and bakes and not related:
             return
         for taken in self._find_objects_of_kind(kind)[: None if is_substance else number]:

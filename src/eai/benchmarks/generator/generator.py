@@ -310,7 +310,9 @@ class TaskGenerator:
         tempting = {"temptation": list_plan(task)}
         if self.spec.kind is TaskKind.ORDER:
             begin, listings = partial(GoalByGoalPlan, self._planner, initial), self._listings
-            temporal = TemporalGoalFinder(task, self.benchmark.domain, listings, proposals, rng, begin).find()
+            temporal = TemporalGoalFinder(
+                task, self.benchmark.domain, listings, proposals, rng, begin
+            ).find_temporal_goal()
             if temporal is None:
                 return RejectionReason.NO_ORDER
             instruction = words.make_instruction(
@@ -431,7 +433,9 @@ class TaskGenerator:
 
     def _make_proposals(self, state: State, theme: TitleTheme | None = None) -> GoalProposals:
         spec = self.spec
-        return GoalProposals.make(state.scene, self.prior, spec.forms, actions=spec.actions, theme=theme)
+        return GoalProposals.make_for_scene(
+            state.scene, self.prior, spec.forms, actions=spec.actions, theme=theme
+        )
 
     def _make_action_sequence(
         self, base: Task, initial: State, hidden: frozenset[int], rng: random.Random, least: int, most: int
@@ -514,7 +518,7 @@ class TaskGenerator:
         return False
 
 
-def generate(
+def generate_from_seeds(
     generator: TaskGenerator, seeds: Iterator[str], number: int, known: set[tuple[str, str]]
 ) -> Iterator[GenerationOutcome]:
     """Yield generated tasks, and reasons for rejecting seeds, until `number` tasks are generated.

@@ -53,7 +53,7 @@ class GoalProposals:
     pair_patterns: frozenset[LiteralPattern] = frozenset()
 
     @staticmethod
-    def make(
+    def make_for_scene(
         scene: Scene, prior: UsualGoals, forms: Forms, *, actions: bool, theme: TitleTheme | None = None
     ) -> GoalProposals:
         """Return proposals for a scene: goals of one task title (the theme), or all usual goals."""

@@ -249,7 +249,7 @@ class TemporalGoalFinder:
     rng: random.Random
     begin: Callable[[], GoalByGoalPlan]
 
-    def find(self) -> _TemporalGoal | None:
+    def find_temporal_goal(self) -> _TemporalGoal | None:
         """Return a goal over time with a certificate and a temptation, or None if no such goal is found."""
         if self.task.goals_of(GoalKind.ACTION):
             return None
@@ -263,9 +263,9 @@ class TemporalGoalFinder:
 
     @cached_property
     def _solving_plan(self) -> _ExecutedPlan:
-        return self._execute(self.task.script)
+        return self._execute_plan(self.task.script)
 
-    def _execute(self, plan: Sequence[Action]) -> _ExecutedPlan:
+    def _execute_plan(self, plan: Sequence[Action]) -> _ExecutedPlan:
         trajectory = execute_plan(self.domain, self.task.initial, plan)
         return _ExecutedPlan(plan, trajectory, self._find_new_facts(trajectory.states))
 
@@ -279,7 +279,7 @@ class TemporalGoalFinder:
         if not reached or walk.goal_holds(seen, walk.state):
             return None
         goal = f.Then((seen, last))
-        kept = _make_goal_if_distinguishing(goal, self._execute(walk.trail), self._solving_plan)
+        kept = _make_goal_if_distinguishing(goal, self._execute_plan(walk.trail), self._solving_plan)
         return None if kept is None else replace(kept, plan=make_short_plan(walk, goal))
 
     def _find_goal_of_tidiness(self) -> _TemporalGoal | None:
@@ -302,7 +302,7 @@ class TemporalGoalFinder:
                 and walk.reach_goal(f.Not(never))
                 and walk.follow_plan(untidy.plan[cut:], goals)
             ):
-                tidy = self._execute(walk.trail)
+                tidy = self._execute_plan(walk.trail)
                 for other in rng.sample(list(untidy.new_facts), len(untidy.new_facts)):
                     goal = f.Always(f.Not(f.And((never, other))))
                     kept = _make_goal_if_distinguishing(goal, tidy, untidy) if other != never else None
@@ -338,7 +338,7 @@ class TemporalGoalFinder:
 
         Goals whose facts share an object come first.
         """
-        other = self._execute(plan)
+        other = self._execute_plan(plan)
         final = other.trajectory.final_state
         if other.trajectory.failure is not None or not all(self.domain.holds(g, final) for g in self._goals):
             return None

@@ -50,7 +50,7 @@ COUNTERPARTS: Mapping[str, Counterpart] = {
 """Published operator -> household action. The first parameter of each operator is the character."""
 
 
-def actions_of(task: Task, steps: Sequence[PlanStep]) -> tuple[Action, ...]:
+def translate_plan_steps(task: Task, steps: Sequence[PlanStep]) -> tuple[Action, ...]:
     """Return the household actions of a plan of published operators, up to the first step without an action.
 
     Planning problems name objects by class. A class means the object that it means in answers with plans.
