@@ -103,5 +103,5 @@ def test_alternatives_without_literals_are_counted() -> None:
 def test_an_exists_tries_the_objects_of_the_task() -> None:
     variable = next(iter([formula("exists x. (lit(x))")])).variable  # type: ignore[attr-defined]
     assert EXTENT.list_usable_objects(variable) == [1, 2, 3]
-    assert EXTENT.all_objects(variable) == tuple(range(OBJECTS))
+    assert EXTENT.list_all_objects(variable) == tuple(range(OBJECTS))
     assert _QuantifierRange(replace(TASK, relevant=())).list_usable_objects(variable) == tuple(range(OBJECTS))

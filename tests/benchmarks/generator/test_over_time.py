@@ -197,7 +197,7 @@ def test_a_plan_is_cut_at_steps_after_which_one_more_goal_lasts(
 def test_order_and_overlap_of_facts_distinguish_two_plans(lamps: Benchmark) -> None:
     task = asked(lamps, f"{BOX}; {FIRST}; {SECOND}")
     found = seeker(lamps, task, USUAL)
-    ours, other = found._solving_plan, found._execute(asked(lamps, f"{SECOND}; {BOX}; {FIRST}").script)
+    ours, other = found._solving_plan, found._execute_plan(asked(lamps, f"{SECOND}; {BOX}; {FIRST}").script)
     is_open = atom("is_open", "box")
     assert [ours.becomes_true_first(*pair) for pair in ((is_open, ONE), (ONE, OTHER), (OTHER, ONE))] == [
         True,
