@@ -385,6 +385,15 @@ def test_a_question_that_fits_without_the_default_limit_is_asked_without_it(
     assert answers.answers["a", 1].text == PLAN
 
 
+def test_a_limit_that_a_server_does_not_allow_is_sent_no_more(ask: Callable[..., ModelAnswers]) -> None:
+    message = "max_tokens is too large: 36000. This model supports at most 16384 completion tokens."
+    refused = Reply(status=400, body=json.dumps({"error": {"message": message, "code": "invalid_value"}}))
+    with serve({"a": [refused, Reply(PLAN)], "b": [Reply(PLAN)]}) as served:
+        answers = ask(served.url, ("a", "b"), connections=1, answer_limit=36_000)
+    assert [request.get("max_tokens") for request in served.log.requests] == [36_000, None, None]
+    assert answers.failures == {}
+
+
 def test_the_first_refusal_that_names_the_context_stops_the_run(ask: Callable[..., ModelAnswers]) -> None:
     long, refused = "word " * 2048, Reply(status=400, body=VLLM_REFUSAL)
     script = {f"{number} {long}": [refused] for number in range(30)} | {"short": [Reply(PLAN)]}

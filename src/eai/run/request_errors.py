@@ -40,6 +40,10 @@ _CONTEXT_LENGTH = re.compile(
 """Pattern of the number of tokens of the context in such a message."""
 
 
+_MAX_TOKENS = re.compile(r"max\w*tokens", re.IGNORECASE)
+"""Pattern of messages about the maximum number of tokens of an answer, such as ``max_completion_tokens``."""
+
+
 def describe_error(error: BaseException) -> str:
     """Return one line on why a request failed; if it was repeated, on why the last repetition failed."""
     if is_refused(error):
@@ -71,6 +75,11 @@ def find_http_status(error: BaseException) -> int | None:
 def is_too_long(error: BaseException) -> bool:
     """Whether a server refused a request because the question does not fit into the model's context."""
     return _TOO_LONG.search(str(_find_last_error(error))) is not None
+
+
+def is_about_max_tokens(error: BaseException) -> bool:
+    """Whether a server refused the maximum number of tokens of an answer."""
+    return _MAX_TOKENS.search(str(_find_last_error(error))) is not None
 
 
 def find_context_length(error: BaseException) -> int | None:

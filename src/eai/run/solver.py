@@ -44,6 +44,7 @@ from eai.run.request_errors import (
     describe_error,
     find_context_length,
     find_http_status,
+    is_about_max_tokens,
     is_refused,
     is_too_long,
 )
@@ -334,8 +335,8 @@ async def _ask_within_limit(
 ) -> _ModelReply:
     """Ask a model for an answer of limited length. Ask again without the limit if the limit is unsuitable.
 
-    It is unsuitable if question and limit together exceed the model's context, or if the model reasons. A
-    model that reasons gets no limit from then on.
+    It is unsuitable if question and limit together exceed the model's context, if the server allows only
+    shorter answers, or if the model reasons. In the last two cases, the run sends no limit from then on.
     """
     first_usage, limit = Usage(), run.answer_limit
     if limit is not None:
@@ -348,7 +349,9 @@ async def _ask_within_limit(
             first_usage = reply.usage
         except Exception as error:
             if not is_too_long(error):
-                raise
+                if not is_about_max_tokens(error):
+                    raise
+                run.answer_limit = None
     output, parts, usage = await _ask_model(messages, restrictions)
     return _ModelReply(output, parts, first_usage + usage)
 
