@@ -143,7 +143,7 @@ class Errata:
         return {key: tuple(ids) for key, ids in group_pairs(pairs).items()}
 
     def correct_tasks(self, tasks: TaskSet[TaskT]) -> TaskSet[TaskT]:
-        """Return the tasks of plans and goals, each with its errata correct_task."""
+        """Return the tasks about plans and goals, each with its errors corrected."""
         by_task = self._group_by_task(Ability.ACTION_SEQUENCING)
 
         def correct_task(task_id: str) -> TaskT:
@@ -157,7 +157,7 @@ class Errata:
         return TaskSet(tasks, correct_task, tasks.sha256) if by_task else tasks
 
     def correct_operators(self, tasks: TaskSet[TransitionTask]) -> TaskSet[TransitionTask]:
-        """Return the tasks of transition modeling, each with its errata correct_operator_task."""
+        """Return the tasks of transition modeling, each with its errors corrected."""
         by_task = self._group_by_task(Ability.TRANSITION_MODELING)
         names = {was: now for entry in self.entries for was, now in (entry.renamed or {}).items()}
 

@@ -25,7 +25,7 @@ if TYPE_CHECKING:
 
 @dataclass(frozen=True, slots=True)
 class ProtocolImplementation:
-    """How a protocol scores answers, and how its published runs asked for and counted answers.
+    """Differences of a protocol from ``strict``: how it scores answers, and how its published runs were made.
 
     Attributes:
         open_suite: opens a suite whose answers are read, tested and counted as the protocol says. Raises
@@ -54,7 +54,7 @@ def find_implementation(name: str) -> ProtocolImplementation | None:
     """Return the registered implementation of a protocol, or None if no protocol has this name.
 
     Raises:
-        InputError: the registered value is not an `ProtocolImplementation`.
+        InputError: the registered value is not a `ProtocolImplementation`.
     """
     if name not in find_protocols():
         return None

@@ -21,10 +21,10 @@ X, Y, Z = f.Variable("x"), f.Variable("y"), f.Variable("z")
 
 
 def _follow_supports(state: State, supports: Sequence[str], obj: int) -> Mapping[int, bool]:
-    """Return a mapping from each direct or indirect support of an object, as a bit mask, to a truth value.
+    """Return a mapping from each direct or indirect support of an object to a truth value.
 
-    The value is True if the first relation of `supports`, which is containment, leads to it. The nearest
-    support comes first.
+    A support is a bit mask with one bit. The value is True if the first relation of `supports`, which is
+    containment, leads to the support. The nearest support comes first.
     """
     binary, slots = state.binary, state.scene.vocabulary.binary_slots
     chain: dict[int, bool] = {}
@@ -52,7 +52,7 @@ def make_carrying_predicates(
         return reduce(or_, _follow_supports(state, names, arguments[0]), 0)
 
     def find_containers(state: State, arguments: tuple[int, ...]) -> int:
-        """Return all find_containers of an object or of its supports, as a bit mask."""
+        """Return all containers of an object, and of the objects that support it, as a bit mask."""
         chain = _follow_supports(state, names, arguments[0])
         return reduce(or_, [support for support, is_in in chain.items() if is_in], 0)
 

@@ -1,4 +1,4 @@
-"""Rules by which the operators of an answer are judged, among them the rules of the paper.
+"""Rules for judging the operators of an answer. The rules of the paper are one set of such rules.
 
 Each operator that the task asks for counts. If an operator is missing, all its clauses are missed. If its
 precondition or effect is unreadable, the clauses of this part are missed. The planner gets exactly the
@@ -58,7 +58,7 @@ def find_plan_flaw(
 def to_gold_steps(
     task: TransitionTask, written: Mapping[str, PddlAction], plan: Sequence[PlanStep]
 ) -> list[PlanStep]:
-    """Return the steps of a plan as steps of gold operators. Parameters correspond as in `plan_flaw`."""
+    """Return the steps of a plan as steps of gold operators. Parameters correspond as in `find_plan_flaw`."""
     return [_to_gold_step(step, written[step.action], task.gold[step.action]) for step in plan]
 
 
@@ -181,7 +181,7 @@ class OperatorRules(ABC):
 
 
 _ReadOperator: TypeAlias = tuple[PddlAction | None, tuple[PddlFinding, ...]]
-"""An operator that was read: its readable parts (None for an unreadable part), and its defects."""
+"""An operator of an answer, as a pair: its readable parts (None if a part is unreadable), and its defects."""
 
 
 _OperatorComparison: TypeAlias = tuple[OperatorReport, OperatorMatch]

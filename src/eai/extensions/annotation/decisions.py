@@ -100,7 +100,7 @@ class GoalPattern:
 
 
 Entry: TypeAlias = tuple[GoalPattern, ...]
-"""Alternative patterns in a goal. A demonstration must meet one of them."""
+"""Alternative patterns of one condition of a goal. A demonstration must meet one of them."""
 
 
 def parse_pattern(text: str) -> GoalPattern:
@@ -146,7 +146,7 @@ class DemonstrationDifference:
         return self.task.scene
 
     def find_matching_facts(self, entry: Entry) -> Iterator[Fact]:
-        """Yield the facts that meet one of an entry's patterns, in order."""
+        """Yield the changed facts that match one of an entry's patterns, in order."""
         return (fact for fact in self.facts if any(self._matches_pattern(fact, pattern) for pattern in entry))
 
     def _matches_pattern(self, fact: Fact, pattern: GoalPattern) -> bool:
@@ -159,11 +159,11 @@ class DemonstrationDifference:
         )
 
     def class_of(self, thing: int) -> _ObjectKind:
-        """Return the class of an object, as a kind of object."""
+        """Return the kind of all objects of this object's class."""
         return _ObjectKind(self.scene.objects[thing].category)
 
     def properties_of(self, thing: int) -> _ObjectKind:
-        """Return the properties of an object (its visible static predicates) as a kind of object."""
+        """Return the kind of objects with the properties (visible static predicates) of this object."""
         initial = self.task.initial
         names = list_property_predicates(self.scene.vocabulary)
         return _ObjectKind(properties=tuple(name for name in names if initial.has(name, thing)))
@@ -227,7 +227,7 @@ def _list_predicate_names(predicates: tuple[Predicate, ...], arity: int, *, stat
 def count_patterns(
     differences: Iterable[DemonstrationDifference], without: Iterable[str]
 ) -> Counter[GoalPattern]:
-    """Count how often each pattern occurs in all differences together.
+    """Count how often each pattern occurs in the changes of all demonstrations together.
 
     First come states and relations that name objects by class, then relations that describe one object by its
     properties. The agent is always named by its class.
@@ -285,7 +285,7 @@ def is_candidate_met(candidate: Candidate, difference: DemonstrationDifference) 
 
 
 def make_concrete_goals(difference: DemonstrationDifference, candidate: Candidate) -> tuple[Goal, ...]:
-    """Return the goals that a demonstration reached by a candidate, with the objects of the task.
+    """Return the goals of a demonstration's task that follow from a candidate, with the objects of the task.
 
     States come first, then relations, then actions.
     """
@@ -445,7 +445,7 @@ class PatternList:
 
 
 def decide(command: str, chosen: TitleDecisions, listing: PatternList) -> TitleDecisions:
-    """Return the decisions about a title after one more command. ``undo`` and ``done`` are handled elsewhere.
+    """Return the decisions about a title after one more command, except ``undo`` and ``done``.
 
     Raises:
         InputError: the command is unknown or malformed.
@@ -567,7 +567,7 @@ def annotate(
 
 
 def check_goals(annotations: Iterable[Annotation]) -> Iterator[Finding]:
-    """Yield a remark on each task whose goals differ from the goals that follow from the decisions."""
+    """Yield a finding about each task whose goals are not the goals that follow from the decisions."""
     for difference, candidate, goals in annotations:
         task = difference.task
         ours, theirs = set(goals), set(task.goals)

@@ -115,7 +115,7 @@ def make_published_domain(operators: Sequence[str], header: PddlDomain) -> PddlD
 
 
 def share_domain(problems: Sequence[DrawnProblem], benchmark: Benchmark) -> list[DrawnProblem]:
-    """Return problems that share one planning domain, with the categories of all their objects.
+    """Return the problems with one common planning domain, which has the categories of all their objects.
 
     Problems of the data set stay as they are, if no problem was exported.
     """

@@ -33,7 +33,7 @@ if TYPE_CHECKING:
 
 
 Units: TypeAlias = Sequence[Sequence[float]]
-"""The ratings of each rated task. Each rating is by another rater."""
+"""Ratings of annotations: for each rated task, one rating by each of its raters."""
 
 
 COLUMNS = ("task", "rater", "attribute", "score")

@@ -81,9 +81,10 @@ def place_remaining_objects(
 
 
 def _find_object_in_two_rooms(locations: ObjectLocations) -> dict[int, tuple[int, int]]:
-    """Return an object that stands over an object of another room, with the floors of both rooms.
+    """Return an object that stands over an object of another room, mapped to the floors of both rooms.
 
-    The mapping is empty if no object does. Its own floor comes first.
+    The floor of the upper object comes first. The mapping is empty if there is no such object, and never has
+    two objects.
     """
     rooms = [
         (roof, (locations.find_room(roof), locations.find_room(thing)))
@@ -106,7 +107,7 @@ def _list_furniture(locations: ObjectLocations, floor: int) -> list[int]:
 
 
 def _is_next_to_furniture(locations: ObjectLocations, thing: int) -> bool:
-    """Whether an object stands next to furniture that gets its place earlier."""
+    """Whether an object stands next to furniture that is placed before this object."""
     others = [
         second
         for first, second in locations.relations[BESIDE]

@@ -32,14 +32,14 @@ from eai.world.state import Scene, State
 
 @runtime_checkable
 class _ExecutingScorer(Structure):
-    """A scorer that executes answers, with the domain and the task."""
+    """A scorer that executes answers. It has the domain in which answers are executed, and the task."""
 
     domain: Domain
     task: Task
 
 
 def make_tile_finder(source: Source) -> Callable[[Record], TileScenes]:
-    """Return a function that returns the tiles of a record after each step. It opens each suite only once."""
+    """Return a function from the record of an answer to its tiles. It opens each suite only once."""
 
     @cache
     def open_cached_suite(domain: str, ability: Ability, protocol: Protocol, *, errata: bool) -> Suite:
@@ -58,7 +58,7 @@ def make_tile_finder(source: Source) -> Callable[[Record], TileScenes]:
 
 
 def make_tiles_after_each_step(record: Record, suite: Suite) -> TileScenes:
-    """Return the tiles of a record at the start and after each step; empty if it cannot be replayed."""
+    """Return the scene's tiles at the start and after each step; none if the answer cannot be replayed."""
     found = replay_record(record, suite)
     if found is None:
         return ()
@@ -110,7 +110,7 @@ def _to_action(step: StepReport, scene: Scene) -> Action:
 
 
 def _list_steps_of_earlier_attempts(record: Record) -> list[StepReport]:
-    """Return the steps of a record's earlier attempts if attempts continue in one world; else none."""
+    """Return the steps of earlier attempts if attempts continue in one world; else an empty list."""
     options = AttemptOptions.from_experiment(record.experiment)
     if options is None or options.world != "continue":
         return []

@@ -24,7 +24,7 @@ MOST_HEIGHT = 1536
 
 
 def make_picture_words(benchmark: Benchmark) -> SceneWords:
-    """Return the words for objects and relations in pictures: those of observations, which show hands."""
+    """Return the words for objects and relations in pictures: the words of observations, which name hands."""
     return SceneWords(benchmark.observed_wording())
 
 
@@ -35,7 +35,7 @@ def draw_scene(
     state: State | None = None,
     objects: Sequence[int] | None = None,
 ) -> tuple[Drawing, SceneGraph]:
-    """Return the picture of a task's scene, and the scene graph of all visible facts.
+    """Return a diagram of a task's scene, and the scene graph with all facts that the diagram shows.
 
     Args:
         task: the task.

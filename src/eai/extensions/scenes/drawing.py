@@ -56,7 +56,7 @@ class _Rectangle:
 
 @dataclass(frozen=True, slots=True)
 class _Text:
-    """A line of text. Its location is that of its top left corner."""
+    """A line of text. Its location is the top left corner of the text."""
 
     x: int
     y: int

@@ -64,7 +64,7 @@ class ObjectLocations:
         return None
 
     def describe_location(self, thing: int) -> tuple[object, ...]:
-        """Return the relations and the floor that locate an object. Equal values: it did not move."""
+        """Return the relations and the floor of an object. The value changes only if the object moves."""
         return (self.find_carrier(thing), self.floor_of.get(thing), *sorted(self._list_neighbours(thing)))
 
     def _list_neighbours(self, thing: int) -> Iterator[tuple[str, int]]:
@@ -110,7 +110,7 @@ class ObjectLocations:
         return self.find_bottom_of_pile(thing) in self.hands.values()
 
     def find_bottom_of_pile(self, thing: int) -> int:
-        """Return the object at the bottom of the pile on (or in) which an object lies."""
+        """Return the lowest object of the pile that an object is part of."""
         return [thing, *(carrier for _, carrier in self.list_carriers(thing))][-1]
 
 
@@ -174,7 +174,7 @@ def _list_objects_with_property(state: State, name: str) -> tuple[int, ...]:
 
 
 def _is_absent(state: State, index: int) -> bool:
-    """Whether an object is absent: half of an uncut object, an object that was cut, or not yet made."""
+    """Whether an object is absent: a half of an uncut object, an object that was cut, or one not yet made."""
     if "present" in state.scene.vocabulary.unary_slots and index not in _list_objects_with_property(
         state, "present"
     ):

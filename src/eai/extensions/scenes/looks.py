@@ -84,7 +84,7 @@ def _spread_specks(
 
 
 def _find_point_on_box(half: Array, index: int) -> Array:
-    """Return a point on the surface of a box: two of three are on its top, the third on its front."""
+    """Return a point on a box: two of three points are on its top, the third is on its front."""
     first = ((index * 0.754877) % 1 * 2 - 1) * 0.9
     second = ((index * 0.569840) % 1 * 2 - 1) * 0.9
     return half * ((first, -1.0, second) if index % 3 == 2 else (first, second, 1.0))

@@ -105,7 +105,7 @@ class Placer:
         self._owner = np.concatenate([self._owner, np.full(len(boxes), thing)])
 
     def has_part(self, thing: int, required_state: str) -> bool:
-        """Whether a part of an object exists now; ``when`` is the state it needs, or empty."""
+        """Whether a part exists that needs a state of its object, such as `open`; True if it needs none."""
         return not required_state or required_state in self.states[thing]
 
     def find_pose_on(self, thing: int, support: int, near: int | None = None) -> Pose:
@@ -274,7 +274,7 @@ def _is_free(at: Sequence[float], half: Array, low: Array, high: Array) -> bool:
 
 
 def _find_overlapping_boxes(low: Array, high: Array, at: tuple[float, float], half: Array) -> Any:
-    """Return an array that tells for each box whether it is above or below a rectangle."""
+    """Return an array with a truth value for each box: whether it is above or below a rectangle."""
     middle = np.array(at)
     return ((low[:, :2] < middle + half[:2]) & (high[:, :2] > middle - half[:2])).all(1)
 

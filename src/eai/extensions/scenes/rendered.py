@@ -1,4 +1,4 @@
-"""Render scenes with bodies. Without the extra `physics`, functions raise an error that names this extra."""
+"""Render three-dimensional scenes of tasks. All functions raise an error without the extra `physics`."""
 
 from __future__ import annotations
 
@@ -70,7 +70,9 @@ def render_images_of_tasks(
 
 
 def locate_objects_in_images(task: Task) -> dict[int, tuple[int, int, int]]:
-    """Return where pictures of a task show each object: number of the picture, column and row.
+    """Return a mapping from the index of each visible object to its place in the pictures of a task.
+
+    The place is the number of the picture, from 1, and the column and row of a pixel of the object.
 
     Raises:
         InputError, EaiError: see `render_task_images`.
@@ -107,7 +109,7 @@ def make_film_of_answer(record: Record, suite: Suite) -> bytes:
 
 
 def open_camera(task: Task) -> Camera:
-    """Return a camera in the scene of a task; close it after use. `BodyScene.show` shows later states.
+    """Return a camera in the scene of a task; close it after use. `BodyScene.show_state` shows later states.
 
     Raises:
         InputError, EaiError: see `render_task_images`.

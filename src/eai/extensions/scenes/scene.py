@@ -33,7 +33,7 @@ _TYPES = {"box": "box", "ball": "ellipsoid", "post": "cylinder", "pipe": "cylind
 _TURNS = {"pipe": (0.70710678, 0.70710678, 0.0, 0.0), "bar": (0.70710678, 0.0, 0.70710678, 0.0)}
 _AXES = {"post": 2, "pipe": 1, "bar": 0}
 _FIXED, _LOOSE = ("1", "2"), ("2", "3")
-"""Masks of MuJoCo for contacts: furniture collides only with loose objects, loose objects with everything."""
+"""MuJoCo's masks for contacts: furniture collides only with loose objects, loose objects with everything."""
 
 _FLOORS = {
     "tiles": ("kitchen", "bath", "utility"),
@@ -122,7 +122,10 @@ def _make_geom(part: BodyPart, meets: tuple[str, str], rgba: tuple[float, ...]) 
 
 
 def _make_room(box: Box, name: str, walls: Sequence[bool]) -> Iterator[Xml.Element]:
-    """Yield the floor and the walls of a room: the back wall, and the side walls that ``walls`` names."""
+    """Yield the floor, the back wall and the side walls of a room.
+
+    ``walls`` has two truth values: whether the left and the right wall exist.
+    """
     (x0, y0, _), (x1, y1, _) = box
     look = next((look for look, words in _FLOORS.items() if any(word in name for word in words)), "wood")
     yield _make_slab((x0, x1, y0, y1, -0.1, 0.0), material=look)

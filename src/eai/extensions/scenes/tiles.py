@@ -52,9 +52,9 @@ def make_tiles(
 def _find_placements(
     graph: SceneGraph, words: SceneWords, agent: str | None, hands: Sequence[str]
 ) -> dict[str, NamedFact]:
-    """Return the fact that puts an object into another object or a hand, by object.
+    """Return a mapping from each object to the fact that places it in another object or in a hand.
 
-    If several facts do, return the fact with the innermost of these places.
+    If several facts place an object, the mapping has the fact with the innermost place.
     """
     names = {words.find_written_name(name) for name in words.support_predicates}
     below = group_pairs((fact.arguments[0], fact) for fact in graph.facts if fact.predicate in names)
