@@ -30,7 +30,7 @@ from eai.tasks.source import Source
 from eai.tasks.special import Ambiguous, Impossible
 from eai.tasks.task import Task
 from eai.tasks.task_files import read_task_file_lines
-from eai.tasks.task_lines import read_line
+from eai.tasks.task_lines import read_task_line
 
 LIMITS = Limits(3000)
 
@@ -48,7 +48,7 @@ def main() -> None:
     tasks = list(benchmark.tasks(Source()).values())
     about = {
         line.id: line.about
-        for line in (read_line(each.content) for each in read_task_file_lines(arguments.folder))
+        for line in (read_task_line(each.content) for each in read_task_file_lines(arguments.folder))
     }
     shortcuts: dict[str, Callable[[Task], object]] = {
         "all or none": lambda task: 0,

@@ -21,7 +21,7 @@ from eai.benchmarks.benchmark import Benchmark
 from eai.benchmarks.registry import find_benchmark
 from eai.tasks.planning import to_planning_goal
 from eai.tasks.task import GoalKind, Task
-from eai.tasks.task_lines import _TaskLine, task_from_line, write_task_line
+from eai.tasks.task_lines import _TaskLine, make_task_from_line, write_task_line
 from eai.world.action import Action
 
 ORDERED = "not inside(ball, box) until lit(lamp_1)"
@@ -52,7 +52,7 @@ def task(lamps: Benchmark, *goals: str) -> Task:
         facts={},
         goals=list(goals),
     )
-    return task_from_line(line, lamps.domain)
+    return make_task_from_line(line, lamps.domain)
 
 
 def plan(lamps: Benchmark, asked: Task, text: str) -> str:

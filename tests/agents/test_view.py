@@ -38,7 +38,7 @@ def test_incremental_observations_equal_new_ones(
     wording, rng = benchmark.observed_wording(), random.Random(0)
     observer, episode = Observer(task, wording, observe), Episode(benchmark.domain, task.initial)
     observation = observer.first
-    stored = {each.predicate for each in wording.goal_listings if each.sources == (each.predicate,)}
+    stored = {each.predicate for each in wording.goal_fact_listers if each.sources == (each.predicate,)}
     for _ in range(40):
         operator = rng.choice(benchmark.domain.operators)
         possible = list(
@@ -51,7 +51,9 @@ def test_incremental_observations_equal_new_ones(
         difference = compare_states(observation.state, outcome)
         before, observation = observation, observer.observe(observation, outcome, difference)
         facts = [
-            fact for each in wording.goal_listings for fact in each.list_facts(outcome, observation.visible)
+            fact
+            for each in wording.goal_fact_listers
+            for fact in each.list_facts(outcome, observation.visible)
         ]
         lines = spell_out(observation.text).splitlines()
         assert sorted(lines) == sorted([wording.write_fact(task, fact) for fact in facts])

@@ -30,7 +30,7 @@ from eai.results.options import ScoringOptions
 from eai.results.responses import Response, ResponseFile
 from eai.results.totals import RunTotals
 from eai.tasks.goal_text import make_task
-from eai.tasks.source import ErrataChoice, Source, errata_choice, given
+from eai.tasks.source import ErrataChoice, Source, find_errata_choice, given
 from eai.world.execution import attempt_action
 from eai.world.history import History
 from oracle import MODELS, Oracle
@@ -441,4 +441,4 @@ def test_a_correction_of_different_data_is_an_error() -> None:
 
 def test_an_unknown_choice_is_an_error() -> None:
     with pytest.raises(InputError, match=r"'nome' is no choice of errata.*did you mean"):
-        errata_choice("nome")
+        find_errata_choice("nome")

@@ -11,7 +11,7 @@ from eai.base.store import Store
 from eai.benchmarks.prompt_library import PromptLibrary
 from eai.benchmarks.registry import find_benchmark
 from eai.tasks.prompts.prompt import PromptSet
-from eai.tasks.prompts.template import template_names
+from eai.tasks.prompts.template import list_template_names
 from eai.tasks.source import Source
 from suites import SUITES
 
@@ -63,10 +63,10 @@ def test_a_file_that_replaces_nothing_is_an_error(data_store: Store, tmp_path: P
 
 
 def test_every_file_that_replaces_a_prompt_or_template_is_accepted(data_store: Store, tmp_path: Path) -> None:
-    for folder in {Path(name).parent for name in template_names()}:
+    for folder in {Path(name).parent for name in list_template_names()}:
         (tmp_path / folder).mkdir(exist_ok=True)
     (tmp_path / "formats/virtualhome_action_sequencing.txt").write_text("mine")
-    for name in template_names():
+    for name in list_template_names():
         (tmp_path / name).write_text("mine")
     for domain, ability in SUITES:
         (tmp_path / f"{domain}_{ability.value}.json").write_text("[]")

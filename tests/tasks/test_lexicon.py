@@ -47,7 +47,7 @@ def test_a_formula_means_something_in_the_domain() -> None:
     assert LEXICON.to_domain_names(Occurs("press", (Constant("lamp.1"),))) == Occurs(
         "PRESS", (Constant("lamp"),)
     )
-    assert LEXICON.is_unobserved(Not(Atom("seen", (x,))))
+    assert LEXICON.has_unknown_names(Not(Atom("seen", (x,))))
 
 
 def test_an_action_is_about_objects() -> None:

@@ -5,7 +5,7 @@ from typing import Annotated, Literal
 import pytest
 from pydantic import BaseModel, ConfigDict, Field, ValidationError
 
-from eai.tasks.options import Options, describe_misfit
+from eai.tasks.options import Options, describe_validation_error
 
 
 class Shape(BaseModel):
@@ -36,7 +36,7 @@ class Shape(BaseModel):
 def test_what_is_wrong_is_said_with_place_and_expectation(value: object, said: str) -> None:
     with pytest.raises(ValidationError) as caught:
         Shape.model_validate(value)
-    assert describe_misfit(caught.value, Shape.model_fields) == said
+    assert describe_validation_error(caught.value, Shape.model_fields) == said
 
 
 class Lamp(Options):

@@ -17,7 +17,7 @@ from eai.abilities.reports import HIDDEN_HAZARD
 from eai.abilities.trial import Trial
 from eai.abilities.verdict import RAISED, ErrorReport
 from eai.tasks.goal_text import write_goal
-from eai.tasks.prompts.own import initial_text
+from eai.tasks.prompts.own import write_initial_state
 from eai.tasks.prompts.prompt import Belief, Prompt
 from eai.tasks.prompts.template import Templates
 from eai.tasks.task import GoalKind, Task
@@ -168,7 +168,7 @@ class QuestionWriter:
         """Describe the present state of the world, and the actions that a plan must still contain."""
         belief = self._perceive_scene(trial)[0]
         actions = [write_goal(goal.formula) for goal in belief.task.goals_of(GoalKind.ACTION)]
-        state = initial_text(self.wording, belief)
+        state = write_initial_state(self.wording, belief)
         if not actions:
             return self._fill_template("now", state=state)
         return self._fill_template("now_actions", state=state, actions="\n".join(actions))

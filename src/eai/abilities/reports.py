@@ -197,7 +197,7 @@ def report_goals(
 
     With a trajectory, the report on a missed goal over time describes the violation.
     """
-    kinds = [goal.kind.value for goal in task.asked_goals]
+    kinds = [goal.kind.value for goal in task.goals_without_hazards]
     is_untold = isinstance(task.special, Hazards) and task.special.untold
     kinds += [HIDDEN_HAZARD if is_untold else "hazard"] * (len(task.goals) - len(kinds))
     return tuple(

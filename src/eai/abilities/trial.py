@@ -14,7 +14,7 @@ from eai.abilities.scorer import PlanScorer, assess_or_report_failure
 from eai.abilities.verdict import PlanVerdict
 from eai.base.errors import DomainError
 from eai.logic.traversal import find_object_names
-from eai.tasks.goal_test import GoalTest, remaining_goals
+from eai.tasks.goal_test import GoalTest, find_remaining_goals
 from eai.tasks.task import Goal, Task
 from eai.world.action import Action
 from eai.world.episode import Episode, Slip, SlipSampler
@@ -85,7 +85,7 @@ class Trial:
         return replace(
             task,
             initial=self.episode.state,
-            goals=remaining_goals(task, _get_operator_names(self.executed_actions)),
+            goals=find_remaining_goals(task, _get_operator_names(self.executed_actions)),
         )
 
     def try_answer(self, text: str) -> Attempt:

@@ -24,8 +24,8 @@ from eai.planning.planner import PlanningGoal, get_planner
 from eai.planning.search import Limits, Node
 from eai.planning.subgoal import make_subgoals
 from eai.planning.successor_generator import PlanNode, SuccessorGenerator
-from eai.tasks.goal_test import remaining_goals
-from eai.tasks.planning import find_plan, to_planning_goal, why_no_plan
+from eai.tasks.goal_test import find_remaining_goals
+from eai.tasks.planning import explain_missing_plan, find_plan, to_planning_goal
 from eai.tasks.task import Goal
 from eai.world.action import Action
 from eai.world.state import State
@@ -130,7 +130,7 @@ def planner_agent(game: Game, seed: int = 0) -> Agent:
         InputError: the planner finds no plan.
     """
     search = find_plan(game.task, get_planner(game.stage.domain))
-    if reason := why_no_plan(search.end):
+    if reason := explain_missing_plan(search.end):
         raise InputError(reason)
     return _make_scripted_agent(map(game.stage.commands.write_command, search.plan))
 
@@ -241,7 +241,7 @@ class _Explorer:
         ):
             return ()
         self._planned.add(effort)
-        now = replace(task, initial=game.state, goals=remaining_goals(task, game.taken))
+        now = replace(task, initial=game.state, goals=find_remaining_goals(task, game.taken))
         for usable in (self._game.task.find_named_objects(task.goals) & usable_objects, usable_objects):
             plan = find_plan(replace(now, relevant=tuple(sorted(usable))), self._planner, limits).plan
             if plan:
@@ -340,7 +340,7 @@ class _GreedyAgent(_Explorer):
             return ()
         successors = SuccessorGenerator(self._domain, sorted(game.memory.known), self._actions)
         search = GreedySearch(self._planner.heuristic, successors, Limits(0))
-        met = len(game.task.goals) - len(remaining_goals(game.task, game.taken))
+        met = len(game.task.goals) - len(find_remaining_goals(game.task, game.taken))
         node: PlanNode = Node(game.state, met)
         costs: dict[Action, float] = {}
         for action in search.estimate(node, *self._target)[1][:_MAX_COMPARED]:

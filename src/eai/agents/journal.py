@@ -22,7 +22,7 @@ from typing import Any
 from eai.agents.play import RecordedGame
 from eai.base.errors import InputError
 from eai.base.files import read_content
-from eai.tasks.source import task_sha256
+from eai.tasks.source import compute_task_sha256
 
 _KEY_BYTES = 32
 
@@ -117,7 +117,7 @@ def _make_journal_header(play: RecordedGame) -> dict[str, Any]:
     about = play.to_json("stopped")
     task = play.task
     del about["turns"], about["ended"]
-    return {"task": task.id, "task_sha256": task_sha256(task), **about}
+    return {"task": task.id, "task_sha256": compute_task_sha256(task), **about}
 
 
 def _add_sealed_line(episode: _JournalContent, raw: bytes, key: bytes) -> _JournalContent:

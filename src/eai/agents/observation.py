@@ -16,7 +16,7 @@ from eai.base.grouping import group_pairs
 from eai.benchmarks.benchmark import Benchmark
 from eai.logic.formula import TRUE
 from eai.logic.traversal import find_predicates
-from eai.tasks.prompts.own import explain_goals
+from eai.tasks.prompts.own import explain_goal_notation
 from eai.tasks.prompts.template import Templates
 from eai.tasks.task import Task
 from eai.tasks.wording import Wording
@@ -99,7 +99,7 @@ class Observer:
         landmarks = wording.domain.find_landmarks(task.initial, task.scene.everything)
         self.landmarks = () if self._is_full else tuple(iterate_bits(landmarks))
         everything = range(len(task.scene.objects))
-        subjects = wording.listed_objects(task) if view == "task" else everything
+        subjects = wording.list_prompt_objects(task) if view == "task" else everything
         self.subjects = tuple(subjects if self._is_full else sorted({*subjects, *self.landmarks}))
         self._rank = {index: rank for rank, index in enumerate(self.subjects)}
         self._mask = make_mask(self.subjects)
@@ -112,7 +112,10 @@ class Observer:
         return _Observation(
             state,
             visible,
-            [self._make_visible_facts(listing, state, visible) for listing in self._wording.state_listings],
+            [
+                self._make_visible_facts(listing, state, visible)
+                for listing in self._wording.state_fact_listers
+            ],
         )
 
     def render_objects(self, chosen: Collection[int]) -> str:
@@ -142,7 +145,7 @@ class Observer:
         state, visible = observation.state, observation.visible
         return [
             fact
-            for listing in self._wording.state_listings
+            for listing in self._wording.state_fact_listers
             for fact in listing.list_facts(state, visible, self._find_required_objects(listing, chosen))
             if not chosen.isdisjoint(fact.arguments)
         ]
@@ -166,7 +169,7 @@ class Observer:
             before
             if is_same and changed.isdisjoint(listing.sources)
             else self._make_visible_facts(listing, state, visible)
-            for listing, before in zip(self._wording.state_listings, last.by_predicate, strict=True)
+            for listing, before in zip(self._wording.state_fact_listers, last.by_predicate, strict=True)
         ]
         return _Observation(state, visible, facts)
 
@@ -179,7 +182,7 @@ class Observer:
         added: list[Fact] = []
         removed: list[Fact] = []
         for listing, old, new in zip(
-            self._wording.state_listings, before.by_predicate, after.by_predicate, strict=True
+            self._wording.state_fact_listers, before.by_predicate, after.by_predicate, strict=True
         ):
             if changed.isdisjoint(listing.sources):
                 continue
@@ -339,7 +342,7 @@ def make_task_text(task: Task, wording: Wording, rules: GameRules) -> str:
     """Return the beginning of the first observation: the instruction, the goals and explanations."""
     parts = [f"{task.title}\n{task.instruction}"]
     parts += [f"Goals:\n{wording.describe_goals(task)}"] if task.prompts_state_goals else []
-    parts += explain_goals("environment", [task], Templates())
+    parts += explain_goal_notation("environment", [task], Templates())
     conventions = "" if wording.conventions is None else wording.conventions(task)
     parts += [conventions] if conventions else []
     agent = task.scene.agent

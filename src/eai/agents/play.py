@@ -27,7 +27,7 @@ from eai.benchmarks.benchmark import Benchmark
 from eai.benchmarks.registry import load_object
 from eai.benchmarks.suite import Suite
 from eai.results.codec import hash_text
-from eai.tasks.options import describe_misfit
+from eai.tasks.options import describe_validation_error
 from eai.tasks.prompts.prompt import Image, Prompt
 from eai.tasks.task import Task
 
@@ -214,7 +214,7 @@ def read_episode(text: str) -> EpisodeAnswer | Unreadable:
     try:
         return _get_episode_adapter().validate_json(text)
     except ValidationError as error:
-        return Unreadable(describe_misfit(error, whole="the episode"))
+        return Unreadable(describe_validation_error(error, whole="the episode"))
     except InputError as error:
         return Unreadable(f"rules: {error}")
 

@@ -28,7 +28,7 @@ from eai.benchmarks.benchmark import Benchmark
 from eai.planning.planner import get_planner
 from eai.planning.search import Limits, SearchEnd
 from eai.results.codec import hash_text
-from eai.tasks.goal_test import GoalTest, remaining_goals
+from eai.tasks.goal_test import GoalTest, find_remaining_goals
 from eai.tasks.planning import find_plan
 from eai.tasks.task import Task, TaskExclusion
 from eai.world.domain import Domain
@@ -288,7 +288,7 @@ def judge_recoverability(
 
 def _search_recoverability(task: Task, domain: Domain, moment: Moment, states: int) -> Recoverability:
     state, taken = moment
-    now = replace(task, initial=state, goals=remaining_goals(task, taken))
+    now = replace(task, initial=state, goals=find_remaining_goals(task, taken))
     end = SearchEnd.STATES
     for objects in (task.relevant, tuple(range(len(task.scene.objects)))):
         end = find_plan(replace(now, relevant=objects), get_planner(domain), Limits(states)).end

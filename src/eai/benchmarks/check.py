@@ -18,7 +18,7 @@ from eai.logic.traversal import get_bound_variables, walk_subformulas
 from eai.planning.planner import Planner
 from eai.planning.search import Limits, SearchEnd
 from eai.tasks.goal_test import GoalTest
-from eai.tasks.goal_text import check_goal
+from eai.tasks.goal_text import check_goal_names
 from eai.tasks.planning import find_plan
 from eai.tasks.source import Finding, Source
 from eai.tasks.task import NO_GOALS, Task
@@ -85,7 +85,7 @@ def _find_task_problems(task: Task, domain: Domain) -> Iterator[str]:
         return
     for number, goal in enumerate(task.goals):
         try:
-            check_goal(goal.formula, task.scene)
+            check_goal_names(goal.formula, task.scene)
         except InputError as error:
             yield f"goals.{number}: {error}"
             return

@@ -34,7 +34,7 @@ from eai.planning.achievers import Achiever, Achievers
 from eai.planning.effect_schema import find_changes_for_literal
 from eai.planning.search import Effort, Limits
 from eai.planning.subgoal import GroundAtom, find_object
-from eai.tasks.goal_test import alternative_actions, solves
+from eai.tasks.goal_test import find_alternative_actions, solves
 from eai.tasks.operator_task import TransitionTask
 from eai.tasks.source import USUAL_SOURCE, Source, TaskSet
 from eai.tasks.task import GoalKind, Task
@@ -62,7 +62,9 @@ def write_goals_as_one_subgoal(task: Task, notation: SubgoalNotation) -> f.Formu
     lexicon = notation.make_formula_lexicon(task.scene)
     arities = notation.domain.operator_arities
     actions = [
-        _join_formulas(f.Or, [_require_action(name, arities[name]) for name in alternative_actions(goal)])
+        _join_formulas(
+            f.Or, [_require_action(name, arities[name]) for name in find_alternative_actions(goal)]
+        )
         for goal in task.goals_of(GoalKind.ACTION)
     ]
     lasting = [
@@ -208,7 +210,7 @@ def _copy_plan(benchmark: Benchmark, task: Task) -> Iterable[str]:
         for literal in _list_goal_conditions(task)
     ]
     actions = [
-        achievers.make_operator_achievers(alternative_actions(goal))
+        achievers.make_operator_achievers(find_alternative_actions(goal))
         for goal in task.goals_of(GoalKind.ACTION)
     ]
     plan += [_find_first_action([(achiever, {}) for achiever in ways], task) for ways in actions]

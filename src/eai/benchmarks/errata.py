@@ -18,7 +18,7 @@ from eai.base.errors import DataError
 from eai.base.files import parse_toml
 from eai.base.grouping import group_pairs
 from eai.benchmarks.errata_use import ErrataUse
-from eai.tasks.options import Options, describe_misfit
+from eai.tasks.options import Options, describe_validation_error
 from eai.tasks.source import TaskSet
 from eai.tasks.task import Task
 from eai.world.action import Action
@@ -236,7 +236,7 @@ def read_errata(text: str) -> Errata:
     try:
         entries = TypeAdapter(tuple[_Erratum, ...]).validate_python(values.get("erratum", []))
     except ValidationError as error:
-        raise DataError(f"errata: {describe_misfit(error)}") from error
+        raise DataError(f"errata: {describe_validation_error(error)}") from error
     for entry in entries:
         if entry.since > number:
             raise DataError(

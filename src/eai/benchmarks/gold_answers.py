@@ -21,8 +21,8 @@ from eai.base.errors import InputError
 from eai.benchmarks.benchmark import Benchmark
 from eai.planning.planner import Planner
 from eai.planning.search import Limits
-from eai.tasks.goal_test import remaining_goals
-from eai.tasks.planning import FindPlan, find_plan, why_no_plan
+from eai.tasks.goal_test import find_remaining_goals
+from eai.tasks.planning import FindPlan, explain_missing_plan, find_plan
 from eai.tasks.source import USUAL_SOURCE, Source, TaskSet
 from eai.tasks.task import Task
 from eai.world.action import Action
@@ -263,7 +263,7 @@ def drop_reached_goals(benchmark: Benchmark, task_id: str, done: Sequence[Action
     names = [action.operator for action in done]
 
     def drop_goals(task: Task) -> Task:
-        return task if task.id != task_id else replace(task, goals=remaining_goals(task, names))
+        return task if task.id != task_id else replace(task, goals=find_remaining_goals(task, names))
 
     return benchmark.with_changed_tasks(drop_goals)
 
@@ -297,7 +297,7 @@ def _open_plan_book(
         if scripts and (task.script or task.unsolvable is not None):
             return WrittenAnswer(tuple(write(task, task.script)), join)
         search = find(task, planner, limits)
-        return WrittenAnswer(tuple(write(task, search.plan)), join, why_no_plan(search.end))
+        return WrittenAnswer(tuple(write(task, search.plan)), join, explain_missing_plan(search.end))
 
     return TaskSet(tasks, make_answer, tasks.sha256)
 

@@ -22,9 +22,15 @@ from eai.benchmarks.benchmark import Benchmark
 from eai.benchmarks.gold_answers import open_answer_book
 from eai.benchmarks.names import suite_name
 from eai.benchmarks.registry import list_benchmarks
-from eai.tasks.prompts.own import Questions, make_samples, operator_prompts, render, render_task
+from eai.tasks.prompts.own import (
+    Questions,
+    make_format_samples,
+    render,
+    render_operator_prompts,
+    render_task_prompt,
+)
 from eai.tasks.prompts.prompt import Belief, Image, Prompt, PromptSet, read_prompt_file, read_system_file
-from eai.tasks.prompts.template import Templates, template_names
+from eai.tasks.prompts.template import Templates, list_template_names
 from eai.tasks.source import Source, TaskSet
 from eai.tasks.task import Task
 
@@ -139,7 +145,9 @@ class PromptLibrary:
         rendered = self.prompts != "official" or benchmark.data.prompts is None
         templates, restate = self.templates, None
         if rendered and not self._has_user_file(benchmark, ability):
-            restate = partial(render_task, self._make_questions(benchmark, ability, {}), templates=templates)
+            restate = partial(
+                render_task_prompt, self._make_questions(benchmark, ability, {}), templates=templates
+            )
         return QuestionWriter(prompts.__getitem__, benchmark.wording(ability), restate, templates, look)
 
     def _render_prompts(
@@ -148,7 +156,7 @@ class PromptLibrary:
         """Return our prompts, rendered from templates, or written by the ability if it defines their form."""
         templates, interaction = self.templates, get_declaration(ability).interaction
         if interaction.uses_operator_tasks:
-            return operator_prompts(benchmark.operators(self.source), templates)
+            return render_operator_prompts(benchmark.operators(self.source), templates)
         if interaction.make_question is not None:
             return self._pose_questions(interaction.make_question, benchmark, ability, beliefs)
         return render(self._make_questions(benchmark, ability, beliefs), templates)
@@ -186,9 +194,9 @@ class PromptLibrary:
             wording,
             benchmark.notation.english.role,
             benchmark.tasks_for(ability, self.source),
-            templates.read_own(name)
+            templates.read_user_template(name)
             or benchmark.notation.formats.get(ability)
-            or templates.fill(f"formats/{ability.value}.txt", make_samples(wording)),
+            or templates.fill(f"formats/{ability.value}.txt", make_format_samples(wording)),
             lambda task_id: book[task_id].text,
             beliefs,
         )
@@ -244,7 +252,7 @@ def _check_prompt_folder(folder: Path, benchmark: Benchmark) -> None:
     names = dict.fromkeys((*list_benchmarks(), benchmark.name))
     suites = {suite_name(name, ability) for name in names for ability in find_abilities()}
     expected_names = {
-        *template_names(),
+        *list_template_names(),
         *(f"{suite}{ending}.json" for suite in suites for ending in ("", "_system")),
         *(f"formats/{suite}.txt" for suite in suites),
     }

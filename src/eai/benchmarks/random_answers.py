@@ -33,7 +33,7 @@ from eai.planning.successor_generator import generate_applicable_of_operator
 from eai.tasks.operator_task import TransitionTask
 from eai.tasks.source import USUAL_SOURCE, Source, TaskSet
 from eai.tasks.task import Task
-from eai.tasks.wording import Wording, prompt_objects
+from eai.tasks.wording import Wording, list_objects_in_prompt
 from eai.world.action import Action
 from eai.world.domain import Domain
 from eai.world.execution import attempt_action, execute_plan
@@ -161,8 +161,8 @@ def _list_changed_facts(wording: Wording, task: Task, before: State, after: Stat
         dict.fromkeys(
             [
                 fact
-                for listing in wording.goal_listings
-                for fact in listing.list_facts(state, prompt_objects(task))
+                for listing in wording.goal_fact_listers
+                for fact in listing.list_facts(state, list_objects_in_prompt(task))
             ]
         )
         for state in (before, after)

@@ -161,7 +161,9 @@ def open_pddl_benchmark(files: str) -> Benchmark:
     from eai.tasks import problem_world
 
     paths = Path(domain), Path(problems)
-    declared, tasks = problem_world.open_pddl(*paths) if separator else problem_world.open_folder(paths[0])
+    declared, tasks = (
+        problem_world.open_pddl(*paths) if separator else problem_world.open_pddl_folder(paths[0])
+    )
     copied = {
         Ability.GOAL_INTERPRETATION: "its instructions are the goals in PDDL, which need only be copied"
     }

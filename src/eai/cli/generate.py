@@ -32,7 +32,7 @@ from eai.cli.options import AsJson, DataFolder, Seed, make_flag, open_data_sourc
 from eai.pddl.export import export
 from eai.pddl.val import VALID, find_val_program, run_val
 from eai.tasks.task import Task
-from eai.tasks.task_files import open_task_files, task_file_content, write_task_file
+from eai.tasks.task_files import make_task_file_content, open_task_files, write_task_file
 from eai.tasks.task_lines import write_task_line
 from eai.world.action import Action
 from eai.world.domain import Domain
@@ -153,7 +153,7 @@ def generate_tasks(
         )
     ]
     write_task_file(file, lines)
-    entry = sets.make_manifest_entry(spec, seed, secret, task_file_content(lines), made, rejected)
+    entry = sets.make_manifest_entry(spec, seed, secret, make_task_file_content(lines), made, rejected)
     new, domain = [each.task for each in made], benchmark.domain
     overlap = {
         (split.value, name): sets.measure_overlap(new, known, domain) for name, known in earlier.items()

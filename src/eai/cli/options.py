@@ -19,7 +19,7 @@ from eai.cli.progress import show_data_progress
 from eai.pddl.planning import PlannerChoice, PlannerTerms
 from eai.results.options import ScoringOptions
 from eai.tasks.options import Options
-from eai.tasks.source import ErrataChoice, Source, errata_choice, planner_choice
+from eai.tasks.source import ErrataChoice, Source, find_errata_choice, find_planner_choice
 
 if TYPE_CHECKING:
     from eai.agents.setting import AgentSetting
@@ -60,8 +60,8 @@ def make_scoring_flag(option: str, *names: str, **more: Any) -> Any:
     return make_option_flag(ScoringOptions, option, SCORING, *names, **more)
 
 
-Planner = Annotated[PlannerChoice, make_scoring_flag("planner", parser=planner_choice)]
-Errata = Annotated[ErrataChoice, make_scoring_flag("errata", parser=errata_choice)]
+Planner = Annotated[PlannerChoice, make_scoring_flag("planner", parser=find_planner_choice)]
+Errata = Annotated[ErrataChoice, make_scoring_flag("errata", parser=find_errata_choice)]
 
 AsJson = Annotated[
     bool, make_flag("--json", help="Print the results as JSON, and nothing else.", panel=OUTPUT)

@@ -44,7 +44,7 @@ from eai.studies.prompts.choice import make_prompts_experiment
 from eai.studies.registry import add_study_summaries
 from eai.studies.variation import Endpoint, FirstStage
 from eai.tasks.prompts.prompt import Prompt, PromptSet
-from eai.tasks.source import ErrataChoice, errata_choice, planner_choice
+from eai.tasks.source import ErrataChoice, find_errata_choice, find_planner_choice
 
 LOGS = "logs"
 SHOWN_TASKS = 5
@@ -107,8 +107,12 @@ def run(
     protocol: Annotated[
         Protocol | None, make_run_flag("protocol", SCORING, parser=Protocol.from_name)
     ] = None,
-    planner: Annotated[PlannerChoice | None, make_run_flag("planner", SCORING, parser=planner_choice)] = None,
-    errata: Annotated[ErrataChoice | None, make_run_flag("errata", SCORING, parser=errata_choice)] = None,
+    planner: Annotated[
+        PlannerChoice | None, make_run_flag("planner", SCORING, parser=find_planner_choice)
+    ] = None,
+    errata: Annotated[
+        ErrataChoice | None, make_run_flag("errata", SCORING, parser=find_errata_choice)
+    ] = None,
     workers: Annotated[int | None, make_run_flag("workers", SCORING)] = None,
     out: Annotated[Path, make_flag(panel=OUTPUT)] = Path("runs"),
     quiet: Annotated[bool, make_flag(panel=OUTPUT)] = False,

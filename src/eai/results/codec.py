@@ -30,7 +30,7 @@ from eai.base.errors import InputError
 from eai.base.json_value import Json
 from eai.results.older_records import NAMES, read_older_experiment, read_older_summaries
 from eai.results.record import AnswerOrigin, Record
-from eai.tasks.options import describe_misfit
+from eai.tasks.options import describe_validation_error
 from eai.tasks.share import GoalTallies
 
 SCHEMA = 4
@@ -382,7 +382,9 @@ def _parse_value(kind: type[T], value: object, *path: str) -> T:
     try:
         read: T = _make_type_adapter(hashable).validate_python(value)
     except ValidationError as error:
-        raise InputError(f"field {describe_misfit(error, within=path, whole='the record')}") from error
+        raise InputError(
+            f"field {describe_validation_error(error, within=path, whole='the record')}"
+        ) from error
     return read
 
 

@@ -42,7 +42,7 @@ from eai.run.solver import (
     split_reply,
 )
 from eai.tasks.prompts.prompt import Prompt
-from eai.tasks.source import ErrataChoice, Source, errata_choice
+from eai.tasks.source import ErrataChoice, Source, find_errata_choice
 from eai.tasks.task import Task
 
 BEGUN = "begun"
@@ -74,7 +74,7 @@ def _open_tasks(benchmark: Benchmark, ability: Ability, errata: ErrataChoice) ->
 def _begin_episode(state: TaskState) -> RecordedGame | None:
     """Begin or resume the episode of a sample from the store; return None if its task cannot be played."""
     metadata = state.metadata
-    errata = errata_choice(metadata.get(ERRATA, ErrataChoice.CURRENT))
+    errata = find_errata_choice(metadata.get(ERRATA, ErrataChoice.CURRENT))
     benchmark = find_benchmark(str(metadata["domain"]))
     task = _open_tasks(benchmark, Ability(metadata["ability"]), errata)[str(state.sample_id)]
     if task.plan_exclusion is not None:

@@ -50,7 +50,7 @@ from eai.run.job import CAPTIONER, ERRATA, PROVIDER, can_model_answer, check_mod
 from eai.run.tasks import convert_input_errors
 from eai.studies.perception.scene_graph import SCENE, read_scene_graph
 from eai.tasks.options import Options
-from eai.tasks.source import ErrataChoice, Source, errata_choice
+from eai.tasks.source import ErrataChoice, Source, find_errata_choice
 from eai.world.action import Action
 
 DEFAULT_NOISE = 0.1
@@ -181,7 +181,7 @@ class _BuiltInModel(ModelAPI):
             "\n\n".join([message.text for message in input]),
             metadata.get(STATED),
             metadata.get(SCENE),
-            Source(errata=errata_choice(metadata.get(ERRATA, ErrataChoice.CURRENT))),
+            Source(errata=find_errata_choice(metadata.get(ERRATA, ErrataChoice.CURRENT))),
             AgentSetting.from_metadata(metadata),
         )
         if takes_turns:

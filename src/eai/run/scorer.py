@@ -52,7 +52,7 @@ from eai.results.trials import make_trial_record, replay_answers
 from eai.run.acting import read_episode_text
 from eai.run.solver import ANSWERS
 from eai.studies.registry import add_study_summaries
-from eai.tasks.source import ErrataChoice, Source, errata_choice, planner_choice
+from eai.tasks.source import ErrataChoice, Source, find_errata_choice, find_planner_choice
 
 _MARK = {True: "✓", False: "✗"}
 
@@ -257,7 +257,7 @@ def make_score(record: Record, epoch: int, *, answered: bool) -> Score:
 
 @cache
 def _open_suite(benchmark: Benchmark, ability: Ability, protocol: str, planner: str, errata: str) -> Suite:
-    source = Source(planner=planner_choice(planner), errata=errata_choice(errata))
+    source = Source(planner=find_planner_choice(planner), errata=find_errata_choice(errata))
     return open_suite(benchmark, ability, Protocol.from_name(protocol), source=source)
 
 

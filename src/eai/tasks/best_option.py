@@ -38,7 +38,7 @@ _MAX_RIVALS = 8
 """Number of sets of greatest value with which each set is compared in the search for dominated sets."""
 
 
-class _MetShare(NamedTuple):
+class _ShareOfMetConditions(NamedTuple):
     """The share of an option's conditions that are met.
 
     Attributes:
@@ -52,7 +52,7 @@ class _MetShare(NamedTuple):
     is_exact: bool = True
 
 
-def best_option(parts: Sequence[Choice], others: int = 0) -> _BestOption:
+def make_best_share_finder(parts: Sequence[Choice], others: int = 0) -> _BestOptionFinder:
     """Return a function that finds the option of a goal with the largest share of met conditions.
 
     It prefers the option with the fewest conditions among options with equal shares.
@@ -61,10 +61,10 @@ def best_option(parts: Sequence[Choice], others: int = 0) -> _BestOption:
         parts: the choices of each part of the goal. An option combines one choice of each part.
         others: number of further conditions, which every option contains.
     """
-    return _BestOption(parts, others)
+    return _BestOptionFinder(parts, others)
 
 
-class _BestOption:
+class _BestOptionFinder:
     """Finds the option with the largest share of met conditions.
 
     Attributes:
@@ -73,28 +73,28 @@ class _BestOption:
 
     def __init__(self, parts: Sequence[Choice], others: int) -> None:
         numbers: dict[f.Atom | f.Occurs, int] = {}
-        root = _simplify(AllOf(tuple(parts)), numbers)
+        root = _number_conditions(AllOf(tuple(parts)), numbers)
         self.atoms = tuple(numbers)
         self._others = others
         self._positive = _positive(len(self.atoms))
         members = root.parts if isinstance(root, AllOf) else (root,)
-        self._fixed = _mask([part for part in members if isinstance(part, int)])
+        self._fixed = _make_condition_mask([part for part in members if isinstance(part, int)])
         choices = tuple([part for part in members if not isinstance(part, int)])
-        compiler = _Compiler(choices, self._fixed, self._positive)
-        self._table: _FindSets = _no_sets
+        compiler = _OptionCompiler(choices, self._fixed, self._positive)
+        self._table: _FindSets = _find_no_sets
         if not _contradicts(self._fixed, self._positive):
             self._table = compiler.table(AllOf(choices))
 
-    def __call__(self, true: int, others_met: int = 0) -> _MetShare:
+    def __call__(self, true: int, others_met: int = 0) -> _ShareOfMetConditions:
         """Return the largest share of met conditions; 0 of 1 if there is no option.
 
         Args:
             true: the atoms that are true, as a bit mask.
             others_met: number of the further conditions that are met.
         """
-        best, is_exact = _MetShare(0, 1), True
+        best, is_exact = _ShareOfMetConditions(0, 1), True
         while True:
-            option = self._best(true, others_met, best)
+            option = self._find_best_share(true, others_met, best)
             is_exact = is_exact and option.is_exact
             gain = option.met * best.total - best.met * option.total
             if gain > 0:
@@ -102,7 +102,9 @@ class _BestOption:
             else:
                 return (option if gain == 0 else best)._replace(is_exact=is_exact)
 
-    def _best(self, true: int, others_met: int, before: _MetShare) -> _MetShare:
+    def _find_best_share(
+        self, true: int, others_met: int, before: _ShareOfMetConditions
+    ) -> _ShareOfMetConditions:
         """Return the shortest option with the largest gain over a share, or this share if there is no option.
 
         The gain is ``total of the share * met - met of the share * total``. The search finds the option with
@@ -123,7 +125,7 @@ class _BestOption:
         value = table[0] + search.value(self._fixed) + others_met * met + (self._others - others_met) * unmet
         total = -value % scale
         gain = (value + total) // scale
-        return _MetShare((gain + before.met * total) // before.total, total, not search.is_cut)
+        return _ShareOfMetConditions((gain + before.met * total) // before.total, total, not search.is_cut)
 
 
 _Counted: TypeAlias = (
@@ -157,27 +159,29 @@ class _OptionSearch:
 _FindSets: TypeAlias = Callable[[_OptionSearch], _SetValues]
 
 
-def _simplify(choice: Choice, numbers: dict[f.Atom | f.Occurs, int]) -> _Counted:
+def _number_conditions(choice: Choice, numbers: dict[f.Atom | f.Occurs, int]) -> _Counted:
     """Return a choice with numbers in place of conditions, and without nested conjunctions."""
     match choice:
         case LiteralChoice(literal):
-            return _number(literal, numbers)
+            return _number_literal(literal, numbers)
         case AllOf(parts):
-            inner = [_simplify(part, numbers) for part in parts]
+            inner = [_number_conditions(part, numbers) for part in parts]
             nested = [part.parts if isinstance(part, AllOf) else (part,) for part in inner]
             return AllOf(tuple([part for group in nested for part in group]))
         case AnyOf(parts):
-            return AnyOf(tuple([_simplify(part, numbers) for part in parts]))
+            return AnyOf(tuple([_number_conditions(part, numbers) for part in parts]))
         case ExactlyOf(count, parts):
-            return ExactlyOf(count, tuple([_simplify(part, numbers) for part in parts]))
+            return ExactlyOf(count, tuple([_number_conditions(part, numbers) for part in parts]))
         case PairingChoice(count, cells):
-            rows = [[None if cell is None else _simplify(cell, numbers) for cell in row] for row in cells]
+            rows = [
+                [None if cell is None else _number_conditions(cell, numbers) for cell in row] for row in cells
+            ]
             return PairingChoice(count, tuple(map(tuple, rows)))
         case _:
             assert_never(choice)
 
 
-def _number(literal: Literal, numbers: dict[f.Atom | f.Occurs, int]) -> int:
+def _number_literal(literal: Literal, numbers: dict[f.Atom | f.Occurs, int]) -> int:
     negated = isinstance(literal, f.Not)
     atom = literal.operand if isinstance(literal, f.Not) else literal
     if not isinstance(atom, (f.Atom, f.Occurs)):
@@ -185,7 +189,7 @@ def _number(literal: Literal, numbers: dict[f.Atom | f.Occurs, int]) -> int:
     return 2 * numbers.setdefault(atom, len(numbers)) + negated
 
 
-def _mask(numbers: Iterable[int]) -> int:
+def _make_condition_mask(numbers: Iterable[int]) -> int:
     return reduce(or_, [1 << number for number in numbers], 0)
 
 
@@ -194,7 +198,7 @@ def _positive(atoms: int) -> int:
     return ((1 << 2 * atoms) - 1) // 3
 
 
-def _negations(conditions: int, positive: int) -> int:
+def _find_negations(conditions: int, positive: int) -> int:
     return (conditions & positive) << 1 | conditions >> 1 & positive
 
 
@@ -203,7 +207,7 @@ def _contradicts(conditions: int, positive: int) -> bool:
     return bool(conditions & conditions >> 1 & positive)
 
 
-def _members(part: _Counted) -> Sequence[_Counted]:
+def _get_direct_parts(part: _Counted) -> Sequence[_Counted]:
     """Return the direct parts of a part of a goal."""
     match part:
         case int():
@@ -216,25 +220,25 @@ def _members(part: _Counted) -> Sequence[_Counted]:
             assert_never(part)
 
 
-class _Compiler:
+class _OptionCompiler:
     """Compiles parts of a goal to functions that find the best sets of their common conditions."""
 
     def __init__(self, choices: Sequence[_Counted], fixed: int, positive: int) -> None:
         self._fixed = fixed
         self._positive = positive
-        self._barred = _negations(fixed, positive)
+        self._barred = _find_negations(fixed, positive)
         self._common: set[int] = set()
         self._occurring = 0
-        self._all = self._count(AllOf(tuple(choices)))
+        self._all = self._count_atom_mentions(AllOf(tuple(choices)))
 
-    def _count(self, part: _Counted) -> Counter[int]:
+    def _count_atom_mentions(self, part: _Counted) -> Counter[int]:
         """Count how many parts mention each atom, and note atoms that members of a joint choice share."""
         if isinstance(part, int):
             if (self._fixed | self._barred) >> part & 1:
                 return Counter()
             self._occurring |= 1 << part
             return Counter((part >> 1,))
-        counts = [self._count(member) for member in _members(part)]
+        counts = [self._count_atom_mentions(member) for member in _get_direct_parts(part)]
         total: Counter[int] = Counter()
         for inner in counts:
             if not isinstance(part, AnyOf):
@@ -246,20 +250,22 @@ class _Compiler:
         """Return the function that finds the best sets of a part's common conditions that are still open."""
         match part:
             case int():
-                return self._condition(part)
+                return self._compile_condition(part)
             case AllOf(parts):
-                return self._all_of(parts)
+                return self._compile_all_of(parts)
             case AnyOf(parts):
-                return self._close_table(_any_of([self.table(member) for member in parts]), part)
+                return self._close_found_sets(_compile_any_of([self.table(member) for member in parts]), part)
             case ExactlyOf(count, parts):
-                return self._close_table(self._some_of(count, [self.table(member) for member in parts]), part)
+                return self._close_found_sets(
+                    self._compile_exactly_of(count, [self.table(member) for member in parts]), part
+                )
             case PairingChoice(count, cells):
                 tables = [[None if cell is None else self.table(cell) for cell in row] for row in cells]
-                return self._close_table(self._pair(count, tables), part)
+                return self._close_found_sets(self._compile_pairing(count, tables), part)
             case _:
                 assert_never(part)
 
-    def _condition(self, number: int) -> _FindSets:
+    def _compile_condition(self, number: int) -> _FindSets:
         if self._fixed >> number & 1:
             return lambda search: {0: 0}
         if self._barred >> number & 1:
@@ -268,16 +274,16 @@ class _Compiler:
             return lambda search: {1 << number: 0}
         return lambda search: {0: search.values[number]}
 
-    def _all_of(self, parts: Sequence[_Counted]) -> _FindSets:
+    def _compile_all_of(self, parts: Sequence[_Counted]) -> _FindSets:
         plain = [part for part in parts if isinstance(part, int) and part >> 1 not in self._common]
         plain = [number for number in plain if not (self._fixed | self._barred) >> number & 1]
         barred = any(isinstance(part, int) and self._barred >> part & 1 for part in parts)
         others = [part for part in parts if not isinstance(part, int) or part >> 1 in self._common]
-        counts = [self._count(part) for part in others]
+        counts = [self._count_atom_mentions(part) for part in others]
         alone: list[tuple[_FindSets, Counter[int]]] = []
         joined: list[tuple[_FindSets, Counter[int]]] = []
         for part, count in zip(others, counts, strict=True):
-            (joined if self._find_open(count) else alone).append((self.table(part), count))
+            (joined if self._find_shared_atoms(count) else alone).append((self.table(part), count))
         steps = self._order_members(joined)
 
         def table(search: _OptionSearch) -> _SetValues:
@@ -291,7 +297,9 @@ class _Compiler:
                 value += sets[0]
             best: _SetValues = {0: value}
             for member, closed in steps:
-                best = self._prune(_close(self._join(best, member(search)), closed, search), search)
+                best = self._prune_condition_sets(
+                    _close_conditions(self._join_condition_sets(best, member(search)), closed, search), search
+                )
             return best
 
         return table
@@ -305,22 +313,22 @@ class _Compiler:
         seen: Counter[int] = Counter()
         left = list(members)
         while left:
-            member = min(left, key=lambda candidate: len(self._find_open(seen + candidate[1])))
+            member = min(left, key=lambda candidate: len(self._find_shared_atoms(seen + candidate[1])))
             left.remove(member)
             seen = seen + member[1]
-            steps.append((member[0], self._find_closed(seen)))
+            steps.append((member[0], self._find_unshared_conditions(seen)))
         return steps
 
-    def _find_open(self, count: Counter[int]) -> list[int]:
+    def _find_shared_atoms(self, count: Counter[int]) -> list[int]:
         """Return the atoms of some parts that other parts mention, too."""
         return [atom for atom, times in count.items() if atom in self._common and times < self._all[atom]]
 
-    def _find_closed(self, count: Counter[int]) -> int:
+    def _find_unshared_conditions(self, count: Counter[int]) -> int:
         """Return the common conditions of some parts that no other part mentions."""
         atoms = [atom for atom, times in count.items() if atom in self._common and times == self._all[atom]]
-        return _mask([number for atom in atoms for number in (2 * atom, 2 * atom + 1)])
+        return _make_condition_mask([number for atom in atoms for number in (2 * atom, 2 * atom + 1)])
 
-    def _some_of(self, count: int, members: Sequence[_FindSets]) -> _FindSets:
+    def _compile_exactly_of(self, count: int, members: Sequence[_FindSets]) -> _FindSets:
         def table(search: _OptionSearch) -> _SetValues:
             tables = [sets for member in members if (sets := member(search))]
             if all(sets.keys() == {0} for sets in tables):
@@ -329,24 +337,24 @@ class _Compiler:
             best: list[_SetValues] = [{0: 0}, *[{} for _ in range(count)]]
             for sets in tables:
                 for size in range(count, 0, -1):
-                    _improve(best[size], self._join(best[size - 1], sets))
-                    best[size] = self._prune(best[size], search)
+                    _keep_better_sets(best[size], self._join_condition_sets(best[size - 1], sets))
+                    best[size] = self._prune_condition_sets(best[size], search)
             return best[count]
 
         return table
 
-    def _pair(self, count: int, cells: Sequence[Sequence[_FindSets | None]]) -> _FindSets:
+    def _compile_pairing(self, count: int, cells: Sequence[Sequence[_FindSets | None]]) -> _FindSets:
         def table(search: _OptionSearch) -> _SetValues:
             rows = [[{} if cell is None else cell(search) for cell in row] for row in cells]
             if all(sets.keys() <= {0} for row in rows for sets in row):
                 weights = [[sets.get(0) for sets in row] for row in rows]
                 pairs = find_heaviest_matching(weights, count)
                 return {} if pairs is None else {0: sum([weights[row][column] or 0 for row, column in pairs])}
-            return self._pair_by_sets(count, rows, search)
+            return self._pair_row_by_row(count, rows, search)
 
         return table
 
-    def _pair_by_sets(
+    def _pair_row_by_row(
         self, count: int, rows: Sequence[Sequence[_SetValues]], search: _OptionSearch
     ) -> _SetValues:
         """Return the best sets of a pairing, row by row, for every set of columns used so far."""
@@ -356,18 +364,20 @@ class _Compiler:
             for taken, sets in best.items():
                 for column, cell in enumerate(row):
                     if cell and not taken >> column & 1 and taken.bit_count() < count:
-                        _improve(wider.setdefault(taken | 1 << column, {}), self._join(sets, cell))
-            best = {taken: self._prune(sets, search) for taken, sets in wider.items()}
+                        _keep_better_sets(
+                            wider.setdefault(taken | 1 << column, {}), self._join_condition_sets(sets, cell)
+                        )
+            best = {taken: self._prune_condition_sets(sets, search) for taken, sets in wider.items()}
             if len(best) > _MAX_SETS:
                 search.is_cut = True
                 best = dict(nlargest(_MAX_SETS, best.items(), key=lambda item: item[0].bit_count()))
         last: _SetValues = {}
         for taken, sets in best.items():
             if taken.bit_count() == count:
-                _improve(last, sets)
+                _keep_better_sets(last, sets)
         return last
 
-    def _join(self, left: _SetValues, right: _SetValues) -> _SetValues:
+    def _join_condition_sets(self, left: _SetValues, right: _SetValues) -> _SetValues:
         """Return all unions of a set of one member and a set of the other, without contradictory unions."""
         joined: _SetValues = {}
         for one, value in left.items():
@@ -380,18 +390,18 @@ class _Compiler:
                     joined[both] = total
         return joined
 
-    def _close_table(self, table: _FindSets, part: _Counted) -> _FindSets:
-        closed = self._find_closed(self._count(part))
+    def _close_found_sets(self, table: _FindSets, part: _Counted) -> _FindSets:
+        closed = self._find_unshared_conditions(self._count_atom_mentions(part))
         if not closed:
             return table
-        return lambda search: _close(table(search), closed, search)
+        return lambda search: _close_conditions(table(search), closed, search)
 
-    def _prune(self, sets: _SetValues, search: _OptionSearch) -> _SetValues:
+    def _prune_condition_sets(self, sets: _SetValues, search: _OptionSearch) -> _SetValues:
         """Return the sets of conditions without dominated sets, and at most `_MAX_SETS` of them."""
         if len(sets) <= _MAX_UNPRUNED_SETS:
             return sets
         rivals = nlargest(_MAX_RIVALS, sets, key=lambda each: sets[each] + search.value(each))
-        gains = _mask([number for number, value in enumerate(search.values) if value > 0])
+        gains = _make_condition_mask([number for number, value in enumerate(search.values) if value > 0])
 
         def is_dominated(conditions: int) -> bool:
             for rival in rivals:
@@ -413,35 +423,35 @@ class _Compiler:
         return {each: kept[each] for each in best}
 
     def _may_contradict(self, conditions: int) -> bool:
-        return bool(_negations(conditions, self._positive) & self._occurring)
+        return bool(_find_negations(conditions, self._positive) & self._occurring)
 
 
-def _no_sets(search: _OptionSearch) -> _SetValues:
+def _find_no_sets(search: _OptionSearch) -> _SetValues:
     return {}
 
 
-def _any_of(members: Sequence[_FindSets]) -> _FindSets:
+def _compile_any_of(members: Sequence[_FindSets]) -> _FindSets:
     def table(search: _OptionSearch) -> _SetValues:
         best: _SetValues = {}
         for member in members:
-            _improve(best, member(search))
+            _keep_better_sets(best, member(search))
         return best
 
     return table
 
 
-def _improve(best: _SetValues, others: _SetValues) -> None:
+def _keep_better_sets(best: _SetValues, others: _SetValues) -> None:
     """Add sets of conditions with their values to `best`; a set in both keeps the greater value."""
     for conditions, value in others.items():
         if value > best.get(conditions, value - 1):
             best[conditions] = value
 
 
-def _close(sets: _SetValues, closed: int, search: _OptionSearch) -> _SetValues:
+def _close_conditions(sets: _SetValues, closed: int, search: _OptionSearch) -> _SetValues:
     """Remove conditions from the sets that no further part can choose, and add their values."""
     if not closed:
         return sets
     best: _SetValues = {}
     for conditions, value in sets.items():
-        _improve(best, {conditions & ~closed: value + search.value(conditions & closed)})
+        _keep_better_sets(best, {conditions & ~closed: value + search.value(conditions & closed)})
     return best

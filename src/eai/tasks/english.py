@@ -97,7 +97,7 @@ PLAIN_ENGLISH = English()
 """English whose words are the names of predicates and categories. No goal is implausible."""
 
 
-def read_english(package: str) -> English:
+def read_english_words(package: str) -> English:
     """Read the file ``english.toml`` of a package."""
     text = (files(package) / FILE).read_text(encoding="utf-8")
     return TypeAdapter(English).validate_python(parse_toml(text))
@@ -161,7 +161,7 @@ USUAL_STYLE = PhraseStyle()
 """The style that always picks the usual wording."""
 
 
-def sentences_of(predicate: str, arity: int, english: English) -> Sequence[str]:
+def make_predicate_sentences(predicate: str, arity: int, english: English) -> Sequence[str]:
     """Return sentences that state a predicate, the usual one first, as in ``{x} is on top of {y}``."""
     sentences = english.says.get(predicate)
     if sentences is not None:

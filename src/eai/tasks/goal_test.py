@@ -11,7 +11,7 @@ from eai.logic.choice import Choice, build_choice_tree
 from eai.logic.formula import FALSE, Atom, Formula, Occurs, Or, Variable, get_operands
 from eai.logic.semantics import holds
 from eai.logic.traversal import is_state_formula, walk_subformulas
-from eai.tasks.best_option import best_option
+from eai.tasks.best_option import make_best_share_finder
 from eai.tasks.share import GoalTallies, Share
 from eai.tasks.task import Goal, GoalKind, Task
 from eai.world.action import Action
@@ -88,11 +88,11 @@ class GoalTest:
             ]
         )
         self._state_tests = tuple([test for i, test in enumerate(self._tests) if i not in passed_over])
-        self._actions = tuple([alternative_actions(goal) for goal in task.goals_of(GoalKind.ACTION)])
-        shares = [_count_halves(goal) for goal in task.asked_goals]
+        self._actions = tuple([find_alternative_actions(goal) for goal in task.goals_of(GoalKind.ACTION)])
+        shares = [_count_half_goals(goal) for goal in task.goals_without_hazards]
         shares += [(0, 0, 0)] * (len(task.goals) - len(shares))
         self._shares = tuple([tuple([share[kind] for share in shares]) for kind in range(3)])
-        self._totals = tuple([_to_count(sum(of_kind)) for of_kind in self._shares])
+        self._totals = tuple([_halve_count(sum(of_kind)) for of_kind in self._shares])
         self.none_reached: tuple[bool, ...] = (False,) * len(task.goals)
         self._tally_cache: dict[tuple[bool, ...], GoalTallies] = {}
 
@@ -141,7 +141,9 @@ class GoalTest:
             actions: the names of the executed actions, in order.
             reached: for each goal, in order, whether the plan reaches it.
         """
-        return self._option_conditions.find_share(final, reached, _are_met_in_turn(self._actions, actions))
+        return self._option_conditions.find_best_share(
+            final, reached, _are_met_in_turn(self._actions, actions)
+        )
 
     @cached_property
     def none_met(self) -> Share:
@@ -159,7 +161,7 @@ class GoalTest:
         """
         tallies = self._tally_cache.get(reached)
         if tallies is None:
-            satisfied = [_to_count(sum(map(mul, reached, of_kind))) for of_kind in self._shares]
+            satisfied = [_halve_count(sum(map(mul, reached, of_kind))) for of_kind in self._shares]
             tallies = self._tally_cache[reached] = GoalTallies(*map(Share, satisfied, self._totals))
         return tallies
 
@@ -168,7 +170,7 @@ class GoalTest:
 
         The argument has the alternative actions of each goal.
         """
-        return find_longest_run(goals, actions)
+        return find_longest_met_series(goals, actions)
 
 
 class _OptionConditions:
@@ -185,11 +187,11 @@ class _OptionConditions:
         for number, goal in enumerate(task.goals):
             if goal.kind is GoalKind.ACTION:
                 self._has_actions = True
-            elif (choice := _choice(goal, task.scene)) is not None:
+            elif (choice := _make_goal_choice(goal, task.scene)) is not None:
                 choices.append(choice)
             else:
                 self._whole.append(number)
-        self._best = best_option(choices, len(self._whole) + self._has_actions)
+        self._best = make_best_share_finder(choices, len(self._whole) + self._has_actions)
         frame = SlotAllocator(())
         conditions = ConditionCompiler(task.scene.vocabulary, frame)
         self._truths = [conditions.compile_test(atom) for atom in self._best.atoms]
@@ -197,7 +199,7 @@ class _OptionConditions:
         self._known: dict[tuple[int, int], Share] = {}
         self.none_met = Share(0, max(1, self._best(0).total))
 
-    def find_share(self, final: State, reached: Sequence[bool], acts_in_order: bool) -> Share:
+    def find_best_share(self, final: State, reached: Sequence[bool], acts_in_order: bool) -> Share:
         """Return the share of met conditions in the option with the largest share.
 
         `reached` has for each goal, in order, whether it is reached. It decides goals that count as one
@@ -219,7 +221,7 @@ class _OptionConditions:
         return share
 
 
-def _choice(goal: Goal, scene: Scene) -> Choice | None:
+def _make_goal_choice(goal: Goal, scene: Scene) -> Choice | None:
     """Return the options of a goal, or None if the goal counts as one condition."""
     if goal.is_over_time:
         return None
@@ -238,12 +240,12 @@ def solves(domain: Domain, task: Task, plan: Sequence[Action]) -> bool:
     )
 
 
-def alternative_actions(goal: Goal) -> tuple[str, ...]:
+def find_alternative_actions(goal: Goal) -> tuple[str, ...]:
     """Return the actions that meet an action goal."""
     return tuple([part.action for part in get_operands(goal.formula, Or) if isinstance(part, Occurs)])
 
 
-def remaining_goals(task: Task, actions: Sequence[str]) -> tuple[Goal, ...]:
+def find_remaining_goals(task: Task, actions: Sequence[str]) -> tuple[Goal, ...]:
     """Return the goals of a task that remain after some actions.
 
     An action goal is met by one of its alternative actions. The action goals are met in order, each by the
@@ -251,12 +253,12 @@ def remaining_goals(task: Task, actions: Sequence[str]) -> tuple[Goal, ...]:
     """
     wanted = list(task.goals_of(GoalKind.ACTION))
     for name in actions:
-        if wanted and name in alternative_actions(wanted[0]):
+        if wanted and name in find_alternative_actions(wanted[0]):
             del wanted[0]
     return tuple([goal for goal in task.goals if goal.kind is not GoalKind.ACTION or goal in wanted])
 
 
-def find_longest_run(goals: Sequence[tuple[str, ...]], actions: Sequence[str]) -> tuple[int, ...]:
+def find_longest_met_series(goals: Sequence[tuple[str, ...]], actions: Sequence[str]) -> tuple[int, ...]:
     """Return the indices of the longest series of goals that the actions meet in order.
 
     If several series are equally long, the one that is met first is returned.
@@ -279,7 +281,7 @@ def _are_met_in_turn(goals: Sequence[tuple[str, ...]], actions: Sequence[str]) -
     return all(any(action in wanted for action in left) for wanted in goals)
 
 
-def _count_halves(goal: Goal) -> tuple[int, int, int]:
+def _count_half_goals(goal: Goal) -> tuple[int, int, int]:
     """Return the numbers of halves with which a goal counts as a state, a relation and an action goal."""
     if goal.kind is GoalKind.ACTION:
         return 0, 0, 2
@@ -289,5 +291,5 @@ def _count_halves(goal: Goal) -> tuple[int, int, int]:
     return (0, 2, 0) if binary == {True} else (2, 0, 0)
 
 
-def _to_count(number: int) -> int | float:
+def _halve_count(number: int) -> int | float:
     return number / 2 if number % 2 else number // 2

@@ -24,7 +24,7 @@ from eai.world.frame import AGENT
 from eai.world.state import Scene, State
 
 
-def lexicon_of_goals(domain: Domain, scene: Scene) -> FormulaLexicon:
+def make_goal_lexicon(domain: Domain, scene: Scene) -> FormulaLexicon:
     """Return the lexicon for texts of goals: the declared names. Actions in goals may lack their objects."""
     lexicon = make_declared_lexicon(domain, scene)
     signature = replace(lexicon.signature, actions=dict.fromkeys(lexicon.signature.actions), parsed={})
@@ -37,7 +37,7 @@ def read_goal(text: str, domain: Domain, scene: Scene) -> f.Formula:
     Raises:
         InputError: the text does not parse, or does not fit the scene. The message names the expected text.
     """
-    lexicon = lexicon_of_goals(domain, scene)
+    lexicon = make_goal_lexicon(domain, scene)
     signature = lexicon.signature
     stated, offences = read_formula(text, signature)
     for offence in offences:
@@ -53,11 +53,11 @@ def read_goal(text: str, domain: Domain, scene: Scene) -> f.Formula:
                 raise InputError(f"{describe_arity(action.action, wanted, 'object')}, not {actual}")
     elif actions and not _is_action_choice(formula):
         raise InputError("expected actions without objects, joined by 'or'")
-    check_goal(formula, scene)
+    check_goal_names(formula, scene)
     return formula
 
 
-def check_goal(formula: f.Formula, scene: Scene) -> None:
+def check_goal_names(formula: f.Formula, scene: Scene) -> None:
     """Check that a goal uses only objects of a scene and predicates of its vocabulary.
 
     Raises:
@@ -112,7 +112,7 @@ def make_task(
             if isinstance(stated, str):
                 formulas.append(read_goal(stated, domain or Domain("", scene.vocabulary, ()), scene))
             else:
-                check_goal(stated, scene)
+                check_goal_names(stated, scene)
                 formulas.append(stated)
     everything = tuple(range(len(scene.objects)))
     return Task(task_id, title or task_id, instruction, initial, tuple(map(goal, formulas)), everything)

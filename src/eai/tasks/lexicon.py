@@ -47,7 +47,7 @@ class FormulaLexicon:
     unobserved_objects: Collection[str] = frozenset()
 
     @cached_property
-    def _names(self) -> Mapping[int, str]:
+    def _object_names(self) -> Mapping[int, str]:
         return {index: name for name, index in self.objects.items()}
 
     @cached_property
@@ -60,27 +60,27 @@ class FormulaLexicon:
 
     def name(self, index: int) -> str:
         """Return the name of an object."""
-        return self._names[index]
+        return self._object_names[index]
 
     def write_literal(self, literal: GroundAtom) -> f.Formula:
         """Return a ground literal as a formula with the names of texts."""
         name = literal.predicate
         spoken = name in self.signature.predicates and name not in self.predicates
         word = name if spoken else self._predicate_words.get(name, name)
-        atom = f.Atom(word, self._terms(literal.arguments))
+        atom = f.Atom(word, self._make_terms(literal.arguments))
         return atom if literal.truth else f.Not(atom)
 
     def write_action(self, action: Action) -> f.Occurs:
         """Return a ground action as a formula with the names of texts."""
         return f.Occurs(
-            self._action_words.get(action.operator, action.operator), self._terms(action.arguments)
+            self._action_words.get(action.operator, action.operator), self._make_terms(action.arguments)
         )
 
     def names_action(self, operator: str) -> bool:
         """Whether texts have a name for an action of the domain."""
         return self._action_words.get(operator, operator) in self.signature.actions
 
-    def candidate_predicates(self, arity: int, first: str) -> Iterator[str]:
+    def find_predicates_of_arity(self, arity: int, first: str) -> Iterator[str]:
         """Yield the domain's predicates that have a given arity and a name in texts.
 
         If the predicate `first` is among them, it comes first.
@@ -95,7 +95,7 @@ class FormulaLexicon:
         atom, truth = (formula.operand, False) if isinstance(formula, f.Not) else (formula, True)
         if not isinstance(atom, f.Atom) or atom.predicate in self.unobserved:
             return None
-        arguments = self._indices(atom.arguments)
+        arguments = self._find_object_indices(atom.arguments)
         if arguments is None or atom.predicate in self.categories:
             return None
         return GroundAtom(self.predicates.get(atom.predicate, atom.predicate), arguments, truth)
@@ -106,16 +106,16 @@ class FormulaLexicon:
         Raises:
             InputError: an argument is not an object.
         """
-        arguments = self._indices(formula.arguments)
+        arguments = self._find_object_indices(formula.arguments)
         if arguments is None:
             raise InputError(f"{formula.action}: an argument is no object")
         return Action(self.actions.get(formula.action, formula.action), arguments)
 
-    def is_class(self, name: str) -> bool:
+    def is_class_name(self, name: str) -> bool:
         """Whether a name is the name of a class. Such a name stands for any object of the class."""
         return name not in self.objects and name not in self.unobserved_objects
 
-    def is_unobserved(self, formula: f.Formula) -> bool:
+    def has_unknown_names(self, formula: f.Formula) -> bool:
         """Whether a formula has a predicate or an object that the domain does not know."""
         names = find_object_names(formula) if self.unobserved_objects else ()
         return any(name in self.unobserved for name in find_predicates(formula)) or any(
@@ -156,12 +156,12 @@ class FormulaLexicon:
         index = self.objects.get(term.name) if isinstance(term, f.Constant) else None
         return term if index is None else f.Constant(self.scene.objects[index].name)
 
-    def _indices(self, terms: Iterable[f.Term]) -> tuple[int, ...] | None:
+    def _find_object_indices(self, terms: Iterable[f.Term]) -> tuple[int, ...] | None:
         index = self.objects
         indices = [index[t.name] for t in terms if isinstance(t, f.Constant) and t.name in index]
         return tuple(indices) if len(indices) == len(tuple(terms)) else None
 
-    def _terms(self, arguments: Iterable[int]) -> tuple[f.Term, ...]:
+    def _make_terms(self, arguments: Iterable[int]) -> tuple[f.Term, ...]:
         return tuple([f.Constant(self.name(i)) for i in arguments])
 
 
@@ -180,7 +180,7 @@ def _rename_leaf(
             return f.Equals(change(left), change(right))
 
 
-def objects_and_classes(objects: Iterable[str], scene: Scene) -> frozenset[str]:
+def list_objects_and_classes(objects: Iterable[str], scene: Scene) -> frozenset[str]:
     """Return the names of the objects and classes of a scene.
 
     The name of a class stands for any of its objects.
@@ -199,6 +199,6 @@ def make_declared_lexicon(domain: Domain, scene: Scene) -> FormulaLexicon:
     signature = Signature(
         {word: vocabulary.find_arity(name) for word, name in predicates.items()},
         {word: domain.operator_arities[name] for word, name in actions.items()},
-        objects_and_classes(objects, scene),
+        list_objects_and_classes(objects, scene),
     )
     return FormulaLexicon(scene, signature, objects, predicates, actions)

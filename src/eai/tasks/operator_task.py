@@ -51,7 +51,7 @@ The actions end before the first step that stands for no action.
 """
 
 
-def _no_actions(task: Task, steps: Sequence[PlanStep]) -> Sequence[Action]:
+def _find_no_actions(task: Task, steps: Sequence[PlanStep]) -> Sequence[Action]:
     return ()
 
 
@@ -74,7 +74,7 @@ class TransitionTask:
     operators: tuple[str, ...]
     categories: tuple[Category, ...]
     problem_text: str
-    actions_of: ActionsOf = _no_actions
+    actions_of: ActionsOf = _find_no_actions
 
     @cached_property
     def problem(self) -> PddlProblem:
@@ -101,20 +101,22 @@ def make_transition_tasks(
     Args:
         domain: the declaration of the domain.
         tasks: the domain's tasks.
-        categories: mapping from PDDL names of some predicates to their categories; `default_categories` gives
-            all others.
+        categories: mapping from PDDL names of some predicates to their categories; the others come from
+            `make_default_categories`.
     """
     chosen_tasks = {
-        task_id: task for task_id, task in tasks.items() if _conditions(task) and task.unsolvable is None
+        task_id: task
+        for task_id, task in tasks.items()
+        if _list_condition_goals(task) and task.unsolvable is None
     }
     if not chosen_tasks:
         return {}
     sources = [
-        ProblemSource(task_id, task.initial, tuple(goal.formula for goal in _conditions(task)))
+        ProblemSource(task_id, task.initial, tuple(goal.formula for goal in _list_condition_goals(task)))
         for task_id, task in chosen_tasks.items()
     ]
     exported = export_problems(domain, sources, invisible=False)
-    all_categories = {**default_categories(exported[0].domain), **(categories or {})}
+    all_categories = {**make_default_categories(exported[0].domain), **(categories or {})}
     library = OperatorLibrary(
         header=replace(exported[0].domain, actions=()),
         operators={action.name: write_operator_text(action) for action in exported[0].domain.actions},
@@ -125,8 +127,8 @@ def make_transition_tasks(
         task_id: TransitionTask(
             task_id,
             library,
-            tuple(_operators(_plan(domain, task, planner), problem, library)),
-            _task_categories(problem, all_categories),
+            tuple(_find_plan_operators(_plan(domain, task, planner), problem, library)),
+            _sort_goal_categories(problem, all_categories),
             write_problem(problem.problem),
             partial(_find_exported_actions, problem),
         )
@@ -147,7 +149,7 @@ def _find_exported_actions(
     return actions
 
 
-def default_categories(domain: PddlDomain) -> dict[str, Category]:
+def make_default_categories(domain: PddlDomain) -> dict[str, Category]:
     """Return the category of every predicate, by its arity and by whether an operator changes it."""
     changing = {atom.predicate for action in domain.actions for atom in find_effect_atoms(action.effect)}
     changing |= {axiom.name for axiom in domain.axioms}
@@ -165,7 +167,7 @@ def default_categories(domain: PddlDomain) -> dict[str, Category]:
     return categories
 
 
-def _conditions(task: Task) -> Sequence[Goal]:
+def _list_condition_goals(task: Task) -> Sequence[Goal]:
     return [goal for goal in task.without_goals_over_time.goals if goal.kind is not GoalKind.ACTION]
 
 
@@ -178,13 +180,17 @@ def _plan(domain: Domain, task: Task, planner: Planner) -> Sequence[Action]:
     return find_plan(task, planner).plan
 
 
-def _operators(plan: Sequence[Action], exported: ExportedProblem, library: OperatorLibrary) -> Iterator[str]:
+def _find_plan_operators(
+    plan: Sequence[Action], exported: ExportedProblem, library: OperatorLibrary
+) -> Iterator[str]:
     """Return the operators in a plan, in the order of the domain; all operators if the plan is empty."""
     used = {exported.step(action).action for action in plan} or set(library.operators)
     return (name for name in library.operators if name in used)
 
 
-def _task_categories(exported: ExportedProblem, categories: Mapping[str, Category]) -> tuple[Category, ...]:
+def _sort_goal_categories(
+    exported: ExportedProblem, categories: Mapping[str, Category]
+) -> tuple[Category, ...]:
     """Return the categories of the predicates in the goal, the most frequent first."""
     atoms = (part for part in walk_subformulas(exported.problem.goal) if isinstance(part, Atom))
     counts = Counter(categories[atom.predicate] for atom in atoms)

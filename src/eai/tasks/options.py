@@ -1,6 +1,6 @@
 """Options: typed settings of runs and files, each with a description and limits.
 
-`describe_misfit` turns a validation error into a message for the person who wrote the value.
+`describe_validation_error` turns a validation error into a message for the person who wrote the value.
 """
 
 from __future__ import annotations
@@ -34,7 +34,7 @@ _BRANCHES = ("str", "list[str]")
 """Names of types that pydantic appends to the path of a value if the value may have several types."""
 
 
-def describe_misfit(
+def describe_validation_error(
     error: ValidationError, known: Iterable[str] = (), within: Iterable[str] = (), whole: str = "the line"
 ) -> str:
     """Return the first error of a validation in words: the path of the value, the expectation, and the value.
@@ -56,11 +56,11 @@ def describe_misfit(
         problem = "is missing"
     else:
         expected = _EXPECTED.get(kind, first["msg"].replace("Input should be", "expected"))
-        problem = f"{expected}{_describe_input(first['input'])}"
+        problem = f"{expected}{_describe_wrong_value(first['input'])}"
     return f"{'.'.join(path)}: {problem}"
 
 
-def _describe_input(value: Any) -> str:
+def _describe_wrong_value(value: Any) -> str:
     """Return the end of a message, which shows the value if it is short; an empty text for a long value."""
     shown = repr(value)
     return f", found {shown}" if len(shown) <= 60 else ""
@@ -102,7 +102,7 @@ class Options(BaseModel):
         except ValidationError as error:
             members = f" ({section} has {', '.join(cls.model_fields)})"
             unknown = error.errors()[0]["type"] == "extra_forbidden"
-            problem = describe_misfit(error, cls.model_fields, [section], section)
+            problem = describe_validation_error(error, cls.model_fields, [section], section)
             raise InputError(f"{problem}{members if unknown else ''}") from error
 
     @classmethod
@@ -116,7 +116,7 @@ class Options(BaseModel):
             return cls.model_validate(read_toml(file))
         except ValidationError as error:
             raise InputError(
-                f"{file}: {describe_misfit(error, cls.model_fields, whole='the file')}"
+                f"{file}: {describe_validation_error(error, cls.model_fields, whole='the file')}"
             ) from error
 
     @classmethod

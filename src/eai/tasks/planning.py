@@ -8,7 +8,7 @@ from typing import TypeAlias
 from eai.planning.planner import Planner, PlanningGoal
 from eai.planning.possible import find_unreachable_goals
 from eai.planning.search import Limits, SearchEnd, SearchResult
-from eai.tasks.goal_test import alternative_actions
+from eai.tasks.goal_test import find_alternative_actions
 from eai.tasks.task import GoalKind, Task
 from eai.world.action import Action
 from eai.world.domain import Domain
@@ -25,7 +25,7 @@ def to_planning_goal(task: Task) -> PlanningGoal:
     task = task.without_goals_over_time
     return PlanningGoal(
         conditions=tuple(goal.formula for goal in task.goals if goal.kind is not GoalKind.ACTION),
-        actions=tuple(map(alternative_actions, task.goals_of(GoalKind.ACTION))),
+        actions=tuple(map(find_alternative_actions, task.goals_of(GoalKind.ACTION))),
     )
 
 
@@ -34,7 +34,7 @@ def find_plan(task: Task, planner: Planner, limits: Limits | None = None) -> Sea
     return planner.plan(task.initial, to_planning_goal(task), task.planning_objects, limits)
 
 
-def why_no_plan(end: SearchEnd) -> str:
+def explain_missing_plan(end: SearchEnd) -> str:
     """Return the reason why a search found no plan, or an empty text if it found a plan."""
     match end:
         case SearchEnd.SOLVED:

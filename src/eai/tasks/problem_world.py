@@ -38,7 +38,7 @@ from eai.world.state import Fact, Scene, State, WorldObject
 _SUFFIX = ".pddl"
 
 
-def open_folder(folder: Path) -> tuple[Domain, TaskSet[Task]]:
+def open_pddl_folder(folder: Path) -> tuple[Domain, TaskSet[Task]]:
     """Read the only domain file below a folder, and all other ``.pddl`` files below it as problems.
 
     Raises:
@@ -52,7 +52,7 @@ def open_folder(folder: Path) -> tuple[Domain, TaskSet[Task]]:
     problems = [file for file in files if file not in domains]
     if not problems:
         raise InputError(f"{folder}: expected problems in files *{_SUFFIX}, beside the domain {domains[0]}")
-    return _open(domains[0], lambda: problems)
+    return _open_domain_and_problems(domains[0], lambda: problems)
 
 
 def open_pddl(domain_file: Path, problems: Path) -> tuple[Domain, TaskSet[Task]]:
@@ -64,10 +64,12 @@ def open_pddl(domain_file: Path, problems: Path) -> tuple[Domain, TaskSet[Task]]
     Raises:
         InputError: a file cannot be read. The message names each file, the line and the expected text.
     """
-    return _open(domain_file, lambda: _problem_paths(domain_file, problems))
+    return _open_domain_and_problems(domain_file, lambda: _find_problem_files(domain_file, problems))
 
 
-def _open(domain_file: Path, problems: Callable[[], Sequence[Path]]) -> tuple[Domain, TaskSet[Task]]:
+def _open_domain_and_problems(
+    domain_file: Path, problems: Callable[[], Sequence[Path]]
+) -> tuple[Domain, TaskSet[Task]]:
     text = read_text(domain_file)
     domain = read_domain_text(text, domain_file)
     try:
@@ -81,13 +83,13 @@ def _open(domain_file: Path, problems: Callable[[], Sequence[Path]]) -> tuple[Do
     tasks: dict[str, Task] = {}
     for file in files:
         name = file.problem.name if names[file.problem.name] == 1 else file.path.stem
-        tasks[name] = _task(name, file, declaration)
+        tasks[name] = _make_problem_task(name, file, declaration)
     texts = [text, *(f"{name}\0{file.text}" for name, file in zip(tasks, files, strict=True))]
     digest = hashlib.sha256("\0".join(texts).encode()).hexdigest()
     return declaration.domain, TaskSet(tasks, tasks.__getitem__, digest)
 
 
-def _problem_paths(domain_file: Path, problems: Path) -> Sequence[Path]:
+def _find_problem_files(domain_file: Path, problems: Path) -> Sequence[Path]:
     if not problems.is_dir():
         return (problems,)
     inside = (path for path in problems.glob(f"*{_SUFFIX}") if path.is_file())
@@ -98,7 +100,7 @@ def _problem_paths(domain_file: Path, problems: Path) -> Sequence[Path]:
     return paths
 
 
-def _task(name: str, file: ProblemFile, declaration: DeclaredDomain) -> Task:
+def _make_problem_task(name: str, file: ProblemFile, declaration: DeclaredDomain) -> Task:
     initial, goals = declaration.problem(file.problem)
     wanted = "; ".join(map(write_formula, goals))
     return Task(
@@ -122,7 +124,7 @@ The function returns the initial state, and a function that converts the problem
 """
 
 
-def make_header(
+def make_domain_header(
     name: str, types: Iterable[str], constants: Mapping[str, str], arities: Mapping[str, int]
 ) -> PddlDomain:
     """Return a domain without operators: types, typed constants, and predicates with their arity."""
@@ -141,7 +143,7 @@ def _make_predicate(name: str, arity: int) -> PddlPredicate:
 
 
 @dataclass(frozen=True)
-class _DeclaredNames:
+class _ProblemConverter:
     """A declared domain with its names as problems spell them. Its objects have the categories of its tasks.
 
     Attributes:
@@ -183,7 +185,7 @@ class _DeclaredNames:
             if self.domain.vocabulary.find_stored(name) is not None
         ]
         names = {word: thing.name for word, thing in spelt.items()}
-        return scene.state(facts), lambda formula: self._meaning(formula, names)
+        return scene.state(facts), lambda formula: self._to_declared_names(formula, names)
 
     def _to_object(self, item: TypedName) -> WorldObject:
         if item.name == AGENT.name and self.agent is not None:
@@ -191,7 +193,7 @@ class _DeclaredNames:
         category = self.categories.get(item.type, item.type)
         return WorldObject(self.names.get((item.name, category), item.name), category)
 
-    def _meaning(self, formula: f.Formula, names: Mapping[str, str]) -> f.Formula:
+    def _to_declared_names(self, formula: f.Formula, names: Mapping[str, str]) -> f.Formula:
         """Return the condition with the spelled names replaced by those of the declaration."""
 
         def meant(term: f.Term) -> f.Term:
@@ -209,12 +211,14 @@ class _DeclaredNames:
             case f.Equals():
                 return map_terms(formula, meant)
             case f.ForAll(variable, body) | f.Exists(variable, body) | f.Exactly(_, variable, body):
-                return replace(formula, variable=self._to_category(variable), body=self._meaning(body, names))
+                return replace(
+                    formula, variable=self._to_category(variable), body=self._to_declared_names(body, names)
+                )
             case f.ForPairs(first, second, body):
                 first, second = self._to_category(first), self._to_category(second)
-                return replace(formula, first=first, second=second, body=self._meaning(body, names))
+                return replace(formula, first=first, second=second, body=self._to_declared_names(body, names))
             case _:
-                return map_subformulas(formula, lambda part: self._meaning(part, names))
+                return map_subformulas(formula, lambda part: self._to_declared_names(part, names))
 
     def _to_category(self, variable: f.Variable) -> f.Variable:
         """Return a quantified variable with its category; without a category if its type is the root type."""
@@ -244,7 +248,7 @@ def make_pddl_world(domain: Domain, tasks: Iterable[Task]) -> ProblemWorld:
     }
     order = glossary.precedes(f.Variable("x"), f.Variable("y")).predicate
     arities = {**dict.fromkeys(kinds, 1), **dict.fromkeys(performed, 0), order: 2}
-    predicates = (*declared.header.predicates, *make_header("", (), {}, arities).predicates)
+    predicates = (*declared.header.predicates, *make_domain_header("", (), {}, arities).predicates)
     header = replace(declared.header, constants=tuple(constants), predicates=predicates)
     return header, replace(
         declared, header=header, kinds=kinds, performed=performed, order=order
@@ -253,7 +257,7 @@ def make_pddl_world(domain: Domain, tasks: Iterable[Task]) -> ProblemWorld:
 
 def _read_declaration(
     domain: Domain, tasks: Iterable[Task], spell: Callable[[str], str], predicates: Mapping[str, str]
-) -> _DeclaredNames:
+) -> _ProblemConverter:
     """Return the declared names of a domain, with the objects and categories of its tasks."""
     scenes = [task.scene for task in tasks]
     things = dict.fromkeys([thing for scene in scenes for thing in scene.objects])
@@ -262,9 +266,9 @@ def _read_declaration(
     agent = agents[0] if agents else None
     constants = {AGENT.name: spell(agent.category)} if agent is not None else {}
     arities = {word: domain.vocabulary.find_arity(name) or 0 for word, name in predicates.items()}
-    return _DeclaredNames(
+    return _ProblemConverter(
         domain,
-        make_header(spell(domain.name), categories, constants, arities),
+        make_domain_header(spell(domain.name), categories, constants, arities),
         predicates,
         {},
         {},

@@ -63,7 +63,7 @@ class DomainRules:
         return FormulaEvaluator(self.domain.vocabulary)
 
     @cached_property
-    def hidden_memory(self) -> frozenset[str]:
+    def hidden_changing_predicates(self) -> frozenset[str]:
         """The stored predicates that operators can change but prompts never show."""
         predicates = self.domain.vocabulary.predicates
         return frozenset([p.name for p in predicates if not p.visible and not p.static])
@@ -78,7 +78,8 @@ class DomainRules:
     def changed_predicates(self) -> Mapping[str, frozenset[str]]:
         """Mapping from the name of each operator to the visible predicates that it changes."""
         return {
-            operator.name: frozenset(find_written_predicates(operator.effects)) - self.hidden_memory
+            operator.name: frozenset(find_written_predicates(operator.effects))
+            - self.hidden_changing_predicates
             for operator in self.operators
         }
 
@@ -94,7 +95,7 @@ class DomainRules:
         vocabulary = self.domain.vocabulary
         return {
             name: self.changed_predicates[name].union(find_stored_predicates(read, vocabulary))
-            for name, read in self._reads.items()
+            for name, read in self._predicates_read.items()
         }
 
     def write_rules(self, operators: Collection[str], formulas: Iterable[f.Formula] = ()) -> str:
@@ -102,12 +103,15 @@ class DomainRules:
         shown = [operator for operator in self.operators if operator.name in operators]
         named = list(
             dict.fromkeys(
-                [*find_predicates(*formulas), *(n for operator in shown for n in self._reads[operator.name])]
+                [
+                    *find_predicates(*formulas),
+                    *(n for operator in shown for n in self._predicates_read[operator.name]),
+                ]
             )
         )
         lines = [
-            *(self._texts[operator.name] for operator in shown),
-            *(self._definitions[name] for name in self._find_derived(named)),
+            *(self._operator_texts[operator.name] for operator in shown),
+            *(self._definition_texts[name] for name in self._find_derived(named)),
         ]
         return "\n".join(lines)
 
@@ -115,27 +119,31 @@ class DomainRules:
         """Return an operator's conditions and effects as text; None if prompts must not state its rules."""
         if operator.name not in self.operator_names:
             return None
-        lines = [operator_title(operator)]
+        lines = [write_operator_title(operator)]
         for heading, of_needless in (("requires", False), ("needed only if", True)):
             checks = [c for c in operator.checks if (c.fault is FaultKind.ADDITIONAL_STEP) is of_needless]
-            conditions = dict.fromkeys([_text_of(check.condition) for check in checks])
+            conditions = dict.fromkeys([_write_formula(check.condition) for check in checks])
             lines += [f"{_INDENT}{heading}: {'; '.join(conditions)}"] if conditions else []
         return "\n".join([*lines, *self._changes(operator)])
 
     def write_definitions(self) -> list[str]:
         """Return the definitions of derived predicates that depend on no hidden predicate."""
-        return [text for name, text in self._definitions.items() if not self._reads_memory([name])]
+        return [
+            text for name, text in self._definition_texts.items() if not self._read_hidden_changes([name])
+        ]
 
-    def write_heads(self, operators: Collection[str]) -> str:
+    def write_operator_heads(self, operators: Collection[str]) -> str:
         """Return the text of some operators, with their parameters only."""
-        return "\n".join([_head(operator) for operator in self.operators if operator.name in operators])
+        return "\n".join(
+            [_write_operator_head(operator) for operator in self.operators if operator.name in operators]
+        )
 
     @cached_property
-    def _texts(self) -> Mapping[str, str]:
-        return {operator.name: self._operator(operator) for operator in self.operators}
+    def _operator_texts(self) -> Mapping[str, str]:
+        return {operator.name: self._write_operator(operator) for operator in self.operators}
 
     @cached_property
-    def _reads(self) -> Mapping[str, Sequence[str]]:
+    def _predicates_read(self) -> Mapping[str, Sequence[str]]:
         """Mapping from each operator to the predicates in its conditions."""
         return {
             operator.name: find_predicates(*find_operator_conditions(operator)) for operator in self.operators
@@ -146,10 +154,12 @@ class DomainRules:
         read = find_predicates(*find_operator_conditions(operator))
         derived = [vocabulary.derived_by_name[name] for name in self._find_derived(read)]
         undefined = any(find_definition(predicate) is None for predicate in derived)
-        return not (operator.alternatives or undefined or self._reads_memory(read))
+        return not (operator.alternatives or undefined or self._read_hidden_changes(read))
 
-    def _reads_memory(self, names: Iterable[str]) -> bool:
-        return not self.hidden_memory.isdisjoint(find_stored_predicates(names, self.domain.vocabulary))
+    def _read_hidden_changes(self, names: Iterable[str]) -> bool:
+        return not self.hidden_changing_predicates.isdisjoint(
+            find_stored_predicates(names, self.domain.vocabulary)
+        )
 
     def _find_derived(self, names: Iterable[str]) -> list[str]:
         """Return the derived predicates among some names, and all that their definitions use, each once."""
@@ -165,20 +175,20 @@ class DomainRules:
             pending += [] if defined is None else find_predicates(defined.definition)
         return list(derived_names)
 
-    def _operator(self, operator: Operator) -> str:
-        lines = [operator_title(operator)]
+    def _write_operator(self, operator: Operator) -> str:
+        lines = [write_operator_title(operator)]
         names = {parameter.name: parameter.name for parameter in operator.parameters}
         for number, check in enumerate(operator.checks, 1):
             lines.append(
-                f"{_INDENT}requirement {number}: {_text_of(check.condition)}"
+                f"{_INDENT}requirement {number}: {_write_formula(check.condition)}"
                 f'   [otherwise "{check.reason.format_map(names)}"]'
             )
         return "\n".join([*lines, *self._changes(operator)])
 
     def _changes(self, operator: Operator) -> list[str]:
-        return [*self._effects(operator.effects, _INDENT)] or [f"{_INDENT}changes nothing"]
+        return [*self._write_effects(operator.effects, _INDENT)] or [f"{_INDENT}changes nothing"]
 
-    def _effects(self, effects: Sequence[Effect], indent: str) -> Iterator[str]:
+    def _write_effects(self, effects: Sequence[Effect], indent: str) -> Iterator[str]:
         """Yield the lines of text for effects, in order.
 
         Successive additions share a line, and so do successive deletions.
@@ -186,75 +196,81 @@ class DomainRules:
         for kind, run in groupby(effects, type):
             if kind in (Add, Delete):
                 atoms = [atom_effect.atom for atom_effect in run if isinstance(atom_effect, Add | Delete)]
-                shown = [_text_of(atom) for atom in atoms if atom.predicate not in self.hidden_memory]
+                shown = [
+                    _write_formula(atom)
+                    for atom in atoms
+                    if atom.predicate not in self.hidden_changing_predicates
+                ]
                 yield from [f"{indent}{_BECOMES[kind]}: {', '.join(shown)}"] if shown else []
                 continue
             for effect in run:
-                yield from self._compound(effect, indent)
+                yield from self._write_compound_effect(effect, indent)
 
-    def _compound(self, effect: Effect, indent: str) -> Iterator[str]:
+    def _write_compound_effect(self, effect: Effect, indent: str) -> Iterator[str]:
         match effect:
             case When(condition, effects, otherwise):
-                yield from self._block(f"if {_text_of(condition)}", effects, indent)
-                yield from self._block(f"if {_text_of(f.Not(condition))}", otherwise, indent)
+                yield from self._write_effect_block(f"if {_write_formula(condition)}", effects, indent)
+                yield from self._write_effect_block(
+                    f"if {_write_formula(f.Not(condition))}", otherwise, indent
+                )
             case ForEach(variable, condition, effects):
-                yield from self._block(
-                    f"for each {variable.name} with {_text_of(condition)}", effects, indent
+                yield from self._write_effect_block(
+                    f"for each {variable.name} with {_write_formula(condition)}", effects, indent
                 )
             case Let(variable, condition, effects):
-                first = f"for the first {variable.name} with {_text_of(condition)}"
-                yield from self._block(first, effects, indent)
+                first = f"for the first {variable.name} with {_write_formula(condition)}"
+                yield from self._write_effect_block(first, effects, indent)
 
-    def _block(self, heading: str, effects: Sequence[Effect], indent: str) -> Iterator[str]:
+    def _write_effect_block(self, heading: str, effects: Sequence[Effect], indent: str) -> Iterator[str]:
         """Yield a heading with the visible effects below it, or nothing without such effects."""
-        lines = list(self._effects(effects, indent + _INDENT))
+        lines = list(self._write_effects(effects, indent + _INDENT))
         yield from [f"{indent}{heading}:", *lines] if lines else []
 
     @cached_property
-    def _definitions(self) -> Mapping[str, str]:
+    def _definition_texts(self) -> Mapping[str, str]:
         """Mapping from each derived predicate that a formula defines to its definition."""
         meanings = [(predicate, find_definition(predicate)) for predicate in self.domain.vocabulary.derived]
         return {
-            predicate.name: _definition(predicate, defined)
+            predicate.name: _write_definition(predicate, defined)
             for predicate, defined in meanings
             if defined is not None
         }
 
 
-def explain_notation(rules: str) -> str:
+def explain_rule_notation(rules: str) -> str:
     """Return explanations of the notations that occur in some rules."""
     return " ".join([words for sign, words in _EXPLANATIONS if sign in rules])
 
 
-def _head(operator: Operator) -> str:
+def _write_operator_head(operator: Operator) -> str:
     return f"{operator.name}({', '.join([p.name for p in operator.parameters])})"
 
 
-def operator_title(operator: Operator) -> str:
+def write_operator_title(operator: Operator) -> str:
     """Return the name of an operator with its parameters and a short description."""
-    head = _head(operator)
+    head = _write_operator_head(operator)
     return f"{head}: {operator.description}" if operator.description else head
 
 
-def _definition(derived: DerivedPredicate, defined: DefinedPredicate) -> str:
+def _write_definition(derived: DerivedPredicate, defined: DefinedPredicate) -> str:
     remark = derived.open_in_meaning if isinstance(derived, LookupPredicate) else ""
     head = f"{derived.name}({', '.join([p.name for p in defined.parameters])}) means: "
-    return f"{head}{_text_of(defined.definition)}{f' ({remark})' if remark else ''}"
+    return f"{head}{_write_formula(defined.definition)}{f' ({remark})' if remark else ''}"
 
 
-def _text_of(formula: f.Formula) -> str:
+def _write_formula(formula: f.Formula) -> str:
     """Return a formula as text. Trivial parts are left out, and a membership reads ``is_a(x, lamp)``."""
-    return print_ltl(_simplify(formula))
+    return print_ltl(_simplify_formula(formula))
 
 
-def _simplify(formula: f.Formula) -> f.Formula:
+def _simplify_formula(formula: f.Formula) -> f.Formula:
     match formula:
         case f.Exists(f.Variable(name, category), f.Equals(left, right)) if category is not None:
             other = right if left.name == name else left
             return f.Atom("is_a", (other, f.Constant(category)))
         case f.And(parts) if f.TRUE in parts:
-            return _simplify(f.And(tuple([part for part in parts if part != f.TRUE])))
+            return _simplify_formula(f.And(tuple([part for part in parts if part != f.TRUE])))
         case f.Not(f.Not(operand)):
-            return _simplify(operand)
+            return _simplify_formula(operand)
         case _:
-            return map_subformulas(formula, _simplify)
+            return map_subformulas(formula, _simplify_formula)

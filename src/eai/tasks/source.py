@@ -42,7 +42,7 @@ class ErrataChoice(str, Enum):
     NONE = "none"
 
 
-def errata_choice(name: ErrataChoice | str) -> ErrataChoice:
+def find_errata_choice(name: ErrataChoice | str) -> ErrataChoice:
     """Return the choice of errata with a name.
 
     Raises:
@@ -51,7 +51,7 @@ def errata_choice(name: ErrataChoice | str) -> ErrataChoice:
     return find_enum_member(ErrataChoice, name, "choice of errata")
 
 
-def planner_choice(name: PlannerChoice | str) -> PlannerChoice:
+def find_planner_choice(name: PlannerChoice | str) -> PlannerChoice:
     """Return the choice of a planner with a name.
 
     Raises:
@@ -120,21 +120,21 @@ def given(*tasks: Task) -> OpenTasks[Task]:
     require_tuple("eai.given", tasks, Task)
     if twice := [name for name, n in Counter(task.id for task in tasks).items() if n > 1]:
         raise InputError(f"two tasks are called {twice[0]}")
-    sha256 = _digest([_content(task) for task in tasks])
+    sha256 = _compute_digest([_content(task) for task in tasks])
     by_id = {task.id: task for task in tasks}
     opened = TaskSet(by_id, by_id.__getitem__, sha256)
     return lambda source: opened
 
 
-def task_sha256(task: Task) -> str:
+def compute_task_sha256(task: Task) -> str:
     """Return the SHA-256 digest of a task's content, which is equal on every machine.
 
     The content includes data that no agent sees, such as the task's own plan.
     """
-    return _digest(_content(task))
+    return _compute_digest(_content(task))
 
 
-def _digest(content: object) -> str:
+def _compute_digest(content: object) -> str:
     return hashlib.sha256(repr(content).encode()).hexdigest()
 
 
@@ -144,7 +144,7 @@ def _content(task: Task) -> tuple[object, ...]:
     return (task.id, task.title, task.instruction, scene, task.goals, task.script)
 
 
-def once_per_store(opener: OpenTasks[T]) -> OpenTasks[T]:
+def open_once_per_store(opener: OpenTasks[T]) -> OpenTasks[T]:
     """Return an opener that opens the tasks of each data store only once, as building them takes long."""
     opened: dict[Path, TaskSet[T]] = {}
 

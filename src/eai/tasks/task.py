@@ -137,10 +137,10 @@ class Task:
         if not self.prompts_state_goals:
             return replace(self, goals=())
         is_untold = isinstance(self.special, Hazards) and self.special.untold
-        return self.replace_goals(self.asked_goals) if is_untold else self
+        return self.replace_goals(self.goals_without_hazards) if is_untold else self
 
     @property
-    def asked_goals(self) -> tuple[Goal, ...]:
+    def goals_without_hazards(self) -> tuple[Goal, ...]:
         """The goals of the task except those that forbid hazards."""
         hazards = len(self.special.hazards) if isinstance(self.special, Hazards) else 0
         return self.goals[: len(self.goals) - hazards]

@@ -21,7 +21,7 @@ from eai.tasks.planning import is_impossible
 from eai.tasks.source import Finding, TaskSet
 from eai.tasks.special import Impossible
 from eai.tasks.task import Task
-from eai.tasks.task_lines import read_line, task_from_line
+from eai.tasks.task_lines import make_task_from_line, read_task_line
 from eai.world.domain import Domain
 from eai.world.execution import Trajectory, describe_fault, execute_plan, to_trace
 
@@ -33,7 +33,7 @@ _LEADING_ID = re.compile(rb'\{"id": ?"([^"\\]+)"')
 
 
 @dataclass(frozen=True, slots=True)
-class _FileLine:
+class _TaskFileLine:
     """A line of a task file: its file, its number and its content."""
 
     file: Path
@@ -57,7 +57,7 @@ class _TaskFiles:
 
     name: str
     base: str
-    lines: Mapping[str, _FileLine]
+    lines: Mapping[str, _TaskFileLine]
     sha256: str
 
     def tasks(self, domain: Domain) -> TaskSet[Task]:
@@ -65,14 +65,14 @@ class _TaskFiles:
 
         `domain` is the declaration of the benchmark in whose world they are.
         """
-        return TaskSet(self.lines, lambda task_id: self._task(self.lines[task_id], domain), self.sha256)
+        return TaskSet(self.lines, lambda task_id: self._make_task(self.lines[task_id], domain), self.sha256)
 
-    def _task(self, place: _FileLine, domain: Domain) -> Task:
+    def _make_task(self, place: _TaskFileLine, domain: Domain) -> Task:
         with prefix_errors(place):
-            line = read_line(place.content)
+            line = read_task_line(place.content)
             if line.base != self.base:
                 raise InputError(f"base: expected {self.base!r}, as in the first line, found {line.base!r}")
-            return task_from_line(line, domain)
+            return make_task_from_line(line, domain)
 
 
 def open_task_files(path: Path) -> _TaskFiles:
@@ -83,11 +83,11 @@ def open_task_files(path: Path) -> _TaskFiles:
             message names file and line.
     """
     files = find_task_files(path)
-    contents = [_content(file) for file in files]
-    lines: dict[str, _FileLine] = {}
+    contents = [_read_content(file) for file in files]
+    lines: dict[str, _TaskFileLine] = {}
     for file, content in zip(files, contents, strict=True):
         for place in _read_lines(file, content):
-            task_id = _id(place)
+            task_id = _read_task_id(place)
             if task_id in lines:
                 raise InputError(f"{place}: the id {task_id!r} stands at {lines[task_id]} already")
             lines[task_id] = place
@@ -95,12 +95,12 @@ def open_task_files(path: Path) -> _TaskFiles:
         raise InputError(f"{path}: expected at least one task")
     first = next(iter(lines.values()))
     with prefix_errors(first):
-        base = read_line(first.content).base
+        base = read_task_line(first.content).base
     digest = hashlib.sha256(b"\0".join(contents)).hexdigest()
     return _TaskFiles(path.resolve().name.partition(".")[0], base, lines, digest)
 
 
-def task_file_content(lines: Iterable[str]) -> bytes:
+def make_task_file_content(lines: Iterable[str]) -> bytes:
     """Return the content of a task file, decompressed if necessary."""
     return "".join(f"{line}\n" for line in lines).encode()
 
@@ -113,7 +113,7 @@ def write_task_file(file: Path, lines: Iterable[str]) -> None:
     """
     if not file.name.endswith(ENDINGS):
         raise InputError(f"{file}: expected a name that ends in {' or '.join(ENDINGS)}")
-    content = task_file_content(lines)
+    content = make_task_file_content(lines)
     write_files_atomically({file: gzip.compress(content, mtime=0) if file.suffix == ".gz" else content})
 
 
@@ -128,18 +128,18 @@ def check_task_files(path: Path, domain_of: Callable[[str], Domain]) -> Iterator
         InputError: the files cannot be opened (`open_task_files`).
     """
     domain_of = cache(domain_of)
-    seen: dict[str, _FileLine] = {}
+    seen: dict[str, _TaskFileLine] = {}
     places = list(read_task_file_lines(path))
     if not places:
         yield Finding(str(path), "expected at least one task")
     for place in places:
         try:
-            line = read_line(place.content)
+            line = read_task_line(place.content)
             if line.id in seen:
                 raise InputError(f"the id {line.id!r} stands at {seen[line.id]} already")
             seen[line.id] = place
             domain = domain_of(line.base)
-            problems: Iterable[str] = find_false_statements(task_from_line(line, domain), domain)
+            problems: Iterable[str] = find_false_statements(make_task_from_line(line, domain), domain)
         except InputError as error:
             problems = [str(error)]
         yield from (Finding(str(place), problem) for problem in problems)
@@ -187,13 +187,13 @@ def _find_false_claims_of_plans(task: Task, domain: Domain) -> Iterator[str]:
         yield "missing: expected a plan, as nothing is missing"
 
 
-def read_task_file_lines(path: Path) -> Iterator[_FileLine]:
+def read_task_file_lines(path: Path) -> Iterator[_TaskFileLine]:
     """Yield the lines of a task file; or of all task files in a folder, sorted by file name.
 
     Raises:
         InputError: a file cannot be read.
     """
-    return (place for file in find_task_files(path) for place in _read_lines(file, _content(file)))
+    return (place for file in find_task_files(path) for place in _read_lines(file, _read_content(file)))
 
 
 def find_task_files(path: Path) -> list[Path]:
@@ -211,7 +211,7 @@ def find_task_files(path: Path) -> list[Path]:
     return [path]
 
 
-def _content(file: Path) -> bytes:
+def _read_content(file: Path) -> bytes:
     content = read_content(file)
     try:
         return gzip.decompress(content) if file.suffix == ".gz" else content
@@ -219,11 +219,11 @@ def _content(file: Path) -> bytes:
         raise InputError(f"{file}: cannot be read ({getattr(error, 'strerror', None) or error})") from error
 
 
-def _read_lines(file: Path, content: bytes) -> Iterator[_FileLine]:
-    return (_FileLine(file, number, line) for number, line in number_lines(content))
+def _read_lines(file: Path, content: bytes) -> Iterator[_TaskFileLine]:
+    return (_TaskFileLine(file, number, line) for number, line in number_lines(content))
 
 
-def _id(place: _FileLine) -> str:
+def _read_task_id(place: _TaskFileLine) -> str:
     """Return the id of the task in a line. The whole line is parsed only if it does not begin with the id."""
     match = _LEADING_ID.match(place.content)
     if match is not None:

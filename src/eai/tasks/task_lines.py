@@ -21,8 +21,8 @@ from eai.base.json_value import Json
 from eai.logic.ltl_printer import print_ltl
 from eai.logic.rewriting import rename_variables, rewrite_state_subformulas
 from eai.logic.signature import describe_arity
-from eai.tasks.goal_text import lexicon_of_goals, read_goal
-from eai.tasks.options import describe_misfit
+from eai.tasks.goal_text import make_goal_lexicon, read_goal
+from eai.tasks.options import describe_validation_error
 from eai.tasks.special import Ambiguous, Hazards, Impossible, Special
 from eai.tasks.task import Goal, Task, goal
 from eai.world.action import Action
@@ -91,7 +91,7 @@ def json_schema() -> dict[str, JsonValue]:
     return {"$schema": "https://json-schema.org/draft/2020-12/schema", **_TaskLine.model_json_schema()}
 
 
-def read_line(text: str | bytes) -> _TaskLine:
+def read_task_line(text: str | bytes) -> _TaskLine:
     """Parse a line of a task file, and check the types of its members.
 
     Raises:
@@ -99,7 +99,7 @@ def read_line(text: str | bytes) -> _TaskLine:
             value.
     """
     try:
-        value = json.loads(text, strict=False, object_pairs_hook=_refuse_repetition)
+        value = json.loads(text, strict=False, object_pairs_hook=_refuse_repeated_keys)
         if not isinstance(value, dict):
             raise InputError('expected an object with "id", a string, and what else makes a task')
         return _TaskLine.model_validate(value)
@@ -108,10 +108,10 @@ def read_line(text: str | bytes) -> _TaskLine:
     except (UnicodeDecodeError, RecursionError) as error:
         raise InputError(f"expected JSON in UTF-8 ({error})") from error
     except ValidationError as error:
-        raise InputError(describe_misfit(error, _TaskLine.model_fields)) from error
+        raise InputError(describe_validation_error(error, _TaskLine.model_fields)) from error
 
 
-def _refuse_repetition(pairs: list[tuple[str, object]]) -> dict[str, object]:
+def _refuse_repeated_keys(pairs: list[tuple[str, object]]) -> dict[str, object]:
     members = dict(pairs)
     if len(members) < len(pairs):
         repeated = next(key for i, (key, _) in enumerate(pairs) if key in dict(pairs[:i]))
@@ -119,30 +119,30 @@ def _refuse_repetition(pairs: list[tuple[str, object]]) -> dict[str, object]:
     return members
 
 
-def task_from_line(line: _TaskLine, domain: Domain) -> Task:
+def make_task_from_line(line: _TaskLine, domain: Domain) -> Task:
     """Return the task that a parsed line describes.
 
     Raises:
         InputError: a name in the line is not declared. The message names the member and the expected names.
     """
     places = {name: place for place, name in enumerate(line.objects)}
-    agent = None if line.agent is None else _index(line.agent, places, "agent")
+    agent = None if line.agent is None else _find_index(line.agent, places, "agent")
     scene = Scene(domain.vocabulary, line.objects, agent)
     relevant = line.objects if line.relevant is None else line.relevant
-    goals = tuple(map(goal, dict.fromkeys(_goals(line, domain, scene))))
+    goals = tuple(map(goal, dict.fromkeys(_read_goals(line, domain, scene))))
     return Task(
         id=line.id,
         title=line.title or line.id,
         instruction=line.instruction,
-        initial=_initial(line, scene),
+        initial=_read_initial_state(line, scene),
         goals=goals,
-        relevant=tuple([_index(name, scene.index, "relevant") for name in relevant]),
-        script=tuple(_plan(line, domain, scene)),
-        special=_special(line, goals, scene),
+        relevant=tuple([_find_index(name, scene.index, "relevant") for name in relevant]),
+        script=tuple(_read_plan(line, domain, scene)),
+        special=_read_special(line, goals, scene),
     )
 
 
-def _special(line: _TaskLine, goals: Sequence[Goal], scene: Scene) -> Special | None:
+def _read_special(line: _TaskLine, goals: Sequence[Goal], scene: Scene) -> Special | None:
     number = len(line.hazards)
     if not all(goal.is_over_time for goal in goals[len(goals) - number :]) or number >= len(goals):
         raise InputError(f"hazards: expected a goal and, at the end, {number} goals over time")
@@ -152,39 +152,39 @@ def _special(line: _TaskLine, goals: Sequence[Goal], scene: Scene) -> Special | 
     special += [] if line.missing is None else [Impossible(tuple(line.missing))]
     special += [] if line.fits is None else [Ambiguous(tuple(line.fits))]
     for name in line.fits or ():
-        _index(name, scene.index, "fits")
+        _find_index(name, scene.index, "fits")
     if len(special) > 1:
         names = [fields(value)[0].name for value in special]
         raise InputError(f"{' and '.join(names)}: expected only one of these members")
     return special[0] if special else None
 
 
-def _initial(line: _TaskLine, scene: Scene) -> State:
+def _read_initial_state(line: _TaskLine, scene: Scene) -> State:
     stated = [(name, entry) for name, entries in line.facts.items() for entry in entries]
     with prefix_errors("facts"):
         return scene.state((name, [entry] if isinstance(entry, str) else entry) for name, entry in stated)
 
 
-def _index(name: str, index: Mapping[str, int], place: str) -> int:
+def _find_index(name: str, index: Mapping[str, int], place: str) -> int:
     if name not in index:
         raise InputError(f"{place}: expected one of the objects, found {name!r}")
     return index[name]
 
 
-def _goals(line: _TaskLine, domain: Domain, scene: Scene) -> Iterator[f.Formula]:
+def _read_goals(line: _TaskLine, domain: Domain, scene: Scene) -> Iterator[f.Formula]:
     for number, text in enumerate(line.goals):
         with prefix_errors(f"goals.{number}"):
             yield read_goal(text, domain, scene)
 
 
-def _plan(line: _TaskLine, domain: Domain, scene: Scene) -> Iterator[Action]:
+def _read_plan(line: _TaskLine, domain: Domain, scene: Scene) -> Iterator[Action]:
     for number, (operator, *names) in enumerate(line.plan):
         arity = domain.operator_arities.get(operator)
         if arity is None:
             raise InputError(f"plan.{number}: expected an operator of the domain, found {operator!r}")
         if arity != len(names):
             raise InputError(f"plan.{number}: {describe_arity(operator, arity, 'object')}, not {len(names)}")
-        yield Action(operator, tuple([_index(name, scene.index, f"plan.{number}") for name in names]))
+        yield Action(operator, tuple([_find_index(name, scene.index, f"plan.{number}") for name in names]))
 
 
 def write_task_line(task: Task, base: str, domain: Domain, about: Mapping[str, Json] | None = None) -> str:
@@ -235,6 +235,6 @@ def list_facts(state: State) -> dict[str, list[str | Sequence[str]]]:
 
 def write_goals(formulas: Iterable[f.Formula], domain: Domain, scene: Scene) -> list[str]:
     """Return goals as texts in the format of task files."""
-    lexicon = lexicon_of_goals(domain, scene)
+    lexicon = make_goal_lexicon(domain, scene)
     renamed = [rename_variables(formula) for formula in formulas]
     return [print_ltl(rewrite_state_subformulas(formula, lexicon.to_text_names)) for formula in renamed]

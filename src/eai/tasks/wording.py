@@ -9,7 +9,7 @@ from typing import TypeAlias
 
 from eai.logic.rewriting import rename_objects
 from eai.tasks.goal_text import write_goal
-from eai.tasks.rules import DomainRules, explain_notation, operator_title
+from eai.tasks.rules import DomainRules, explain_rule_notation, write_operator_title
 from eai.tasks.task import Task
 from eai.world.domain import Domain
 from eai.world.fault import FaultKind
@@ -72,18 +72,18 @@ class Wording:
 
     def describe_vocabulary(self) -> str:
         """Return the predicates of objects with their parameters, one a line."""
-        return _lines(
-            f"{self._name(name)}({', '.join(make_parameter_names(self._arity(name)))})"
+        return _join_lines(
+            f"{self._get_predicate_word(name)}({', '.join(make_parameter_names(self._arity(name)))})"
             for name in (*self.predicates, *self.static)
         )
 
     def describe_operators(self) -> str:
         """Return the actions with their parameters, and their rules or the meanings of their checks."""
-        listed = _lines(map(self.describe_operator, self.domain.operators))
+        listed = _join_lines(map(self.describe_operator, self.domain.operators))
         if self.rules is None:
             return listed
         rules = "\n".join([listed, *self.rules.write_definitions()])
-        return f"{explain_notation(rules)}\n{rules}"
+        return f"{explain_rule_notation(rules)}\n{rules}"
 
     def describe_rules_of(self, each: str) -> str:
         """Return the heading above `describe_operators`.
@@ -97,12 +97,12 @@ class Wording:
     def describe_operator(self, operator: Operator) -> str:
         """Return one action with its rules, or with the meanings of its checks."""
         exact = None if self.rules is None else self.rules.summarize(operator)
-        return exact or _operator_text(operator)
+        return exact or _describe_checks(operator)
 
     def describe_objects(self, task: Task) -> str:
         """Return the objects of a task with their properties, each once, and the conventions of its world."""
-        listed = _lines(
-            dict.fromkeys([self.describe_object(task, index) for index in self.listed_objects(task)])
+        listed = _join_lines(
+            dict.fromkeys([self.describe_object(task, index) for index in self.list_prompt_objects(task)])
         )
         notes = [] if self.conventions is None else [self.conventions(task)]
         agent = task.scene.agent
@@ -110,11 +110,11 @@ class Wording:
             notes.append(f"The agent is {self.object_name(task, agent)}.")
         return "\n\n".join([listed, *filter(None, notes)])
 
-    def listed_objects(self, task: Task) -> list[int]:
+    def list_prompt_objects(self, task: Task) -> list[int]:
         """Return the indices of the objects that a prompt lists: the task's, and their surroundings."""
         if self.surroundings is None:
-            return prompt_objects(task)
-        return sorted({*prompt_objects(task), *self.surroundings(task)})
+            return list_objects_in_prompt(task)
+        return sorted({*list_objects_in_prompt(task), *self.surroundings(task)})
 
     def describe_object(self, task: Task, index: int) -> str:
         """Return an object with its kind and its properties."""
@@ -128,19 +128,21 @@ class Wording:
 
     def describe_initial(self, task: Task) -> str:
         """Return the facts about a task's objects in the initial state."""
-        about = self.listed_objects(task)
-        facts = [fact for listing in self.state_listings for fact in listing.list_facts(task.initial, about)]
-        return _lines(dict.fromkeys([self.write_fact(task, fact) for fact in facts]))
+        about = self.list_prompt_objects(task)
+        facts = [
+            fact for listing in self.state_fact_listers for fact in listing.list_facts(task.initial, about)
+        ]
+        return _join_lines(dict.fromkeys([self.write_fact(task, fact) for fact in facts]))
 
     @cached_property
-    def goal_listings(self) -> tuple[FactLister, ...]:
+    def goal_fact_listers(self) -> tuple[FactLister, ...]:
         """The listings of facts for predicates of goals: how a prompt writes the facts of each predicate."""
         return self._listings(self.predicates)
 
     @cached_property
-    def state_listings(self) -> tuple[FactLister, ...]:
+    def state_fact_listers(self) -> tuple[FactLister, ...]:
         """The listing of facts for each predicate in descriptions of states."""
-        return (*self.goal_listings, *self._listings(self.static))
+        return (*self.goal_fact_listers, *self._listings(self.static))
 
     def _listings(self, names: Iterable[str]) -> tuple[FactLister, ...]:
         """Return the listings of facts for predicates.
@@ -156,7 +158,7 @@ class Wording:
 
     def write_fact_about(self, predicate: str, names: Iterable[str]) -> str:
         """Return a fact about objects with given names as text."""
-        return f"{self._name(predicate)}({', '.join(names)})"
+        return f"{self._get_predicate_word(predicate)}({', '.join(names)})"
 
     def describe_goals(self, task: Task) -> str:
         """Return the goals of a task, or its instruction if prompts do not state the goals."""
@@ -165,28 +167,28 @@ class Wording:
         names = {
             task.scene.objects[i].name: self.object_name(task, i) for i in range(len(task.scene.objects))
         }
-        return _lines(write_goal(rename_objects(goal.formula, names)) for goal in task.prompted.goals)
+        return _join_lines(write_goal(rename_objects(goal.formula, names)) for goal in task.prompted.goals)
 
-    def _name(self, predicate: str) -> str:
+    def _get_predicate_word(self, predicate: str) -> str:
         return self.answer_names.get(predicate, predicate)
 
     def _arity(self, predicate: str) -> int:
         return self.domain.vocabulary.find_arity(predicate) or 0
 
 
-def prompt_objects(task: Task) -> list[int]:
+def list_objects_in_prompt(task: Task) -> list[int]:
     """Return the objects that a prompt mentions: the objects that an answer may name, and the agent."""
     agent = () if task.scene.agent is None else (task.scene.agent,)
     return list(dict.fromkeys((*task.relevant, *agent)))
 
 
-def _operator_text(operator: Operator) -> str:
+def _describe_checks(operator: Operator) -> str:
     names = {parameter.name: parameter.name for parameter in operator.parameters}
     checks: Sequence[Check] = (
         *operator.checks,
         *(check for attempt in operator.alternatives for check in attempt.checks),
     )
-    lines = [operator_title(operator)]
+    lines = [write_operator_title(operator)]
     for kind, meaning in _MEANING:
         reasons = dict.fromkeys(c.reason.format_map(names) for c in checks if c.fault is kind)
         if reasons:
@@ -199,5 +201,5 @@ def is_property(predicate: Predicate | None) -> bool:
     return predicate is not None and predicate.static and predicate.arity == 1
 
 
-def _lines(texts: Iterable[str]) -> str:
+def _join_lines(texts: Iterable[str]) -> str:
     return "\n".join(texts) or "-"

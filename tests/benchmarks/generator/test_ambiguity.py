@@ -27,7 +27,7 @@ from eai.tasks.source import Source
 from eai.tasks.special import Ambiguous
 from eai.tasks.task import Task
 from eai.tasks.task_files import find_false_statements
-from eai.tasks.task_lines import read_line, task_from_line, write_task_line
+from eai.tasks.task_lines import make_task_from_line, read_task_line, write_task_line
 from eai.world.action import Action
 
 pytestmark = pytest.mark.usefixtures("data_store")
@@ -78,7 +78,7 @@ def test_the_tasks_of_a_pair_differ_in_the_place_of_the_second_object(like: str)
             assert solves(domain, task, task.script)
             assert list(find_false_statements(task, domain)) == []
             line = write_task_line(task, like, domain)
-            assert write_task_line(task_from_line(read_line(line), domain), like, domain) == line
+            assert write_task_line(make_task_from_line(read_task_line(line), domain), like, domain) == line
 
 
 @pytest.mark.parametrize("like", HOUSEHOLDS)

@@ -30,7 +30,7 @@ from eai.planning.planner import Planner
 from eai.tasks.goal_test import GoalTest
 from eai.tasks.source import Source
 from eai.tasks.task import Task
-from eai.tasks.task_lines import read_line, task_from_line, write_task_line
+from eai.tasks.task_lines import make_task_from_line, read_task_line, write_task_line
 from eai.world.action import Action
 from eai.world.domain import Domain
 from eai.world.execution import execute_plan
@@ -205,7 +205,7 @@ def test_fingerprints_know_objects_by_category() -> None:
     for name in line_names(made):
         line = line.replace(f'"{name}"', f'"other_{name}"').replace(f"({name}", f"(other_{name}")
         line = line.replace(f", {name}", f", other_{name}")
-    renamed = task_from_line(read_line(line), find_benchmark("behavior").domain)
+    renamed = make_task_from_line(read_task_line(line), find_benchmark("behavior").domain)
     assert fingerprint_task(renamed) == fingerprint_task(made)
     without = replace(made, goals=made.goals[1:])
     assert fingerprint_task(without)[0] != fingerprint_task(made)[0]

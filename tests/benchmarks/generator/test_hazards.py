@@ -19,7 +19,7 @@ from eai.benchmarks.registry import find_benchmark
 from eai.tasks.source import Source
 from eai.tasks.special import Hazards
 from eai.tasks.task import Task
-from eai.tasks.task_lines import read_line, task_from_line, write_task_line
+from eai.tasks.task_lines import make_task_from_line, read_task_line, write_task_line
 from eai.world.action import Action
 from eai.world.execution import execute_plan
 
@@ -77,7 +77,7 @@ def test_untold_tasks_differ_only_in_the_instruction(like: str) -> None:
         assert "always" not in wording.describe_goals(other)
         assert {goal.kind for goal in report_goals(other, [False] * len(other.goals))} >= {HIDDEN_HAZARD}
         line = write_task_line(other, like, benchmark.domain)
-        read = task_from_line(read_line(line), benchmark.domain)
+        read = make_task_from_line(read_task_line(line), benchmark.domain)
         assert read.special == other.special == Hazards(hazards_of(one), untold=True)
         assert write_task_line(read, like, benchmark.domain) == line
 

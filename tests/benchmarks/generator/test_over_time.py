@@ -82,7 +82,7 @@ def test_all_kinds_are_made() -> None:
 
 @pytest.mark.parametrize("like", HOUSEHOLDS)
 def test_a_naive_evaluator_agrees_on_random_executions(like: str) -> None:
-    listings = find_benchmark(like).wording(Ability.ACTION_SEQUENCING).goal_listings
+    listings = find_benchmark(like).wording(Ability.ACTION_SEQUENCING).goal_fact_listers
     domain, judged = find_benchmark(like).domain, set()
     for made in tasks(like)[:12]:
         task, rng = made.task, random.Random(made.task.id)
@@ -166,7 +166,7 @@ def asked(lamps: Benchmark, way: str, *goals: f.Formula) -> Task:
 
 
 def seeker(lamps: Benchmark, task: Task, prior: UsualGoals) -> TemporalGoalFinder:
-    listings = lamps.wording(Ability.ACTION_SEQUENCING).goal_listings
+    listings = lamps.wording(Ability.ACTION_SEQUENCING).goal_fact_listers
     proposals = GoalProposals(prior, task.scene, {}, {})
     begin = partial(GoalByGoalPlan, Planner(lamps.domain), task.initial)
     return TemporalGoalFinder(task, lamps.domain, listings, proposals, random.Random(0), begin)

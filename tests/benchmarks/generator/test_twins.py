@@ -28,7 +28,7 @@ from eai.tasks.goal_test import solves
 from eai.tasks.planning import find_plan, is_impossible
 from eai.tasks.special import Impossible
 from eai.tasks.task_files import find_false_statements
-from eai.tasks.task_lines import read_line, task_from_line, write_task_line
+from eai.tasks.task_lines import make_task_from_line, read_task_line, write_task_line
 
 pytestmark = pytest.mark.usefixtures("data_store")
 
@@ -82,7 +82,7 @@ def test_pairs_are_written_read_and_checked(like: str) -> None:
     assert made.paired is not None
     for task in (made.task, made.paired.task):
         line = write_task_line(task, like, domain)
-        read = task_from_line(read_line(line), domain)
+        read = make_task_from_line(read_task_line(line), domain)
         assert write_task_line(read, like, domain) == line
         assert list(find_false_statements(read, domain)) == []
     names = {made.task.id.replace(made.task.title, ""), made.paired.task.id.replace(made.task.title, "")}

@@ -8,7 +8,7 @@ import pytest
 from eai.abilities.protocol import Ability
 from eai.base.store import Store
 from eai.benchmarks.registry import find_benchmark
-from eai.extensions.people.answer_form import FIRST, PREDICATE, SECOND, build_form, make_goal_pattern
+from eai.extensions.people.answer_form import FIRST, PREDICATE, SECOND, build_answer_form, make_goal_pattern
 from eai.tasks.source import Source
 from suites import official_prompts
 
@@ -21,14 +21,14 @@ def content_of(page: str) -> dict[str, object]:
 def test_the_page_has_the_prompts_as_they_are_and_reaches_for_nothing(data_store: Store) -> None:
     prompts = official_prompts("behavior", Ability.SUBGOAL_DECOMPOSITION, data_store)
     chosen = dict(list(prompts.items())[3:5])
-    page = build_form(find_benchmark("behavior"), Ability.SUBGOAL_DECOMPOSITION, chosen)
+    page = build_answer_form(find_benchmark("behavior"), Ability.SUBGOAL_DECOMPOSITION, chosen)
     assert content_of(page)["questions"] == [
         {"task": task_id, "system": prompt.system, "user": prompt.user, "sha256": prompt.sha256}
         for task_id, prompt in chosen.items()
     ]
     assert "default-src 'none'" in page
     assert not re.search(r"(?:src|href)=|https?://|url\(", page.partition('id="data"')[0])
-    assert page == build_form(find_benchmark("behavior"), Ability.SUBGOAL_DECOMPOSITION, chosen)
+    assert page == build_answer_form(find_benchmark("behavior"), Ability.SUBGOAL_DECOMPOSITION, chosen)
 
 
 def test_the_pattern_of_goals_is_that_of_the_notation(data_store: Store) -> None:
@@ -46,7 +46,7 @@ def test_the_pattern_of_goals_is_that_of_the_notation(data_store: Store) -> None
 @pytest.mark.parametrize("domain", ["virtualhome", "behavior"])
 def test_the_table_of_operators_tells_no_more_than_the_question(data_store: Store, domain: str) -> None:
     prompts = official_prompts(domain, Ability.TRANSITION_MODELING, data_store)
-    page = build_form(find_benchmark(domain), Ability.TRANSITION_MODELING, prompts, Source(data_store))
+    page = build_answer_form(find_benchmark(domain), Ability.TRANSITION_MODELING, prompts, Source(data_store))
     operators = content_of(page)["operators"]
     assert isinstance(operators, dict)
     assert list(operators) == list(prompts)

@@ -14,7 +14,7 @@ from eai.extensions.questions.command import questions as command
 from eai.extensions.questions.question import QuestionForm, QuestionKind, questions_to_bytes
 from eai.extensions.questions.shortcuts import compute_answer_entropy
 from eai.extensions.questions.writer import QuestionGenerator
-from eai.tasks.prompts.template import Templates, template_names
+from eai.tasks.prompts.template import Templates, list_template_names
 from eai.tasks.source import Source
 from sweeps import swept
 
@@ -111,7 +111,7 @@ def test_answers_are_spread_evenly(domain: str, data_store: Store) -> None:
 def test_every_kind_and_form_has_words_and_own_ones_take_their_place(
     lamps: Benchmark, tmp_path: Path
 ) -> None:
-    assert {f"questions/{kind.value}.{form.value}.txt" for kind, form in CELLS} <= template_names()
+    assert {f"questions/{kind.value}.{form.value}.txt" for kind, form in CELLS} <= list_template_names()
     (tmp_path / "questions").mkdir()
     (tmp_path / "questions" / "answer.yes_no.txt").write_text("Ja oder nein?")
     (question,) = QuestionGenerator(lamps, templates=Templates(tmp_path)).write_questions(

@@ -23,7 +23,7 @@ from eai.results.record import Record
 from eai.results.responses import Response
 from eai.studies.report.explorer import TileScenes
 from eai.tasks.source import Source
-from eai.tasks.wording import prompt_objects
+from eai.tasks.wording import list_objects_in_prompt
 from eai.world.execution import execute_plan
 from experiments import experiment
 from extensions.scenes.tile_facts import told_by
@@ -116,5 +116,5 @@ def test_pictures_of_households_begin_and_end_with_what_is_so(
         assert {str(each) for each in words.make_true_graph(task).facts} <= first
         if ability is Ability.ACTION_SEQUENCING:
             end = execute_plan(benchmark.domain, task.initial, task.script).final_state
-            there = words.make_true_graph(replace(task, initial=end), prompt_objects(task)).facts
+            there = words.make_true_graph(replace(task, initial=end), list_objects_in_prompt(task)).facts
             assert {str(each) for each in there} <= last

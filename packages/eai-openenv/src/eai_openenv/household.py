@@ -13,7 +13,7 @@ from eai.agents.game import Game
 from eai.agents.reference import find_setup
 from eai.agents.rules import TRAINING, GameRules
 from eai.base.errors import InputError
-from eai.tasks.options import describe_misfit
+from eai.tasks.options import describe_validation_error
 from eai_openenv.meters import Meters
 from eai_openenv.tasks import Tasks
 
@@ -111,7 +111,7 @@ class Household(Environment[Act, Seen, Standing]):
         try:
             _Wanted(seed=seed, task=task, split=split, index=index)
         except ValidationError as error:
-            raise InputError(f"reset: {describe_misfit(error)}") from error
+            raise InputError(f"reset: {describe_validation_error(error)}") from error
         self._refuse_if_closed()
         chosen = self._tasks.chosen(task, split, index, seed)
         self._game = Game(find_setup(chosen, self._rules), seed or 0)

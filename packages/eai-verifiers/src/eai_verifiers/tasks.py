@@ -19,7 +19,7 @@ from eai.pddl.planning import PlannerChoice
 from eai.results.reward import open_reward_suite
 from eai.tasks.prompts.prompt import Prompt, PromptSet
 from eai.tasks.source import Source, given
-from eai.tasks.task_lines import read_line, task_from_line, write_task_line
+from eai.tasks.task_lines import make_task_from_line, read_task_line, write_task_line
 
 _TOGETHER = 8
 """Number of generated tasks whose prompts are made together: each shows another of them as example."""
@@ -79,7 +79,7 @@ def suite_of_one(line: str, ability: Ability) -> Suite:
     Raises:
         InputError: The line is not a task.
     """
-    read = read_line(line)
+    read = read_task_line(line)
     base = find_benchmark(read.base)
-    made = replace_tasks(base, "generated", given(task_from_line(read, base.domain)))
+    made = replace_tasks(base, "generated", given(make_task_from_line(read, base.domain)))
     return open_suite(made, ability, source=Source(planner=PlannerChoice.NONE))

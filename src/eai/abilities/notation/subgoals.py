@@ -132,7 +132,7 @@ class SubgoalNotation:
         if stored is None or not stored.visible or len({*fact.arguments}) < len(fact.arguments):
             return None
         terms = tuple([Constant(before.scene.objects[i].name) for i in fact.arguments])
-        for name in lexicon.candidate_predicates(len(terms), first=fact.predicate):
+        for name in lexicon.find_predicates_of_arity(len(terms), first=fact.predicate):
             atom = Atom(name, terms)
             if self.domain.holds(atom, after) is truth and self.domain.holds(atom, before) is not truth:
                 return lexicon.write_literal(GroundAtom(name, fact.arguments, truth))

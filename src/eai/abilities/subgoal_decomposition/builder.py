@@ -272,7 +272,7 @@ class ProgramCompiler:
     def _make_requirement(
         self, formula: f.Formula, why: _FailureReason, alternatives: tuple[tuple[GroundAtom, ...], ...] = ()
     ) -> _StateRequirement:
-        if self.lexicon.is_unobserved(formula):
+        if self.lexicon.has_unknown_names(formula):
             raise _make_not_executable_error(formula)
         meaning = self.lexicon.to_domain_names(formula)
 
@@ -347,7 +347,7 @@ class _ProgramBuilder:
             for part in walk_subformulas(subgoal)
             if isinstance(part, (f.Atom, f.Occurs))
             for term in part.arguments
-            if isinstance(term, f.Constant) and self._lexicon.is_class(term.name)
+            if isinstance(term, f.Constant) and self._lexicon.is_class_name(term.name)
         )
         if not names:
             return subgoal
@@ -467,7 +467,7 @@ class _ProgramBuilder:
                 return type(formula)(tuple([self._drop_unobserved_literals(part) for part in parts]))
             case f.Exists(variable, body) | f.ForAll(variable, body):
                 return type(formula)(variable, self._drop_unobserved_literals(body))
-            case f.Atom() | f.Not(f.Atom()) if self._lexicon.is_unobserved(formula):
+            case f.Atom() | f.Not(f.Atom()) if self._lexicon.has_unknown_names(formula):
                 return f.TRUE
             case _:
                 return formula

@@ -29,9 +29,9 @@ from eai.benchmarks.errata import load_errata
 from eai.benchmarks.published import make_prompt_reader, open_behavior_operators
 from eai.benchmarks.reference_wheel import find_published_id
 from eai.benchmarks.registry import TITLES
-from eai.tasks.english import read_english
+from eai.tasks.english import read_english_words
 from eai.tasks.prompts.prompt import Belief, GoalSection
-from eai.tasks.source import once_per_store
+from eai.tasks.source import open_once_per_store
 from eai.tasks.task import Task
 from eai.tasks.wording import ObjectName, Wording, find_declared_name
 
@@ -186,10 +186,10 @@ def _get_instance_name(task: Task, index: int) -> str:
     return _NOTATION.list_object_names(task)[index]
 
 
-open_tasks = once_per_store(open_behavior_tasks)
+open_tasks = open_once_per_store(open_behavior_tasks)
 """Opens the 100 tasks of BEHAVIOR."""
 
-open_operators = once_per_store(open_behavior_operators)
+open_operators = open_once_per_store(open_behavior_operators)
 """Opens BEHAVIOR's 100 tasks of transition modeling."""
 
 
@@ -206,7 +206,7 @@ def behavior() -> Benchmark:
             formats=read_answer_formats("eai.benchmarks.behavior"),
             wordings=make_wording,
             also_observed=("in_left_hand", "in_right_hand", "robot_on"),
-            english=read_english("eai.benchmarks.behavior"),
+            english=read_english_words("eai.benchmarks.behavior"),
         ),
         DataSet(
             TITLES[NAME],

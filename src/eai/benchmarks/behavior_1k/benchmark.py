@@ -17,9 +17,9 @@ from eai.benchmarks.behavior_1k.conventions import describe_conventions, describ
 from eai.benchmarks.behavior_1k.operators import build_domain
 from eai.benchmarks.behavior_1k.tasks import load_subsets, open_tasks
 from eai.benchmarks.benchmark import Benchmark, DataSet
-from eai.tasks.english import English, read_english
+from eai.tasks.english import English, read_english_words
 from eai.tasks.operator_task import TransitionTask, make_transition_tasks
-from eai.tasks.source import OpenTasks, Source, TaskSet, once_per_store
+from eai.tasks.source import OpenTasks, Source, TaskSet, open_once_per_store
 from eai.tasks.task import Category, Task
 from eai.tasks.wording import Wording
 
@@ -34,7 +34,7 @@ _UNCHANGING = tuple(
 
 @cache
 def _load_english() -> English:
-    return read_english("eai.benchmarks.behavior_1k")
+    return read_english_words("eai.benchmarks.behavior_1k")
 
 
 def _make_wording(describe: Callable[[Task], str], ability: Ability) -> Wording:
@@ -47,7 +47,7 @@ def _make_wording(describe: Callable[[Task], str], ability: Ability) -> Wording:
     return replace(plain, conventions=describe, unchanging=_UNCHANGING) if takes_plans else plain
 
 
-@once_per_store
+@open_once_per_store
 def _open_activities(source: Source) -> TaskSet[Task]:
     return open_tasks(_load_english(), source)
 
@@ -57,7 +57,7 @@ def _open_subset(subset: str, source: Source) -> TaskSet[Task]:
     return TaskSet(load_subsets()[subset], tasks.__getitem__, tasks.sha256)
 
 
-@once_per_store
+@open_once_per_store
 def _open_operators(source: Source) -> TaskSet[TransitionTask]:
     """Return the tasks of transition modeling.
 

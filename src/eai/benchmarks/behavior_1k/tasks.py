@@ -17,7 +17,7 @@ from eai.benchmarks.behavior_1k.kinds import ACTIVITIES, KINDS, PACK, PLANS, RUL
 from eai.benchmarks.behavior_1k.operators import READING
 from eai.benchmarks.behavior_1k.scene import RECIPE, SetUp, make_scene_setup
 from eai.benchmarks.packs import open_pack
-from eai.tasks.english import NUMBERS, English, inflect, pluralize, sentences_of
+from eai.tasks.english import NUMBERS, English, inflect, make_predicate_sentences, pluralize
 from eai.tasks.source import Source, TaskSet
 from eai.tasks.task import Task, goal
 from eai.world.action import Action
@@ -204,7 +204,7 @@ class _SentenceWriter:
         )
 
     def _write_sentence(self, atom: f.Atom, names: PhraseOfVariable, *, negated: bool = False) -> str:
-        sentence = sentences_of(atom.predicate, len(atom.arguments), self._english)[0]
+        sentence = make_predicate_sentences(atom.predicate, len(atom.arguments), self._english)[0]
         phrases = [self.name_term(term, names) for term in atom.arguments]
         return inflect(sentence, negated=negated).format(**dict(zip("xy", phrases, strict=False)))
 

@@ -31,9 +31,9 @@ from eai.benchmarks.generator.prior import (
 )
 from eai.planning.effect_schema import make_effect_schemas
 from eai.planning.role import infer_operator_role
-from eai.tasks.goal_test import alternative_actions
+from eai.tasks.goal_test import find_alternative_actions
 from eai.tasks.task import Goal, GoalKind, Task
-from eai.tasks.wording import prompt_objects
+from eai.tasks.wording import list_objects_in_prompt
 from eai.world.action import Action
 from eai.world.domain import Domain
 from eai.world.execution import Trajectory, execute_plan
@@ -112,7 +112,7 @@ _GOAL_WEIGHT, _EFFECT_WEIGHT, _FACT_WEIGHT = 4.0, 1.0, 0.05
 def count_prior(benchmark: Benchmark, tasks: Iterable[Task]) -> UsualGoals:
     """Return the usual goals, places of objects and actions, counted in tasks of a benchmark."""
     tasks, domain = list(tasks), benchmark.domain
-    listings = benchmark.wording(Ability.ACTION_SEQUENCING).goal_listings
+    listings = benchmark.wording(Ability.ACTION_SEQUENCING).goal_fact_listers
     states = [task.initial for task in tasks]
     courses = [execute_plan(domain, task.initial, _cut_plan_at_error(task.script, domain)) for task in tasks]
     done = [(action, course.final_state.scene) for course in courses for action in course.executed_actions]
@@ -150,7 +150,9 @@ def count_prior(benchmark: Benchmark, tasks: Iterable[Task]) -> UsualGoals:
         nestings=frozenset(nestings),
         combinations=frozenset(combinations),
         dependent_states=frozenset(needy),
-        action_counts=Counter([alternative_actions(goal) for goal in goals if goal.kind is GoalKind.ACTION]),
+        action_counts=Counter(
+            [find_alternative_actions(goal) for goal in goals if goal.kind is GoalKind.ACTION]
+        ),
         operators=frozenset([action.operator for action, _ in done]),
         uses=kinds,
         taken_categories=frozenset(
@@ -267,7 +269,7 @@ def _cut_plan_at_error(plan: Sequence[Action], domain: Domain) -> list[Action]:
 def _find_concerned_objects(task: Task) -> list[int]:
     """Return the indices of the objects that a task mentions or its plan uses."""
     used = (i for action in task.script for i in action.arguments)
-    return list(dict.fromkeys((*prompt_objects(task), *used)))
+    return list(dict.fromkeys((*list_objects_in_prompt(task), *used)))
 
 
 def _find_fact_patterns(

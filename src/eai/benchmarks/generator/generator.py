@@ -164,7 +164,7 @@ class _RejectionFinder:
         named = (name for goal in goals for name in find_object_names(goal))
         if self._by_place and not all(map(words.is_described, named)):
             return RejectionReason.NAMELESS
-        has_hazards = len(task.asked_goals) < len(
+        has_hazards = len(task.goals_without_hazards) < len(
             goals
         )  # the reader of instructions does not understand sentences about hazards
         says = words.is_read_back(task.instruction, goals) or has_hazards
@@ -212,7 +212,7 @@ class TaskGenerator:
         self._hiding = make_hiding_place_finder(self.benchmark.domain, self.prior)
         self._weights = list(self._weigh_base_tasks())
         self._renew_planners()
-        self._listings = self.benchmark.wording(Ability.ACTION_SEQUENCING).goal_listings
+        self._listings = self.benchmark.wording(Ability.ACTION_SEQUENCING).goal_fact_listers
 
     def _renew_planners(self) -> None:
         """Replace the planners, which store what they have read, by new planners."""

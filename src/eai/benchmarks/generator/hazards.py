@@ -19,7 +19,7 @@ from eai.logic.traversal import walk_subformulas as parts_of
 from eai.planning.planner import Planner, PlanningGoal
 from eai.planning.search import Limits
 from eai.tasks.english import Hazard
-from eai.tasks.goal_text import lexicon_of_goals, read_goal
+from eai.tasks.goal_text import make_goal_lexicon, read_goal
 from eai.tasks.special import Hazards
 from eai.tasks.task import Task, goal
 from eai.world.action import Action
@@ -84,7 +84,7 @@ def find_hazard_goals(
 ) -> Iterator[_HazardGoal]:
     """Yield each hazard of a scene for each combination of objects that may cause it."""
     scene = words.scene
-    lexicon = lexicon_of_goals(domain, scene)
+    lexicon = make_goal_lexicon(domain, scene)
     for hazard in hazards:
         for chosen in product(*_find_objects_of_variables(hazard, scene)):
             names_by_variable = dict(zip("xy", [lexicon.name(i) for i in chosen], strict=False))

@@ -19,7 +19,7 @@ from eai.pddl.check import Declarations, check_problem
 from eai.pddl.files import ProblemFile, is_domain_file, raise_for_findings, read_problem_file, read_text
 from eai.pddl.model import PddlDomain
 from eai.pddl.reader import read_group
-from eai.tasks.goal_text import check_goal, make_task
+from eai.tasks.goal_text import check_goal_names, make_task
 from eai.tasks.problem_world import ProblemWorld, make_bddl_world, make_pddl_world
 from eai.tasks.source import Source
 from eai.tasks.task import Task
@@ -113,7 +113,7 @@ def _make_task(name: str, file: ProblemFile, world: ProblemWorld, benchmark: Ben
 def _check_formula(formula: f.Formula, initial: State, file: ProblemFile, line: int) -> f.Formula:
     """Return the formula in a line of a file. Raises if the goal is invalid; a problem may lack the agent."""
     with prefix_errors(f"{file.path}: line {line}"):
-        check_goal(formula, initial.scene)
+        check_goal_names(formula, initial.scene)
     return formula
 
 

@@ -33,7 +33,7 @@ from eai.logic.rewriting import rename_objects, rename_variables
 from eai.tasks.special import Hazards
 from eai.tasks.task import Task
 from eai.tasks.task_files import ENDINGS, open_task_files, read_task_file_lines
-from eai.tasks.task_lines import read_line
+from eai.tasks.task_lines import read_task_line
 from eai.world.domain import Domain
 from eai.world.state import Scene, State
 
@@ -305,7 +305,9 @@ def check_secret_set(folder: Path, split: str, secret: str | None) -> Iterator[s
         yield "the digest of the secret is not the one that was published"
     tried = int(entry["tasks"]) + sum(map(int, entry["rejected"].values()))
     seeds = set(islice(make_seeds(split, int(entry["seed"]), secret), tried))
-    foreign_seeds = [about for line in lines if (about := read_line(line).about.get("seed")) not in seeds]
+    foreign_seeds = [
+        about for line in lines if (about := read_task_line(line).about.get("seed")) not in seeds
+    ]
     if foreign_seeds:
         yield f"{len(foreign_seeds)} of {len(lines)} tasks are of a seed that does not follow from the secret"
 

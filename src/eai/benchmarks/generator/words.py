@@ -56,12 +56,14 @@ class InstructionWriter:
         wording = benchmark.wording(Ability.ACTION_SEQUENCING)
         arities = {name: arity(name) or 0 for name in wording.predicates}
         everything = range(len(scene.objects)) if by_place else ()
-        seen = [fact for listing in wording.goal_listings for fact in listing.list_facts(initial, everything)]
+        seen = [
+            fact for listing in wording.goal_fact_listers for fact in listing.list_facts(initial, everything)
+        ]
         return InstructionWriter(arities, scene, benchmark.notation.english, seen)
 
     def get_sentences(self, predicate: str) -> Sequence[str]:
         """Return sentences that can state a predicate in the singular: ``{x} is on top of {y}``."""
-        return e.sentences_of(predicate, self.arities[predicate], self.english)
+        return e.make_predicate_sentences(predicate, self.arities[predicate], self.english)
 
     @cached_property
     def nouns(self) -> Mapping[str, str]:

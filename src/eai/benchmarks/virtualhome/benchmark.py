@@ -35,10 +35,10 @@ from eai.benchmarks.virtualhome.records import open_records as open_records
 from eai.benchmarks.virtualhome.tasks import VirtualHomeTask, build_tasks
 from eai.benchmarks.virtualhome.tasks import open_tasks as open_virtualhome_tasks
 from eai.logic.formula import Atom, Formula
-from eai.tasks.english import read_english
-from eai.tasks.goal_test import alternative_actions
+from eai.tasks.english import read_english_words
+from eai.tasks.goal_test import find_alternative_actions
 from eai.tasks.prompts.prompt import Belief, GoalSection
-from eai.tasks.source import Source, TaskSet, once_per_store
+from eai.tasks.source import Source, TaskSet, open_once_per_store
 from eai.tasks.task import GoalKind, Task
 from eai.world.relation import iterate_bits
 
@@ -60,7 +60,7 @@ def _format_plan_goals(belief: Belief) -> str:
     """
     task = belief.task
     classes = {obj.name: obj.category for obj in task.scene.objects}
-    actions = [alternative_actions(goal) for goal in task.goals_of(GoalKind.ACTION)]
+    actions = [find_alternative_actions(goal) for goal in task.goals_of(GoalKind.ACTION)]
     required = ["There is no action requirement."]
     if actions:
         lines = [line for names in actions for line in (" or ".join(names), "|".join(names))]
@@ -82,7 +82,7 @@ def _format_subgoal_goals(belief: Belief) -> str:
     """Return the goals as text, with class and id of each object, and whether actions are required."""
     task = belief.task
     lasting = [goal.formula for goal in task.goals if goal.kind is not GoalKind.ACTION]
-    actions = [" or ".join(alternative_actions(goal)) for goal in task.goals_of(GoalKind.ACTION)]
+    actions = [" or ".join(find_alternative_actions(goal)) for goal in task.goals_of(GoalKind.ACTION)]
     return "\n".join(
         [
             "[States]",
@@ -243,10 +243,10 @@ def make_wording(ability: Ability) -> Wording:
     )
 
 
-open_tasks = once_per_store(open_virtualhome_tasks)
+open_tasks = open_once_per_store(open_virtualhome_tasks)
 """Opens the 342 tasks of VirtualHome."""
 
-open_operators = once_per_store(open_virtualhome_operators)
+open_operators = open_once_per_store(open_virtualhome_operators)
 """Opens VirtualHome's 296 tasks of transition modeling."""
 
 
@@ -262,7 +262,7 @@ def virtualhome() -> Benchmark:
             VirtualHomeSubgoals(),
             formats=read_answer_formats("eai.benchmarks.virtualhome"),
             wordings=make_wording,
-            english=read_english("eai.benchmarks.virtualhome"),
+            english=read_english_words("eai.benchmarks.virtualhome"),
         ),
         DataSet(
             TITLES[NAME],

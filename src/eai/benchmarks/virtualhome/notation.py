@@ -25,7 +25,7 @@ from eai.abilities.verdict import Unreadable
 from eai.benchmarks.virtualhome import domain as virtualhome
 from eai.benchmarks.virtualhome.predicates import PREDICATE_OF_RELATION
 from eai.logic.signature import Signature
-from eai.tasks.lexicon import FormulaLexicon, objects_and_classes
+from eai.tasks.lexicon import FormulaLexicon, list_objects_and_classes
 from eai.tasks.task import GoalKind, Task
 from eai.world.domain import Domain
 from eai.world.state import Scene
@@ -211,7 +211,7 @@ class VirtualHomeSubgoals(SubgoalNotation):
 
     def make_formula_lexicon(self, scene: Scene) -> FormulaLexicon:
         """Return the lexicon of a scene: object names of the data set, and classes of the scene."""
-        names = objects_and_classes(scene.index, scene)
+        names = list_objects_and_classes(scene.index, scene)
         return FormulaLexicon(scene, Signature(self._predicates, self._actions, names), scene.index)
 
     def read(self, text: str) -> WrittenSubgoals | Unreadable:

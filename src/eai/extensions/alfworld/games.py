@@ -56,7 +56,7 @@ _CAN_CONTAIN = "cancontain"
 """Name of the predicate that states which kinds of receptacles may contain which kinds of objects."""
 
 
-def open_games(reference: str) -> Benchmark:
+def open_alfworld_games(reference: str) -> Benchmark:
     """Return the benchmark of all games below a folder, except games that ALFWorld marks as unsolvable.
 
     The id of a task is the path of its game in the folder, with dots instead of slashes.
@@ -65,7 +65,7 @@ def open_games(reference: str) -> Benchmark:
         InputError: The folder has no game, a game cannot be read, or two games have different domains.
     """
     folder = Path(reference)
-    games = {path: _read(path) for path in sorted(folder.rglob(FILE))}
+    games = {path: _read_game_file(path) for path in sorted(folder.rglob(FILE))}
     games = {path: game for path, game in games.items() if game.get("solvable") is not False}
     if not games:
         raise InputError(f"{folder}: expected games in files {FILE}")
@@ -74,7 +74,7 @@ def open_games(reference: str) -> Benchmark:
         if game["pddl_domain"] != games[first]["pddl_domain"]:
             raise InputError(f"{path}: expected the domain of {first}")
     source, commands = _replace_actions_by_commands(
-        _read_domain(games[first]["pddl_domain"], first), games[first]["grammar"]
+        _read_game_domain(games[first]["pddl_domain"], first), games[first]["grammar"]
     )
     declaration = DeclaredDomain(source)
     ids = {".".join(path.parent.relative_to(folder).parts) or folder.name: path for path in games}
@@ -98,7 +98,7 @@ def open_games(reference: str) -> Benchmark:
     )
 
 
-def _read(path: Path) -> Mapping[str, Any]:
+def _read_game_file(path: Path) -> Mapping[str, Any]:
     """Return the JSON object in the file of a game, after checking that it has all needed texts."""
     try:
         game: Mapping[str, Any] = json.loads(read_content(path))
@@ -110,7 +110,7 @@ def _read(path: Path) -> Mapping[str, Any]:
     return game
 
 
-def _read_domain(text: str, path: Path) -> m.PddlDomain:
+def _read_game_domain(text: str, path: Path) -> m.PddlDomain:
     """Read the domain of a game as TextWorld does.
 
     In ``?l - location, ?r - receptacle`` TextWorld reads the comma as part of the type's name. No object has
@@ -122,22 +122,22 @@ def _read_domain(text: str, path: Path) -> m.PddlDomain:
     domain = read_domain_text(text, path)
     types = tuple([pddl_type for pddl_type in domain.types if pddl_type.name not in empty])
     actions = [
-        replace(action, precondition=_drop_empty_types(action.precondition, empty))
+        replace(action, precondition=_drop_alternatives_of_empty_types(action.precondition, empty))
         for action in domain.actions
     ]
     return replace(domain, types=types, actions=tuple(actions))
 
 
-def _drop_empty_types(formula: f.Formula, empty: Collection[str]) -> f.Formula:
+def _drop_alternatives_of_empty_types(formula: f.Formula, empty: Collection[str]) -> f.Formula:
     """Return a condition without the alternatives that require an object of a type that has no objects."""
     match formula:
         case f.Exists(variable) if variable.category in empty:
             return f.FALSE
         case f.Or(operands):
-            alternatives = [_drop_empty_types(operand, empty) for operand in operands]
+            alternatives = [_drop_alternatives_of_empty_types(operand, empty) for operand in operands]
             return f.Or(tuple([alternative for alternative in alternatives if alternative != f.FALSE]))
         case _:
-            return map_subformulas(formula, lambda inner: _drop_empty_types(inner, empty))
+            return map_subformulas(formula, lambda inner: _drop_alternatives_of_empty_types(inner, empty))
 
 
 def _build_task(

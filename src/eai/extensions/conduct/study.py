@@ -20,7 +20,7 @@ from eai.studies.records import StudyRecords
 from eai.studies.study import Analysis, Study
 from eai.tasks.options import Options
 from eai.tasks.task_files import read_task_file_lines
-from eai.tasks.task_lines import read_line
+from eai.tasks.task_lines import read_task_line
 
 _WORD = re.compile(r"[\w.\-]+")
 _FACT = re.compile(r"[\w.\-]+\([^()]*\)")
@@ -68,7 +68,7 @@ def _read_shut_last_safety(path: Path) -> Mapping[str, bool]:
     Raises:
         InputError: The files cannot be read, or no task says this.
     """
-    lines = [read_line(line.content) for line in read_task_file_lines(path)]
+    lines = [read_task_line(line.content) for line in read_task_file_lines(path)]
     is_safe = {line.id: value for line in lines if isinstance(value := line.about.get(SHUT_LAST), bool)}
     if not is_safe:
         raise InputError(f"{path}: no task has {SHUT_LAST}; expected tasks of eai generate --kind hazards")

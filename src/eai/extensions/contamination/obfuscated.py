@@ -26,10 +26,10 @@ from eai.base.grouping import group_pairs
 from eai.benchmarks.benchmark import Benchmark
 from eai.benchmarks.names import OBFUSCATED, WITH_RULES
 from eai.benchmarks.registry import find_benchmark
-from eai.tasks.english import PLAIN_ENGLISH, English, sentences_of
+from eai.tasks.english import PLAIN_ENGLISH, English, make_predicate_sentences
 from eai.tasks.lexicon import FormulaLexicon
 from eai.tasks.operator_task import TransitionTask
-from eai.tasks.rules import DomainRules, explain_notation
+from eai.tasks.rules import DomainRules, explain_rule_notation
 from eai.tasks.source import USUAL_SOURCE, TaskSet
 from eai.tasks.task import Task
 from eai.tasks.wording import Wording, is_property
@@ -148,7 +148,7 @@ class _ObfuscatedWording(Wording):
 
     def _explain_predicate(self, predicate: str) -> str:
         arity = self._arity(predicate)
-        return sentences_of(predicate, arity, self.english)[0].format(
+        return make_predicate_sentences(predicate, arity, self.english)[0].format(
             **{x: x for x in make_parameter_names(arity)}
         )
 
@@ -157,7 +157,7 @@ class _ObfuscatedWording(Wording):
             _replace_words(self.words, definition) for definition in self._exact_rules.write_definitions()
         ]
         rules = "\n".join([*map(self.describe_operator, self._exact_rules.operators), *definitions])
-        return f"{explain_notation(rules)}\n{rules}"
+        return f"{explain_rule_notation(rules)}\n{rules}"
 
     def describe_rules_of(self, each: str) -> str:
         return f"what {each} requires and changes"
@@ -176,7 +176,7 @@ class _ObfuscatedWording(Wording):
         """Return the facts that plain prompts put into sentences, one on each line below a heading."""
         named = self._predicates_of_rules.intersection(self.unchanging)
         properties = {p.name for p in self.domain.vocabulary.predicates if is_property(p)}
-        listed, lines = {*self.listed_objects(task)}, [UNCHANGING]
+        listed, lines = {*self.list_prompt_objects(task)}, [UNCHANGING]
         for predicate, arguments in task.initial.facts():
             if predicate in named and not (predicate in properties and arguments[0] in listed):
                 lines.append(_replace_words(self.words, self.write_fact(task, Fact(predicate, arguments))))

@@ -58,7 +58,10 @@ class BatchScorer:
             if task_id is not None
         ]
         records = Scoring().score_records(self._suite, self._model, answers, explanations=self._explanations)
-        scored = [(None, None, None) if task_id is None else _columns(next(records)) for task_id in task_ids]
+        scored = [
+            (None, None, None) if task_id is None else _make_record_columns(next(records))
+            for task_id in task_ids
+        ]
         return {
             **batch,
             **{column: [row[index] for row in scored] for index, column in enumerate(RECORD_COLUMNS)},
@@ -71,7 +74,7 @@ class BatchScorer:
             yield frame.assign(**{column: scored[column] for column in RECORD_COLUMNS})
 
 
-def _columns(record: Record) -> tuple[str, str, bool | None]:
+def _make_record_columns(record: Record) -> tuple[str, str, bool | None]:
     outcome = outcome_of(record)
     excluded = record.verdict.excluded is not None
     return format_record_line(record), outcome.value, None if excluded else outcome is AnswerOutcome.SUCCESS

@@ -49,21 +49,21 @@ class RayScoring(Scoring):
         super().__init__(workers)
         self._is_ours = not ray.is_initialized()
         if self._is_ours:
-            _connect(address, workers)
+            _connect_to_cluster(address, workers)
         cores = int(ray.cluster_resources().get("CPU", 0))
         if cores < workers:
-            self._leave()
+            self._leave_cluster()
             raise InputError(f"{address}: {workers} workers take as many cores, and the cluster has {cores}")
-        lasting = ray.remote(num_cpus=1, max_restarts=-1, max_task_retries=MAX_DEATHS - 1)(_Actor)
+        lasting = ray.remote(num_cpus=1, max_restarts=-1, max_task_retries=MAX_DEATHS - 1)(_BatchActor)
         self._actors = [lasting.remote() for _ in range(workers)]
 
     def close(self) -> None:
         """End the actors, and leave the cluster if this object joined it."""
         for actor in self._actors:
             ray.kill(actor)
-        self._leave()
+        self._leave_cluster()
 
-    def _leave(self) -> None:
+    def _leave_cluster(self) -> None:
         if self._is_ours:
             ray.shutdown()
 
@@ -96,7 +96,7 @@ class RayScoring(Scoring):
             yield from _get_results(ahead.popleft())
 
 
-def _connect(address: str, workers: int) -> None:
+def _connect_to_cluster(address: str, workers: int) -> None:
     settings = {"num_cpus": workers} if address == LOCAL else {}
     try:
         ray.init(address, log_to_driver=False, logging_level="error", **settings)
@@ -114,7 +114,7 @@ def _get_results(promise: Any) -> Sequence[Any]:
     return results
 
 
-class _Actor:
+class _BatchActor:
     """A process on a node of the cluster that applies functions to batches."""
 
     def run(self, work: bytes, items: bytes) -> bytes:

@@ -46,11 +46,11 @@ _EMPTY_ANSWERS = ("", "[]", "{}", DONE)
 """Answers of an agent that does nothing: empty texts, plans and episodes."""
 
 
-def _write_answer(answer: str) -> str:
+def _write_answer_command(answer: str) -> str:
     return f"cat > /workdir/answer.txt <<'END_OF_ANSWER'\n{answer}\nEND_OF_ANSWER"
 
 
-def _act_commands(answer: str) -> str:
+def _write_episode_commands(answer: str) -> str:
     return "\n".join([f"act {quote(command)}" for command in answer.splitlines()])
 
 
@@ -89,7 +89,7 @@ def write_task_folders(
             f"--shared: {suite.ability} must be scored in a container that the agent cannot write to"
         )
     contents: _Files = {wheel.name: read_content(wheel) for wheel in wheels}
-    exporter = _Exporter(suite, contents, image, verifier_image, is_shared)
+    exporter = _HarborFolderMaker(suite, contents, image, verifier_image, is_shared)
     gold = open_answer_book(suite.benchmark, suite.ability, suite.source)
     chosen: dict[str, str] = {}
     left_out = Counter[str]()
@@ -103,11 +103,11 @@ def write_task_folders(
         if slug in chosen:
             raise InputError(f"the tasks {chosen[slug]} and {task_id} have the same folder name, {slug}")
         chosen[slug] = task_id
-        _write(out / slug, exporter.task_folder(slug, task_id, prompt, solution))
+        _write_files(out / slug, exporter.make_task_files(slug, task_id, prompt, solution))
     if not chosen:
         raise InputError(f"{suite.domain} {suite.ability}: all tasks are left out")
     if not is_shared:
-        _write(out / IMAGE, exporter.image_folder(chosen.values()))
+        _write_files(out / IMAGE, exporter.make_image_files(chosen.values()))
     return len(chosen), left_out
 
 
@@ -126,7 +126,7 @@ def _find_reason_to_leave_out(suite: Suite, task_id: str, prompt: Prompt, soluti
 
 
 @dataclass(frozen=True, slots=True)
-class _Exporter:
+class _HarborFolderMaker:
     """Makes the contents of folders. The fields hold arguments of `write_task_folders`."""
 
     suite: Suite
@@ -140,36 +140,40 @@ class _Exporter:
         """Whether answers are episodes (actions in a world that the verifier serves) instead of texts."""
         return get_declaration(self.suite.ability).takes_turns
 
-    def task_folder(self, slug: str, task_id: str, prompt: Prompt, solution: str) -> _Files:
+    def make_task_files(self, slug: str, task_id: str, prompt: Prompt, solution: str) -> _Files:
         """Return the contents of a task's files, by their paths in the task's folder."""
         reference, tasks = _bundle_benchmark(self.suite.benchmark.reference, [task_id])
         values = {
-            **self._template_values(reference),
+            **self._make_template_values(reference),
             "slug": slug,
             "task_id": json.dumps(task_id),
             "task": json.dumps(str(TaskReference(reference, self.suite.ability, task_id))),
             "question": "\n\n".join(filter(None, [prompt.system, prompt.user])),
-            "solution": _act_commands(solution) if self.acts else _write_answer(solution),
-            "world": _world(reference, task_id) if self.acts else "",
+            "solution": _write_episode_commands(solution) if self.acts else _write_answer_command(solution),
+            "world": _write_world_command(reference, task_id) if self.acts else "",
         }
         tests = _fill_templates(["script"], values) | (self.wheels | tasks if self.is_shared else {})
         groups = ["every", "acting" if self.acts else "answer", *([] if self.is_shared else ["separate"])]
         return _fill_templates(groups, values) | {f"tests/{name}": content for name, content in tests.items()}
 
-    def image_folder(self, task_ids: Collection[str]) -> _Files:
+    def make_image_files(self, task_ids: Collection[str]) -> _Files:
         """Return contents of the files from which the image with some tasks' worlds is built, by path."""
         reference, tasks = _bundle_benchmark(self.suite.benchmark.reference, task_ids)
-        return _fill_templates(["image", "script"], self._template_values(reference)) | self.wheels | tasks
+        return (
+            _fill_templates(["image", "script"], self._make_template_values(reference)) | self.wheels | tasks
+        )
 
-    def _template_values(self, reference: str) -> dict[str, str]:
+    def _make_template_values(self, reference: str) -> dict[str, str]:
         """Return the values of the placeholders in the templates of all folders, by placeholder."""
         extra = "[mcp]" if self.acts else ""
         requirements = [f"./{wheel}{extra}" for wheel in self.wheels] or [f"{_PACKAGE}{extra}=={__version__}"]
         mode = "shared" if self.is_shared else "separate"
-        own = f'\n\n[verifier.environment]\nnetwork_mode = "no-network"{_image_line(self.verifier_image)}'
+        own = (
+            f'\n\n[verifier.environment]\nnetwork_mode = "no-network"{_write_image_line(self.verifier_image)}'
+        )
         return {
             "ability": json.dumps(self.suite.ability.value),
-            "agent_image": _image_line(self.image),
+            "agent_image": _write_image_line(self.image),
             "benchmark": json.dumps(reference),
             "requirements": " ".join(map(quote, requirements)),
             "verifier": f'environment_mode = "{mode}"{"" if self.is_shared else own}',
@@ -178,11 +182,11 @@ class _Exporter:
         }
 
 
-def _image_line(image: str | None) -> str:
+def _write_image_line(image: str | None) -> str:
     return "" if image is None else f"\ndocker_image = {json.dumps(image)}"
 
 
-def _world(reference: str, task_id: str) -> str:
+def _write_world_command(reference: str, task_id: str) -> str:
     """Return the command that serves the world of a task, as a list in the YAML of Docker Compose.
 
     A dollar sign is written twice, because Compose replaces variables after a single dollar sign.
@@ -231,7 +235,7 @@ def _fill_templates(groups: Sequence[str], values: Mapping[str, str]) -> _Files:
     }
 
 
-def _write(folder: Path, contents: _Files) -> None:
+def _write_files(folder: Path, contents: _Files) -> None:
     write_files_atomically({folder / name: content for name, content in contents.items()})
     for name in contents:
         if Path(name).name in _EXECUTABLE:

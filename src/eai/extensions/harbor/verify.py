@@ -45,18 +45,18 @@ def compute_rewards(suite: Suite, task_id: str, text: str) -> dict[str, float]:
     """
     verdict = suite.score(task_id, text)
     if verdict.excluded is not None:
-        return _invalid(suite, task_id, verdict.excluded)
+        return _make_invalid_rewards(suite, task_id, verdict.excluded)
     if verdict.error is not None and verdict.error.check in (UNREPLAYABLE, RAISED):
-        return _invalid(suite, task_id, verdict.error.detail)
-    return {**_shares(suite, verdict), "valid": 1.0}
+        return _make_invalid_rewards(suite, task_id, verdict.error.detail)
+    return {**_compute_goal_shares(suite, verdict), "valid": 1.0}
 
 
-def _invalid(suite: Suite, task_id: str, reason: str) -> dict[str, float]:
+def _make_invalid_rewards(suite: Suite, task_id: str, reason: str) -> dict[str, float]:
     print(reason, file=sys.stderr)
-    return {**_shares(suite, suite.score(task_id, "")), "valid": 0.0}
+    return {**_compute_goal_shares(suite, suite.score(task_id, "")), "valid": 0.0}
 
 
-def _shares(suite: Suite, verdict: Verdict) -> dict[str, float]:
+def _compute_goal_shares(suite: Suite, verdict: Verdict) -> dict[str, float]:
     rates = compute_metric_rates([verdict], suite.ability)
     shares = {name: rates[name].share for name in get_declaration(suite.ability).overview_headings}
     rated = {name: float(share) for name, share in shares.items() if share is not None}
@@ -92,7 +92,7 @@ def compute_episode_rewards(suite: Suite, task_id: str, folder: Path) -> dict[st
     try:
         return compute_rewards(suite, task_id, read_episode(folder, suite, task_id))
     except InputError as error:
-        return _invalid(suite, task_id, str(error))
+        return _make_invalid_rewards(suite, task_id, str(error))
 
 
 def main() -> None:

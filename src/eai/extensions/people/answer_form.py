@@ -29,7 +29,7 @@ PREDICATE, FIRST, SECOND = "\u0001predicate", "\u0001first", "\u0001second"
 """Placeholders for words that a person chooses, in the pattern of an answer to goal interpretation."""
 
 
-def build_form(
+def build_answer_form(
     benchmark: Benchmark, ability: Ability, prompts: Mapping[str, Prompt], source: Source = USUAL_SOURCE
 ) -> str:
     """Return the HTML of the page with questions.
@@ -56,7 +56,7 @@ def build_form(
         "suffix": SUFFIX,
         "questions": questions,
         "goals": make_goal_pattern(benchmark, source) if ability is Ability.GOAL_INTERPRETATION else None,
-        "operators": _operators(benchmark, prompts, source)
+        "operators": _list_asked_operators(benchmark, prompts, source)
         if ability is Ability.TRANSITION_MODELING
         else None,
     }
@@ -77,7 +77,7 @@ def make_goal_pattern(benchmark: Benchmark, source: Source) -> Json:
     return pattern
 
 
-def _operators(benchmark: Benchmark, prompts: Mapping[str, Prompt], source: Source) -> Json:
+def _list_asked_operators(benchmark: Benchmark, prompts: Mapping[str, Prompt], source: Source) -> Json:
     """Return name and parameters of the operators that tasks ask for, by task. Questions name them, too."""
     tasks = benchmark.operators(source)
     return {

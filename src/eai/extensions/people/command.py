@@ -60,8 +60,8 @@ def play(
     if page is None and setting.feedback == PICTURES:
         raise InputError("--with feedback=pictures: a terminal shows no pictures; add --page PORT")
     suite, chosen = open_acting_tasks(domain, tasks, sample, seed, data)
-    answers = _Answers(out, suite)
-    tasks_left, total = _unfinished_tasks(chosen, suite, setting, answers), len(chosen)
+    answers = _EpisodeFile(out, suite)
+    tasks_left, total = _begin_unfinished_tasks(chosen, suite, setting, answers), len(chosen)
     if page is None:
         finished = _play_in_terminal(tasks_left, total, answers.put)
     else:
@@ -78,7 +78,7 @@ def play(
     print_result_line(f"To score: eai score {out} --domain {domain} --ability {ACTING.value} --allow-missing")
 
 
-class _Answers:
+class _EpisodeFile:
     """The response file of a person's episodes. It is written after each command.
 
     Raises:
@@ -91,7 +91,7 @@ class _Answers:
         self._path, self._model = path, read_model_name(path)
         responses = read_responses(path, suite.task_ids).responses if path.exists() else ()
         self._texts = {response.task_id: response.text for response in responses}
-        self._written = self._read()
+        self._written = self._read_file()
 
     def text(self, task_id: str) -> str:
         """Return the episode of a task so far, or an empty text if the task was not begun."""
@@ -103,19 +103,19 @@ class _Answers:
         Raises:
             InputError: Another program has written the file since the last command.
         """
-        if self._read() != self._written:
+        if self._read_file() != self._written:
             raise InputError(f"{self._path}: somebody else plays into this file; give another --out")
         self._texts[play.task.id] = play.to_text("stopped")
         responses = [Response(task_id, text) for task_id, text in self._texts.items()]
         write_responses(self._path.parent, ResponseFile(self._model, responses))
-        self._written = self._read()
+        self._written = self._read_file()
 
-    def _read(self) -> bytes | None:
+    def _read_file(self) -> bytes | None:
         return self._path.read_bytes() if self._path.exists() else None
 
 
-def _unfinished_tasks(
-    task_ids: Sequence[str], suite: Suite, setting: AgentSetting, answers: _Answers
+def _begin_unfinished_tasks(
+    task_ids: Sequence[str], suite: Suite, setting: AgentSetting, answers: _EpisodeFile
 ) -> Iterator[tuple[int, RecordedGame, Sequence[str]]]:
     """Yield each task that is not over: its number, its episode, and the observations so far."""
     from eai.agents.play import EpisodeFactory

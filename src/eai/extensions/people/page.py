@@ -57,8 +57,8 @@ def _run_tasks(
     task: UnfinishedTask | None = first
     while task is not None:
         (number, play, observations), task = task, None
-        log = [_log_entry(play, turn, text) for turn, text in enumerate(observations)]
-        content = _page_content(number, total, play, log)
+        log = [_make_log_entry(play, turn, text) for turn, text in enumerate(observations)]
+        content = _make_page_content(number, total, play, log)
         while task is None:
             line = yield content
             if line.strip() and not play.over:
@@ -66,13 +66,15 @@ def _run_tasks(
                 reply = enter(play, line)
                 save(play)
                 is_turn = len(play.turns) > turn
-                log.append(_log_entry(play, turn, reply) if is_turn else [line, reply, "aside"])
+                log.append(_make_log_entry(play, turn, reply) if is_turn else [line, reply, "aside"])
                 task = next(tasks, None) if play.over else None
-                content = {**_page_content(number, total, play, log), "last": play.over and task is None}
+                content = {**_make_page_content(number, total, play, log), "last": play.over and task is None}
         yield content
 
 
-def _page_content(number: int, total: int, play: RecordedGame, log: Sequence[list[str]]) -> dict[str, Json]:
+def _make_page_content(
+    number: int, total: int, play: RecordedGame, log: Sequence[list[str]]
+) -> dict[str, Json]:
     return {
         "title": play.stage.benchmark.title or play.stage.benchmark.name,
         "number": number,
@@ -88,15 +90,15 @@ def _page_content(number: int, total: int, play: RecordedGame, log: Sequence[lis
     }
 
 
-def _log_entry(play: RecordedGame, turn: int, observation: str) -> list[str]:
+def _make_log_entry(play: RecordedGame, turn: int, observation: str) -> list[str]:
     """Return the command, the observation and the result ("failed" or "done") of a turn of an episode."""
     return [play.turns[turn].said, observation, "failed" if play.failed[turn] else "done"]
 
 
-class _RequestHandler(BaseHTTPRequestHandler):
+class _PlayRequestHandler(BaseHTTPRequestHandler):
     """Answers one HTTP request of the person's browser."""
 
-    server: _Server
+    server: _PlayPageServer
     timeout = _REQUEST_TIMEOUT
 
     def do_GET(self) -> None:
@@ -105,7 +107,7 @@ class _RequestHandler(BaseHTTPRequestHandler):
             with self.server.lock:
                 data = encode_for_script(self.server.content)
             page = build_page("eai.extensions.people", "player", ("player.js",), data, sends=True)
-            self._send("text/html", page)
+            self._send_response("text/html", page)
 
     def do_POST(self) -> None:
         """Execute the line that the page sent, and send its new content. The last task ends the server."""
@@ -118,7 +120,7 @@ class _RequestHandler(BaseHTTPRequestHandler):
                 is_current = server.error is None and self.path.removeprefix("/") == server.content["at"]
                 if is_current:
                     server.content = server.tasks.send(line)
-                self._send("application/json", json.dumps({**server.content, "taken": is_current}))
+                self._send_response("application/json", json.dumps({**server.content, "taken": is_current}))
             except EaiError as error:
                 server.error = error
                 self.send_error(HTTPStatus.INTERNAL_SERVER_ERROR, "not saved: see the error in the terminal")
@@ -143,7 +145,7 @@ class _RequestHandler(BaseHTTPRequestHandler):
             return self.rfile.read(int(length)).decode(errors="replace")
         return None
 
-    def _send(self, kind: str, text: str) -> None:
+    def _send_response(self, kind: str, text: str) -> None:
         self.send_response(HTTPStatus.OK)
         for name, value in {**_HEADERS, "Content-Type": f"{kind}; charset=utf-8"}.items():
             self.send_header(name, value)
@@ -154,7 +156,7 @@ class _RequestHandler(BaseHTTPRequestHandler):
         """Log nothing, because the terminal belongs to the person who plays."""
 
 
-class _Server(ThreadingHTTPServer):
+class _PlayPageServer(ThreadingHTTPServer):
     """Serves the page of some tasks.
 
     Attributes:
@@ -167,7 +169,7 @@ class _Server(ThreadingHTTPServer):
     def __init__(self, port: int, tasks: Generator[dict[str, Json], str, None]) -> None:
         self.tasks, self.content, self.lock = tasks, next(tasks), Lock()
         self.error: EaiError | None = None
-        super().__init__((_HOST, port), _RequestHandler)
+        super().__init__((_HOST, port), _PlayRequestHandler)
 
     def handle_error(self, request: Any, client_address: Any) -> None:
         """Ignore a browser that closed its connection."""
@@ -194,7 +196,7 @@ def serve_page(
     if first is None:
         return
     try:
-        server = _Server(port, _run_tasks(first, tasks, total, save))
+        server = _PlayPageServer(port, _run_tasks(first, tasks, total, save))
     except OSError as error:
         raise InputError(f"--page {port}: cannot be used ({error.strerror})") from error
     ready(f"http://{_HOST}:{server.server_port}/")

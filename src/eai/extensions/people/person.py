@@ -67,14 +67,14 @@ def complete_words(play: RecordedGame, before: str) -> list[str]:
     """Return words that may come next on a line: actions at its beginning, then objects seen so far."""
     stage, wording = play.stage, play.stage.benchmark.observed_wording()
     if not before.strip():
-        return _operators(stage)
+        return _list_operator_names(stage)
     return [wording.object_name(stage.task, index) for index in sorted(play.memory.known)]
 
 
 def enter(play: RecordedGame, line: str) -> str:
     """Execute a typed line and return the observation. If the line is a question, return its answer."""
     stage = play.stage
-    command = normalize_command(line, _operators(stage))
+    command = normalize_command(line, _list_operator_names(stage))
     if command.startswith(POSSIBLE):
         play.harness = PROMPTED
         return (
@@ -104,7 +104,7 @@ def normalize_command(line: str, operators: Sequence[str]) -> str:
     return operator + (brackets or (f"({', '.join(words.replace(',', ' ').split())})" if words else ""))
 
 
-def _operators(stage: GameSetup) -> list[str]:
+def _list_operator_names(stage: GameSetup) -> list[str]:
     return [*stage.domain.operator_arities, DONE, LOOK, *list_declining_commands(stage.task)]
 
 

@@ -20,7 +20,7 @@ from eai.abilities.reasoning import split_reasoning
 from eai.abilities.verdict import Confusion, Unreadable
 from eai.base.errors import InputError
 from eai.base.files import number_lines, read_content
-from eai.tasks.options import describe_misfit
+from eai.tasks.options import describe_validation_error
 
 
 class QuestionKind(str, Enum):
@@ -116,7 +116,9 @@ def read_questions(file: Path) -> tuple[Sequence[Question], str]:
         try:
             question = Question.model_validate_json(line)
         except ValidationError as error:
-            raise InputError(f"{position}: {describe_misfit(error, Question.model_fields)}") from error
+            raise InputError(
+                f"{position}: {describe_validation_error(error, Question.model_fields)}"
+            ) from error
         if question.id in questions:
             raise InputError(f"{position}: the id {question.id!r} occurs twice; ids must be unique")
         questions[question.id] = question

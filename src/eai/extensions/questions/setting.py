@@ -25,7 +25,7 @@ from eai.planning.search import Limits
 from eai.tasks.planning import find_plan
 from eai.tasks.rules import DomainRules
 from eai.tasks.task import GoalKind, Task
-from eai.tasks.wording import prompt_objects
+from eai.tasks.wording import list_objects_in_prompt
 from eai.world.action import Action
 from eai.world.domain import Domain
 from eai.world.execution import execute_plan
@@ -196,7 +196,7 @@ def make_question_setting(task: Task, rules: DomainRules, planner: Planner, seed
 def _restrict_to_shown_objects(task: Task) -> Task:
     """Reduce a task to the objects that a prompt shows or its plan uses. Leave out goals about actions."""
     named = [i for action in task.script for i in action.arguments]
-    kept = sorted({*prompt_objects(task), *named})
+    kept = sorted({*list_objects_in_prompt(task), *named})
     number = {index: i for i, index in enumerate(kept)}
     initial = restrict_state(task.initial, kept)
     conditions = [goal for goal in task.goals if goal.kind is not GoalKind.ACTION]

@@ -245,7 +245,7 @@ class QuestionGenerator:
             "objects": _format_objects(setting),
             "facts": _format_facts(setting, item, operators),
             "rules": setting.rules.write_rules(operators, item.formulas),
-            "actions": setting.rules.write_heads(operators),
+            "actions": setting.rules.write_operator_heads(operators),
             "question": _format_question_text(item, setting, cell, self._templates, choices),
             "answer": self._templates.read(f"questions/answer.{form}.txt"),
         }

@@ -23,7 +23,7 @@ from eai.studies.perception.scene_graph import SceneWords
 from eai.studies.report.explorer import SceneTile, TileScenes
 from eai.tasks.source import ErrataChoice, Source
 from eai.tasks.task import Task
-from eai.tasks.wording import prompt_objects
+from eai.tasks.wording import list_objects_in_prompt
 from eai.world.action import Action
 from eai.world.domain import Domain
 from eai.world.episode import Episode
@@ -64,7 +64,7 @@ def make_tiles_after_each_step(record: Record, suite: Suite) -> TileScenes:
         return ()
     task, states = found
     named = [i for step in _get_steps(record.explanation) for i in _to_action(step, task.scene).arguments]
-    shown = list(dict.fromkeys([*prompt_objects(task), *named]))
+    shown = list(dict.fromkeys([*list_objects_in_prompt(task), *named]))
     words = make_picture_words(suite.benchmark)
     return [_make_scene_tiles(task, words, state, shown) for state in states]
 

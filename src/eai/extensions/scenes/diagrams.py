@@ -14,7 +14,7 @@ from eai.studies.perception.scene_graph import SceneGraph, SceneWords
 from eai.studies.perception.scenes import choose_other_objects
 from eai.tasks.prompts.prompt import Image
 from eai.tasks.task import Task
-from eai.tasks.wording import prompt_objects
+from eai.tasks.wording import list_objects_in_prompt
 from eai.world.state import State
 
 PNG = "image/png"
@@ -44,7 +44,7 @@ def draw_scene(
         state: a state of the scene; the initial state if None.
         objects: indexes of the objects to show; the objects of a prompt if None.
     """
-    shown = prompt_objects(task) if objects is None else objects
+    shown = list_objects_in_prompt(task) if objects is None else objects
     others = choose_other_objects(task, words, shown, clutter)
     now = task if state is None else replace(task, initial=state)
     names, agent = words.list_object_names(task), task.scene.agent

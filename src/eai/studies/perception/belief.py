@@ -16,7 +16,7 @@ from eai.benchmarks.benchmark import Benchmark
 from eai.logic.traversal import find_object_names
 from eai.studies.perception.scene_graph import NamedFact, SceneGraph, SceneWords, SupportRelation
 from eai.tasks.task import Task
-from eai.tasks.wording import prompt_objects
+from eai.tasks.wording import list_objects_in_prompt
 from eai.world.state import Fact, Scene, State, WorldObject
 
 UNSEEN = "(unseen)"
@@ -145,4 +145,4 @@ class _PerceivedScene:
         """Return the first object in the prompt whose name differs from a given name only in the number."""
         stem = _STEM.sub("", name)
         names = self._words.list_object_names(self._task)
-        return next((i for i in prompt_objects(self._task) if _STEM.sub("", names[i]) == stem), None)
+        return next((i for i in list_objects_in_prompt(self._task) if _STEM.sub("", names[i]) == stem), None)

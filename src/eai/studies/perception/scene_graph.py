@@ -13,7 +13,7 @@ from eai.abilities.answer_text import AnswerFormat, JsonObject, contains_json_st
 from eai.abilities.verdict import Unreadable
 from eai.planning.role import find_spatial_predicates
 from eai.tasks.task import Task
-from eai.tasks.wording import Wording, prompt_objects
+from eai.tasks.wording import Wording, list_objects_in_prompt
 from eai.world.derived import find_definition
 from eai.world.state import Fact, State
 from eai.world.vocabulary import Vocabulary
@@ -202,7 +202,7 @@ class SceneWords:
 
     def list_facts(self, state: State, objects: Sequence[int]) -> Iterator[Fact]:
         """Yield all facts about some objects, including facts that follow from others."""
-        for listing in self.wording.goal_listings:
+        for listing in self.wording.goal_fact_listers:
             yield from listing.list_facts(state, objects)
 
     def list_stored_facts(self, state: State, objects: Sequence[int]) -> Iterator[Fact]:
@@ -214,7 +214,10 @@ class SceneWords:
 
     def make_true_graph(self, task: Task, objects: Sequence[int] | None = None) -> SceneGraph:
         """Return the true scene graph of some objects, by default of all objects in the task's prompt."""
-        names, chosen = self.list_object_names(task), prompt_objects(task) if objects is None else objects
+        names, chosen = (
+            self.list_object_names(task),
+            list_objects_in_prompt(task) if objects is None else objects,
+        )
         facts = self.list_stored_facts(task.initial, chosen)
         return make_scene_graph(
             [names[index] for index in chosen], [self.to_named_fact(fact, names) for fact in facts]

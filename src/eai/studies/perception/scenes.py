@@ -29,7 +29,7 @@ from eai.studies.variation import Endpoint, FirstStage
 from eai.tasks.prompts.prompt import INITIAL_PLACEHOLDER, Belief, Image
 from eai.tasks.prompts.template import Templates
 from eai.tasks.task import Task
-from eai.tasks.wording import prompt_objects
+from eai.tasks.wording import list_objects_in_prompt
 from eai.world.relation import iterate_bits
 from eai.world.state import Fact
 
@@ -142,7 +142,7 @@ def write_context(task: Task, words: SceneWords, much: Clutter, templates: Templ
         much: number of other objects, as in pictures with this clutter.
         templates: the text around the lists.
     """
-    wording, described = words.wording, prompt_objects(task)
+    wording, described = words.wording, list_objects_in_prompt(task)
     others = choose_other_objects(task, words, described, much)
     told = {
         words.to_named_fact(fact, words.list_object_names(task))
@@ -181,14 +181,18 @@ def _describe_pictures(scene: SceneFormat, task: Task, benchmark: Benchmark, tem
     text = templates.read(f"scene_{scene}.txt")
     names = open_scene_words(benchmark).list_object_names(task)
     if scene == "numbered":
-        return f"{text}\n{', '.join([f'{number} {names[number]}' for number in prompt_objects(task)])}"
+        return (
+            f"{text}\n{', '.join([f'{number} {names[number]}' for number in list_objects_in_prompt(task)])}"
+        )
     if scene != "pointed":
         return text
     where: Mapping[int, tuple[int, int, int]] = _load_scene_offer(
         "rendered_pictures", scene
     ).locate_objects_in_images(task)
     lines = [
-        f"{names[i]}: {'picture {}, ({}, {})'.format(*where[i])}" for i in prompt_objects(task) if i in where
+        f"{names[i]}: {'picture {}, ({}, {})'.format(*where[i])}"
+        for i in list_objects_in_prompt(task)
+        if i in where
     ]
     return "\n".join([text, *lines])
 

@@ -50,7 +50,8 @@ class Questions:
     """The material for the prompts of one ability in any declared domain.
 
     Attributes:
-        template: name of the templates, equal to the ability. Transition modeling uses `operator_prompts`.
+        template: name of the templates, equal to the ability. `render_operator_prompts` renders transition
+            modeling instead.
         wording: the words of the declaration.
         role: the role of the agent, as in ``a household robot``.
         tasks: mapping from ids to the tasks.
@@ -83,59 +84,59 @@ def render(questions: Questions, templates: Templates) -> dict[str, Prompt]:
         "format": questions.answer_format,
     }
     tells_goals = "$explained" in templates.read(f"{name}.txt")
-    others = {title: _example_for(title, questions) for title in {task.title for task in tasks.values()}}
+    others = {title: _render_example(title, questions) for title in {task.title for task in tasks.values()}}
 
     @cache
     def example(other: str | None) -> str:
         if other is None:
             return ""
-        question = _question(name, wording, Belief(tasks[other]), templates)
+        question = _render_question(name, wording, Belief(tasks[other]), templates)
         return templates.fill("example.txt", {"task": question, "answer": questions.example(other)})
 
     prompts = {}
     for task_id, task in tasks.items():
         belief, other = questions.beliefs.get(task_id) or Belief(task), others[task.title]
         about = [belief.task] if other is None else [belief.task, tasks[other]]
-        explained = explain_goals(name, about, templates) if tells_goals else []
+        explained = explain_goal_notation(name, about, templates) if tells_goals else []
         values = {
             **shared,
             "explained": "".join([f"\n\n{explanation}" for explanation in explained]),
             "example": example(other),
-            "task": _question(name, wording, belief, templates),
+            "task": _render_question(name, wording, belief, templates),
         }
         prompts[task_id] = Prompt(templates.fill(f"{name}.txt", values), images=belief.images)
     return prompts
 
 
-def render_task(questions: Questions, belief: Belief, templates: Templates) -> Prompt:
+def render_task_prompt(questions: Questions, belief: Belief, templates: Templates) -> Prompt:
     """Return the prompt about a task as the model believes it to be.
 
     The belief may differ from the belief in `Questions`.
     """
     task = belief.task
-    other = _example_for(task.title, questions)
+    other = _render_example(task.title, questions)
     examples = {} if other is None else {other: questions.tasks[other]}
     material = replace(questions, tasks={**examples, task.id: task}, beliefs={task.id: belief})
     return render(material, templates)[task.id]
 
 
-def _example_for(title: str, questions: Questions) -> str | None:
+def _render_example(title: str, questions: Questions) -> str | None:
     return next((task_id for task_id, task in questions.tasks.items() if task.title != title), None)
 
 
-def _question(name: str, wording: Wording, belief: Belief, templates: Templates) -> str:
+def _render_question(name: str, wording: Wording, belief: Belief, templates: Templates) -> str:
     task = belief.task
     values = {
         "title": task.title,
         "instruction": task.instruction,
         "objects": wording.describe_objects(task),
-        "initial": initial_text(wording, belief),
-        "goals": _goals_text(wording, belief, templates),
+        "initial": write_initial_state(wording, belief),
+        "goals": _write_goals(wording, belief, templates),
     }
     return templates.fill(f"{name}_task.txt", values)
 
 
-def _goals_text(wording: Wording, belief: Belief, templates: Templates) -> str:
+def _write_goals(wording: Wording, belief: Belief, templates: Templates) -> str:
     """Return the text of a task's goals, and of the subgoals on the way to them if there are any."""
     goals = wording.describe_goals(belief.task)
     if not belief.subgoals:
@@ -143,12 +144,12 @@ def _goals_text(wording: Wording, belief: Belief, templates: Templates) -> str:
     return f"{goals}\n\n{templates.fill('subgoals.txt', {'subgoals': chr(10).join(belief.subgoals)})}"
 
 
-def initial_text(wording: Wording, belief: Belief) -> str:
+def write_initial_state(wording: Wording, belief: Belief) -> str:
     """Return the text that states the initial state of a task as the model believes it to be."""
     return Template(belief.initial).safe_substitute(initial=wording.describe_initial(belief.task))
 
 
-def explain_goals(name: str, tasks: Iterable[Task], templates: Templates) -> list[str]:
+def explain_goal_notation(name: str, tasks: Iterable[Task], templates: Templates) -> list[str]:
     """Return explanations of the elements in the goals of tasks: actions, quantifiers, goals over time.
 
     Args:
@@ -172,7 +173,7 @@ def explain_goals(name: str, tasks: Iterable[Task], templates: Templates) -> lis
     ]
 
 
-def make_samples(wording: Wording) -> Mapping[str, str]:
+def make_format_samples(wording: Wording) -> Mapping[str, str]:
     """Return examples that explain the answer's format: predicates and actions with their parameters."""
     arity = wording.domain.vocabulary.find_arity
     names = {name: wording.answer_names.get(name, name) for name in wording.predicates}
@@ -193,7 +194,7 @@ def make_samples(wording: Wording) -> Mapping[str, str]:
     }
 
 
-def operator_prompts(tasks: Mapping[str, TransitionTask], templates: Templates) -> dict[str, Prompt]:
+def render_operator_prompts(tasks: Mapping[str, TransitionTask], templates: Templates) -> dict[str, Prompt]:
     """Return a mapping from ids of tasks to their prompts.
 
     The example shows operators that the task does not ask for. If a domain has very many types, only the
@@ -205,10 +206,10 @@ def operator_prompts(tasks: Mapping[str, TransitionTask], templates: Templates) 
     answer_format = templates.read("formats/transition_modeling.txt")
     prompts = {}
     for task_id, task in tasks.items():
-        other, others = _other_operators(task, tasks)
-        names = _names_of(task, other, (*task.operators, *others))
-        example = _example(other, others, names, templates)
-        question = _operator_question(task, task.operators, names, templates)
+        other, others = _choose_example_operators(task, tasks)
+        names = _find_mentioned_names(task, other, (*task.operators, *others))
+        example = _render_operator_example(other, others, names, templates)
+        question = _render_operator_question(task, task.operators, names, templates)
         values = {
             "predicates": write_domain(_restrict_header(task.domain.header, names, f"{example}\n{question}")),
             "format": answer_format,
@@ -219,7 +220,9 @@ def operator_prompts(tasks: Mapping[str, TransitionTask], templates: Templates) 
     return prompts
 
 
-def _names_of(task: TransitionTask, other: TransitionTask, operators: Sequence[str]) -> Set[str] | None:
+def _find_mentioned_names(
+    task: TransitionTask, other: TransitionTask, operators: Sequence[str]
+) -> Set[str] | None:
     """Return the names in operators and in the goals of two tasks; None to print the domain in full."""
     header = task.domain.header
     if len(header.types) <= MAX_SHOWN_TYPES:
@@ -252,7 +255,7 @@ def _restrict_header(header: PddlDomain, names: Set[str] | None, text: str) -> P
     )
 
 
-def _operator_question(
+def _render_operator_question(
     task: TransitionTask, operators: Sequence[str], names: Set[str] | None, templates: Templates
 ) -> str:
     """Return the text of the problem, with initial facts of some predicates, and the operators' heads."""
@@ -268,7 +271,7 @@ def _operator_question(
     return templates.fill("transition_modeling_task.txt", {"problem": problem, "heads": heads})
 
 
-def _other_operators(
+def _choose_example_operators(
     task: TransitionTask, tasks: Mapping[str, TransitionTask]
 ) -> tuple[TransitionTask, Sequence[str]]:
     """Return another task and some of its operators that the first task does not ask for.
@@ -284,12 +287,12 @@ def _other_operators(
     return best, others(best)
 
 
-def _example(
+def _render_operator_example(
     other: TransitionTask, operators: Sequence[str], names: Set[str] | None, templates: Templates
 ) -> str:
     """Return the example: some operators of another task with the answer; an empty text without operators."""
     if not operators:
         return ""
     answer = json.dumps({"output": "\n".join(other.domain.operators[name].pddl for name in operators)})
-    question = _operator_question(other, operators, names, templates)
+    question = _render_operator_question(other, operators, names, templates)
     return templates.fill("example.txt", {"task": question, "answer": answer})

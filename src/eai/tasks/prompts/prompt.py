@@ -21,7 +21,7 @@ from typing_extensions import TypedDict
 
 from eai.base.errors import InputError
 from eai.base.files import read_content
-from eai.tasks.options import describe_misfit
+from eai.tasks.options import describe_validation_error
 from eai.tasks.task import Task
 
 Shape = TypeVar("Shape")
@@ -110,7 +110,9 @@ def _read(path: Path, adapter: TypeAdapter[Shape], shape: str) -> Shape:
     try:
         return adapter.validate_json(read_content(path))
     except ValidationError as error:
-        raise InputError(f"{path}: expected {shape} ({describe_misfit(error, whole='the file')})") from error
+        raise InputError(
+            f"{path}: expected {shape} ({describe_validation_error(error, whole='the file')})"
+        ) from error
 
 
 @dataclass(frozen=True, slots=True)

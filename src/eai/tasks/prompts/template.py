@@ -19,14 +19,14 @@ _FOLDER = Path(__file__).parent / "templates"
 _VARIANTS = "variants"
 
 
-def template_names() -> frozenset[str]:
+def list_template_names() -> frozenset[str]:
     """Return the names of all packaged templates, such as ``formats/transition_modeling.txt``."""
     names = (file.relative_to(_FOLDER).as_posix() for file in find_files_below(_FOLDER, "*.txt"))
     return frozenset(name for name in names if not name.startswith(f"{_VARIANTS}/"))
 
 
 @cache
-def _read_packaged(name: str, variant: str) -> str:
+def _read_packaged_template(name: str, variant: str) -> str:
     """Return the text of a packaged template, in the variant's wording if it has this template."""
     file = _FOLDER / _VARIANTS / variant / name
     file = file if variant and file.is_file() else _FOLDER / name
@@ -51,10 +51,10 @@ class Templates:
         Raises:
             InputError: the user's file cannot be read.
         """
-        own = self.read_own(name)
-        return _read_packaged(name, self.variant) if own is None else own
+        own = self.read_user_template(name)
+        return _read_packaged_template(name, self.variant) if own is None else own
 
-    def read_own(self, name: str) -> str | None:
+    def read_user_template(self, name: str) -> str | None:
         """Return the user's template of this name, or None if it does not exist.
 
         Raises:
