@@ -9,7 +9,8 @@ check has parts, with ` & ` between them:
     lowest: B/SD/missing_step/o1-preview       the model with the lowest rate
     rank: B/AS/task_success/o1-mini/2          the rank of a model
     above: V/AS/task_success/Mistral Large/o1-preview
-    printed: replanning/task_success/GPT-4o/65.2    a figure of the text beside the paper's own table
+    printed: replanning/task_success/GPT-4o/65.2    a figure of the text beside the paper's own table; the
+                                               metric has its ability in front if the table has several
     count: V/goals/801                         a figure of the data set
     measure: pour                              a function of a module `measures_...`
     rates, clearly, strength, step, missed, error, asked, gold, alone      see `compared`
@@ -211,7 +212,11 @@ class Checker:
         name, metric, *words, said = text.split("/")
         row = "/".join(words)
         figures = read_paper_table(name).rows[row]
-        (figure,) = [value for column, value in figures.items() if column.metric == metric]
+        (figure,) = [
+            value
+            for column, value in figures.items()
+            if metric in (column.metric, f"{column.ability}.{column.metric}")
+        ]
         same = figure is not None and abs(figure - float(said)) <= DIGIT
         return Finding(by_degree(same, False), f"{row}: the table has {figure}")
 
