@@ -14,12 +14,12 @@ Schema: TypeAlias = Mapping[str, Json]
 """A JSON schema."""
 
 MAX_WORDS = 1000
-"""Maximum number of words in all choices of a schema. This is OpenAI's limit, the smallest published one."""
+"""Maximum number of words in all enumerations of a schema: OpenAI's limit, the smallest published one."""
 
 LONG_CHOICE_WORDS = 250
-"""Maximum number of words of a short choice."""
+"""Maximum number of words of an enumeration without a limit on its number of characters."""
 MAX_LONG_CHOICE_CHARACTERS = 15_000
-"""Maximum number of characters of all words of a long choice."""
+"""Maximum number of characters of all words of an enumeration with more than `LONG_CHOICE_WORDS` words."""
 
 
 def make_text_schema(words: Iterable[str] | None = None) -> Schema:
@@ -57,7 +57,7 @@ def is_schema_accepted_by_providers(schema: Schema) -> bool:
 
 
 def _list_enumerated_values(schema: Json) -> Iterator[Sequence[Json]]:
-    """Yield the words of each choice in a schema."""
+    """Yield the words of each enumeration in a schema."""
     if isinstance(schema, Mapping):
         words = schema.get("enum")
         if isinstance(words, list):

@@ -40,7 +40,7 @@ MAX_DEPTH = 100
 """Maximum depth of nested lists and objects in a value that is read."""
 
 _MAX_QUOTED = 60
-"""Maximum number of characters of an answer that a message quotes."""
+"""Maximum number of characters that an error message quotes from an answer."""
 
 MAX_VALUES = 10_000
 """Maximum number of bracketed values in an answer."""
@@ -238,7 +238,7 @@ def read_json(text: str, form: AnswerFormat[T]) -> ParsedAnswer[T] | Unreadable:
 
 
 class _AnswerReader(Generic[T]):
-    """An answer, and the form of the value that the answer must contain."""
+    """Reads the value that an answer must contain, in a given form."""
 
     def __init__(self, text: str, form: AnswerFormat[T]) -> None:
         self.form = form
@@ -310,7 +310,7 @@ class _AnswerReader(Generic[T]):
         return Unreadable(reason, spans=self._make_spans([], unread=stretch))
 
     def _choose_answer_value(self, values: list[_ValueInText[T]]) -> ParsedAnswer[T] | Unreadable:
-        """Choose the value that counts as the answer, or join the pieces of the answer, such as steps."""
+        """Return the value that counts as the answer, or the joined pieces of the answer, such as steps."""
         chosen = self._select_relevant(values)
         line = self._find_stray_line(values)
         if line is not None:
@@ -337,7 +337,7 @@ class _AnswerReader(Generic[T]):
         return self._make_parsed_answer(chosen[-1:], chosen[-1].meaning, ())
 
     def _select_relevant(self, values: list[_ValueInText[T]]) -> list[_ValueInText[T]]:
-        """Return the values that name something of the task, and the values next to them.
+        """Return the values that name something of the task, and the values beside them in the text.
 
         If no value names something of the task, return all values.
         """
@@ -389,7 +389,7 @@ class _AnswerReader(Generic[T]):
     def _make_spans(
         self, chosen: Sequence[_ValueInText[T]], unread: _BracketedText | None = None
     ) -> tuple[Span, ...]:
-        """Return the treatment of each part of the text, in order.
+        """Return the parts of the answer's text, each with its treatment: read, repaired or prose.
 
         Blank parts and code fences are left out.
         """

@@ -17,7 +17,7 @@ STUDY = "replanning"
 _LABEL_POSITION = 30
 
 AttemptStart: TypeAlias = Literal["restart", "continue"]
-"""Initial state of a further attempt: that of the task (``restart``) or the present one (``continue``)."""
+"""Initial state of a further attempt: the task's (``restart``) or the present state (``continue``)."""
 
 
 FeedbackLevel: TypeAlias = Literal["none", "kind", "explained", "state"]
@@ -48,7 +48,7 @@ class AttemptOptions:
         slip_seed: random seed that decides which actions slip; None if no action slips.
         notice: whether the agent notices that an action slipped.
         until: the condition that ends an attempt.
-        preset: name of a published script, if plans are executed as this script does; None for our way.
+        preset: name of a published evaluation script, if plans are executed as in this script; None if not.
 
     Raises:
         InputError: a number is out of its range, or the preset's name cannot be the name of a file.

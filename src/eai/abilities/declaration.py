@@ -43,7 +43,7 @@ V = TypeVar("V", bound=Verdict)
 class AnswerOutcome(str, Enum):
     """The outcome of one answer, or of a missing answer.
 
-    Outcomes that are no error of the model come first.
+    Outcomes in which the model makes no error come first.
     """
 
     EXCLUDED = "excluded"
@@ -186,7 +186,7 @@ class AbilityDeclaration(Generic[V]):
         interaction: the exchange with a model; a `MultiTurnInteraction` if answers are episodes.
         title: name for readers.
         short_title: name for narrow columns.
-        verdict: class of the verdicts. `eai.Reward` pays for what its method `compute_credit` returns.
+        verdict: class of the verdicts. `eai.Reward` uses its method `compute_credit`.
         contributions: takes a verdict and returns what the answer adds to each metric. All verdicts have the
             same metrics in the same order.
         outcome: returns the outcome of an answer that is not excluded.
@@ -287,7 +287,7 @@ def get_display_name(name: str) -> str:
 
 
 def make_score_columns(parts: Sequence[str]) -> tuple[MetricColumn, ...]:
-    """Return the table columns for precision, recall and F1 of each part of an answer."""
+    """Return the table columns for precision, recall and F1 of the given parts of answers."""
     measures = (("precision", "P"), ("recall", "R"), ("f1", "F1"))
     return tuple(
         MetricColumn(f"{part}.{measure}", get_display_name(part), label)
@@ -375,14 +375,14 @@ def declare_plan_ability(
 
 
 def count_faults(verdict: PlanVerdict, kind: FaultKind) -> int:
-    """Return how many errors of a kind an answer counts in summaries. Errors of this kind end a plan."""
+    """Return the number of errors of a kind that an answer has in summaries. Such an error ends a plan."""
     if verdict.counted is not None:
         return verdict.counted.errors.get(kind, 0)
     return int(verdict.error is not None and verdict.error.kind is kind)
 
 
 def count_additional_steps(verdict: PlanVerdict) -> int:
-    """Return how often the additional steps of an answer count in summaries.
+    """Return the number of additional steps with which an answer counts in summaries.
 
     Several such steps count once, unless the verdict's `SummaryCounts` say otherwise.
     """
@@ -392,7 +392,7 @@ def count_additional_steps(verdict: PlanVerdict) -> int:
 
 
 def compute_goal_shares(verdict: PlanVerdict) -> Shares:
-    """Return what one answer adds to the rates of reached goals; 0 of 0 if its goals are unknown."""
+    """Return what an answer adds to the rates of reached goals; 0 of 0 if its goals are unknown."""
     goals = verdict.goals if verdict.counted is None else verdict.counted.goals
     shares: tuple[Share, ...] = (EMPTY_SHARE,) * len(KINDS) if goals is None else goals
     whole = Share(sum(share.numerator for share in shares), sum(share.denominator for share in shares))

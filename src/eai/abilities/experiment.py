@@ -35,10 +35,9 @@ class StudySettings:
     All records of the run have these options.
 
     Attributes:
-        label: a short text that is unique among the choices of the study. It is part of the name of the run's
-            folder.
+        label: a short text that is unique among all settings of the study, for the name of the run's folder.
         options: the options of the study by name, as JSON.
-        summary: values that the study reports on one answer, by name; empty if the choice describes a run.
+        summary: values that the study reports on one answer, by name; empty if the settings describe a run.
         label_position: rank of the study in labels that name several studies; smaller numbers come first.
             Files list the studies in this order instead of holding the number.
 
@@ -60,10 +59,10 @@ class StudySettings:
         return hash(self.label)
 
     def combine(self, study: str, other: StudySettings) -> StudySettings:
-        """Return a choice with the options of both choices, and with both labels.
+        """Return settings with the options and the labels of both settings.
 
         Raises:
-            InputError: the two choices have different values of one option.
+            InputError: the two settings have different values of one option.
         """
         if self == other:
             return self
@@ -99,7 +98,7 @@ class Experiment:
     All records of a run have the same experiment; the experiment of a plain run is None.
 
     Attributes:
-        study: the choices of the run, by the name of their study.
+        study: the settings of the run for each study, by name of the study.
         harness: name of the program in which a model acts; None for a plain question, or if it is unknown.
         effort: the requested reasoning effort; None for the provider's default.
         rules: the rules of the run's games that differ from the standard rules; None for the standard rules.
@@ -144,7 +143,7 @@ class Experiment:
         return self.replace_study_settings(replace(other, study=study))
 
     def replace_study_settings(self, other: Experiment) -> Experiment:
-        """Return this experiment with its choices replaced by those of another experiment."""
+        """Return this experiment with the study settings of another experiment."""
         study = {**self.study}
         for name, choice in other.study.items():
             study[name] = (
@@ -154,12 +153,12 @@ class Experiment:
 
     @property
     def agent_settings(self) -> dict[str, str]:
-        """The harness, the effort and the rules by name, without those that are None."""
+        """Mapping from ``harness``, ``effort`` and ``rules`` to their values, as far as they are set."""
         values = {setting.name: getattr(self, setting.name) for setting in fields(self)[1:]}
         return {name: value for name, value in values.items() if value is not None}
 
     def without_study(self, study: str) -> Experiment | None:
-        """Return the experiment without its choice in a study, or None if no choice is left."""
+        """Return the experiment without the settings of one study, or None if nothing is set then."""
         left = replace(self, study={name: self.study[name] for name in self.study if name != study})
         return None if left == Experiment() else left
 
@@ -170,7 +169,7 @@ class Experiment:
 
     @property
     def settings_in_label_order(self) -> dict[str, StudySettings]:
-        """The choices of all studies, in the order of their labels."""
+        """The settings of all studies, in the order of their labels."""
         return dict(sorted(self.study.items(), key=lambda item: item[1].label_position))
 
     @property

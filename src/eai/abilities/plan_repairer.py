@@ -84,7 +84,7 @@ class PlanRepairer:
 
     @property
     def _why_distance_unknown(self) -> str | None:
-        """The reason why distances from success are unknown for this task; None if they can be computed."""
+        """Reason why plans for this task have no known distance from success; None if it can be computed."""
         if self.task.has_no_plan:
             return "unsolvable"
         if any(goal.is_over_time for goal in self.task.goals):
@@ -229,7 +229,7 @@ def _get_cached_repairer(plans: PlanRepairer, usable: tuple[int, ...]) -> Repair
 
 
 def _rank_position(step: int, shown: int | None, end: int) -> int:
-    """Return the position of an edit: 0 at the failed step, 1 before that step, 2 after that step."""
+    """Return the rank of an edit by its position: 0 at the failed step, 1 before it, 2 after it."""
     if shown is None or step == shown:
         return 0
     return 1 if step < shown or shown == end else 2

@@ -157,7 +157,7 @@ ABILITY_GROUP = "eai.abilities"
 """Group of the entry points by which a distribution registers an `AbilityDeclaration`."""
 
 _LISTED_FIRST = (*_ALL_PAPER_ABILITIES, "world_model", "scene_graph", "acting")
-"""Abilities that are listed before all others, in this order."""
+"""The abilities that are listed before all others, in this order."""
 
 
 @cache

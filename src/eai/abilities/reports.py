@@ -147,7 +147,7 @@ def _describe_failed_tries(domain: Domain, action: Action, before: State, after:
 
 
 def _describe_fault(check: Check, domain: Domain, action: Action, state: State) -> str:
-    """Describe the fault of an action in a state. Objects that the reason does not name are added."""
+    """Describe the fault of an action in a state, with the objects that cause it."""
     reason = check.reason.format_map(map_parameters_to_names(action, domain, state.scene))
     witnesses = find_check_witnesses(check, domain, action, state)
     return f"{reason}: {', '.join(witnesses)}" if witnesses else reason

@@ -26,9 +26,9 @@ if TYPE_CHECKING:
 
 
 def compute_metric_shares(verdict: PlanVerdict) -> dict[str, Share]:
-    """Return what one plan adds to each rate.
+    """Return the share that one plan adds to each metric.
 
-    If the verdict has `SummaryCounts`, the numbers come from them, or else from the verdict.
+    The numbers come from the verdict's `SummaryCounts` (counts as in a published script), if it has them.
     """
     counted = verdict.counted
     return {

@@ -38,11 +38,11 @@ _SCORES = make_score_columns(_PARTS)
 
 
 def compute_metric_shares(verdict: GoalVerdict) -> dict[str, Share]:
-    """Return what one answer adds to each rate.
+    """Return the share that one answer adds to each metric.
 
-    Three rates are not in the paper's tables. ``parsing`` is the share of unreadable answers. ``ill_formed``
-    and ``hallucination`` are the shares of predicted goals that are incomplete, or name something that does
-    not exist. Precision and F1 leave these goals out.
+    Three metrics are not in the paper's tables. ``parsing`` is the share of unreadable answers.
+    ``ill_formed`` and ``hallucination`` are the shares of predicted goals that are incomplete, or name
+    something that does not exist. Precision and F1 leave these goals out.
     """
     counts = verdict.counts or {}
     by_kind = {kind.value: counts.get(kind.value, NO_COUNTS) for kind in GoalKind}

@@ -97,12 +97,12 @@ class GoalLexicon:
         return name if name in self.objects else self._name_of.get(in_scene, name)
 
     def to_answer_goal(self, literal: Literal) -> WrittenGoal:
-        """Return a condition in the words of answers."""
+        """Return a condition as answers state it: with their predicates and their names of objects."""
         ground = self.to_ground_goal(literal)
         return ground._replace(names=tuple([self._name_of[name] for name in ground.names]))
 
     def to_ground_goal(self, literal: Literal) -> WrittenGoal:
-        """Return a condition with the predicates of answers and the objects' names in the scene."""
+        """Return a condition with the predicates of answers, but with the scene's names of objects."""
         positive = not isinstance(literal, Not)
         match literal.operand if isinstance(literal, Not) else literal:
             case Occurs(action, arguments):
@@ -119,7 +119,7 @@ def _get_object_names(arguments: tuple[Term, ...]) -> tuple[str, ...]:
 
 
 def write_goals(task: Task, domain: Domain, notation: GoalNotation) -> tuple[str, ...]:
-    """Return a right answer as written goals: the first option of each goal about the final state."""
+    """Return a right answer as texts of goals: the first option of each goal about the final state."""
     task = task.without_goals_over_time
     lexicon = GoalLexicon(task, domain, notation)
     options = [
@@ -165,7 +165,7 @@ def read_stated_goals(text: str, task: Task, domain: Domain, notation: GoalNotat
 
 
 class _AnswerInterpreter:
-    """The meaning of the words of an answer in a task.
+    """Finds the meaning of an answer's words in a task.
 
     An ambiguous name means the last object with this name, as in plans without object numbers. If
     an answer repeats a goal, each repetition means the previous object with this name, as in the counts of
@@ -182,7 +182,10 @@ class _AnswerInterpreter:
         self._times: Counter[WrittenGoal] = Counter()
 
     def to_formula(self, said: WrittenGoal, variables: frozenset[str]) -> Formula | None:
-        """Return a goal as a formula, in which quantifiers bind some names; None if it is ill-formed."""
+        """Return a stated goal as a formula, or None if it is ill-formed.
+
+        ``variables`` has the names that quantifiers bind.
+        """
         if not self._lexicon.is_well_formed(said):
             return None
         terms = tuple([make_term(name, variables) for name in self._find_meant_objects(said, variables)])
@@ -202,7 +205,7 @@ class _AnswerInterpreter:
         yield from (name for name in find_object_names(formula) if name not in self._known)
 
     def _find_meant_objects(self, said: WrittenGoal, variables: frozenset[str]) -> tuple[str, ...]:
-        """Return the names of the objects that a goal means. An unknown name is kept."""
+        """Return the scene's names of the objects that a goal means. An unknown name is kept."""
         named = [[name] if name in variables else self._named.get(name, [name]) for name in said.names]
         first = tuple([things[0] for things in named])
         if len(first) > 2:  # goals about three or more objects always mean the first object of each name

@@ -213,7 +213,10 @@ class WrittenGoal(NamedTuple):
 
 
 IllFormed: TypeAlias = tuple[GoalKind | None, str]
-"""An entry that is not a goal: the kind of goals in its section, None if unknown, and the entry's text."""
+"""An entry of an answer that is not a goal.
+
+It is a pair of the kind of goals in its section, None if unknown, and the entry's text.
+"""
 
 
 @dataclass(frozen=True, slots=True)
@@ -245,7 +248,7 @@ class WrittenGoals:
 
 
 SpelledPredicate: TypeAlias = tuple[str, int]
-"""A predicate in the spelling of answers, and its number of objects."""
+"""A pair: a predicate as answers spell it, and its number of objects."""
 
 GoalMeaning: TypeAlias = Callable[[WrittenGoal, frozenset[str]], Formula | None]
 """Function that returns the formula for a goal, or None if the goal is ill-formed.
@@ -255,7 +258,7 @@ Its second argument has the names that quantifiers bind.
 
 
 StatedConditions: TypeAlias = tuple[tuple[Formula, ...], tuple[str, ...]]
-"""The goals of an answer as formulas, in order, and the texts of the entries that are not goals."""
+"""A pair: the goals of an answer as formulas, in order, and the texts of the entries that are not goals."""
 
 
 @dataclass(frozen=True, slots=True)

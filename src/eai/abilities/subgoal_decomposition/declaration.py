@@ -34,7 +34,7 @@ _EXECUTED = (SubgoalCategory.CORRECT, SubgoalCategory.GOAL_UNREACHABLE)
 
 
 def compute_metric_shares(verdict: SubgoalVerdict) -> dict[str, Share]:
-    """Return what one answer adds to each rate.
+    """Return the share that one answer adds to each metric.
 
     An answer that cannot be executed counts as an error of its category, or as a wrong number of arguments.
     Errors during execution count as in the verdict's `SummaryCounts`, or else as in the verdict.

@@ -105,8 +105,8 @@ Instruction: TypeAlias = PerformInstruction | RequireInstruction | ForkInstructi
 Program: TypeAlias = Sequence[Instruction]
 """A sequence of instructions, which run from the last to the first.
 
-Each instruction leads only to instructions before it. The last instruction runs first; number 0 is
-the end, None.
+Each instruction leads only to instructions before it. The last instruction runs first; number 0, which is
+None, is the end.
 """
 
 
@@ -128,7 +128,7 @@ class CompiledAnswer:
 
 
 MisusedName: TypeAlias = tuple[int, NameMisuse]
-"""A misused name: the number of its subgoal, from 0, and the use that is not allowed."""
+"""A pair: the number of a subgoal, from 0, and the wrong use of a name in this subgoal."""
 
 
 @dataclass(frozen=True, slots=True)

@@ -1,9 +1,9 @@
-"""The repertoire of a domain: for each operator its role in a search, its conditions and its effects.
+"""An index of a domain's operators: for each operator its role in a search, its conditions and its effects.
 
 It depends only on the domain's declaration, so it is computed once for all scenes. Results about a predicate
-are computed on the first request and cached, apart for positive and negated literals and for equal and
-different objects. Threads that compute a result at the same time get equal results. A
-`CandidateAction` is an action by an operator in one search.
+are computed on the first request and cached. Positive and negated literals, and equal and different objects,
+have separate results. Threads that compute a result at the same time get equal results. A `CandidateAction`
+is an action by an operator in one search.
 """
 
 from __future__ import annotations
@@ -55,10 +55,10 @@ MAX_LISTED = 100_000
 
 
 class _CheckKind(Enum):
-    """Kinds of checks of an operator. They differ in the actions that can change a check's truth value.
+    """Kinds of checks of an operator, by the actions that can change a check's truth value.
 
-    `FIXED`: no action can. `COMMON`: some action can, but the truth value depends neither on the operator's
-    objects nor on the agent's position. `REST`: all other checks.
+    `FIXED`: no action can change it. `COMMON`: some action can, but the truth value depends neither on the
+    operator's objects nor on the agent's position. `REST`: all other checks.
     """
 
     FIXED = "fixed"
@@ -101,7 +101,7 @@ An argument is None if the literal leaves it open.
 
 
 class OperatorIndex:
-    """The uses of the operators of one domain.
+    """Finds the operators of a domain that change a predicate, or that make other operators possible.
 
     Args:
         domain: the domain.

@@ -58,11 +58,11 @@ class SubgoalDecomposition(Scorer):
     """The scorer of the subgoals for one task.
 
     The whole answer is tested before any action is executed: first for subgoals, then for unknown names. Then
-    all ways to execute it are searched (`search`). An answer succeeds if one branch of the search reaches the
-    goal. The parts of the task's temporal goal, or else its action goals, must be met in order. All goals
-    about states must hold at the end, and all goals over time during the execution. The verdict has the
-    errors of the reported branch, and the goals of the branch that reaches most goals. An answer that is not
-    executed reaches no goal.
+    all ways to execute it are searched (`explore_program`). An answer succeeds if one branch of the search
+    reaches the goal. The parts of the task's temporal goal, or else its action goals, must be met in order.
+    All goals about states must hold at the end, and all goals over time during the execution. The verdict has
+    the errors of the reported branch, and the goals of the branch that reaches most goals. An answer that is
+    not executed reaches no goal.
 
     Args:
         task: the task.

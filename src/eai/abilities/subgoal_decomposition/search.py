@@ -213,7 +213,7 @@ def _rank_failure(branch: ExecutionBranch) -> tuple[int, int]:
 def _merge_branches(
     branches: list[ExecutionBranch], subgoal: int, *, with_pasts: bool
 ) -> list[ExecutionBranch]:
-    """Of branches with the same future, keep the best one for success and the best one for failure, in order.
+    """Keep only the best branch for success and for failure among branches with the same future, in order.
 
     Args:
         branches: the branches.
@@ -306,7 +306,7 @@ def explore_program(
     goal: GoalProgress,
     limits: ExplorationLimits,
 ) -> ExplorationResult:
-    """Execute a program of subgoals in all possible ways.
+    """Execute a program of subgoals in all possible ways, within limits.
 
     Args:
         domain: the domain.

@@ -109,7 +109,7 @@ def find_plans(
 
 
 class _MovementFinder:
-    """The paths of movements from states. Paths are explored only as far as other actions need them.
+    """Finds paths of movements from states. Paths are explored only as far as other actions need them.
 
     Args:
         moves: actions that move the agent.
@@ -305,7 +305,7 @@ class _TriedAction(NamedTuple):
 
 
 _NearestAttempt: TypeAlias = tuple[_AttemptRank, _TriedAction | None]
-"""Rank of an attempt, and the attempt to report; None if its plan is too long."""
+"""A pair: the rank of an attempt, and the attempt to report; None if its plan is too long."""
 
 
 def _find_best_failed_attempt(searches: Sequence[_UniformCostSearch]) -> SubgoalPlans:

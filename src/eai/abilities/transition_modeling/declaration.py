@@ -51,7 +51,7 @@ _PLAN_WORKS = f"{OVERALL}.plan_works"
 
 
 def compute_metric_shares(verdict: OperatorVerdict) -> dict[str, Share]:
-    """Return what one answer adds to each rate.
+    """Return the share that one answer adds to each metric.
 
     The counts of preconditions and effects are added; the overall counts and literals add all categories. The
     outcome of planning counts in each category of the task and once overall; it does not count if no planner
