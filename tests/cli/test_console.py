@@ -32,7 +32,7 @@ def test_a_line_is_broken_on_a_terminal_alone_and_never_within_a_path(
     assert [line.rstrip() for line in written.getvalue().splitlines()] == lines
 
 
-@pytest.mark.parametrize("stream", ["output", "errors"])
+@pytest.mark.parametrize("stream", ["get_output_console", "get_error_console"])
 def test_no_text_controls_the_terminal_and_none_is_markup(
     stream: str, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
 ) -> None:
