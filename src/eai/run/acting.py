@@ -134,7 +134,7 @@ def _make_player(harness: str | None = None) -> Solver:
     """Return a solver that plays a task with the model: by tools in Inspect's ``react``, or by lines of text.
 
     Args:
-        harness: react, text or module:object; None for the harness that the task states.
+        harness: the program that plays: react, text or module:object; None for the one that the task names.
     """
 
     async def solve(state: TaskState, generate: Generate) -> TaskState:
@@ -231,7 +231,7 @@ def play_open_episodes(run: RunState) -> Solver:
 
 
 def _sum_usage_of_replies(model: str) -> Usage:
-    """Return the usage of all replies of an episode; built-in models are not timed."""
+    """Return the summed tokens, cost and time of all replies of an episode; built-in models are not timed."""
     replies = [event.output for event in transcript().events if isinstance(event, ModelEvent)]
     seconds = None if model.startswith(f"{PROVIDER}/") else sum([reply.time or 0.0 for reply in replies])
     return sum(map(read_usage, replies), Usage(seconds=seconds))

@@ -30,7 +30,7 @@ PROVIDER = "eai"
 """Name of the provider of built-in models: the text before the slash of their names."""
 
 ERRATA = "errata"
-"""Field of a question's metadata: whether errata correct the data set's answer to it."""
+"""Field of a question's metadata: whether known errors (errata) in the data set's answer are corrected."""
 
 CAPTIONER = "captioner"
 """Built-in model that lists the objects in pictures."""
@@ -139,7 +139,7 @@ class QuestionJob:
         suite: the suite.
         prompts: mapping from task ids to questions, in order.
         epochs: number of answers to each question.
-        trials: the trials that carry answers out; None if each question is sent once.
+        trials: executes the answers and asks again after failures; None if each question is sent once.
         metadata: mapping from task ids to the metadata of questions, for the built-in models.
         experiment: the choices of the run's studies, for the log; None without studies.
         answer_limit: default of the maximum number of tokens of an answer, which follows from the suite.
@@ -185,9 +185,8 @@ class QuestionJob:
     def hash_request(self, task_id: str, prompt: Prompt, attempt: int = 1) -> str:
         """Return the digest of everything that decides the answer to a prompt.
 
-        The digest of a repeated question is another one: otherwise a resumed run would take the first answer
-            for all
-        attempts.
+        A question that is repeated in a later attempt has another digest. Otherwise a resumed run would take
+        the first answer for all attempts.
         """
         endpoint, decoding, schema = self.endpoint, self.decoding, self.make_answer_schema(task_id)
         decisive = (

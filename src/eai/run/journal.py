@@ -105,7 +105,7 @@ class RunState:
 
     Args:
         job: the job.
-        journal: the journal for new answers; its answers to the same requests are taken over.
+        journal: the journal for new answers; answers that it already has to the same requests are used.
         watch: called at every answer and failure.
 
     Attributes:
@@ -174,7 +174,7 @@ class RunState:
         self.report_progress()
 
     def record_failure(self, task_id: str, epoch: int, reason: str) -> None:
-        """Record that a request failed for good, so that its task gets no answer."""
+        """Record that a request failed after all repetitions, so that its task gets no answer."""
         self.failures[task_id, epoch] = reason
         self.report_progress()
 

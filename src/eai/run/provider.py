@@ -58,7 +58,7 @@ DEFAULT_NOISE = 0.1
 PLANNER_LIMITS = Limits(200)
 """Search limits of `eai/planner` for plans that start in a later state or a perceived scene.
 
-Such a task may be unsolvable. Every plan of the household benchmarks needs less.
+They end the search if such a task is unsolvable. All tasks of the household benchmarks need less search.
 """
 
 T = TypeVar("T")
@@ -69,7 +69,7 @@ _OPEN_BOOK = {
     "copy": open_copy_book,
     "empty": open_empty_book,
 }
-"""Functions that compute a model's answers, by model, for models without the data set's answers."""
+"""For each built-in model that does not use the data set's answers: the function that opens its answers."""
 
 _REQUIRED_METADATA = frozenset({"domain", "ability", "task_id"})
 """Names of the metadata that every built-in model needs with a question."""
@@ -258,7 +258,7 @@ class _BuiltInModel(ModelAPI):
     def _describe_scene(self, question: _ModelQuestion) -> str:
         """Return the scene graph of a task with errors.
 
-        On average, equally many facts are lost and misplaced.
+        The errors are facts that are left out, and as many facts, on average, with a wrong object.
         """
         from eai.studies.perception.belief import open_scene_words
         from eai.studies.perception.noise import PerceptionNoise, perceive_with_noise
@@ -274,9 +274,8 @@ class _BuiltInModel(ModelAPI):
     def _corrupt_answer(self, book: AnswerBook, question: _ModelQuestion) -> WrittenAnswer:
         """Return a corrupted answer to a question.
 
-        Each attempt draws new errors, except with feedback: then the last answer is repeated, or repaired if
-            the
-        model heeds the feedback.
+        Each attempt draws new errors. With the argument ``heed``, later attempts repeat the last answer
+        instead, or repair it if the model heeds the feedback.
         """
         seed = f"{self._given.seed} {question.epoch}"
         if self._given.heed is not None:

@@ -198,7 +198,7 @@ def _merge_game_rules(stated: Experiment, record: Record) -> Experiment:
 def apply_experiment(record: Record, suite: Suite, metadata: Mapping[str, Any], epoch: int) -> Record:
     """Return the record of a logged answer with the effects of its experiment.
 
-    Attempts are carried out again, and the stated goals and scenes are judged again.
+    Answers of attempts are executed again. Goals and scenes that the question stated are judged again.
 
     Args:
         record: the record of the last answer, scored as an answer to a plain question.
@@ -232,7 +232,7 @@ def make_logged_record(
     Args:
         suite: the suite.
         experiment: the experiment, as the metadata of samples has it.
-        samples: the sample of each task.
+        samples: the sample of each task whose answer is scored.
         record: the record, scored as an answer to a plain question.
     """
     metadata, epoch, question = samples.get(record.task_id, ({EXPERIMENT: experiment}, 1, ""))
@@ -270,7 +270,7 @@ def _select_answered_scores(scores: Iterable[SampleScore]) -> list[SampleScore]:
 
 
 def _select_majority_score(scores: Sequence[SampleScore], ability: Ability) -> SampleScore:
-    """Return the score of the answer that counts for a task, from its scores in all epochs."""
+    """Return a task's score in the epoch whose answer has the most frequent meaning."""
     answered_scores = _select_answered_scores(scores) or scores
     return answered_scores[
         find_majority_index([score.score.answer or "" for score in answered_scores], ability)
@@ -278,7 +278,7 @@ def _select_majority_score(scores: Sequence[SampleScore], ability: Ability) -> S
 
 
 def _read_verdicts(scores: Sequence[SampleScore]) -> list[Verdict]:
-    """Return the verdicts on the answers that count.
+    """Return the verdict on the given score of each task.
 
     If the protocol decides from all answers how to read each one, they are scored again. Verdicts of an
     experiment do not change, because each answer was read before the next question was asked.

@@ -154,7 +154,7 @@ class _ModelReply(NamedTuple):
 
 @contextmanager
 def report_failure(run: RunState, key: AnswerKey) -> Iterator[None]:
-    """Report an error of the block to the run: it gives up the task or, if all requests would fail, stops."""
+    """Report an error of the block to the run: it gives up the task, or stops if no request can succeed."""
     try:
         yield
     except Exception as error:
@@ -187,7 +187,9 @@ def ask_open_questions(run: RunState) -> Solver:
             transcript.add_question(question, conversation)
             transcript.add_recorded_answer(answer)
         while not conversation.is_over:
-            if run.stopped is not None:  # the run raises this error once, without a traceback for each sample
+            if (
+                run.stopped is not None
+            ):  # the run raises its error once, not once for each sample
                 return state
             question, request = conversation.question, run.hash_next_request(key)
             messages = transcript.add_question(question, conversation)
@@ -207,7 +209,7 @@ def ask_without_journal(trials: TrialSet | None) -> Solver:
     """Return a solver for runs without a journal, with the stop sequences of the sample's metadata.
 
     Args:
-        trials: the trials that carry answers out; None if each question is sent once.
+        trials: executes the answers and asks again after failures; None if each question is sent once.
     """
 
     async def solve(state: TaskState, generate: Generate) -> TaskState:
@@ -236,7 +238,7 @@ def add_epoch_to_metadata(state: TaskState) -> dict[str, Any]:
 
 
 class _SampleTranscript:
-    """The conversation in the state of a sample. The sample's metadata has the texts of the answers.
+    """The conversation with a model about one sample, kept in the sample's state and metadata.
 
     Attributes:
         attempt: number of the attempt of the last question.

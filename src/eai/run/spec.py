@@ -204,7 +204,7 @@ class RunSpec(Options):
 
     @property
     def experiment(self) -> Experiment:
-        """Choices of studies for records, without choices that depend on the answers of an earlier stage."""
+        """The chosen options of studies as records store them, except options found by an earlier stage."""
         variations_by_study = {
             variation.name: self.studies.get(variation.section_name, VariationOptions())
             for variation in list_run_studies()
@@ -269,7 +269,7 @@ def _refuse_unknown_name(name: str, known_names: Collection[str]) -> None:
 
 
 def list_option_defaults() -> dict[str, str]:
-    """Return the default value of each option as text, by section and name.
+    """Return a mapping from options, as ``section.name``, to their default values as text.
 
     The text is empty for options without a default.
     """
