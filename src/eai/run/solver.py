@@ -187,9 +187,7 @@ def ask_open_questions(run: RunState) -> Solver:
             transcript.add_question(question, conversation)
             transcript.add_recorded_answer(answer)
         while not conversation.is_over:
-            if (
-                run.stopped is not None
-            ):  # the run raises its error once, not once for each sample
+            if run.stopped is not None:  # the run raises its error once, not once for each sample
                 return state
             question, request = conversation.question, run.hash_next_request(key)
             messages = transcript.add_question(question, conversation)

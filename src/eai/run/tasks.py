@@ -1,4 +1,4 @@
-"""Inspect tasks of the suites, for ``eai run`` and for ``inspect eval eai/...``, and the reading of Inspect's logs.
+"""Inspect tasks of the suites, for ``eai run`` and for ``inspect eval eai/...``; reads Inspect's logs.
 
 Inspect's command line uses click, which shows a refused argument as one line. One log holds all answers to a
 job, with their scores; answers can be read from any log.
@@ -203,7 +203,7 @@ def make_trials(
     asked: Mapping[str, Prompt],
     believed: StatedBeliefs | None,
 ) -> TrialSet | None:
-    """Return the trials that execute answers and ask again after failures; None if each question is sent once.
+    """Return the trials that execute answers and ask again; None if each question is sent once.
 
     Raises:
         InputError: the answers of the suite are not plans.
