@@ -23,6 +23,7 @@ from eai.world.derived import is_a
 from eai.world.domain import Domain
 from eai.world.effect import Add
 from eai.world.operator import Operator, additional_step, affordance
+from eai.world.state import Scene
 from world import toy
 
 X = Variable("x")
@@ -100,6 +101,29 @@ def test_an_error_in_a_module_names_file_and_line(tmp_path: Path, monkeypatch: p
     monkeypatch.chdir(tmp_path)
     with pytest.raises(InputError, match=r"^spoilt_world\.py: line 3: predicates: expected a tuple"):
         find_benchmark("spoilt_world:world")
+
+
+def test_a_kind_that_contains_itself_names_file_and_line(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    lines = ["from eai.world import *", "", "Vocabulary((), parents={'cup': 'cap', 'cap': 'cup'})"]
+    (tmp_path / "round_world.py").write_text("\n".join(lines))
+    monkeypatch.chdir(tmp_path)
+    with pytest.raises(InputError, match=r"^round_world\.py: line 3: parents: the kind cup contains itself$"):
+        find_benchmark("round_world:world")
+
+
+def test_goals_and_checks_may_be_about_a_wider_kind() -> None:
+    vocabulary = replace(toy.VOCABULARY, parents={"lamp": "device"})
+    start = Scene(vocabulary, toy.initial().scene.objects, toy.initial().scene.agent).state(
+        [(name, arguments) for name, arguments in toy.initial().facts()]
+    )
+    press = Operator("DIM", (X,), (affordance(is_a(X, "device"), "{x} is no device"),), ())
+    domain = replace(toy.DOMAIN, vocabulary=vocabulary).replace_operators(press)
+    task = make_task("light", "", start, "forall d: device. (lit(d))")
+    assert find_problems(task, domain=domain) == []
+    with pytest.raises(InputError, match=r"no object of the kind devise; did you mean device\?"):
+        make_task("light", "", start, "forall d: devise. (lit(d))")
 
 
 DOMAIN = "(define (domain d) (:predicates (p ?x) (q)) (:action a :parameters (?x) :effect (p ?x)))"

@@ -2,11 +2,13 @@
 
 from __future__ import annotations
 
+import json
 from pathlib import Path
 
 import pytest
 
 from command_line import Command
+from processes import eai as in_own_process
 
 
 @pytest.fixture(autouse=True)
@@ -40,3 +42,20 @@ def test_a_name_that_no_module_can_have_is_refused(
     (here / "old").mkdir()
     assert eai("new", name) == (2, "", f"eai: {expected}\n")
     assert [*here.iterdir()] == [here / "old"]
+
+
+def test_the_names_of_built_in_models_are_the_same_in_options_and_records(
+    eai: Command, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    eai("new", "yard")
+    monkeypatch.chdir("yard")
+    run = ("run", "--model", "eai/noisy", "--ability", "action_sequencing", "--domain", "yard:yard")
+    assert in_own_process(*run, "--out", "runs", "--quiet").status == 0
+    (file,) = Path("runs").rglob("records.jsonl")
+    assert {json.loads(line)["model"] for line in file.read_text().splitlines()} == {"eai/noisy"}
+    listed = eai("explain", "runs", "--model", "eai/noisy").out
+    assert eai("explain", "runs", "--model", "eai_noisy").out == listed
+    assert listed.count("fetch") == listed.count("gather") == 1
+    scored = eai("score", "runs", "--domain", "yard:yard", "--ability", "action_sequencing", "--out", "new")
+    assert scored.status == 0
+    assert "model eai/noisy" in eai("explain", "new", "fetch").out

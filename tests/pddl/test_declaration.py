@@ -13,6 +13,7 @@ from eai.pddl.execute import Executor, PddlState, PlanStep
 from eai.pddl.export import export
 from eai.pddl.model import PddlDomain, PddlProblem
 from eai.pddl.reader import read_domain, read_problem
+from eai.pddl.writer import write_domain
 from eai.world.action import Action, Fault
 from eai.world.execution import attempt_action
 from eai.world.fault import FaultKind
@@ -79,7 +80,7 @@ def zoo() -> DeclaredDomain:
     return DeclaredDomain(ZOO)
 
 
-def test_types_are_categories_and_those_above_static_predicates(zoo: DeclaredDomain) -> None:
+def test_types_are_categories_and_supertypes_are_their_parents(zoo: DeclaredDomain) -> None:
     initial, _ = zoo.problem(PROBLEM)
     kinds = {thing.name: thing.category for thing in initial.scene.objects}
     assert kinds == {
@@ -90,10 +91,10 @@ def test_types_are_categories_and_those_above_static_predicates(zoo: DeclaredDom
         "house": "cage",
         "pool": "cage",
     }
-    assert initial.scene.names(initial.mask("is-animal")) == ("leo", "sam")
-    assert initial.scene.names(initial.mask("thing")) == ("agent", "leo", "sam", "ann")
+    assert initial.scene.names_of_category("animal") == ("leo", "sam")
+    assert initial.scene.names_of_category("thing") == ("agent", "leo", "sam", "ann")
     static = {predicate.name for predicate in zoo.domain.vocabulary.predicates if predicate.static}
-    assert static == {"in", "animal", "is-animal", "thing"}
+    assert static == {"in", "animal"}
 
 
 def test_an_object_named_agent_is_the_object_that_formulas_mean_by_it(zoo: DeclaredDomain) -> None:
@@ -124,10 +125,28 @@ def test_an_addition_wins_over_a_deletion(zoo: DeclaredDomain) -> None:
     assert after.has("fed", index["sam"])
 
 
+def test_a_subtype_fits_a_parameter_of_its_supertype_and_nothing_else_does(zoo: DeclaredDomain) -> None:
+    initial, _ = zoo.problem(PROBLEM)
+    index = initial.scene.index
+    failed = attempt_action(zoo.domain, History(initial), Action("feed", (index["house"], index["pool"])))
+    assert isinstance(failed, Fault)
+    assert failed.kind is FaultKind.AFFORDANCE
+
+
+def test_types_survive_an_export(zoo: DeclaredDomain) -> None:
+    initial, goals = zoo.problem(PROBLEM)
+    exported = export(zoo.domain, initial, goals)
+    types = {each.name: each.type for each in exported.domain.types}
+    animals, things = {"lion": "animal", "seal": "animal"}, {"animal": "thing", "keeper": "thing"}
+    assert types == {**animals, **things, "thing": "object", "cage": "object"}
+    again = DeclaredDomain(read_domain(write_domain(exported.domain)))
+    assert again.domain.vocabulary.parents == zoo.domain.vocabulary.parents
+
+
 def test_axioms_of_one_predicate_are_alternatives(zoo: DeclaredDomain) -> None:
     initial, (goal,) = zoo.problem(PROBLEM)
     assert not zoo.domain.holds(goal, initial)
-    fed = initial.scene.state([("fed", (1,)), ("fed", (2,)), ("is-animal", (1,)), ("is-animal", (2,))])
+    fed = initial.scene.state([("fed", (1,)), ("fed", (2,))])
     assert zoo.domain.holds(goal, fed)
 
 

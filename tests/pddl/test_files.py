@@ -7,6 +7,7 @@ from pathlib import Path
 
 import pytest
 
+from command_line import Command
 from eai.base.errors import InputError
 from eai.benchmarks.registry import find_benchmark
 from eai.pddl.files import is_domain_file, read_domain_text, read_problem_file, read_problem_text, read_text
@@ -68,6 +69,25 @@ def test_a_comment_may_be_in_latin_1() -> None:
     write(d=b"; Dom\xe4ne f\xfcr b\xe9\n" + TWO.encode(), p=b";\xe9\n" + PROBLEM.encode() + b"; fin\xe9")
     assert tasks_of("pddl:d.pddl,p.pddl") == ["q"]
     assert read_text(Path("d.pddl")).startswith("; Domäne für bé\n")
+
+
+@pytest.mark.parametrize(
+    "reference", ["d.pddl,all/", "d.pddl,all", "d.pddl, all/", "./d.pddl,./all/", "./", "."]
+)
+def test_files_and_folders_may_be_written_in_each_usual_form(eai: Command, reference: str) -> None:
+    write(d=TWO)
+    Path("all").mkdir()
+    Path("all/q.pddl").write_text(PROBLEM)
+    assert tasks_of(f"pddl:{reference}") == ["q"]
+    checked = eai("check", f"pddl:{reference}")
+    assert (checked.status, checked.err) == (0, "")
+    assert "and 1 task; nothing is wrong" in checked.out
+
+
+def test_a_reference_to_files_without_the_word_before_them_names_the_word() -> None:
+    for reference in ("d.pddl,all/", "d.pddl"):
+        expected = f"{reference}: expected the word before files of PDDL, pddl:DOMAIN,PROBLEMS"
+        assert refusal(reference) == expected
 
 
 def test_a_comment_in_utf_8_is_read_as_utf_8() -> None:

@@ -106,13 +106,13 @@ def test_reports_contain_the_label_of_an_external_study(runs: Path) -> None:
     tables = json.loads((runs / "report" / "tables.json").read_text(encoding="utf-8"))["tables"]
     (named,) = (table for table in tables if table["name"].startswith("experiments_"))
     models = [row["model"] for row in named["rows"]]
-    assert models == ["eai_noisy", f"eai_noisy, {LABEL}", f"eai_noisy, replans-1-restart-explained+{LABEL}"]
+    assert models == ["eai/noisy", f"eai/noisy, {LABEL}", f"eai/noisy, replans-1-restart-explained+{LABEL}"]
 
 
 def test_comparisons_contain_the_label_of_an_external_study(runs: Path) -> None:
     one = runs / "runs" / SUITE
     done = command(f"compare {one}/records.jsonl {one}/{LABEL}", runs)
-    assert f"eai_noisy, {LABEL}" in done.out, done.err
+    assert f"eai/noisy, {LABEL}" in done.out, done.err
 
 
 def test_its_analysis_reads_its_summaries(runs: Path) -> None:
@@ -120,5 +120,5 @@ def test_its_analysis_reads_its_summaries(runs: Path) -> None:
     assert done.status == 0, done.err
     (row,) = rows_of(runs / "terse" / "terse.csv")
     made = read_records(runs / "runs" / SUITE / LABEL / "records.jsonl")
-    assert row["run"] == f"eai_noisy, {LABEL}"
+    assert row["run"] == f"eai/noisy, {LABEL}"
     assert int(row["excess"]) == sum(each.summaries["terse"]["excess"] for each in made)

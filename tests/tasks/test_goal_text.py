@@ -39,6 +39,7 @@ def test_the_agent_may_be_named_as_in_the_domain() -> None:
     [
         ("lit(lmap)", "line 1, column 5: there is no object lmap; did you mean lamp?"),
         ("lot(lamp)", "line 1, column 1: lot is no predicate and no action; did you mean lit?"),
+        ("Lit(lamp)", "line 1, column 1: Lit is no predicate and no action; did you mean lit?"),
         ("lit()", "line 1, column 1: lit takes 1 argument, not 0"),
         ("lit(box)", "there is no object box"),
         ("exists b: bax. (lit(b))", "there is no object of the kind bax; did you mean box?"),

@@ -112,8 +112,13 @@ def read_items_or_raise_all(items: Iterable[S], read: Callable[[S], T]) -> list[
 
 
 def did_you_mean(word: str, names: Iterable[str]) -> str:
-    """Return "; did you mean NAME?" with the most similar known name, or "" if no name is similar."""
-    matches = get_close_matches(word, list(names), 1)
+    """Return "; did you mean NAME?" with the most similar known name, or "" if no name is similar.
+
+    A name that differs only in capital letters is the most similar.
+    """
+    known = list(names)
+    same_letters = [name for name in known if name.casefold() == word.casefold()]
+    matches = same_letters or get_close_matches(word, known, 1)
     return f"; did you mean {matches[0]}?" if matches and matches[0] != word else ""
 
 

@@ -153,6 +153,11 @@ def to_file_name(name: str) -> str:
     return plain
 
 
+def to_model_name(file_name: str) -> str:
+    """Return the model's name for a name in files: built-in models keep the slash of ``eai/noisy``."""
+    return f"eai/{file_name[len('eai_') :]}" if file_name.startswith("eai_") else file_name
+
+
 @contextlib.contextmanager
 def convert_write_errors(path: Path) -> Iterator[None]:
     """Convert an OSError that the block raises to an InputError that names the path.

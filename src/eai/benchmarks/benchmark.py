@@ -140,6 +140,11 @@ class Benchmark:
         """Name in tables and on pages."""
         return self.data.title or self.name
 
+    @property
+    def is_own_domain(self) -> bool:
+        """Whether only the declaration determines the words of prompts, because no data set does."""
+        return self.notation.wordings is None
+
     def get_errata(self, source: Source) -> Errata:
         """Return the errata that apply to the tasks of a source; none if the source switches errata off."""
         return NO_ERRATA if source.errata is ErrataChoice.NONE else self.data.errata

@@ -20,6 +20,7 @@ from eai.base.errors import InputError
 from eai.base.files import find_files_below
 from eai.benchmarks.benchmark import Benchmark
 from eai.benchmarks.gold_answers import open_answer_book
+from eai.benchmarks.made_example import make_example
 from eai.benchmarks.names import suite_name
 from eai.benchmarks.registry import list_benchmarks
 from eai.tasks.prompts.own import (
@@ -31,8 +32,9 @@ from eai.tasks.prompts.own import (
 )
 from eai.tasks.prompts.prompt import Belief, Image, Prompt, PromptSet, read_prompt_file, read_system_file
 from eai.tasks.prompts.template import Templates, list_template_names
-from eai.tasks.source import Source, TaskSet
+from eai.tasks.source import Source, TaskSet, given
 from eai.tasks.task import Task
+from eai.tasks.wording import Wording
 
 
 def make_answer_schema(
@@ -156,7 +158,8 @@ class PromptLibrary:
         """Return our prompts, rendered from templates, or written by the ability if it defines their form."""
         templates, interaction = self.templates, get_declaration(ability).interaction
         if interaction.uses_operator_tasks:
-            return render_operator_prompts(benchmark.operators(self.source), templates)
+            tasks = benchmark.operators(self.source)
+            return render_operator_prompts(tasks, templates, has_example=not benchmark.is_own_domain)
         if interaction.make_question is not None:
             return self._pose_questions(interaction.make_question, benchmark, ability, beliefs)
         return render(self._make_questions(benchmark, ability, beliefs), templates)
@@ -188,7 +191,9 @@ class PromptLibrary:
         """Return the wording, tasks, format and samples from which our prompts are rendered."""
         templates = self.templates
         name = f"formats/{benchmark.name}_{ability.value}.txt"
-        book, wording = open_answer_book(benchmark, ability, self.source), benchmark.wording(ability)
+        wording = benchmark.wording(ability)
+        asked = _replace_by_example(benchmark, wording, self.source)
+        book = open_answer_book(asked, ability, self.source)
         return Questions(
             ability.value,
             wording,
@@ -199,6 +204,7 @@ class PromptLibrary:
             or templates.fill(f"formats/{ability.value}.txt", make_format_samples(wording)),
             lambda task_id: book[task_id].text,
             beliefs,
+            asked.tasks_for(ability, self.source),
         )
 
     def _has_user_file(self, benchmark: Benchmark, ability: Ability) -> bool:
@@ -225,6 +231,18 @@ class PromptLibrary:
             system = read_system_file(system_file)
             prompts = {i: replace(prompt, system=system) for i, prompt in prompts.items()}
         return prompts
+
+
+def _replace_by_example(benchmark: Benchmark, wording: Wording, source: Source) -> Benchmark:
+    """Return the benchmark from which prompts take examples; in an own domain, its only task is a made task.
+
+    No prompt may show the answer to another evaluated task.
+    """
+    if not benchmark.is_own_domain:
+        return benchmark
+    tasks = tuple(benchmark.tasks(source).values())
+    example = make_example(benchmark.domain, tasks, wording.predicates) if tasks else None
+    return replace(benchmark, open_tasks=given(*filter(None, [example])))
 
 
 def _insert_beliefs(

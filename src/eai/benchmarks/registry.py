@@ -123,6 +123,8 @@ def _load_benchmark(reference: str, versions: tuple[tuple[str, int, int], ...]) 
     if _has_registered_opener(reference):
         opener: Callable[[str], Benchmark] = get_entry_points(OPENERS)[module].load()
         return replace(opener(name), reference=reference)
+    if reference.partition(",")[0].endswith(f".{PDDL}"):
+        raise InputError(f"{reference}: expected the word before files of PDDL, {PDDL}:DOMAIN,PROBLEMS")
     if is_path_of_task_files(reference):
         path = Path(reference)
         return replace(_open_single_ability_file(path) or _open_task_files(path), reference=reference)
@@ -160,7 +162,7 @@ def open_pddl_benchmark(files: str) -> Benchmark:
     from eai.benchmarks.benchmark import Benchmark, DataSet
     from eai.tasks import problem_world
 
-    paths = Path(domain), Path(problems)
+    paths = Path(domain.strip()), Path(problems.strip())
     declared, tasks = (
         problem_world.open_pddl(*paths) if separator else problem_world.open_pddl_folder(paths[0])
     )

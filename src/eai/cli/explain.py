@@ -24,7 +24,7 @@ from eai.abilities.verdict import RAISED, ErrorReport, PlanVerdict, SpanKind, Un
 from eai.agents.verdict import ActingVerdict, describe_recoverability
 from eai.base.entry_points import load_from_extension
 from eai.base.errors import EaiError, InputError, did_you_mean, find_enum_member
-from eai.base.files import write_files_atomically
+from eai.base.files import to_model_name, write_files_atomically
 from eai.base.store import Store
 from eai.benchmarks.benchmark import Benchmark
 from eai.benchmarks.gold_answers import open_answer_book
@@ -244,8 +244,8 @@ def print_record(console: Console, record: Record, background: _TaskBackground =
     """
     if record.is_cut_off:
         console.print(Text("cut off: the answer ended at a length limit", style="bold yellow"))
-    title = f"  {record.task.name}" if record.task is not None else ""
-    heading = Text(f"{record.domain} {record.ability.value} {record.task_id}{title}", style="bold")
+    titles = "".join([f"  {title}" for title in _list_titles(record)])
+    heading = Text(f"{record.domain} {record.ability.value} {record.task_id}{titles}", style="bold")
     console.print(heading, soft_wrap=True)
     if background.instruction:
         _print_with_hanging_indent(
@@ -397,10 +397,11 @@ def _print_answer_list(console: Console, records: Sequence[Record], limit: int) 
         where = [record.model, f"{record.domain} {record.ability.value}"] if len(runs) > 1 else []
         if where and record.experiment is not None:
             where.append(record.experiment.label)
-        title = [] if record.task is None else [record.task.name]
         style = "green" if came_to is AnswerOutcome.SUCCESS else "red"
         table.add_row(
-            Text.assemble((record.task_id, "bold"), *(f"\n{text}" for text in (*title, *where))),
+            Text.assemble(
+                (record.task_id, "bold"), *(f"\n{text}" for text in (*_list_titles(record), *where))
+            ),
             Text.assemble(
                 (f"{came_to.value}{', cut off' * record.is_cut_off}", style),
                 f"\n{why}" if (why := _describe_failure(record)) else "",
@@ -409,6 +410,11 @@ def _print_answer_list(console: Console, records: Sequence[Record], limit: int) 
     console.print(table)
     shown = f", of which {limit} are shown (--limit 0: all)" if len(records) > limit else ""
     console.print(f"{format_count(len(records), 'answer')}{shown}", highlight=False)
+
+
+def _list_titles(record: Record) -> list[str]:
+    """Return the title of a record's task, unless it is unknown or equals the id."""
+    return [] if record.task is None or record.task.name == record.task_id else [record.task.name]
 
 
 def _describe_failure(record: Record) -> str:
@@ -444,7 +450,7 @@ def _select_model(records: Sequence[Record], model: str | None) -> list[Record]:
     Raises:
         InputError: The model has no record.
     """
-    matches = [record for record in records if model in (None, record.model)]
+    matches = [record for record in records if model is None or to_model_name(model) == record.model]
     if records and not matches:
         models = sorted({record.model for record in records})
         hint = did_you_mean(str(model), models)

@@ -2,8 +2,7 @@
 
 Each conjunct of a precondition becomes a check. A check whose truth no effect changes is an affordance; a
 failed check of another kind means that a step is missing. Effects keep PDDL's meaning: an atom that is both
-deleted and added is true. The type of an object is its category. A type with subtypes also becomes a static
-predicate that is true of all its objects.
+deleted and added is true. The type of an object is its category. Supertypes become parents of kinds.
 """
 
 from __future__ import annotations
@@ -42,7 +41,6 @@ class DeclaredDomain:
 
     def __init__(self, source: m.PddlDomain) -> None:
         self._source = source
-        self._types = _TypePredicates(source)
         changing = {
             atom.predicate for action in source.actions for atom in m.find_effect_atoms(action.effect)
         }
@@ -59,8 +57,8 @@ class DeclaredDomain:
             for each in source.predicates
             if each.name not in derived.axioms
         ]
-        kinds = [Predicate(name, 1, static=True) for name in self._types.predicates.values()]
-        vocabulary = Vocabulary((*stored, *kinds), tuple(defined.values()))
+        parents = {name: kind for name, kind in m.parents(source.types).items() if kind != m.OBJECT}
+        vocabulary = Vocabulary(tuple(stored), tuple(defined.values()), parents)
         self.domain = Domain(source.name, vocabulary, tuple(map(self._operator, source.actions)))
 
     def problem(self, problem: m.PddlProblem) -> tuple[State, tuple[f.Formula, ...]]:
@@ -73,15 +71,8 @@ class DeclaredDomain:
             Fact(atom.predicate, tuple([index[term.name] for term in atom.arguments]))
             for atom in problem.initial
         ]
-        above = m.parents(self._source.types)
-        kinds = [
-            Fact(self._types.predicates[name], (i,))
-            for i, thing in enumerate(things)
-            for name in m.supertypes(above, thing.category)
-            if name in self._types.predicates
-        ]
-        goals = tuple([self._types.convert(part) for part in conjuncts(problem.goal)])
-        return scene.state([*facts, *kinds]), goals
+        goals = tuple([_convert(part) for part in conjuncts(problem.goal)])
+        return scene.state(facts), goals
 
     def _make_derived_predicate(self, name: str, axioms: Sequence[m.PddlAxiom]) -> DefinedPredicate:
         """Return the derived predicate that some axioms define, with the parameters of the first axiom."""
@@ -96,9 +87,9 @@ class DeclaredDomain:
             (f.Variable(a.name), f.Variable(b.name)) for a, b in zip(axiom.parameters, first, strict=True)
         ]
         renamed = [(mine, other) for mine, other in places if mine != other]
-        typed = [self._types.membership(each) for each in axiom.parameters]
+        typed = [_make_membership(each) for each in axiom.parameters]
         same = [f.Equals(mine, other) for mine, other in renamed]
-        body: f.Formula = f.And((*typed, *same, self._types.convert(axiom.condition)))
+        body: f.Formula = f.And((*typed, *same, _convert(axiom.condition)))
         return quantify(f.Exists, [mine for mine, _ in reversed(renamed)], body)
 
     def _operator(self, action: m.PddlAction) -> Operator:
@@ -112,12 +103,12 @@ class DeclaredDomain:
 
     def _make_type_check(self, parameter: f.Variable) -> Check:
         kinds = " or ".join(m.alternatives(m.get_variable_type(parameter)))
-        return affordance(self._types.membership(parameter), f"{{{parameter.name}}} is no {kinds}")
+        return affordance(_make_membership(parameter), f"{{{parameter.name}}} is no {kinds}")
 
     def _check(self, condition: f.Formula, parameters: Sequence[f.Variable]) -> Check:
         can_change = self._changing.intersection(find_predicates(condition))
         fault = FaultKind.MISSING_STEP if can_change else FaultKind.AFFORDANCE
-        return Check(self._types.convert(condition), fault, _write_reason(condition, parameters))
+        return Check(_convert(condition), fault, _write_reason(condition, parameters))
 
     def _effects(self, effect: m.PddlEffect, kind: type[Add] | type[Delete]) -> Iterator[Effect]:
         """Yield either the additions or the deletions of an effect."""
@@ -130,49 +121,30 @@ class DeclaredDomain:
             case m.Each(variable, part):
                 inner = tuple(self._effects(part, kind))
                 if inner:
-                    yield ForEach(f.Variable(variable.name), self._types.membership(variable), inner)
+                    yield ForEach(f.Variable(variable.name), _make_membership(variable), inner)
             case m.WhenEffect(condition, part):
                 inner = tuple(self._effects(part, kind))
                 if inner:
-                    yield When(self._types.convert(condition), inner)
+                    yield When(_convert(condition), inner)
 
 
-class _TypePredicates:
-    """The types of a domain of PDDL, converted to categories and static predicates.
+def _make_membership(variable: f.Variable) -> f.Formula:
+    """Return the condition that the value of a variable is of the variable's type."""
+    names = m.alternatives(m.get_variable_type(variable))
+    return f.TRUE if m.OBJECT in names else is_a(f.Variable(variable.name), *names)
 
-    Attributes:
-        predicates: mapping from each type with subtypes to its static predicate.
-    """
 
-    def __init__(self, source: m.PddlDomain) -> None:
-        taken = {predicate.name for predicate in source.predicates}
-        above = dict.fromkeys(declared.type for declared in source.types if declared.type != m.OBJECT)
-        self.predicates = {name: name if name not in taken else f"is-{name}" for name in above}
-
-    def membership(self, variable: f.Variable) -> f.Formula:
-        """Return the condition that the value of a variable is of the variable's type."""
-        term, names = f.Variable(variable.name), m.alternatives(m.get_variable_type(variable))
-        if m.OBJECT in names:
-            return f.TRUE
-        said = [f.Atom(self.predicates[n], (term,)) if n in self.predicates else is_a(term, n) for n in names]
-        return said[0] if len(said) == 1 else f.Or(tuple(said))
-
-    def _needs_predicates(self, variable: f.Variable) -> bool:
-        """Whether the type of a variable is expressed by static predicates instead of a category."""
-        names = m.alternatives(m.get_variable_type(variable))
-        return len(names) > 1 or names[0] in self.predicates
-
-    def convert(self, formula: f.Formula) -> f.Formula:
-        """Return a formula whose variables range over categories, or have static predicates as conditions."""
-        match formula:
-            case f.ForAll(variable, body) if self._needs_predicates(variable):
-                kind = self.membership(variable)
-                return f.ForAll(f.Variable(variable.name), f.Implies(kind, self.convert(body)))
-            case f.Exists(variable, body) if self._needs_predicates(variable):
-                kind = self.membership(variable)
-                return f.Exists(f.Variable(variable.name), f.And((kind, self.convert(body))))
-            case _:
-                return map_subformulas(formula, self.convert)
+def _convert(formula: f.Formula) -> f.Formula:
+    """Return a formula whose quantifiers range over single types; other types become conditions."""
+    match formula:
+        case f.ForAll(variable, body) if len(m.alternatives(m.get_variable_type(variable))) > 1:
+            kind = _make_membership(variable)
+            return f.ForAll(f.Variable(variable.name), f.Implies(kind, _convert(body)))
+        case f.Exists(variable, body) if len(m.alternatives(m.get_variable_type(variable))) > 1:
+            kind = _make_membership(variable)
+            return f.Exists(f.Variable(variable.name), f.And((kind, _convert(body))))
+        case _:
+            return map_subformulas(formula, _convert)
 
 
 def conjuncts(formula: f.Formula) -> Iterator[f.Formula]:

@@ -288,7 +288,7 @@ def _export_domain_header(
     return m.PddlDomain(
         name=PddlNames()[name],
         requirements=REQUIREMENTS if axioms else REQUIREMENTS[:1],
-        types=tuple([m.TypedName(written) for _, written in glossary.types.items()]),
+        types=tuple(_export_types(glossary)),
         constants=constants,
         predicates=tuple(
             [
@@ -299,6 +299,13 @@ def _export_domain_header(
         actions=(),
         axioms=axioms,
     )
+
+
+def _export_types(glossary: Glossary) -> Iterator[m.TypedName]:
+    """Yield the kinds of objects with their parents. Parents that no object needs are left out."""
+    for kind, written in glossary.types.items():
+        parent = glossary.vocabulary.parents.get(kind, "")
+        yield m.TypedName(written, glossary.types.get(parent, m.OBJECT))
 
 
 def _export_constants(glossary: Glossary, scene: Scene) -> Iterator[m.TypedName]:

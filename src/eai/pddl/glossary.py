@@ -203,9 +203,10 @@ class Glossary:
         return self.predicates[name]
 
     def add_types(self, scene: Scene, objects: int) -> None:
-        """Add PDDL names for the categories of some objects of a scene; the objects are a bit mask."""
+        """Add PDDL names for the kinds of some objects of a scene; the objects are a bit mask."""
         for i in iterate_bits(objects):
-            self.types[scene.objects[i].category]
+            for kind in self.vocabulary.list_kinds(scene.objects[i].category):
+                self.types[kind]
 
     def use_category_predicate(self, category: str) -> str:
         """Return the static predicate that holds for the objects of a category."""

@@ -18,7 +18,7 @@ from typing import NamedTuple
 
 from pydantic import TypeAdapter
 
-from eai.base.files import parse_toml, to_file_name
+from eai.base.files import parse_toml, to_model_name
 from eai.base.grouping import group_pairs
 from eai.results.coverage import TaskCoverage
 from eai.results.rate import Rate, compute_rates
@@ -212,7 +212,7 @@ class _PublishedScores:
 
 def is_null_model(name: str) -> bool:
     """Whether a model name is that of a null model, which does not try to solve tasks and is not ranked."""
-    return name in {to_file_name(model) for model in NULL_MODELS}
+    return to_model_name(name) in NULL_MODELS
 
 
 @cache

@@ -12,6 +12,7 @@ from eai.abilities.explanation import Explanation
 from eai.abilities.protocol import Ability, Protocol
 from eai.abilities.task_features import TaskFeatures
 from eai.abilities.verdict import Verdict
+from eai.base.files import to_model_name
 from eai.benchmarks.errata_use import ErrataUse
 from eai.tasks.task import TaskExclusion
 
@@ -49,7 +50,7 @@ class Record:
 
     Attributes:
         domain: the name of the domain.
-        model: the name of the model that answered.
+        model: the name of the model that answered, such as ``eai/noisy``.
         task_id: the data set's id.
         response: the answer as it was scored; empty if the file of the record leaves answers out.
         data_sha256: digest of the data that the answer was scored against.
@@ -85,6 +86,9 @@ class Record:
     attempts: tuple[Attempt, ...] = ()
     errata: ErrataUse | None = None
     sample: int | None = None
+
+    def __post_init__(self) -> None:
+        object.__setattr__(self, "model", to_model_name(self.model))
 
     @property
     def is_cut_off(self) -> bool:

@@ -63,7 +63,7 @@ def check_goal_names(formula: f.Formula, scene: Scene) -> None:
     Raises:
         InputError: a name is unknown. The message suggests a similar name.
     """
-    kinds = {thing.category for thing in scene.objects}
+    kinds = scene.kinds
     for part in walk_subformulas(formula):
         if isinstance(part, f.Atom):
             scene.vocabulary.require_arity(part.predicate, len(part.arguments))

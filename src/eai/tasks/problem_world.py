@@ -125,13 +125,13 @@ The function returns the initial state, and a function that converts the problem
 
 
 def make_domain_header(
-    name: str, types: Iterable[str], constants: Mapping[str, str], arities: Mapping[str, int]
+    name: str, types: Mapping[str, str], constants: Mapping[str, str], arities: Mapping[str, int]
 ) -> PddlDomain:
-    """Return a domain without operators: types, typed constants, and predicates with their arity."""
+    """Return a domain without operators: types with supertypes, typed constants, predicates with arity."""
     return PddlDomain(
         name=name,
         requirements=(),
-        types=tuple(map(TypedName, types)),
+        types=tuple([TypedName(*item) for item in types.items()]),
         constants=tuple([TypedName(*item) for item in constants.items()]),
         predicates=tuple([_make_predicate(name, arity) for name, arity in arities.items()]),
         actions=(),
@@ -248,7 +248,7 @@ def make_pddl_world(domain: Domain, tasks: Iterable[Task]) -> ProblemWorld:
     }
     order = glossary.precedes(f.Variable("x"), f.Variable("y")).predicate
     arities = {**dict.fromkeys(kinds, 1), **dict.fromkeys(performed, 0), order: 2}
-    predicates = (*declared.header.predicates, *make_domain_header("", (), {}, arities).predicates)
+    predicates = (*declared.header.predicates, *make_domain_header("", {}, {}, arities).predicates)
     header = replace(declared.header, constants=tuple(constants), predicates=predicates)
     return header, replace(
         declared, header=header, kinds=kinds, performed=performed, order=order
@@ -261,14 +261,21 @@ def _read_declaration(
     """Return the declared names of a domain, with the objects and categories of its tasks."""
     scenes = [task.scene for task in tasks]
     things = dict.fromkeys([thing for scene in scenes for thing in scene.objects])
-    categories = {spell(category): category for category in dict.fromkeys(t.category for t in things)}
+    kinds = dict.fromkeys(kind for thing in things for kind in domain.vocabulary.list_kinds(thing.category))
+    categories = {spell(kind): kind for kind in kinds}
+    types = [(word, domain.vocabulary.parents.get(kind)) for word, kind in categories.items()]
     agents = [scene.objects[scene.agent] for scene in scenes if scene.agent is not None]
     agent = agents[0] if agents else None
     constants = {AGENT.name: spell(agent.category)} if agent is not None else {}
     arities = {word: domain.vocabulary.find_arity(name) or 0 for word, name in predicates.items()}
     return _ProblemConverter(
         domain,
-        make_domain_header(spell(domain.name), categories, constants, arities),
+        make_domain_header(
+            spell(domain.name),
+            {word: OBJECT if parent is None else spell(parent) for word, parent in types},
+            constants,
+            arities,
+        ),
         predicates,
         {},
         {},

@@ -50,6 +50,7 @@ class Wording:
         unchanging: static predicates that `conventions` put into words; exact rules state their facts.
         surroundings: function that returns indices of further objects of a task that prompts list, such as
             the rooms of a house.
+        states_instruction: whether questions for plans state a task's instruction beside its goals.
     """
 
     domain: Domain
@@ -61,6 +62,7 @@ class Wording:
     rules: DomainRules | None = None
     unchanging: tuple[str, ...] = ()
     surroundings: Callable[[Task], Iterable[int]] | None = None
+    states_instruction: bool = False
 
     @staticmethod
     def of_domain(domain: Domain) -> Wording:
@@ -68,7 +70,7 @@ class Wording:
         said = [p for p in domain.vocabulary.predicates if p.visible and not is_property(p)]
         changeable = tuple([p.name for p in said if not p.static])
         static = tuple([p.name for p in said if p.static])
-        return Wording(domain, changeable, static=static, rules=DomainRules(domain))
+        return Wording(domain, changeable, static=static, rules=DomainRules(domain), states_instruction=True)
 
     def describe_vocabulary(self) -> str:
         """Return the predicates of objects with their parameters, one a line."""
@@ -121,10 +123,11 @@ class Wording:
         return f"{self.object_name(task, index)} {self.describe_kind(task, index)}"
 
     def describe_kind(self, task: Task, index: int) -> str:
-        """Return the kind of an object, and its properties."""
+        """Return the kind of an object, the kinds that contain it, and its properties."""
         properties = [p for p in self.domain.vocabulary.predicates if p.visible and is_property(p)]
         having = [p.name for p in properties if task.initial.has(p.name, index)]
-        return f"[{task.scene.objects[index].category}]: {', '.join(having) or '-'}"
+        kinds = self.domain.vocabulary.list_kinds(task.scene.objects[index].category)
+        return f"[{', '.join(kinds)}]: {', '.join(having) or '-'}"
 
     def describe_initial(self, task: Task) -> str:
         """Return the facts about a task's objects in the initial state."""
@@ -159,6 +162,11 @@ class Wording:
     def write_fact_about(self, predicate: str, names: Iterable[str]) -> str:
         """Return a fact about objects with given names as text."""
         return f"{self._get_predicate_word(predicate)}({', '.join(names)})"
+
+    def describe_instruction(self, task: Task) -> str:
+        """Return the line with a task's instruction, or an empty text if prompts state it as the goals."""
+        shown = self.states_instruction and task.prompts_state_goals
+        return f"\nInstruction: {task.instruction}" if shown else ""
 
     def describe_goals(self, task: Task) -> str:
         """Return the goals of a task, or its instruction if prompts do not state the goals."""

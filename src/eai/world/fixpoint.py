@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
+from dataclasses import replace
 from functools import cached_property, lru_cache, partial
 
 import eai.logic.formula as f
@@ -84,7 +85,8 @@ class _RecursivePredicates:
         next_ones = [
             DefinedPredicate(f"{item.name} ", item.parameters, item.definition) for item in self._circle
         ]
-        return Vocabulary((*whole.predicates, *self._circle_vocabulary.predicates), (*others, *next_ones))
+        predicates = (*whole.predicates, *self._circle_vocabulary.predicates)
+        return replace(whole, predicates=predicates, derived=(*others, *next_ones))
 
     @cached_property
     def _listings(self) -> Sequence[tuple[str, FactLister]]:

@@ -72,12 +72,22 @@ class Scene:
         self._categories: dict[str, int] | None = None
 
     def get_category_mask(self, name: str | None) -> int:
-        """Return the bit mask of all objects of a category; None means every object."""
-        if name is None:
-            return self.everything
+        """Return the bit mask of all objects of a category; None means every object.
+
+        An object belongs to its own category, and to all kinds that contain it (`Vocabulary.parents`).
+        """
+        return self.everything if name is None else self.kinds.get(name, 0)
+
+    @property
+    def kinds(self) -> Mapping[str, int]:
+        """Mapping from each kind of the scene's objects to the bit mask of the objects."""
         if self._categories is None:
-            self._categories = _compute_category_masks(self.objects)
-        return self._categories.get(name, 0)
+            masks: dict[str, int] = {}
+            for i, item in enumerate(self.objects):
+                for kind in self.vocabulary.list_kinds(item.category):
+                    masks[kind] = masks.get(kind, 0) | 1 << i
+            self._categories = masks
+        return self._categories
 
     def names(self, mask: int) -> tuple[str, ...]:
         """Return the names of the objects in a bit mask, in the order of their indices."""
@@ -153,14 +163,6 @@ def _parse_fact(stated: str) -> tuple[str, Sequence[str]] | None:
             return predicate, [term.name for term in arguments]
         case _:
             return None
-
-
-def _compute_category_masks(objects: Iterable[WorldObject]) -> dict[str, int]:
-    """Return a mapping from each category to the bit mask of its objects."""
-    masks: dict[str, int] = {}
-    for i, item in enumerate(objects):
-        masks[item.category] = masks.get(item.category, 0) | 1 << i
-    return masks
 
 
 class State:

@@ -71,13 +71,20 @@ class Vocabulary:
     Slots are numbered from 0 in each of three groups: predicates of arity 0 and 1, of arity 2, and of higher
     arity.
 
+    Attributes:
+        predicates: the stored predicates.
+        derived: the derived predicates.
+        parents: mapping from a kind of objects to the wider kind that contains it, as types in PDDL:
+            ``{"cup": "container"}``.
+
     Raises:
-        DomainError: two predicates have the same name, an arity is negative, or a derived predicate reads an
-            unknown predicate.
+        DomainError: two predicates have the same name, an arity is negative, a derived predicate reads an
+            unknown predicate, or a kind contains itself.
     """
 
     predicates: tuple[Predicate, ...]
     derived: tuple[DerivedPredicate, ...] = ()
+    parents: Mapping[str, str] = field(default_factory=dict, hash=False)
     unary_slots: Mapping[str, int] = field(init=False, compare=False)
     binary_slots: Mapping[str, int] = field(init=False, compare=False)
     tuple_slots: Mapping[str, int] = field(init=False, compare=False)
@@ -98,6 +105,9 @@ class Vocabulary:
             for read in derived.reads:
                 if read not in names:
                     raise DomainError(f"derived predicate {derived.name} reads {read}, which is not declared")
+        for kind in self.parents:
+            if kind in self.list_kinds(kind)[1:]:
+                raise DomainError(f"parents: the kind {kind} contains itself")
         for slots, arities in (("unary_slots", (0, 1)), ("binary_slots", (2,)), ("tuple_slots", (3,))):
             group = [p.name for p in self.predicates if min(p.arity, 3) in arities]
             object.__setattr__(self, slots, MappingProxyType({name: i for i, name in enumerate(group)}))
@@ -107,6 +117,15 @@ class Vocabulary:
     def get_slots_of_arity(self, arity: int) -> Mapping[str, int]:
         """Return a mapping from the names of the stored predicates of an arity to their slots."""
         return self.unary_slots if arity < 2 else self.binary_slots if arity == 2 else self.tuple_slots
+
+    def list_kinds(self, kind: str) -> tuple[str, ...]:
+        """Return a kind of objects and all kinds that contain it, the nearest first."""
+        kinds = [kind]
+        while (parent := self.parents.get(kinds[-1])) is not None:
+            kinds.append(parent)
+            if parent in kinds[:-1]:
+                break
+        return tuple(kinds)
 
     def find_stored(self, name: str) -> Predicate | None:
         """Return the stored predicate with this name, or None if there is no such predicate."""

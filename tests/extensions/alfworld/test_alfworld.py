@@ -7,6 +7,7 @@ from pathlib import Path
 
 import pytest
 
+from command_line import Command
 from eai.abilities.notation.plan_form import WrittenPlan
 from eai.abilities.protocol import Ability
 from eai.abilities.verdict import Unreadable
@@ -165,6 +166,18 @@ def test_a_command_that_the_game_does_not_have_is_no_prose(tmp_path: Path, old: 
     plan = benchmark.notation.plans.read("\n".join(lines), benchmark.domain.operator_arities)
     assert isinstance(plan, Unreadable)
     assert plan.reason.startswith(f"line {len(WON)} is no step of a plan")
+
+
+@pytest.mark.parametrize("reference", ["alfworld:games/", "alfworld:games", "alfworld:./games/"])
+def test_games_are_checked(
+    eai: Command, tmp_path: Path, monkeypatch: pytest.MonkeyPatch, reference: str
+) -> None:
+    write(tmp_path / "games")
+    monkeypatch.chdir(tmp_path)
+    checked = eai("check", reference)
+    assert (checked.status, checked.err) == (0, "")
+    assert checked.out.startswith("alfworld: ")
+    assert "and 1 task; nothing is wrong; the planner solves 1 of the 1 without a plan" in checked.out
 
 
 def test_a_run_asks_for_commands_and_the_oracle_wins(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:

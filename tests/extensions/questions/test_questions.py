@@ -20,7 +20,10 @@ def written(eai: Command, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Pa
     file = tmp_path / "questions.jsonl"
     outcome = eai("export", "questions", "--domain", "lamps:lamps", "--n", 72, "--out", file)
     assert outcome.status == 0, outcome.err
-    assert "72 questions written to" in outcome.out
+    assert outcome.out.endswith(
+        f"72 questions written to {file}, each with its right answer\n"
+        f"next: eai run --model eai/oracle --ability world_model --domain {file}\n"
+    )
     return file
 
 

@@ -35,12 +35,14 @@ class Told:
     Attributes:
         kinds: kind of each object by name, in the order of the text.
         statements: properties, facts, and facts that conventions state, in the order of the text.
+        parents: the wider kind of a kind, if the text lists both for an object.
         agent: name of the agent; None if the prompt does not state it.
         unread: lines that the reader does not understand.
     """
 
     kinds: dict[str, str] = field(default_factory=dict)
     statements: dict[Statement, None] = field(default_factory=dict)
+    parents: dict[str, str] = field(default_factory=dict)
     agent: str | None = None
     unread: list[str] = field(default_factory=list)
 
@@ -97,8 +99,9 @@ class ListingReader:
         described = _OBJECT.fullmatch(line) and _OBJECT.fullmatch(self.decoded(line))
         if not described:
             return False
-        name, kind, properties = described.groups()
-        told.kinds[name] = kind
+        name, kinds, properties = described.groups()
+        told.kinds[name], *wider = kinds.split(", ")
+        told.parents |= zip(kinds.split(", "), wider, strict=False)
         for each in properties.split(", ") if properties != "-" else ():
             told.state(each, name)
         return True
@@ -152,7 +155,8 @@ class Reader:
         for _, *names in facts:
             told.kinds |= {name: "" for name in names if name not in told.kinds}
         objects = [WorldObject(name, kind) for name, kind in told.kinds.items()]
-        scene = Scene(self.domain.vocabulary, objects, told.agent and new.get(told.agent, told.agent))
+        vocabulary = replace(self.domain.vocabulary, parents=told.parents)
+        scene = Scene(vocabulary, objects, told.agent and new.get(told.agent, told.agent))
         return scene.state([(predicate, names) for predicate, *names in facts])
 
 

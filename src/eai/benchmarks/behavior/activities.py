@@ -24,7 +24,7 @@ from eai.benchmarks.behavior.records import STATE_OF_ABILITY, BehaviorObject, Be
 from eai.benchmarks.behavior.tasks import RELATIONS, BehaviorTask, build_task
 from eai.logic.rewriting import map_terms, rename_objects
 from eai.logic.traversal import find_object_names, find_predicates
-from eai.pddl.model import PddlProblem, TypedName
+from eai.pddl.model import OBJECT, PddlProblem, TypedName
 from eai.pddl.writer import write_problem
 from eai.tasks.problem_world import Meaning, ProblemWorld, make_domain_header
 from eai.tasks.source import TaskSet
@@ -52,7 +52,9 @@ def open_activities(tasks: TaskSet[BehaviorTask]) -> ProblemWorld:
     rooms = {atom.arguments[1].name: "room" for atom in facts if atom.predicate == _ROOM}
     published = {record.problem.name: record for record in records}
     usual = {category: Counter(objects).most_common(1)[0][0] for category, objects in kinds.items()}
-    header = make_domain_header("behavior", (*kinds, AGENT_CATEGORY, "room"), rooms, arities)
+    header = make_domain_header(
+        "behavior", dict.fromkeys((*kinds, AGENT_CATEGORY, "room"), OBJECT), rooms, arities
+    )
     return header, lambda problem: _build_initial_state(problem, published.get(problem.name), usual)
 
 

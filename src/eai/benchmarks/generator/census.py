@@ -41,7 +41,7 @@ from eai.world.listing import FactLister
 from eai.world.operator import Operator, OperatorRole, affordance
 from eai.world.relation import iterate_bits
 from eai.world.state import Fact, Scene, State
-from eai.world.vocabulary import Predicate, Vocabulary
+from eai.world.vocabulary import Predicate
 
 
 class UsualDomain:
@@ -57,7 +57,7 @@ class UsualDomain:
             (_make_usual_predicate(name, place), kind) for name, place, kind in sorted(prior.uses)
         )
         if self._kinds:
-            vocabulary = Vocabulary((*self._original.predicates, *self._kinds), self._original.derived)
+            vocabulary = replace(self._original, predicates=(*self._original.predicates, *self._kinds))
             used = [operator for operator in domain.operators if operator.name in prior.operators]
             self.domain = replace(
                 domain, vocabulary=vocabulary, operators=tuple(map(_restrict_to_usual_arguments, used))

@@ -38,7 +38,7 @@ from eai.world.domain import Domain
 from eai.world.effect import When
 from eai.world.operator import Operator, affordance
 from eai.world.state import Fact, Scene
-from eai.world.vocabulary import Vocabulary, make_parameter_names
+from eai.world.vocabulary import make_parameter_names
 
 _TOKEN = re.compile(r"[A-Za-z_][\w-]*(?:\.\w+)*")
 _NUMBERED = re.compile(r"(.+?)([._]\d+)")
@@ -103,6 +103,8 @@ def _find_stems(tasks: Iterable[Task]) -> Mapping[str, tuple[str, ...]]:
             stem = thing.name if numbered is None else numbered[1]
             if owner.setdefault(stem, thing.category) == thing.category:
                 stems_of.setdefault(thing.category, {})[stem] = None
+            for kind in task.scene.vocabulary.list_kinds(thing.category)[1:]:
+                stems_of.setdefault(kind, {})
             if index == task.scene.agent:
                 agents.add(thing.category)
     return {category: tuple(sorted(stems)) for category, stems in stems_of.items() if category not in agents}
@@ -131,7 +133,7 @@ class _ObfuscatedWording(Wording):
         ]
         operators = tuple(map(_make_exact_operator, self.domain.operators))
         told = replace(
-            self.domain, vocabulary=Vocabulary(tuple(shown), vocabulary.derived), operators=operators
+            self.domain, vocabulary=replace(vocabulary, predicates=tuple(shown)), operators=operators
         )
         return DomainRules(told)
 

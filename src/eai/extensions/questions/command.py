@@ -49,7 +49,13 @@ def questions(
     as_json: AsJson = False,
     data: DataFolder = None,
 ) -> None:
-    """Write questions about the world of a benchmark. Equal arguments give equal bytes.
+    """Write questions on single steps and plans in the world of a benchmark, with their right answers.
+
+    A line of FILE has a prompt, its kind and form, and the right answer, found by executing actions. eai run
+    and eai score take FILE as --domain. Equal arguments give equal bytes.
+
+    Two tables show the questions by kind and form: their number, and the rate that guessing or the best
+    shortcut reaches without knowledge of the world.
 
     Example: eai export questions --domain tasks/ --n 500 --seed 0 --out questions.jsonl
 
@@ -74,13 +80,15 @@ def questions(
         _print_answer_balance(written_questions)
         _print_best_shortcuts(written_questions, chances)
     fewer = "" if len(written_questions) == n else f"; the tasks yield no more, {n:,} were requested"
-    line = f"{format_count(len(written_questions), 'question')} written to {out}{fewer}"
+    number = format_count(len(written_questions), "question")
+    line = f"{number} written to {out}, each with its right answer{fewer}"
+    then = f"next: eai run --model eai/oracle --ability world_model --domain {out}"
     chance: dict[str, Json] = {
         f"{kind.value}.{form.value}": {name: rate.percent for name, rate in rates.items()}
         for (kind, form), rates in chances.items()
     }
     value: dict[str, Json] = {"file": str(out), "questions": len(written_questions), "chance": chance}
-    print_result(line, value=value, as_json=as_json)
+    print_result(line, then, value=value, as_json=as_json)
 
 
 _KindAndForm: TypeAlias = tuple[QuestionKind, QuestionForm]

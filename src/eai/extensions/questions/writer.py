@@ -268,10 +268,10 @@ def _format_question_text(
 
 
 def _format_objects(setting: QuestionSetting) -> str:
-    agent = setting.scene.agent
+    agent, list_kinds = setting.scene.agent, setting.scene.vocabulary.list_kinds
     return format_list(
         [
-            f"{thing.name} [{thing.category}]{', the agent' if i == agent else ''}"
+            f"{thing.name} [{', '.join(list_kinds(thing.category))}]{', the agent' if i == agent else ''}"
             for i, thing in enumerate(setting.scene.objects)
         ]
     )

@@ -167,7 +167,7 @@ def _read_from_records(files: list[Path], benchmark: Benchmark) -> Iterator[Inte
             if (record.domain, record.ability) != (benchmark.name, Ability.GOAL_INTERPRETATION):
                 break
             if record.unanswered is None:
-                answers.setdefault(record.model, {})[record.task_id] = record.response
+                answers.setdefault(to_file_name(record.model), {})[record.task_id] = record.response
         yield from answers.items()
 
 

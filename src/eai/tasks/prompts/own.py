@@ -42,7 +42,7 @@ _DECLINABLE = {"action_sequencing": "", "environment": "_acting"}
 _WORD = re.compile(r"[^\s()]+")
 
 Example: TypeAlias = Callable[[str], str]
-"""Function that returns the data set's own answer to a task, given the task's id."""
+"""Function that returns the right answer to a task, given the task's id."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -56,9 +56,10 @@ class Questions:
         role: the role of the agent, as in ``a household robot``.
         tasks: mapping from ids to the tasks.
         answer_format: the explanation of the format of answers.
-        example: function that returns the data set's own answer to a task.
+        example: function that returns the right answer to an example.
         beliefs: the model's beliefs about tasks, by id, if they differ from the task. An example shows the
             true task.
+        examples: the tasks that prompts may show with their answers; None for all tasks.
     """
 
     template: str
@@ -68,6 +69,12 @@ class Questions:
     answer_format: str
     example: Example
     beliefs: Mapping[str, Belief] = field(default_factory=dict)
+    examples: Mapping[str, Task] | None = None
+
+    def find_example(self, title: str) -> Task | None:
+        """Return the first example with another title, or None if all have this title."""
+        examples = self.tasks if self.examples is None else self.examples
+        return next((task for task in examples.values() if task.title != title), None)
 
 
 def render(questions: Questions, templates: Templates) -> dict[str, Prompt]:
@@ -84,24 +91,24 @@ def render(questions: Questions, templates: Templates) -> dict[str, Prompt]:
         "format": questions.answer_format,
     }
     tells_goals = "$explained" in templates.read(f"{name}.txt")
-    others = {title: _render_example(title, questions) for title in {task.title for task in tasks.values()}}
+    others = {title: questions.find_example(title) for title in {task.title for task in tasks.values()}}
 
     @cache
-    def example(other: str | None) -> str:
-        if other is None:
+    def example(title: str) -> str:
+        if (other := others[title]) is None:
             return ""
-        question = _render_question(name, wording, Belief(tasks[other]), templates)
-        return templates.fill("example.txt", {"task": question, "answer": questions.example(other)})
+        question = _render_question(name, wording, Belief(other), templates)
+        return templates.fill("example.txt", {"task": question, "answer": questions.example(other.id)})
 
     prompts = {}
     for task_id, task in tasks.items():
         belief, other = questions.beliefs.get(task_id) or Belief(task), others[task.title]
-        about = [belief.task] if other is None else [belief.task, tasks[other]]
+        about = [belief.task] if other is None else [belief.task, other]
         explained = explain_goal_notation(name, about, templates) if tells_goals else []
         values = {
             **shared,
             "explained": "".join([f"\n\n{explanation}" for explanation in explained]),
-            "example": example(other),
+            "example": example(task.title),
             "task": _render_question(name, wording, belief, templates),
         }
         prompts[task_id] = Prompt(templates.fill(f"{name}.txt", values), images=belief.images)
@@ -114,14 +121,10 @@ def render_task_prompt(questions: Questions, belief: Belief, templates: Template
     The belief may differ from the belief in `Questions`.
     """
     task = belief.task
-    other = _render_example(task.title, questions)
-    examples = {} if other is None else {other: questions.tasks[other]}
-    material = replace(questions, tasks={**examples, task.id: task}, beliefs={task.id: belief})
+    other = questions.find_example(task.title)
+    examples = {} if other is None else {other.id: other}
+    material = replace(questions, tasks={task.id: task}, beliefs={task.id: belief}, examples=examples)
     return render(material, templates)[task.id]
-
-
-def _render_example(title: str, questions: Questions) -> str | None:
-    return next((task_id for task_id, task in questions.tasks.items() if task.title != title), None)
 
 
 def _render_question(name: str, wording: Wording, belief: Belief, templates: Templates) -> str:
@@ -129,6 +132,7 @@ def _render_question(name: str, wording: Wording, belief: Belief, templates: Tem
     values = {
         "title": task.title,
         "instruction": task.instruction,
+        "instructed": wording.describe_instruction(task),
         "objects": wording.describe_objects(task),
         "initial": write_initial_state(wording, belief),
         "goals": _write_goals(wording, belief, templates),
@@ -194,7 +198,9 @@ def make_format_samples(wording: Wording) -> Mapping[str, str]:
     }
 
 
-def render_operator_prompts(tasks: Mapping[str, TransitionTask], templates: Templates) -> dict[str, Prompt]:
+def render_operator_prompts(
+    tasks: Mapping[str, TransitionTask], templates: Templates, *, has_example: bool = True
+) -> dict[str, Prompt]:
     """Return a mapping from ids of tasks to their prompts.
 
     The example shows operators that the task does not ask for. If a domain has very many types, only the
@@ -206,7 +212,7 @@ def render_operator_prompts(tasks: Mapping[str, TransitionTask], templates: Temp
     answer_format = templates.read("formats/transition_modeling.txt")
     prompts = {}
     for task_id, task in tasks.items():
-        other, others = _choose_example_operators(task, tasks)
+        other, others = _choose_example_operators(task, tasks) if has_example else (task, ())
         names = _find_mentioned_names(task, other, (*task.operators, *others))
         example = _render_operator_example(other, others, names, templates)
         question = _render_operator_question(task, task.operators, names, templates)

@@ -1,0 +1,79 @@
+"""Make the example in prompts of an own domain, so that no prompt shows a plan for another evaluated task."""
+
+from __future__ import annotations
+
+from collections.abc import Collection, Iterator, Sequence
+from dataclasses import replace
+from itertools import islice
+
+import eai.logic.formula as f
+from eai.logic.ltl_printer import print_ltl
+from eai.planning.search import Effort
+from eai.planning.successor_generator import generate_applicable_of_operator
+from eai.tasks.goal_test import solves
+from eai.tasks.task import Task, goal
+from eai.world.action import Action
+from eai.world.domain import Domain
+from eai.world.state import State, compare_states
+
+_MAX_PLANS = 50
+"""Maximum number of plans that are tried for an example."""
+
+_MAX_BINDINGS = 20_000
+"""Maximum number of values of parameters that are tried to find the actions in a state."""
+
+
+def make_example(domain: Domain, tasks: Sequence[Task], predicates: Collection[str]) -> Task | None:
+    """Return a task of two actions, or one, in the scene of the first task; None if there is no such task.
+
+    The second action is possible only after the first. The goal is a fact that the last action makes true.
+    The plan solves none of the tasks.
+
+    Args:
+        domain: the domain.
+        tasks: the evaluated tasks.
+        predicates: the predicates of goals.
+    """
+    first = tasks[0]
+    same_scene = [task for task in tasks if task.scene.objects == first.scene.objects]
+    for plan, final in islice(_list_plans(domain, first), _MAX_PLANS):
+        facts = [fact for fact in compare_states(first.initial, final).added if fact.predicate in predicates]
+        if facts and not any(solves(domain, task, plan) for task in same_scene):
+            predicate, arguments = facts[-1]
+            wanted = f.Atom(predicate, tuple([f.Constant(first.scene.objects[i].name) for i in arguments]))
+            said = f"Reach a state in which this holds: {print_ltl(wanted)}"
+            return replace(
+                first,
+                id="example",
+                title="Example",
+                instruction=said,
+                goals=(goal(wanted),),
+                script=plan,
+                temporal_goal=None,
+                annotated_final=None,
+                unsolvable=None,
+                special=None,
+            )
+    return None
+
+
+def _list_plans(domain: Domain, task: Task) -> Iterator[tuple[tuple[Action, ...], State]]:
+    """Yield plans with their final states: first those whose last action needs the first, then actions."""
+    starting = _list_actions(domain, task, task.initial)
+    possible = frozenset(starting)
+    after = {action: domain.apply(task.initial, action) for action in starting}
+    for action, state in after.items():
+        for last in _list_actions(domain, task, state):
+            if last not in possible:
+                yield (action, last), domain.apply(state, last)
+    for action, state in after.items():
+        yield (action,), state
+
+
+def _list_actions(domain: Domain, task: Task, state: State) -> list[Action]:
+    effort = Effort(_MAX_BINDINGS)
+    return [
+        action
+        for operator in domain.operators
+        for action in generate_applicable_of_operator(domain, operator, state, task.relevant, effort)
+    ]
