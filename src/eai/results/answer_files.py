@@ -159,7 +159,7 @@ def list_zip_members(archive: zipfile.ZipFile) -> list[zipfile.ZipInfo]:
 
 
 def _must_be_unpacked(info: zipfile.ZipInfo, other_names: Collection[str]) -> bool:
-    """Whether a file in a zip is a response file, or has one of the other names to unpack.
+    """Whether to unpack a file of a zip: a response file, or a file with one of the other names.
 
     Files that operating systems add, such as ``__MACOSX/._...``, are not unpacked.
     """
@@ -187,8 +187,8 @@ def find_files_of_suite(path: Path, domain: str, ability: Ability) -> list[Path]
 def find_recorded_file(path: Path, domain: str, ability: Ability, attempt: int = 1) -> Path:
     """Return the only response file with the answers to a suite. In a folder, the file must name the suite.
 
-    Experiments with several attempts have a file for each attempt. The file without the number of an attempt
-    has the first answers, and is the file returned.
+    Experiments with several attempts have a file for each attempt. The file whose name has no number of
+    an attempt has the first answers; this file is returned.
 
     Raises:
         InputError: there is no such file, or more than one.
@@ -199,7 +199,7 @@ def find_recorded_file(path: Path, domain: str, ability: Ability, attempt: int =
         return first if attempt == 1 else first.with_name(f"{format_attempt_name(name, attempt)}{SUFFIX}")
     files: list[Path] = []
     if attempt == 1:
-        with suppress(InputError):  # it raises if all files are of single attempts
+        with suppress(InputError):  # raises InputError if all files are of single attempts
             files = find_response_files(path)
     files = files or sorted(path.rglob(f"*{format_attempt_name('', attempt)}{SUFFIX}"))
     of_suite = [file for file in files if _read_suite_from_path(file) == (domain, ability.value)]
@@ -223,7 +223,7 @@ def _read_suite_from_path(file: Path) -> tuple[str, str] | None:
 def _find_other_suite(file: Path, domain: str, ability: Ability) -> tuple[str, str] | None:
     """Return the suite that a file names if it is not the wanted suite, else None.
 
-    Folders without a benchmark's name are ignored.
+    Folders that have no benchmark's name say nothing about the suite.
     """
     suite = _read_suite_from_path(file)
     if suite is None or (

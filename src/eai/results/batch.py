@@ -42,7 +42,7 @@ class Scoring(WorkerPool):
     """Scores streams of answers, in this process or with worker processes that live until it is closed.
 
         with Scoring(workers=8) as scoring:
-            for record in scoring.records(suite, "my-model", responses):
+            for record in scoring.score_records(suite, "my-model", responses):
                 ...
 
     Results come in the order of the answers and are equal for any number of workers. Only a few batches are
@@ -98,7 +98,7 @@ class Scoring(WorkerPool):
             answers: the answers. Some protocols decide from all answers how to read each one.
             unanswered: mapping from the id of each task without an answer to the reason.
             settings: options of scoring; their number of processes is ignored in favour of this object's.
-            finish: changes a record before it is written; it is pickled.
+            finish: function that changes a record before it is written; workers get it pickled.
             shard: the part of the tasks to score; None for all tasks.
         """
         suite = suite.adapt_to_answers(response.text for response in answers.responses)
@@ -222,8 +222,8 @@ def _list_rows_in_task_order(
 def split_by_game_rules(ability: Ability, answers: ResponseFile) -> dict[str | None, ResponseFile]:
     """Group response files, with their further epochs, by the game rules by which the model played.
 
-    Answers by the standard rules come first, under the key None. Empty and unreadable answers fail by any
-    rules: they join this group, or the largest group if no answer is by the standard rules.
+    Answers by the standard rules come first, under the key None. Empty and unreadable answers name no rules;
+    they are added to this group, or to the largest group if no answer is by the standard rules.
     """
     declared = get_declaration(ability)
     if not declared.takes_turns:

@@ -140,9 +140,9 @@ def compute_rate_deviations(sums: Mapping[str, Share]) -> _RateDeviations | None
 
 
 def compute_mean_deviations(parts: Sequence[tuple[float, _RateDeviations]]) -> _RateDeviations:
-    """Return a weighted mean of rates over equal units, with the deviations of the units.
+    """Return the weighted mean of several rates over the same units, with the deviations of the units.
 
-    A pseudo-unit is right in all rates or in none.
+    Pseudo-units count as right in all rates, or as wrong in all.
 
     Args:
         parts: pairs of the weight and the deviations of a rate; the weights sum to 1.
@@ -159,7 +159,7 @@ def compute_mean_deviations(parts: Sequence[tuple[float, _RateDeviations]]) -> _
 def compute_difference_deviations(first: _RateDeviations, second: _RateDeviations) -> _RateDeviations:
     """Return the second rate minus the first, with the deviations of the units.
 
-    The two rates of a pseudo-unit are independent.
+    Pseudo-units are right or wrong in each rate independently.
     """
     return _RateDeviations(
         second.value - first.value,
@@ -190,7 +190,7 @@ class Interval(NamedTuple):
 
 
 class RateCase(NamedTuple):
-    """The contribution of one task to a rate.
+    """One task's contribution to a rate.
 
     Attributes:
         task: id of the task.
@@ -208,7 +208,7 @@ Cases: TypeAlias = Sequence[RateCase]
 
 @dataclass(frozen=True, slots=True)
 class ConfidenceIntervals:
-    """Confidence intervals of a rate or difference, with the number of tasks behind it.
+    """Confidence intervals of a rate or of a difference of rates, with the number of its tasks.
 
     Attributes:
         interval: 95 % interval with names as units.
@@ -283,7 +283,7 @@ def _compute_share_intervals(cases: Cases) -> ConfidenceIntervals | None:
 
 
 def compute_mean_intervals(parts: Sequence[tuple[float, Cases]]) -> ConfidenceIntervals | None:
-    """Return the confidence intervals of a weighted mean of rates on equal tasks.
+    """Return the confidence intervals of a weighted mean of rates on the same tasks.
 
     It is None if a rate has no cases.
 
@@ -300,7 +300,7 @@ def compute_mean_intervals(parts: Sequence[tuple[float, Cases]]) -> ConfidenceIn
 
 
 def compute_difference_intervals(first: Cases, second: Cases) -> ConfidenceIntervals | None:
-    """Return the confidence intervals of the difference of two rates on equal tasks.
+    """Return the confidence intervals of the difference of two rates on the same tasks.
 
     They are in percentage points, symmetric around the second rate minus the first; None if a rate has no
     cases.
@@ -350,7 +350,7 @@ class _IntervalParts(NamedTuple):
         value: the estimate, as a fraction of 1.
         variance: variance of the estimate, or the inverse of the effective number of tasks.
         observed: variance of the estimate without the pseudo-units.
-        quantile: number of standard errors on each side.
+        quantile: distance from the estimate to each bound, in standard errors.
         units: number of units, tasks or names, from which the variance is computed.
     """
 
@@ -373,13 +373,13 @@ def _make_interval_parts(deviations: _RateDeviations) -> _IntervalParts:
 
 
 def _make_scaled_interval_parts(deviations: _RateDeviations) -> _IntervalParts:
-    """Return the parts with their variance divided by the variance of a single answer, right or wrong."""
+    """Return the interval parts with their variance divided by that of one answer that is right or wrong."""
     parts = _make_interval_parts(deviations)
     return parts._replace(variance=parts.variance / (deviations.centre * (1 - deviations.centre)))
 
 
 def _make_binomial_interval_parts(deviations: _RateDeviations) -> _IntervalParts:
-    """Return the interval parts of independent right or wrong answers, whose variance is not estimated."""
+    """Return the interval parts of independent right or wrong answers, without an estimated variance."""
     units = len(deviations.of_units)
     return _IntervalParts(deviations.value, 1 / units, deviations.observed_variance, _NORMAL, units)
 

@@ -42,7 +42,7 @@ READABLE_SCHEMAS = (2, 3, SCHEMA)
 _FIELDS_WITH_HALVES = ("goals", "partial")
 """Fields with counts that may contain halves.
 
-All numbers in them are written as floats, so that each field has one type.
+All numbers in these fields are written as floats, so that each field has one type in all records.
 """
 
 COMMON_FIELDS = (
@@ -108,7 +108,7 @@ def experiment_to_json(
 ) -> dict[str, Json]:
     """Return the fields ``study`` and ``agent`` of records and summaries as a JSON object.
 
-    A field is left out if the run makes no choice in it.
+    A field is left out if the run has no choices of this kind.
 
     Args:
         experiment: the choices of the run.

@@ -1,4 +1,4 @@
-"""Compares two runs on the same tasks: the difference, its certainty, and the tasks that differ.
+"""Compares two runs on the same tasks: difference, confidence intervals, and the tasks that differ.
 
 Randomisation tests exchange, unit by unit, the answers of the two runs with even chance. If the runs are
 equally good, their difference is distributed like the differences after such exchanges. Units are names or
@@ -57,8 +57,8 @@ def compute_sign_flip_p(differences: Sequence[int]) -> float:
 def compute_exchange_p(first: Sequence[Share], second: Sequence[Share]) -> float | None:
     """Return the two-sided p value of the difference of two rates, from random exchanges of answers.
 
-    It is None if a rate has no cases. Exchanges are drawn with a fixed seed. The observed assignment of
-    answers to runs counts as one exchange, so that no p value is zero.
+    The result is None if a rate has no cases. Exchanges are drawn with a fixed seed. The observed
+    assignment of answers to runs counts as one exchange, so that no p value is zero.
 
     Args:
         first: mapping from each unit (a task or a name) to the numerator and denominator that it adds to the
@@ -150,7 +150,7 @@ class RunComparison:
 def compare_runs(first: Sequence[Record], second: Sequence[Record]) -> RunComparison:
     """Compare two runs of one ability, domain and protocol, each with at least one record.
 
-    A task is left out of the comparison if a run excludes it, if a run has no record of it, or if its id
+    The comparison leaves out a task if one of the runs excludes it or has no record of it, or if its id
     names different tasks in the two runs. A missing answer counts as a failure.
     """
     first_shares, second_shares = map_tasks_to_shares(first), map_tasks_to_shares(second)
@@ -185,7 +185,7 @@ def _make_cases(metric: str, names: Mapping[str, str], shares: Mapping[str, Shar
 
 
 _YES_NO_NUMERATORS = (0, 1)
-"""Numerators that a wrong and a right answer add to a metric that is right or wrong for each task."""
+"""Numerators that answers add to a yes-or-no metric: 0 for a wrong answer and 1 for a right one."""
 
 
 def compare_metric(first: Cases, second: Cases, *, yes_no: bool) -> MetricDifference:

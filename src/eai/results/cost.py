@@ -27,7 +27,7 @@ _MILLION = 1_000_000
 
 @dataclass(frozen=True, slots=True)
 class Spending:
-    """Cost of the answers of runs, in tokens and dollars.
+    """Summed cost of some answers, in tokens and dollars.
 
     Attributes:
         answers: number of answers with a known number of tokens.
@@ -57,7 +57,7 @@ class Spending:
         )
 
     def apply_price(self, price: _TokenPrice | None) -> Spending:
-        """Return the spending with the dollars of the answers that had no price, by a given price."""
+        """Return the spending with dollars added for the answers that had no price, by the given price."""
         if price is None or not self.unpriced_answers:
             return self
         dollars = price.compute_dollars(self.unpriced)
@@ -80,7 +80,7 @@ class _TokenPrice(Options):
 class PriceList(Options):
     """Prices of models with their date and source, so that readers can check the dollars.
 
-    A file has ``date``, ``source``, and ``input`` and ``output`` for each of ``models``.
+    Its file has ``date``, ``source`` and ``models``; each model has the prices ``input`` and ``output``.
     """
 
     model_config = ConfigDict(strict=True)
@@ -104,7 +104,7 @@ class _PaperCost(Options):
 def sum_spending(records: Iterable[Record]) -> Spending:
     """Return the sum of the costs in some records.
 
-    Further attempts, votes and repairs are part of an answer's cost.
+    The cost of an answer includes its further attempts and requests.
     """
     usages = [record.origin.usage for record in records if record.origin and record.origin.usage]
     usages = [usage for usage in usages if usage.tokens is not None]
@@ -113,7 +113,7 @@ def sum_spending(records: Iterable[Record]) -> Spending:
 
 
 def make_cost_cases(records: Iterable[Record]) -> dict[str, Cases]:
-    """Return the cost of each answer and whether it is a success, by unit of cost.
+    """Return a mapping from units of cost to cases: the cost of each answer, and 1 for a success or 0.
 
     Units are ``tokens``, ``dollars`` and ``seconds``. Failed answers cost something, too. A unit is left out
     if its amount is unknown for an answer with other known amounts.

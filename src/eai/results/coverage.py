@@ -36,7 +36,7 @@ class TaskCoverage:
 
     @property
     def is_ranked(self) -> bool:
-        """Whether the run has a record of every task, and no missing answer is left out of rates."""
+        """Whether the run may be ranked: every task has a record, and missing answers count as failures."""
         return self.asked == self.tasks and not self.left_out
 
     @property
@@ -72,7 +72,7 @@ class TaskCoverage:
         yield f"{missing} of {self.asked} tasks without an answer, {treatment}"
 
     def __add__(self, other: TaskCoverage) -> TaskCoverage:
-        """Return the coverage of two suites together."""
+        """Return the summed coverage of two suites."""
         tasks = None if self.tasks is None or other.tasks is None else self.tasks + other.tasks
         return TaskCoverage(
             self.asked + other.asked,

@@ -42,7 +42,7 @@ class _TaskProfile:
 
     @property
     def operators(self) -> set[str]:
-        """Distinct actions of the data set's own plan."""
+        """Names of the different actions of the data set's own plan."""
         return {action.operator for action in self.task.script}
 
     @property
@@ -95,7 +95,7 @@ def profile_tasks(benchmark: Benchmark, source: Source) -> tuple[_TaskProfile, .
 
 
 LONG_PLAN_STEPS = 10
-"""Number of steps above which a plan counts as long (paper, "Data Statistics and Distribution")."""
+"""Number of steps; plans with more steps count as long (paper, "Data Statistics and Distribution")."""
 
 
 @cache
@@ -114,7 +114,7 @@ def read_paper_statistics(domain: str) -> Mapping[str, tuple[int | float, str]]:
 
 
 def count_data_set_figures(benchmark: Benchmark, source: Source) -> list[_DataSetFigure]:
-    """Return the figures of a benchmark in the paper's order, counted from the data as published.
+    """Return the figures of a benchmark in the paper's order, counted without corrections of the data.
 
     Missing data is downloaded first.
 

@@ -86,25 +86,25 @@ def _normalise_spaces(text: str) -> str:
 
 
 STATED = "stated"
-"""Field of a question's metadata: an answer whose goals the question states instead of the task's goals."""
+"""Field of a question's metadata: the answer whose goals the question states instead of the task's goals."""
 
 
 SUBGOALS = "subgoals"
-"""Field of a question's metadata with an answer whose subgoals the question states."""
+"""Field of a question's metadata: the answer whose subgoals the question states."""
 
 
 @dataclass(frozen=True, slots=True)
 class StatedBeliefs:
-    """The beliefs that questions state instead of the facts: goals in a pipeline, or perceived scenes.
+    """Beliefs that questions state instead of the facts: goals that a model interpreted, or perceived scenes.
 
     Attributes:
         beliefs: mapping from each task to the belief that its question states.
-        experiment: the experiment of a run with these questions.
+        experiment: the study options of a run with these questions, as records store them.
         missing_reason: reason why tasks without a belief have no question.
         metadata: mapping from each task to the metadata of its question, for built-in models.
         summaries: mapping from task and study to the study's summary of the answer.
-        look: the simulated perception of a changed scene; None if questions describe the scene without
-            errors.
+        look: function that simulates how a changed scene is perceived; None if questions describe the scene
+            without errors.
     """
 
     beliefs: Mapping[str, Belief]
@@ -179,13 +179,13 @@ class ModelAnswers:
         answers: mapping from task and epoch to the answer.
         failures: mapping from task and epoch to the reason why the answer is missing.
         epochs: number of answers requested for each task.
-        trials: the trials that carried answers out; None if each question was sent once.
+        trials: executed the answers and asked again after failures; None if each question was sent once.
         attempts: mapping from task and epoch to all attempts, in an experiment with attempts.
-        beliefs: the beliefs that questions stated instead of the facts; ``failures`` has the tasks without
-            any.
+        beliefs: the beliefs that questions stated instead of the facts; tasks without a belief are in
+            ``failures``.
         experiment: the choices of the run's studies, as in records.
         summarize: function that adds the summaries of studies to a record.
-        log: Inspect's log of all answers, also of those from the journal.
+        log: path of Inspect's log, which has all answers, also answers from the journal.
     """
 
     model: str
@@ -287,7 +287,7 @@ class SuiteResult:
     def success_cases_by_epoch(self) -> Sequence[Cases]:
         """For each epoch, whether each answer is right, as cases of the success metric.
 
-        It is empty without epochs, or without a metric for whole answers.
+        Empty if the run has no epochs, or the ability has no metric for whole answers.
         """
         ability = self.suite.ability
         metric = find_success_metric(ability)
@@ -336,7 +336,7 @@ def score_answers(
 
 
 def _select_answers_of_epoch(model_answers: ModelAnswers, epoch: int) -> ModelAnswers:
-    """Return the answers of one epoch, in the form of a run without other epochs."""
+    """Return the answers of one epoch, as if the run had no other epochs."""
     answers = {key: answer for key, answer in model_answers.answers.items() if key[1] == epoch}
     failures = {key: reason for key, reason in model_answers.failures.items() if key[1] == epoch}
     name = f"{model_answers.name}.epoch_{epoch}"
@@ -354,7 +354,7 @@ def average_records_over_epochs(
 def _average_records_of_task(
     records: Sequence[Record], average: Callable[[Sequence[Verdict]], Verdict]
 ) -> Record:
-    """Return the first record of a task whose answer counts, with the means over all records of the task."""
+    """Return the first record of a task that is not excluded, with the mean metrics of all its records."""
     shown, *others = sorted(records, key=lambda r: (r.verdict.excluded is not None, r.unanswered is not None))
     return replace(shown, verdict=average([record.verdict for record in (shown, *others)]))
 
@@ -402,7 +402,7 @@ def _score_model_answers(
 def _make_trial_records(
     model_answers: ModelAnswers, trials: TrialSet, answers: Mapping[str, Answer], unanswered: Iterable[Record]
 ) -> list[Record]:
-    """Return the records of an experiment. ``answers`` has the last answer of each trial that counts."""
+    """Return the records of an experiment; ``answers`` has the last answer to each task."""
     suite, options = trials.suite, trials.options
     by_task = {record.task_id: replace(record, experiment=options.experiment) for record in unanswered}
     for task_id, answer in answers.items():

@@ -1,4 +1,4 @@
-"""Lines of tidy tables (answers, steps, goals, atoms, clauses), and their grouping by suite and model.
+"""Lines of tidy tables (answers, steps, goals, atoms, clauses), and functions that group lines.
 
 The first columns of every line name its run and task, so that any two tables can be joined. A value that is
 unknown, or has no meaning for an ability, is None. `estimate_share_of_each_kind` counts answers by outcome,
@@ -231,17 +231,17 @@ TABLES: Mapping[str, type[TidyLine]] = {
 L = TypeVar("L", bound=TidyLine)
 
 SUITE = ("protocol", "domain", "ability")
-"""Columns that name the suite of a row: protocol, benchmark and ability."""
+"""Names of the columns that name the suite of a row: protocol, benchmark and ability."""
 
 MODEL = "model"
-"""Column of model names."""
+"""Name of the column with the names of models."""
 
 ALL_MODELS = "all models"
 """Name that replaces the model in rows about the answers of all models together."""
 
 
 AnswerMeasure: TypeAlias = Literal["score", "executable", "goals"]
-"""Names of the measures of an answer that analyses compare between tasks with different features."""
+"""Name of a measure of answers, which analyses compare with features of tasks."""
 
 WrongGoalReason: TypeAlias = Literal["unknown", "procedural", "initial", "final", "intermediate", "other"]
 """Reasons for a wrong stated goal; the first reason that fits counts.
@@ -316,7 +316,7 @@ def compute_goal_share(answer: AnswerLine) -> Share:
 
 
 def make_case(line: TidyLine, share: Share) -> RateCase:
-    """Return the case that a line adds to a rate."""
+    """Return the contribution of a line's task to a rate, as a case."""
     return RateCase(line.task, line.name, share)
 
 

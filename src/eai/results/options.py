@@ -1,4 +1,4 @@
-"""Options of scoring: the rules, the planner that judges operators, and the content of records."""
+"""Options of scoring: the rules, the planner that tests operators in answers, and the content of records."""
 
 from __future__ import annotations
 

@@ -52,7 +52,7 @@ LINES = ("#2f6690", "#bf5348", "#3f7f62", "#d8b455", "#8a64a0", "#e0905a", "#5d5
 _MAX_LABEL_CHARACTERS = 30
 _MAX_LABEL_LINES = 3
 _LAST_FONT_CHARACTER = "\u058f"
-"""Last character, in the order of Unicode, that the plots' font has (Latin, Greek, Cyrillic, Armenian)."""
+"""Last Unicode character of the plots' font, which has Latin, Greek, Cyrillic and Armenian letters."""
 
 
 def wrap_label(name: str) -> str:
@@ -196,7 +196,7 @@ _CELL_INCHES = 0.42
 """Width of a cell of a matrix in inches, if the page is wide enough."""
 
 _COUNT_ROW = "n"
-"""Name of the row or column with the number of cases, if all rates of a model have equally many."""
+"""Heading of the number of cases, which is shown once if all rates of a model have equally many."""
 
 _EXTRA_LINE_HEIGHT = 0.65
 """Height of each further line of a label, as a multiple of the height of the first line."""

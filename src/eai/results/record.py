@@ -27,7 +27,7 @@ The run is then not ranked.
 class AnswerOrigin:
     """The source of an answer in a run: its prompt, and how the model's reply ended.
 
-    A task without an answer has a source, too, which states the prompt.
+    Also set for a task without an answer; it then states the prompt.
 
     Attributes:
         prompt_sha256: digest of the prompt.
@@ -61,7 +61,7 @@ class Record:
         origin: the source of the answer, if the run knows it.
         task: the features of the task, if known.
         unanswered: the reason why there is no answer; None if there is an answer, even an empty one.
-        suite_size: number of tasks of the suite; None if unknown. A run with as many records is complete.
+        suite_size: number of tasks of the suite; None if unknown. A complete run has a record of each.
         experiment: the choices of the run's studies; None if the run asked each question once, unchanged.
         summaries: mapping from a study to its summary of the answer.
         attempts: all answers to the task in order, if the run gave several attempts. The verdict is that of

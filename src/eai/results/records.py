@@ -1,6 +1,6 @@
 """Reads and writes result files: records (one JSON object a line), their summary, and shards of a run.
 
-A run may be scored in shards, each by a job of its own, which are then merged.
+A run may be scored in shards (parts), each by a job of its own. The files of all shards are then merged.
 """
 
 from __future__ import annotations
@@ -271,5 +271,5 @@ def _interleave_shards(files: Sequence[Path], folder: Path) -> Iterator[Sequence
 
 
 def _identify_run(record: Record) -> tuple[str, str, str | None]:
-    """Return the values that all records of a run share: model, digest of data, and version of errata."""
+    """Return the values that must be equal in all records of a run: model, digest of data, errata version."""
     return record.model, record.data_sha256, None if record.errata is None else record.errata.version

@@ -31,8 +31,8 @@ def make_pass_cases(epochs: Sequence[Cases]) -> dict[str, Cases]:
     k runs from 1 to the number of answers to a task.
 
     Args:
-        epochs: for each epoch, whether the answer to each task is right. Tasks with fewer than k answers that
-            count are left out for that k.
+        epochs: for each epoch, whether the answer to each task is right. A task with fewer than k scored
+            answers is left out for that k.
     """
     counts: dict[tuple[str, str], tuple[int, int]] = {}
     for case in (case for cases in epochs for case in cases):

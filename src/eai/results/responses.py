@@ -111,11 +111,11 @@ class ResponseFile:
 
 @dataclass(frozen=True, slots=True)
 class _StoredSamples(Collection[Response]):
-    """The answers of a file with several answers to a task, which are read anew at each iteration.
+    """Answers that stay in their file, which has several for a task; each iteration reads the file again.
 
     Attributes:
         path: the file.
-        number: number of answers.
+        number: number of answers in the file that are not left out.
         answered: ids of the tasks with an answer.
         task_id_of: function from an identifier in the file to the id of its task.
         skipped: numbers of the rows that are left out, counted from 1.
@@ -220,7 +220,7 @@ def read_responses(
 
 
 class _CheckedResponseRow(NamedTuple):
-    """A row of a file: its number from 1, its location for messages, and its task (None if left out)."""
+    """A row of a response file: number from 1, location for messages, task (None if left out)."""
 
     number: int
     location: str

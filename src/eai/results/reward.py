@@ -1,4 +1,4 @@
-"""Rewards of answers for training, and their reasons.
+"""Rewards of answers for training, with the metrics that explain them.
 
 A shaping is a rule that turns the verdict on an answer into its reward, from 0 to 1. ``docs/training.md`` has
 the definitions, and what they prevent a policy from learning. For every answer:
@@ -36,7 +36,7 @@ _LOG = logging.getLogger(__name__)
 
 
 class Shaping(str, Enum):
-    """A rule that pays an answer by its verdict."""
+    """A rule that turns the verdict on an answer into a reward."""
 
     SUCCESS = "success"
     """Pay 1 if the whole answer is right, else 0.
@@ -101,7 +101,7 @@ METRICS = ("success", "progress", "faults", *(f"fault.{kind.value}" for kind in 
 
 @dataclass(frozen=True, slots=True)
 class Grade:
-    """The reward of one answer, with its reasons.
+    """The reward of one answer, with metrics and the verdict that explain it.
 
     Attributes:
         value: the reward, between 0 and 1; None if the task pays nothing.
@@ -287,7 +287,7 @@ def _drop_planner(suite: Suite) -> Suite:
 
 
 def make_credit_metrics(credit: Credit | None) -> dict[str, float]:
-    """Return a mapping from the names of a grade's metrics to their values, for any credit or None."""
+    """Return the metrics of a `Grade` by name; all are 0 if the credit is None."""
     if credit is None:
         return dict.fromkeys(METRICS, 0.0)
     faults = {f"fault.{kind.value}": float(credit.faults.get(kind, 0)) for kind in FaultKind}

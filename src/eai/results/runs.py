@@ -1,6 +1,7 @@
 """Reads runs.
 
-A run has the records of one model in one suite under one protocol, plain or of one experiment.
+A run has the records of one model in one suite under one protocol. It may belong to an experiment (a choice
+of study options).
 """
 
 from __future__ import annotations
@@ -33,7 +34,7 @@ _LOG_FILE = "inspect.json"
 
 
 LogSamples: TypeAlias = tuple[str, int | Mapping[str, int]]
-"""Name of Inspect's log, and the epoch of its samples: one number, or a mapping from tasks to numbers."""
+"""File name of Inspect's log, and the epoch of its samples: one for all tasks, or a mapping from tasks."""
 
 
 class RunKey(NamedTuple):

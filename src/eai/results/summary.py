@@ -86,7 +86,7 @@ def find_task_name(record: Record) -> str:
 
 
 def estimate_share(records: Sequence[Record], counted: Sequence[bool]) -> Estimate:
-    """Return the share of records that satisfy a condition."""
+    """Return the share of records for which ``counted`` is true, as an estimate with an interval."""
     cases = zip(records, counted, strict=True)
     return Estimate.from_cases(
         [
@@ -139,7 +139,7 @@ def compute_average_performance(values: Mapping[AbilityMetric, float | None]) ->
 
 
 def drop_later_attempts(record: Record, attempts: int) -> Record:
-    """Return the record that the task would have with at most some attempts.
+    """Return the record that its task would have if only the first attempts had been allowed.
 
     Records without attempts do not change.
     """
@@ -179,7 +179,7 @@ def compute_rates_by_attempt(records: Sequence[Record]) -> list[Mapping[str, Rat
 
 
 _NO_ANSWER = frozenset({AnswerOutcome.EXCLUDED, AnswerOutcome.NOT_ANSWERED})
-"""Outcomes of records without an answer that breakdowns could count."""
+"""Outcomes of records that have no answer to break down: missing answers and excluded tasks."""
 
 
 _OUTCOMES_BEFORE_STAGE = {

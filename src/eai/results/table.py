@@ -48,7 +48,7 @@ class Estimate:
 
     @classmethod
     def from_cases(cls, cases: Cases) -> Estimate:
-        """Return the estimate of a rate in percent from cases; its interval has tasks' names as units."""
+        """Return a rate in percent, estimated from cases; names of tasks are the units of its interval."""
         rate, certainty = compute_rate(case.share for case in cases), compute_rate_intervals(cases)
         low, high = (None, None) if certainty is None else certainty.interval
         return cls(rate.percent, low, high, rate.numerator, rate.denominator)
@@ -97,7 +97,7 @@ NO_NUMBER = Estimate(None)
 
 @dataclass(frozen=True, slots=True)
 class Label:
-    """A cell with a text, and with a link, the origin of the text, footnotes or emphasis if given."""
+    """A cell with a text. It may have a link, footnotes, emphasis, and the origin of the text."""
 
     text: str
     target: str | None = None

@@ -40,7 +40,7 @@ class TaskLookup:
         self.reason = cache(self._find_wrong_goal_reason)
 
     def _read_features(self, task_id: str) -> Mapping[str, int | None]:
-        """Return the features of a task by column; empty if the task is unknown."""
+        """Return the features of a task by the column's name; empty if the task is unknown."""
         return (
             asdict(compute_features(self._tasks[task_id], self._benchmark)) if task_id in self._tasks else {}
         )
@@ -69,7 +69,7 @@ class TaskLookup:
 
     @cached_property
     def _actions_of_goals(self) -> frozenset[str]:
-        """The actions that are goals of any task of the benchmark."""
+        """Names of the actions that are goals of at least one task of the benchmark."""
         goals = (goal for task in self._tasks.values() for goal in task.goals_of(GoalKind.ACTION))
         return frozenset(action for goal in goals for action in find_alternative_actions(goal))
 
@@ -81,7 +81,8 @@ class TaskLookup:
     def _find_truth_in_plan_states(self, task_id: str, call: Statement) -> list[bool]:
         """Return for each state of the data set's own plan whether a stated goal holds in it.
 
-        It holds if objects with the stated names satisfy it, and never if its predicate is unknown.
+        The goal holds if objects with the stated names satisfy it; it never holds if its predicate is
+        unknown.
         """
         scene, states, arguments = self._tasks[task_id].scene, self._states(task_id), call.arguments or ()
         vocabulary = scene.vocabulary

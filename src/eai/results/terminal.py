@@ -23,8 +23,8 @@ _NAMES_WIDTH_SHARE = 0.4
 def print_table(console: Console, table: Table, *, wide: bool = False) -> None:
     """Print a table under its title.
 
-    The columns up to the last of the leading text columns name the rows. Columns that do not fit beside these
-    follow below, with the names again. Other texts are folded into the space that remains.
+    The text columns at the left name the rows. Columns that do not fit beside them follow below, with the
+    names repeated. Other texts are folded into the space that remains.
 
     Args:
         console: the terminal.

@@ -37,7 +37,7 @@ class TidyTables:
 
     Args:
         source: the folder and the options of the data set.
-        features: whether lines have features of tasks and reasons of wrong goals, which need the data set.
+        features: whether lines have features of tasks and reasons for wrong goals; both need the data set.
     """
 
     def __init__(self, source: Source, *, features: bool = True) -> None:
@@ -154,7 +154,7 @@ def _count_matches(ability: Ability, shares: Shares) -> dict[str, int]:
 
 
 def _read_task_features(record: Record, book: TaskLookup | None) -> Mapping[str, int | None]:
-    """Return the features of a record's task: those of the data set, overridden by those of the record."""
+    """Return the features of a record's task from the data set; features in the record replace them."""
     features = {} if book is None else book.features(record.task_id)
     if record.task is None:
         return features

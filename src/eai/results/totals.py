@@ -40,9 +40,9 @@ class RunTotals:
         sizes: numbers of tasks of the suite that records state.
         versions: versions of the errata.
         void: metrics that have no cases in this run, as records declare.
-        judges: mapping from each planner to the number of answers whose operators it judged.
-        left: number of answers that the first planner left to the second one, by the outcome of the second
-            one.
+        judges: mapping from planners to the number of answers whose operators they tested.
+        left: number of answers that the first planner could not decide, by the decision of the second
+            planner.
     """
 
     number: int = 0

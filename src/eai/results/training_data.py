@@ -51,7 +51,7 @@ def make_reward_rows(
 ) -> Iterator[TrainingRow]:
     """Yield a row for each answer in records of one suite, with its prompt and its newly computed reward.
 
-    ``left_out`` counts the records that give no row, by reason.
+    The counter ``left_out`` gets the number of records without a row, by reason.
     """
     for record in records:
         if record.experiment is not None and not record.experiment.has_no_settings:
@@ -92,7 +92,7 @@ def make_preference_rows(answers: Iterable[TrainingRow], margin: float) -> Itera
 
     Args:
         answers: the rows of answers.
-        margin: difference of rewards that a pair must exceed.
+        margin: the difference between the two rewards of a pair must be larger than this number.
     """
     by_task: dict[str, dict[str, TrainingRow]] = {}
     for row in answers:

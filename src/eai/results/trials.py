@@ -29,7 +29,7 @@ class Answer:
 
     Attributes:
         task_id: the data set's id of the task.
-        epoch: number of the answer among several to the task, from 1 on.
+        epoch: number of the round of answers to all tasks, from 1 on.
         request_sha256: digest of everything that decides the answer: model, prompt, parameters.
         prompt_sha256: digest of the prompt alone.
         text: the answer without reasoning.
@@ -64,12 +64,12 @@ AnswerKey: TypeAlias = tuple[str, int]
 class Conversation:
     """The questions on one task, until the task is over.
 
-    Without a trial there is one question, and its answer is scored later. A trial carries answers out in a
+    Without a trial there is one question, and its answer is scored later. A trial executes the answers in a
     world, and asks again after a failure.
 
     Args:
         ask: returns the next question.
-        trial: carries the answers out; None if there is only one question.
+        trial: executes the answers; None if there is only one question.
         about: returns metadata of the next question on a changed scene.
 
     Attributes:
@@ -111,7 +111,7 @@ class Conversation:
 
     @property
     def attempts(self) -> tuple[Attempt, ...]:
-        """Attempts that the answers made, with their outcomes, if answers are carried out."""
+        """Attempts that the answers made, with their outcomes; empty if answers are not executed."""
         return () if self._trial is None else tuple(self._trial.attempts)
 
     def add_answer(self, text: str) -> None:
@@ -135,7 +135,7 @@ class TrialSet:
 
     Attributes:
         suite: the suite, opened for the answers (`Suite.adapt_to_answers`).
-        options: number of attempts, and the world in which they are carried out.
+        options: number of attempts, feedback, and actions that fail.
         asker: makes the questions.
         stated: mapping from ids to tasks with the goals that questions state instead of the tasks' own.
     """
@@ -158,11 +158,11 @@ class TrialSet:
 def replay_answers(
     suite: Suite, options: AttemptOptions, task_id: str, answers: Iterable[str], epoch: int = 1
 ) -> tuple[Attempt, ...]:
-    """Carry out recorded answers to a task again, and return the attempts with their outcomes.
+    """Execute recorded answers to a task again, and return the attempts with their outcomes.
 
     Args:
         suite: the suite, opened for answers to such questions (`Suite.adapt_to_answers`).
-        options: number of attempts, and the world in which they are carried out.
+        options: number of attempts, feedback, and actions that fail.
         task_id: id of the task.
         answers: the answers in order.
         epoch: epoch of the answers.
@@ -176,7 +176,7 @@ def replay_answers(
 def begin_trial(
     suite: Suite, options: AttemptOptions, task_id: str, epoch: int = 1, stated: Task | None = None
 ) -> Trial:
-    """Return a new trial of a task, by the rules of the options' preset or by our own rules.
+    """Return a new trial of a task, by the rules that the options name or by our own rules.
 
     ``stated`` has the goals that questions state instead of the task's own.
 

@@ -47,7 +47,7 @@ CLEANING_SECONDS = 1
 def run_worker(connection: Connection, folder: str) -> None:
     """Work on batches until the sender ends or closes the connection. It is the main function of a worker.
 
-    The results of a batch are sent as one pickle, which has an exception instead if the work raised one.
+    The results of a batch are sent as one pickle. If the work raised an exception, the pickle has it instead.
 
     Args:
         connection: receives batches and sends results.
@@ -117,7 +117,7 @@ T = TypeVar("T")
 R = TypeVar("R")
 
 MIN_BATCH_SIZE, MAX_BATCH_SIZE = 16, 1024
-"""Number of items in a worker's first batch (small, so that all workers get some) and in its largest."""
+"""Number of items in a worker's first batch (small, so that all workers get some), and maximum."""
 
 MAX_BATCHES_PER_WORKER = 2
 """Maximum number of batches that a worker has at a time: one in progress and one waiting.
@@ -296,7 +296,7 @@ class WorkerPool:
         # the fork server imports this module once for all workers
         context.set_forkserver_preload(["eai.results.batch"])
         if "forkserver" in methods:
-            resource_tracker.ensure_running()  # not in the block: its start would let interrupts in
+            resource_tracker.ensure_running()  # outside of the block, because this start would release interrupts
             with _hold_interrupts():  # the fork server passes held interrupts on to workers
                 ensure_running()
         if self._folder is None:
