@@ -296,7 +296,7 @@ class WorkerPool:
         # the fork server imports this module once for all workers
         context.set_forkserver_preload(["eai.results.batch"])
         if "forkserver" in methods:
-            resource_tracker.ensure_running()  # outside of the block, because this start would release interrupts
+            resource_tracker.ensure_running()  # not in the block, because this start would release interrupts
             with _hold_interrupts():  # the fork server passes held interrupts on to workers
                 ensure_running()
         if self._folder is None:
