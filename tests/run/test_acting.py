@@ -85,6 +85,35 @@ def test_an_episode_ends_if_the_model_calls_no_tool(data_store: Store, tmp_path:
     assert (about["success"], about["ended"], about["reached"]) == (False, "stopped", True)
 
 
+def test_a_reply_without_a_call_is_kept_and_explained(data_store: Store, tmp_path: Path) -> None:
+    refusal = "1. Walk to the soap.\n2. Grab it."
+    log = play(scripted([ModelOutput.from_content("mockllm/model", refusal)]), tmp_path)
+    about = outcome_of(log)
+    assert (about["ended"], about["turns"], about["without_call"]) == ("stopped", [], refusal)
+    (sample,) = log.samples or ()
+    told = (sample.scores or {})["acting"].explanation
+    assert told is not None
+    assert "- a reply called no tool: 1. Walk to the soap. 2. Grab it." in told
+
+
+def test_after_a_reply_without_a_call_the_harness_auto_takes_lines(data_store: Store, tmp_path: Path) -> None:
+    first, *others = gold()
+    texts = ["I would rather write.", *others, "DONE"]
+    outputs = [call(first), *(ModelOutput.from_content("mockllm/model", text) for text in texts)]
+    log = play(scripted(outputs), tmp_path, harness="auto")
+    about = outcome_of(log)
+    assert (about["success"], about["harness"], about["without_call"]) == (True, "auto", texts[0])
+    (sample,) = log.samples or ()
+    asked = [message.text for message in sample.messages if message.role == "user"]
+    assert asked[1].startswith("You called no tool. Write one command a message")
+
+
+def test_the_harness_auto_uses_tools_if_they_are_called(data_store: Store, tmp_path: Path) -> None:
+    about = outcome_of(play(scripted([*map(call, gold()), tool("done")]), tmp_path, harness="auto"))
+    assert (about["success"], about["harness"]) == (True, "auto")
+    assert "without_call" not in about
+
+
 def test_a_model_without_tools_writes_commands(data_store: Store, tmp_path: Path) -> None:
     said = ["LOOK", *gold(), "DONE"]
     outputs = [ModelOutput.from_content("mockllm/model", f"I think.\n{command}") for command in said]

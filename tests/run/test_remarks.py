@@ -2,10 +2,13 @@
 
 from __future__ import annotations
 
+from collections import defaultdict
 from dataclasses import replace
+from pathlib import Path
 
 import pytest
 
+from by_path import ROOT
 from eai.abilities.attempt import Usage
 from eai.abilities.protocol import Ability
 from eai.benchmarks.suite import open_suite
@@ -14,6 +17,8 @@ from eai.run.job import DecodingOptions, QuestionJob
 from eai.run.remarks import list_remarks
 from eai.studies.variation import Endpoint
 from eai.tasks.prompts.prompt import Prompt
+from processes import eai
+from run.server import Reply, serve
 
 GOOD, OTHER = '{"output": "(:action walk)"}', "Here it is: (:action walk)"
 
@@ -59,3 +64,38 @@ def test_a_prompt_with_far_too_few_tokens_was_cut_off(
     assert bool(remarks) is is_cut
     if is_cut:
         assert f"it counted {tokens:,} tokens in a prompt of 10,000 characters (1 of 1 prompts)" in remarks[0]
+
+
+@pytest.mark.parametrize(
+    ("harness", "reply", "remark"),
+    [
+        (
+            "react",
+            Reply("Go and press it."),
+            "in 1 of 1 episodes a reply called no tool ('Go and press it.'), in 1",
+        ),
+        (
+            "react",
+            Reply("Go and press it."),
+            "of them before any action; agent.harness=text or auto takes lines",
+        ),
+        (
+            "auto",
+            Reply("DONE"),
+            "in 1 of 1 episodes a reply called no tool ('DONE'); later commands are lines",
+        ),
+        ("auto", Reply("DONE", unless=("tools",)), "a reply called no tool ('the server refused tools: "),
+        ("text", Reply("DONE"), None),
+    ],
+)
+def test_closing_lines_name_a_reply_without_a_call(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, harness: str, reply: Reply, remark: str | None
+) -> None:
+    monkeypatch.syspath_prepend(ROOT / "examples/lamps")
+    with serve(defaultdict(lambda: [reply])) as served:
+        model = ("--model", "openai-api/local/scripted", "--model-base-url", served.url, "-M", "api_key=none")
+        what = ("--domain", "lamps:lamps", "--ability", "acting", "--limit", 1)
+        outcome = eai("run", *model, *what, "--with", f"agent.harness={harness}", "--out", tmp_path)
+    assert outcome.status == 0, outcome.err
+    told = " ".join(outcome.err.split())
+    assert remark in told if remark is not None else "called no tool" not in told

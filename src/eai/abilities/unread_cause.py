@@ -13,7 +13,7 @@ from dataclasses import replace
 from textwrap import shorten
 from typing import Literal, NamedTuple, TypeAlias, TypeVar
 
-from eai.abilities.answer_text import is_unclosed
+from eai.abilities.answer_text import MAX_LENGTH, is_unclosed
 from eai.abilities.explanation import Explanation
 from eai.abilities.protocol import Ability
 from eai.abilities.reasoning import blank_out_thoughts, find_thoughts
@@ -100,6 +100,8 @@ def find_cause(
         actions: names of the domain's actions.
         other_ability: returns another ability whose form the answer has, or None.
     """
+    if len(text) > MAX_LENGTH:
+        return None
     looped = find_loop(text)
     if looped:
         quoted = shorten(looped, _MAX_QUOTED, placeholder=" ...")

@@ -20,7 +20,7 @@ from eai.agents.game_setup import GameSetup
 from eai.agents.observation import make_manual
 from eai.agents.reference import make_setup
 from eai.agents.rules import GameRules
-from eai.agents.setting import AGENT, REACT, STANDARD, TEXT, AgentSetting
+from eai.agents.setting import AGENT, HARNESSES, STANDARD, TEXT, AgentSetting
 from eai.base.entry_points import load_from_extension
 from eai.base.errors import InputError
 from eai.benchmarks.benchmark import Benchmark
@@ -40,7 +40,7 @@ _ESTIMATED_ACTIONS = 100
 _BY_TOOLS = (
     "You act by calls of tools, one at a time: act takes an action, look stands for LOOK, done for DONE."
 )
-_BY_TEXT = "Write one command a message, on its last line: an action, LOOK or DONE."
+BY_TEXT = "Write one command a message, on its last line: an action, LOOK or DONE."
 
 
 def make_game_rules(setting: AgentSetting) -> GameRules:
@@ -80,7 +80,7 @@ class EpisodeFactory:
         """
         if task.plan_exclusion is not None:
             return Prompt(f"{make_manual(self.benchmark, GameRules())}\n\n{task.plan_exclusion}")
-        how = _BY_TEXT if self.setting.harness == TEXT else _BY_TOOLS
+        how = BY_TEXT if self.setting.harness == TEXT else _BY_TOOLS
         return Prompt(f"{Game(self.make_setup(task)).write_briefing()}\n\n{how}")
 
     def make_prompt_with_pictures(self, task: Task) -> Prompt:
@@ -117,7 +117,7 @@ def make_prompts_in_setting(
         InputError: no agent has the name of the harness, or a scene cannot be shown in pictures.
         EaiError: the extra that draws pictures is not installed.
     """
-    if setting.harness not in (REACT, TEXT):
+    if setting.harness not in HARNESSES:
         load_object(setting.harness)  # an unknown harness raises before any model is called
     about = {task_id: {AGENT: setting.model_dump_json()} for task_id in prompts}
     if setting == STANDARD:
@@ -151,6 +151,9 @@ _MAX_TURNS = 100_000
 _MAX_NAME_LENGTH = 100
 """Maximum number of characters of a harness's name."""
 
+
+MAX_QUOTED_REPLY = 300
+"""Maximum number of characters that an episode keeps of a reply without a call."""
 
 _Count = Annotated[int, Field(ge=0, le=MAX_SEED)]
 _Seed = Annotated[int, Field(ge=-MAX_SEED, le=MAX_SEED)]
@@ -188,6 +191,8 @@ class EpisodeAnswer:
         begun: how often the episode was started; the last start counts.
         opening: digest of the first observation.
         ended: reason for the end of the episode, as the player states it.
+        without_call: the beginning of the first reply that called no tool; empty if each reply called a tool.
+            In the harness ``auto``, later commands are lines of text.
     """
 
     __pydantic_config__: ClassVar[ConfigDict] = ConfigDict(extra="forbid")
@@ -200,6 +205,7 @@ class EpisodeAnswer:
     begun: _Count = 1
     opening: str | None = None
     ended: str = "stopped"
+    without_call: Annotated[str, Field(max_length=MAX_QUOTED_REPLY)] = ""
 
 
 @cache
@@ -270,6 +276,7 @@ class RecordedGame(Game):
         failed: for each command, whether its action was impossible or slipped.
         most: maximum number of actions, or an estimate if there is no limit.
         harness: the harness of the agent.
+        without_call: the first reply that called no tool; empty if each reply called a tool.
     """
 
     def __init__(self, stage: GameSetup, seed: int, epoch: int, *, harness: str = "", begun: int = 1) -> None:
@@ -278,6 +285,7 @@ class RecordedGame(Game):
         self.failed: list[bool] = []
         self.most = stage.action_limit or _ESTIMATED_ACTIONS
         self.harness = harness
+        self.without_call = ""
         self._thought = ""
         self._about = EpisodeAnswer((), stage.rules, seed, epoch, "", begun, hash_text(self.write_opening()))
 
@@ -321,8 +329,16 @@ class RecordedGame(Game):
     def to_json(self, end_reason: str) -> dict[str, Any]:
         """Return the episode as a JSON object. ``end_reason`` says why it stopped if the game is not over."""
         end_reason = self.ended or end_reason
-        episode = replace(self._about, turns=tuple(self.turns), harness=self.harness, ended=end_reason)
+        episode = replace(
+            self._about,
+            turns=tuple(self.turns),
+            harness=self.harness,
+            ended=end_reason,
+            without_call=_replace_surrogates(self.without_call)[:MAX_QUOTED_REPLY],
+        )
         written: dict[str, Any] = _get_episode_adapter().dump_python(episode, mode="json")
+        if not self.without_call:
+            del written["without_call"]
         for turn in written["turns"]:
             if not turn["thought"]:
                 del turn["thought"]

@@ -10,6 +10,7 @@ from bisect import bisect_left
 from collections.abc import Callable, Sequence
 from dataclasses import replace
 from functools import cached_property, partial
+from textwrap import shorten
 from typing import Any, TypeAlias
 
 from eai.abilities.declaration import AbilityWorld, QuestionAndAnswer
@@ -22,7 +23,7 @@ from eai.agents.game import Game
 from eai.agents.game_setup import GameSetup
 from eai.agents.play import EpisodeAnswer, EpisodeFactory, make_game_rules, read_episode
 from eai.agents.reference import make_setup
-from eai.agents.setting import STANDARD
+from eai.agents.setting import AUTO, STANDARD
 from eai.agents.verdict import ActingVerdict, Recoverability, Turn
 from eai.benchmarks.benchmark import Benchmark
 from eai.planning.planner import get_planner
@@ -195,6 +196,7 @@ class _ActingScorer(Scorer):
             view=f"{stage.rules.view}, {stage.rules.observe}",
             harness=episode.harness,
             begun=episode.begun,
+            without_call=episode.without_call or None,
         )
 
     def _make_assessment(
@@ -215,6 +217,10 @@ class _ActingScorer(Scorer):
             notes.append(f"ended: {verdict.ended}; {len(verdict.actions)} actions, at most {verdict.budget}")
             if verdict.shortest is not None:
                 notes.append(f"the shortest known plan has {verdict.shortest}")
+            if verdict.without_call is not None:
+                quoted = shorten(verdict.without_call, _MAX_SHOWN, placeholder=" ...")
+                later = " (later commands are lines of text)" * (verdict.harness == AUTO)
+                notes.append(f"a reply called no tool{later}: {quoted}")
             if verdict.begun > 1:
                 notes.append(f"begun {verdict.begun} times; the last one counts")
             goals = report_goals(self.task, verdict.goals_satisfied)

@@ -19,8 +19,10 @@ AGENT = "agent"
 """Field of a question's metadata that contains the setting of its episode, as JSON."""
 
 
-REACT, TEXT = "react", "text"
-"""Names of harnesses: tool calls in Inspect's ``react``, and lines of text."""
+REACT, TEXT, AUTO = "react", "text", "auto"
+"""Names of harnesses: tool calls in Inspect's ``react``, lines of text, or lines if a reply has no call."""
+
+HARNESSES = (REACT, TEXT, AUTO)
 
 
 PICTURES = "pictures"
@@ -32,7 +34,8 @@ class AgentSetting(Options):
 
     Attributes:
         harness: How a model acts: react (it calls the tools act, look and done), text (a command a message),
-            or module:object, which makes an Inspect agent of the tools.
+            auto (tools, or text after the first reply that calls none), or module:object, which makes an
+            Inspect agent of the tools.
         view: The objects that it may see: scene (all), or task (objects of the task).
         observe: How much of them it sees: partial (from its place), or full.
         feedback: The text after each action: changes, facts, outcome, or pictures (the outcome, and rendered
@@ -60,8 +63,9 @@ class AgentSetting(Options):
     @field_validator("harness")
     @classmethod
     def _check_harness(cls, harness: str) -> str:
-        if harness not in (REACT, TEXT) and not re.fullmatch(r"[\w.]+:\w+", harness):
-            raise InputError(f"agent.harness: expected {REACT}, {TEXT} or module:object, found {harness!r}")
+        if harness not in HARNESSES and not re.fullmatch(r"[\w.]+:\w+", harness):
+            expected = ", ".join(HARNESSES)
+            raise InputError(f"agent.harness: expected {expected} or module:object, found {harness!r}")
         return harness
 
     @classmethod

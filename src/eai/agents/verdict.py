@@ -54,6 +54,7 @@ class ActingVerdict(PlanVerdict):
         budget: maximum number of actions.
         view: the objects that the agent can see, and whether it sees all of them or only from its place.
         harness: the agent's harness; empty if unknown.
+        without_call: the beginning of the first reply that called no tool; None if each reply called a tool.
         begun: how often the episode was started; the last start counts.
         outlook: whether the goals can still be reached at the end; None if no planner checked this.
         lost_at: the first turn, from 1 on, after which the goals cannot be reached; 0 if never reachable.
@@ -70,6 +71,7 @@ class ActingVerdict(PlanVerdict):
     view: str = ""
     harness: str = ""
     begun: int = 1
+    without_call: str | None = None
     outlook: Recoverability | None = None
     lost_at: int | None = None
     mean: Mapping[str, Share] | None = None

@@ -426,6 +426,10 @@ def _describe_failure(record: Record) -> str:
         noun = "subgoal" if record.ability is Ability.SUBGOAL_DECOMPOSITION else "step"
         place = "" if error.step is None else f"{noun} {error.step + 1}: "
         return f"{place}{error.detail}"
+    if isinstance(record.verdict, ActingVerdict) and record.verdict.without_call and not record.verdict.turns:
+        return (
+            f"a reply called no tool: {shorten(record.verdict.without_call, _MAX_PART, placeholder=' ...')}"
+        )
     goals = record.explanation.goals if record.explanation is not None else ()
     missed = [goal.goal for goal in goals if not goal.satisfied]
     return f"not reached: {', '.join(missed)}" if missed else ""

@@ -199,7 +199,7 @@ def verdict_to_record_fields(verdict: Verdict) -> dict[str, Json]:
     reason = fields.pop("excluded")
     status = "scored" if reason is None else "excluded"
     repairs = fields.pop("repairs")
-    for name in ("repair", "refused", "partial"):
+    for name in ("repair", "refused", "partial", "without_call"):
         if fields.get(name, name) is None:
             del fields[name]
     return {

@@ -23,17 +23,19 @@ from pydantic import Field
 from eai.abilities.attempt import Usage
 from eai.abilities.protocol import Ability
 from eai.agents.command import DONE
-from eai.agents.play import EpisodeFactory, RecordedGame
-from eai.agents.setting import REACT, TEXT, AgentSetting
+from eai.agents.play import BY_TEXT, EpisodeFactory, RecordedGame
+from eai.agents.setting import AUTO, HARNESSES, TEXT, AgentSetting
 from eai.agents.tools import make_tools, read_tool_call
 from eai.benchmarks.benchmark import Benchmark
 from eai.benchmarks.registry import find_benchmark, load_object
 from eai.benchmarks.suite import open_suite
 from eai.run.job import ERRATA, PROVIDER
 from eai.run.journal import RunState
+from eai.run.request_errors import describe_error
 from eai.run.solver import (
     add_epoch_to_metadata,
     find_reasoning,
+    is_refused_parameter,
     make_answer,
     make_message_content,
     read_usage,
@@ -134,7 +136,8 @@ def _make_player(harness: str | None = None) -> Solver:
     """Return a solver that plays a task with the model: by tools in Inspect's ``react``, or by lines of text.
 
     Args:
-        harness: the program that plays: react, text or module:object; None for the one that the task names.
+        harness: the program that plays: react, text, auto or module:object; None for the one that the task
+            names.
     """
 
     async def solve(state: TaskState, generate: Generate) -> TaskState:
@@ -150,9 +153,10 @@ def _make_player(harness: str | None = None) -> Solver:
             time_limit(setting.seconds),
         ]
         with apply_limits(limits, catch_errors=True) as scope:
-            await (
-                _play_by_text(state, agent, play) if chosen == TEXT else _play_by_tools(state, agent, chosen)
-            )
+            if chosen == TEXT:
+                await _play_by_text(state, agent, play)
+            else:
+                await _play_by_tools(state, agent, chosen)
         state.messages = agent.messages
         ended = "stopped" if scope.limit_error is None else _ENDED_BY_LIMIT[scope.limit_error.type]
         _store_episode_output(state, agent.output.stop_reason, ended)
@@ -175,8 +179,11 @@ def _store_episode_output(state: TaskState, stop_reason: StopReason, end_reason:
 
 
 async def _play_by_tools(state: TaskState, agent: AgentState, harness: str) -> None:
-    """Let the model call tools until the episode ends or a reply calls none; or run the user's agent."""
-    if harness != REACT:
+    """Let the model call tools until the episode ends or a reply calls none; or run the user's agent.
+
+    The harness ``auto`` goes on by lines of text after such a reply, or if the server refuses tools.
+    """
+    if harness not in HARNESSES:
         result = await load_object(harness)(state.tools)(agent)
         agent.messages, agent.output = result.messages, result.output
         return
@@ -185,7 +192,21 @@ async def _play_by_tools(state: TaskState, agent: AgentState, harness: str) -> N
         is_over = state.store_as(_StoredEpisode).episode["ended"] in ("done", "steps")
         return bool(agent.output.message.tool_calls) and not is_over
 
-    await react(prompt=None, tools=state.tools, submit=False, on_continue=resumes)(agent)
+    refusal = ""
+    try:
+        await react(prompt=None, tools=state.tools, submit=False, on_continue=resumes)(agent)
+    except Exception as error:
+        if harness != AUTO or not is_refused_parameter(error):
+            raise
+        refusal = f"the server refused tools: {describe_error(error)}"
+    play = _begin_episode(state)  # the tools have played another copy of the game
+    if play is None or play.over or (not refusal and agent.output.message.tool_calls):
+        return
+    play.without_call = refusal or split_reply(agent.output.completion).answer.strip() or "(an empty reply)"
+    state.store_as(_StoredEpisode).episode = play.to_json("stopped")
+    if harness == AUTO:
+        agent.messages.append(ChatMessageUser(content=f"You called no tool. {BY_TEXT}"))
+        await _play_by_text(state, agent, play)
 
 
 async def _play_by_text(state: TaskState, agent: AgentState, play: RecordedGame) -> None:

@@ -4,13 +4,19 @@ from __future__ import annotations
 
 import json
 from collections.abc import Mapping
+from textwrap import shorten
 
 from jsonschema import Draft202012Validator
 
 from eai.abilities.answer_schema import Schema
 from eai.abilities.declaration import get_declaration
+from eai.agents.play import EpisodeAnswer, read_episode
+from eai.agents.setting import AGENT, AUTO
 from eai.results.trials import Answer, AnswerKey
 from eai.run.job import QuestionJob
+
+_MAX_QUOTED = 60
+"""Maximum number of characters of a reply that a sentence quotes."""
 
 _MIN_PROMPT_LENGTH = 2000
 """Minimum number of characters of a prompt whose tokens are compared with its length."""
@@ -23,13 +29,14 @@ _MAX_CHARACTERS_PER_TOKEN = 8
 
 
 def list_remarks(job: QuestionJob, answers: Mapping[AnswerKey, Answer]) -> tuple[str, ...]:
-    """Return a sentence on each part of the requests that the server seems to have ignored.
+    """Return a sentence on each part of the requests that the server or the model seems to have ignored.
 
     Args:
         job: the questions, and the options of their requests.
         answers: mapping from task and epoch to the answer.
     """
-    return tuple(filter(None, (_describe_misfits(job, answers), _describe_cut_prompts(job, answers))))
+    describers = (_describe_misfits, _describe_cut_prompts, _describe_replies_without_calls)
+    return tuple(filter(None, [describe(job, answers) for describe in describers]))
 
 
 def _describe_misfits(job: QuestionJob, answers: Mapping[AnswerKey, Answer]) -> str:
@@ -81,3 +88,19 @@ def _describe_cut_prompts(job: QuestionJob, answers: Mapping[AnswerKey, Answer])
         f"the server seems to cut off prompts: it counted {tokens:,} tokens in a prompt of {length:,} "
         f"characters ({len(short)} of {len(counted)} prompts). Give it a longer context"
     )
+
+
+def _describe_replies_without_calls(job: QuestionJob, answers: Mapping[AnswerKey, Answer]) -> str:
+    """Return a sentence on the episodes with a reply that called no tool, or an empty text."""
+    if not get_declaration(job.suite.ability).takes_turns:
+        return ""
+    read = [read_episode(answer.text) for answer in answers.values()]
+    episodes = [episode for episode in read if isinstance(episode, EpisodeAnswer) and episode.without_call]
+    if not episodes:
+        return ""
+    idle = sum(not episode.turns for episode in episodes)
+    quoted = shorten(episodes[0].without_call, _MAX_QUOTED, placeholder=" ...")
+    count = f"in {len(episodes)} of {len(read)} episodes a reply called no tool ({quoted!r})"
+    if episodes[0].harness == AUTO:
+        return f"{count}; later commands are lines of text"
+    return f"{count}, in {idle} of them before any action; {AGENT}.harness=text or auto takes lines"

@@ -374,12 +374,17 @@ async def _ask_model(
             return reply
         first_usage = reply.usage
     except Exception as error:
-        if find_http_status(error) not in _REFUSED_PARAMETER_STATUSES or is_too_long(error):
+        if not is_refused_parameter(error):
             raise
     output, parts, usage = await _send_request(messages, unrestricted)
     if restrictions.response_schema is not None:
         parts = parts._replace(repairs=(FORM_LEFT_OUT, *parts.repairs))
     return _ModelReply(output, parts, first_usage + usage)
+
+
+def is_refused_parameter(error: BaseException) -> bool:
+    """Whether a server refused a request because of a parameter that it does not support."""
+    return find_http_status(error) in _REFUSED_PARAMETER_STATUSES and not is_too_long(error)
 
 
 async def _send_request(messages: list[ChatMessage], restrictions: GenerateConfig) -> _ModelReply:
