@@ -96,7 +96,7 @@ def test_a_wrong_option_of_an_older_record_is_named(options: dict[str, Any], mes
     ("study", "message"),
     [
         ({"terse": {"label": 3}}, "field study.terse.label"),
-        ({"terse": {"label": "a/b"}}, "expected the name of a folder"),
+        ({"terse": {"label": "a/b"}}, "expected a text that can be the name of a folder"),
         ({"replanning": {"label": "x", "options": {"replans": "two"}}}, "replanning.options.replans"),
     ],
 )

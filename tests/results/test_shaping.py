@@ -365,5 +365,5 @@ def test_metrics_follow_from_the_credit() -> None:
 
 
 def test_a_verdict_without_an_ability_has_no_credit() -> None:
-    with pytest.raises(NotImplementedError, match="Verdict has no credit, so its answers cannot be paid"):
+    with pytest.raises(NotImplementedError, match="Verdict defines no credit, so no reward can be computed"):
         compute_credit(Verdict())

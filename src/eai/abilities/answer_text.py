@@ -622,16 +622,16 @@ def _evaluate_literal(node: ast.expr, depth: int) -> object:
         ValueError: the expression is not a literal, or is nested too deep.
     """
     if depth == 0:
-        raise ValueError("nested too deep")
+        raise ValueError("the literal is nested too deep")
     if isinstance(node, ast.Constant):
         return node.value
     if isinstance(node, ast.List | ast.Tuple):
         return [_evaluate_literal(element, depth - 1) for element in node.elts]
     if not isinstance(node, ast.Dict):
-        raise ValueError("not a literal")
+        raise ValueError("the expression is not a literal")
     members = []
     for key, value in zip(node.keys, node.values, strict=True):
         if not isinstance(key, ast.Constant) or not isinstance(key.value, str):
-            raise ValueError("a key is not a string")
+            raise ValueError("a key of the dictionary is not a string")
         members.append((key.value, _evaluate_literal(value, depth - 1)))
     return JsonObject(members)

@@ -53,7 +53,7 @@ class StudySettings:
     def __post_init__(self) -> None:
         parts = self.label.split(SEPARATOR)
         if [to_file_name(part) for part in parts] != parts:
-            raise InputError(f"label {self.label!r}: expected the name of a folder")
+            raise InputError(f"label {self.label!r}: expected a text that can be the name of a folder")
 
     def __hash__(self) -> int:
         return hash(self.label)

@@ -245,7 +245,7 @@ class Verdict:
         Raises:
             NotImplementedError: answers of this ability are not paid for.
         """
-        raise NotImplementedError(f"{type(self).__name__} has no credit, so its answers cannot be paid")
+        raise NotImplementedError(f"{type(self).__name__} defines no credit, so no reward can be computed")
 
     def is_action(self, step: int) -> bool:
         """Whether a step of the explanation, numbered from 0, is a tried action."""

@@ -48,7 +48,7 @@ def _ignore_progress(checked: int) -> None:
 def check_benchmark(
     benchmark: Benchmark, source: Source, progressed: Callable[[int], None] = _ignore_progress
 ) -> tuple[list[Finding], Counter[SearchEnd]]:
-    """Return all problems of a benchmark, and how often each way of ending a search for a plan occurred.
+    """Return all problems of a benchmark, and the number of searches for plans with each kind of end.
 
     A plan is searched for each task that has none, except tasks excluded as unsolvable.
 

@@ -50,7 +50,7 @@ _MAX_NAME_WORDS = 3
 
 
 _AchieverMatch: TypeAlias = tuple[Achiever, Mapping[str, int]]
-"""An action schema that achieves a fact, and the schema's variables that the fact binds to objects."""
+"""A pair: an action schema that achieves a fact, and a mapping from its variables to objects of the fact."""
 
 
 def write_goals_as_one_subgoal(task: Task, notation: SubgoalNotation) -> f.Formula:
@@ -400,7 +400,7 @@ def _adapt_goals(
 
 
 def _make_operator_copier(tasks: TaskSet[TransitionTask]) -> Callable[[TransitionTask], Sequence[str]]:
-    """Return a function that returns a task's operators, as far as another task needs them too."""
+    """Return a function from a task to its operators, except operators that no other task needs."""
     uses = Counter([name for task in tasks.values() for name in task.operators])
     return lambda task: [task.domain.operators[name].pddl for name in task.operators if uses[name] > 1]
 
@@ -428,7 +428,7 @@ def _find_most_similar(
 
 
 def _compute_similarity(texts: Counter[str], others: Counter[str]) -> int:
-    """Return how many of the texts of two tasks are common to both, in millionths of all texts."""
+    """Return the share of common texts among all texts of two tasks, in millionths."""
     return 1_000_000 * (texts & others).total() // max(1, (texts | others).total())
 
 

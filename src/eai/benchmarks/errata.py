@@ -45,7 +45,7 @@ def ask_for_scored_operators(task: TransitionTask, question: str) -> str:
 
 
 def _write_operator_head(task: TransitionTask, name: str) -> str:
-    """Return an operator with empty precondition and effect, as questions list the operators to finish."""
+    """Return an operator with empty precondition and effect, as questions list the operators to complete."""
     parameters = task.domain.operators[name].parameters
     return f"(:action {name})\n:parameters {parameters}\n:precondition ()\n:effect ()\n)\n"
 
@@ -253,7 +253,7 @@ def read_errata(text: str) -> Errata:
 def _correct_script(script: tuple[Action, ...], entry: _Erratum, scene: Scene) -> tuple[Action, ...]:
     """Return a plan with the corrections of an erratum.
 
-    The last is made first, so that step numbers stay right.
+    The last correction is made first, so that the numbers of earlier steps stay right.
     """
     steps = list(script)
     for edit in sorted(entry.plan, key=lambda step_edit: -step_edit.step):
@@ -271,7 +271,9 @@ def _parse_action(text: str, scene: Scene) -> Action:
 
 def _replace_once(text: str, change: _TextReplacement, entry: str) -> str:
     if text.count(change.was) != 1:
-        raise DataError(f"erratum {entry}: expected its passage once in the data; run `eai data fetch`")
+        raise DataError(
+            f"erratum {entry}: expected the text to be replaced once in the data; run `eai data fetch`"
+        )
     return text.replace(change.was, change.now)
 
 

@@ -32,7 +32,7 @@ if TYPE_CHECKING:
     from eai.tasks.operator_task import TransitionTask
 
 _Segment: TypeAlias = tuple[tuple[str, ...], tuple[str, ...]]
-"""Consecutive parts of a gold answer, and the parts that replace them in the corrupted answer."""
+"""A pair: consecutive parts of a gold answer, and the parts that replace them in the corrupted answer."""
 
 
 def make_noisy_answer(book: AnswerBook, task_id: str, rate: float, seed: str) -> WrittenAnswer:

@@ -49,7 +49,7 @@ class Pack:
 
     @property
     def archive_digests(self) -> dict[str, str]:
-        """Requirement of each archive, such as ``bddl==3.6.0``, and its SHA-256, as manifests list them."""
+        """Mapping from the requirement of each archive, such as ``bddl==3.6.0``, to its SHA-256."""
         return {archive.requirement: archive.sha256 for archive in self.archives}
 
 

@@ -114,7 +114,8 @@ class PromptLibrary:
         for task_id in beliefs.keys() & prompts.keys():
             if replaced[task_id].user != prompts[task_id].user:
                 raise InputError(
-                    f"{self.folder}: the prompt of {task_id} states the task itself and not a belief"
+                    f"{self.folder}: a file sets the prompt of {task_id}, "
+                    "which must state a model's goals or scene; leave it out"
                 )
         return replaced
 

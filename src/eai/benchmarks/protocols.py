@@ -60,7 +60,7 @@ def find_implementation(name: str) -> ProtocolImplementation | None:
         return None
     value = find_protocols()[name].load()
     if not isinstance(value, ProtocolImplementation):
-        raise InputError(f"{name}: expected an Implementation, found {type(value).__name__}")
+        raise InputError(f"{name}: expected a ProtocolImplementation, found {type(value).__name__}")
     return value
 
 

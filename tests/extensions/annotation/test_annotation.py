@@ -91,10 +91,10 @@ def test_the_annotated_final_state_takes_precedence() -> None:
 @pytest.mark.parametrize(
     ("task", "why"),
     [
-        (replace(CUP, script=()), "cup: no demonstration; expected a plan"),
+        (replace(CUP, script=()), "cup: the task has no plan, so it is no demonstration"),
         (
             shown("bad", "GO shelf; LIGHT shelf"),
-            "bad: no demonstration; step 2 of its plan cannot be carried out",
+            "bad: step 2 of the plan cannot be executed, so the task is no demonstration",
         ),
     ],
 )

@@ -1,7 +1,7 @@
 """The BEHAVIOR tasks as records of the data store: one line of text a task, decoded on first use.
 
-Records have only facts of published files. The module `evidence` has other facts. The module `tasks` makes
-scenes and goals from both modules.
+Records have only facts of published files. The module `evidence` has facts that no published file states. The
+module `tasks` makes scenes and goals from both modules.
 """
 
 from __future__ import annotations
@@ -91,7 +91,7 @@ class BehaviorRecord:
         problem: the problem file, which names objects by instance.
         plan: a human's plan from the data set, as actions with objects. One action is misspelt.
         goal_options: for each goal of goal interpretation, all its options in the published order. For three
-            tasks they follow an earlier wording than `problem` (spec: (a)).
+            tasks they follow an earlier wording than `problem`.
     """
 
     id: str

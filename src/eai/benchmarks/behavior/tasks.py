@@ -1,4 +1,4 @@
-"""BEHAVIOR tasks as states and goals, built from records and evidence on first use."""
+"""BEHAVIOR tasks as states and goals, built from records and unpublished facts on first use."""
 
 from __future__ import annotations
 
@@ -59,7 +59,7 @@ BehaviorTasks: TypeAlias = TaskSet[BehaviorTask]
 
 
 def build_tasks(records: TaskSet[BehaviorRecord], evidence: UnpublishedFacts) -> BehaviorTasks:
-    """Return the tasks made from records. Their digest covers the records and the evidence."""
+    """Return the tasks made from records. Their digest covers the records and the unpublished facts."""
     sha256 = hashlib.sha256(f"{records.sha256}{evidence.sha256}".encode()).hexdigest()
     return TaskSet(records, lambda task_id: build_task(records[task_id], evidence), sha256)
 
@@ -69,7 +69,7 @@ def build_task(record: BehaviorRecord, evidence: UnpublishedFacts) -> BehaviorTa
 
     Args:
         record: the facts of published files.
-        evidence: facts that published files lack.
+        evidence: the facts that no published file states.
     """
     builder = _BehaviorTaskBuilder(record, evidence)
     initial = builder.build_state(collect_initial_relations(record, evidence))
@@ -103,7 +103,7 @@ def collect_initial_relations(
 ) -> tuple[GroundRelation, ...]:
     """Return the initial relations of a task, with object names of the scene.
 
-    They come from the problem file, from assumptions about furniture, and from the evidence.
+    They come from the problem file, from assumptions about furniture, and from the unpublished facts.
     """
     listed = read_listed_relations(record)
     removed = evidence.removed.get(record.id, ())
@@ -142,7 +142,7 @@ def assume_standing_relations(
 
 
 def yield_initial_states(record: BehaviorRecord, evidence: UnpublishedFacts) -> Iterator[tuple[str, str]]:
-    """Yield each initial state as its predicate and the object's name."""
+    """Yield the initial states of objects, each as a pair of a predicate and the object's name."""
     name_of = {obj.instance: obj.name for obj in record.objects}
     for fact in record.problem.initial:
         if len(fact.arguments) == 1:

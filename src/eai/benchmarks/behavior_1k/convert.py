@@ -95,7 +95,7 @@ def _read_definitions(files: ArchiveFiles) -> Iterator[tuple[str, str]]:
             text = re.sub(r"\( ", "(", " ".join(text.split()))
             wrong, corrected = CORRECTIONS.get(match[1], ("", ""))
             if wrong not in text:
-                raise DataError(f"{path}: expected the known slip {wrong!r}; the file is another version")
+                raise DataError(f"{path}: expected the known error {wrong!r}; the file is another version")
             yield match[1], text.replace(wrong, corrected) if wrong else text
 
 

@@ -30,7 +30,7 @@ from eai.world.operator import (
 from eai.world.vocabulary import Predicate
 
 READING = "b1k-1"
-"""Name of the current set of decisions. A set with a changed decision gets a new name."""
+"""Name of the present decisions D1 to D11. If a decision changes, the set gets a new name."""
 
 MOVABLE = affordance(~p.fixed(X), "{x} cannot be moved")
 HAND_FREE = missing_step(~p.hands_full(), "both hands are full")

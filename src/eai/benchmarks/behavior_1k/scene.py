@@ -452,7 +452,7 @@ class _SceneMaker:
 
 
 SetUp: TypeAlias = Callable[[str], tuple[_Activity, State]]
-"""Returns the parsed definition and the initial state of the activity with this name."""
+"""Function from the name of an activity to its parsed definition and its initial state."""
 
 
 def make_scene_setup(kinds: k.ObjectKinds, texts: Mapping[str, str]) -> SetUp:

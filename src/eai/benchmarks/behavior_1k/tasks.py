@@ -50,7 +50,7 @@ def open_tasks(english: English, source: Source | None = None) -> TaskSet[Task]:
     """Return the tasks in alphabetical order; download them first if they are missing.
 
     The digest of the tasks covers the data, the plans, the evidence and the name of the decisions
-    (`READING`).
+    (`READING`) on open questions.
 
     Args:
         english: English sentences for predicates.

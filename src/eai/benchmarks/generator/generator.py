@@ -203,8 +203,8 @@ class TaskGenerator:
         self._bases = sets.select_base_tasks(self._tasks, self.spec.split, self.spec.held_out)
         if not self._bases:
             raise InputError(
-                f"{self.benchmark.name} has no public task in the split {self.spec.split.value} "
-                f"by {self.spec.held_out}"
+                f"{self.benchmark.name} has no public task for the split {self.spec.split.value} "
+                f"if splits do not share {self.spec.held_out}; choose another split"
             )
         self._titles = list(dict.fromkeys([task.title for task in self._bases]))
         self._objections = _RejectionFinder(self.benchmark.domain, self._tasks, by_place=self.spec.by_place)

@@ -1,11 +1,9 @@
 """Measure a task: counts of its goals, objects and plan steps, and its expected difficulty.
 
 A ridge regression predicts the difficulty of a task from its plan and goals. It was fitted to public tasks of
-a
-household: their difficulty in action sequencing for nine of the paper's models
-(`eai.extensions.adaptive.difficulties`), in logits from the models' mean ability.
-``tools/task_difficulty.py``
-fits it. A single estimate is uncertain: its error is the root mean squared error on titles outside the fit.
+a household (by ``tools/task_difficulty.py``): their difficulty in action sequencing for nine of the paper's
+models (`eai.extensions.adaptive.difficulties`), in logits from the models' mean ability. A single estimate is
+uncertain: its error is the root mean squared error on titles outside the fit.
 """
 
 from __future__ import annotations
@@ -35,7 +33,7 @@ from eai.world.vocabulary import Vocabulary
 FILE = "difficulty.json"
 
 FEATURES = ("log steps", "operators", "log goals")
-"""Names of the features: logarithm of plan steps, number of operators, logarithm of the number of goals."""
+"""Names of the features of a task: logarithm of plan steps, number of operators, logarithm of goals."""
 
 
 def compute_difficulty_features(task: Task) -> Sequence[float]:

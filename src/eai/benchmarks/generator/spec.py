@@ -154,7 +154,7 @@ class TaskSpecification:
     """The specification of generated tasks.
 
     Attributes:
-        like: the benchmark, as `find_benchmark` takes it.
+        like: reference to the benchmark (see `find_benchmark`).
         data_sha256: digest of the benchmark's tasks, from which scenes, goals and their frequencies are
             drawn.
         tier: the range of lengths of the plans that solve the tasks.

@@ -2,13 +2,12 @@
 
 In a pair with an impossible task, each task lacks one initial fact, a property of an object. Without its
 fact, the impossible task has no plan, which the delete relaxation proves (`eai.planning.possible`). The other
-task
-keeps a plan. No difference shows which task is which: both missing facts have the same predicate, and goals
-mention both objects in the same way. Both objects have the same category, or categories that were about
+task keeps a plan. No difference shows which task is which: both missing facts have the same predicate, and
+goals mention both objects in the same way. Both objects have the same category, or categories that were about
 equally often in the impossible and in the possible tasks of earlier pairs.
 
 In a pair with an ambiguous task, the instruction describes the wanted object by its place. In the ambiguous
-task a second object of the category is in that place. An answer fails if it does with the second object, too,
+task a second object of the category is in that place. An answer fails if it also does with the second object
 what the instruction asks. An agent that never asks is therefore right about half of the time.
 """
 

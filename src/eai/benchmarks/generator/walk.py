@@ -1,9 +1,8 @@
-"""Extend a plan goal by goal (a walk), shorten it, and find goals over time.
+"""Extend a plan goal by goal, shorten it, and find goals over time.
 
-The shortened plan that solves a task is called its certificate. A goal over time comes from two plans for
-equal
-final goals: the certificate and a *temptation*, which reaches the goals in another order or without a detour.
-The goal over time is a condition on the order of facts that only the certificate fulfils. So it can be
+A growing plan is called a walk. A goal over time comes from two plans for equal final goals: the shortened
+plan that solves the task, and a *temptation*, which reaches the goals in another order or without a detour.
+The goal over time is a condition on the order of facts that only the solving plan fulfils. So it can be
 fulfilled, and it excludes a plan.
 """
 
@@ -42,10 +41,10 @@ _MIN_STEPS_TO_SHORTEN = 25
 """Minimum number of steps of a walk for which the planner searches a shorter plan."""
 
 _MAX_ORDERS = 6
-"""Maximum number of random orders in which the certificate's actions are tried as a temptation."""
+"""Maximum number of random orders in which the solving plan's actions are tried as a temptation."""
 
 _MAX_TIDY_POSITIONS = 3
-"""Maximum number of positions in the certificate at which actions that undo a fact are tried."""
+"""Maximum number of positions in the solving plan at which actions that undo a fact are tried."""
 
 
 @dataclass
@@ -132,7 +131,7 @@ def _list_goal_actions(wanted: f.Formula) -> tuple[str, ...]:
 
 
 def make_short_plan(walk: GoalByGoalPlan, over_time: f.Formula | None = None) -> Sequence[Action]:
-    """Return a short plan for the goals of a walk: its necessary actions, or a shorter plan of the planner.
+    """Return a short plan for the goals of a walk: only its necessary actions, or a shorter planner's plan.
 
     Only long walks are given to the planner. The planner does not know goals over time.
     """
@@ -250,7 +249,7 @@ class TemporalGoalFinder:
     begin: Callable[[], GoalByGoalPlan]
 
     def find_temporal_goal(self) -> _TemporalGoal | None:
-        """Return a goal over time with a certificate and a temptation, or None if no such goal is found."""
+        """Return a goal over time with a solving plan and a temptation, or None if no such goal is found."""
         if self.task.goals_of(GoalKind.ACTION):
             return None
         ways = [self._find_goal_of_detour, self._find_goal_of_tidiness, self._find_goal_of_order]
@@ -283,7 +282,7 @@ class TemporalGoalFinder:
         return None if kept is None else replace(kept, plan=make_short_plan(walk, goal))
 
     def _find_goal_of_tidiness(self) -> _TemporalGoal | None:
-        """Return the goal that two facts never hold together, although one is true after the certificate."""
+        """Return the goal that two facts never hold together, although one is true after the solving plan."""
         untidy, goals, rng = self._solving_plan, self._goals, self.rng
         last = len(untidy.plan)
         left = [
@@ -312,7 +311,7 @@ class TemporalGoalFinder:
         return None
 
     def _find_goal_of_order(self) -> _TemporalGoal | None:
-        """Return a goal on the order of facts that the certificate fulfils and a reordered plan does not."""
+        """Return a goal on the order of facts that the solving plan fulfils and a reordered plan does not."""
         ours, goals, rng = self._solving_plan, self._goals, self.rng
         parts = [ours.plan[i:j] for i, j in pairwise([0, *self._goal_steps])]
         for _ in range(_MAX_ORDERS if len(parts) > 1 else 0):
@@ -326,7 +325,7 @@ class TemporalGoalFinder:
 
     @cached_property
     def _goal_steps(self) -> list[int]:
-        """Numbers of steps after which one more goal stays true up to the end of the certificate."""
+        """Numbers of steps after which one more goal stays true up to the end of the solving plan."""
         states = list(enumerate(self._solving_plan.trajectory.states))[::-1]
         missed = (
             next(i for i, state in states if not self.domain.holds(goal, state)) for goal in self._goals
@@ -334,7 +333,7 @@ class TemporalGoalFinder:
         return sorted({i + 1 for i in missed})
 
     def _find_goal_excluding(self, plan: Sequence[Action]) -> _TemporalGoal | None:
-        """Return a goal over time that the certificate fulfils and another plan does not, or None.
+        """Return a goal over time that the solving plan fulfils and another plan does not, or None.
 
         Goals whose facts share an object come first.
         """
@@ -349,7 +348,7 @@ class TemporalGoalFinder:
         return next((candidate for candidate in kept if candidate is not None), None)
 
     def _list_candidates(self, other: _ExecutedPlan) -> Iterator[tuple[bool, f.Formula]]:
-        """Yield goals that may hold only for the certificate, and whether the two facts share no object."""
+        """Yield goals that may hold only for the solving plan, and whether the two facts share no object."""
         ours, things = self._solving_plan, self.task.scene.objects
         both = [atom for atom in ours.new_facts if atom in other.new_facts]
         for first, then in permutations(both, 2):

@@ -33,7 +33,7 @@ _ACTIONS = re.compile(r"the action (\w+(?: or \w+)*) has been taken")
 
 @dataclass(frozen=True)
 class InstructionWriter:
-    """The words that instructions use for the objects and predicates of one scene.
+    """Writes instructions for tasks in one scene, with words for its objects and predicates.
 
     Attributes:
         arities: number of arguments of each predicate of goals.
@@ -51,7 +51,7 @@ class InstructionWriter:
     def make_for_benchmark(
         benchmark: Benchmark, initial: State, *, by_place: bool = False
     ) -> InstructionWriter:
-        """Return a benchmark's words for a scene. With `by_place`, places of objects describe the objects."""
+        """Return the writer for a benchmark's scene. With `by_place`, objects are described by places."""
         arity, scene = benchmark.domain.vocabulary.find_arity, initial.scene
         wording = benchmark.wording(Ability.ACTION_SEQUENCING)
         arities = {name: arity(name) or 0 for name in wording.predicates}
@@ -67,7 +67,7 @@ class InstructionWriter:
 
     @cached_property
     def nouns(self) -> Mapping[str, str]:
-        """Category of the scene -> its noun, or the category itself if another category has this noun."""
+        """Mapping from category to noun, or to the category itself if another category has this noun."""
         nouns_by_category: dict[str, str] = {}
         for thing in self.scene.objects:
             made = " ".join(re.sub(r"\.n\.\d+$", "", thing.category).replace("_", " ").split())
@@ -92,7 +92,7 @@ class InstructionWriter:
 
     @cached_property
     def distinguishing_facts(self) -> Mapping[int, Fact]:
-        """Index of an object -> initial fact that distinguishes it from other objects of its category.
+        """Mapping from object to the initial fact that distinguishes it from other objects of its category.
 
         The fact is a state that only this object of the category has, or its relation to the only object of
         another category.

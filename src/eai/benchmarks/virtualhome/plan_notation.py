@@ -52,7 +52,7 @@ _DOTTED = re.compile(r"\w+\.\d+")
 
 
 class ObjectWithId(NamedTuple):
-    """An object by class and id, as written. The id is None if no word follows the class."""
+    """An object as an answer writes it: its class, and its id or None."""
 
     name: object
     id: object

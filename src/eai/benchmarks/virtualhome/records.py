@@ -35,7 +35,7 @@ Its first line has shared tables and the base scene. Each other line is a task.
 
 
 Edge: TypeAlias = tuple[int, str, int]
-"""Source id, relation and target id. Edges are plain tuples, because a scene has 5,700 of them."""
+"""An edge of a scene graph: source id, relation and target id; a plain tuple, as a scene has 5,700 edges."""
 
 
 @dataclass(frozen=True)

@@ -168,7 +168,7 @@ def open_tasks(source: Source | None = None) -> VirtualHomeTasks:
 
 @cache
 def _find_changed_slots(before: frozenset[str], after: frozenset[str]) -> Sequence[int]:
-    """Return the indices of the labels that only one of the two sets has."""
+    """Return the indices of the labels (properties and states) that only one of two sets has."""
     return [_UNARY[name] for name in before ^ after]
 
 

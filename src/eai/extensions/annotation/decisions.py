@@ -178,7 +178,7 @@ def find_difference(task: Task, domain: Domain) -> DemonstrationDifference:
         InputError: the task has no plan, or the plan cannot be executed.
     """
     if not task.script:
-        raise InputError(f"{task.id}: no demonstration; expected a plan")
+        raise InputError(f"{task.id}: the task has no plan, so it is no demonstration")
     final = _find_final_state(task, domain)
     changed = _find_changed_object_bits(task.initial, final)
     predicates = task.scene.vocabulary.predicates
@@ -202,7 +202,9 @@ def _find_final_state(task: Task, domain: Domain) -> State:
     done = execute_plan(domain, task.initial, task.script)
     if done.failure is not None:
         step = len(done.executed_actions) + 1
-        raise InputError(f"{task.id}: no demonstration; step {step} of its plan cannot be carried out")
+        raise InputError(
+            f"{task.id}: step {step} of the plan cannot be executed, so the task is no demonstration"
+        )
     return done.final_state
 
 

@@ -104,7 +104,7 @@ def make_film_of_answer(record: Record, suite: Suite) -> bytes:
     """
     episode = replay_record(record, suite)
     if episode is None:
-        raise InputError(f"--film: the course of the answer to {record.task_id} is not known")
+        raise InputError(f"--film: the answer to {record.task_id} has no plan, or was scored with other data")
     return make_film(*episode)
 
 

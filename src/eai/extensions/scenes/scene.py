@@ -238,7 +238,7 @@ class BodyScene:
         lost = self.list_broken_relations()
         if lost:
             first, relation, second = lost[0]
-            raise InputError(f"{self._names[first]} fell: it is no longer {relation} {self._names[second]}")
+            raise InputError(f"{self._names[first]} fell: no longer {relation} {self._names[second]}")
 
     def _build_model(self, placer: Placer) -> None:
         text = write_mujoco_model(placer, self.locations, self.rooms, _ABSENT_LOCATION)
