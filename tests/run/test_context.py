@@ -23,6 +23,7 @@ from eai.run.context import (
 from eai.run.job import DecodingOptions
 from eai.tasks.prompts.prompt import Prompt
 from run.server import serve
+from suites import answer_book
 
 PLANS = ("virtualhome", Ability.ACTION_SEQUENCING)
 
@@ -127,5 +128,15 @@ def test_tasks_that_do_not_fit_are_counted_with_their_lengths() -> None:
     assert describe_long_tasks(2048, [long_tasks, find_long_tasks(suite, prompts, 1, 2048)]) == (
         "2 of 3 tasks of virtualhome action_sequencing need more than 2,048 tokens (2,100 to 3,000)"
     )
-    needs = find_long_tasks(suite, prompts, None, 1).needs
-    assert needs["a"] == 900 + estimate_longest_answer(suite)
+
+
+def test_a_task_fits_if_its_question_and_its_gold_answer_do() -> None:
+    suite = open_suite(*PLANS)
+    gold = answer_book(*PLANS)
+    prompts = {task_id: Prompt("word " * 1000) for task_id in gold}
+    needs = find_long_tasks(suite, prompts, None, 1000).needs
+    assert needs == {task_id: 1000 + estimate_tokens(gold[task_id].text) for task_id in gold}
+    shortest, longest = min(needs.values()), max(needs.values())
+    assert longest == 1000 + estimate_longest_answer(suite)
+    assert 0 < len(find_long_tasks(suite, prompts, None, shortest).needs) < len(gold)
+    assert find_long_tasks(suite, prompts, None, longest).needs == {}

@@ -397,7 +397,7 @@ def test_a_limit_that_a_server_does_not_allow_is_sent_no_more(ask: Callable[...,
 def test_the_first_refusal_that_names_the_context_stops_the_run(ask: Callable[..., ModelAnswers]) -> None:
     long, refused = "word " * 2048, Reply(status=400, body=VLLM_REFUSAL)
     script = {f"{number} {long}": [refused] for number in range(30)} | {"short": [Reply(PLAN)]}
-    problem = r"30 of 31 tasks of \S+ \S+ need more than 2,048 tokens \(3,\d+ to 3,\d+\), by estimate.*kept"
+    problem = r"30 of 31 tasks of \S+ \S+ need more than 2,048 tokens \(2,\d+ to 2,\d+\), by estimate.*kept"
     with serve(script) as served, pytest.raises(EaiError, match=problem):
         ask(served.url, script, connections=1)
     assert sum(served.log.asked.values()) <= 2

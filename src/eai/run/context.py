@@ -60,21 +60,26 @@ def estimate_prompt_tokens(prompt: Prompt) -> int:
 
 
 def estimate_longest_answer(suite: Suite) -> int:
-    """Return an estimate of the tokens of a suite's longest gold answer, or 0 without gold answers.
+    """Return an estimate of the tokens of a suite's longest gold answer, or 0 without gold answers."""
+    return max(_estimate_answers(suite).values(), default=0)
 
-    No plan is searched: tasks without a plan of the data set do not count.
+
+def _estimate_answers(suite: Suite) -> Mapping[str, int]:
+    """Return a mapping from tasks to the estimated tokens of their gold answers.
+
+    No plan is searched: tasks without a plan of the data set are left out.
     """
     if suite.ability not in PAPER_ABILITIES:
-        return 0
-    return _estimate_longest_answer(suite.benchmark, suite.ability, suite.source)
+        return {}
+    return _estimate_gold_answers(suite.benchmark, suite.ability, suite.source)
 
 
 @lru_cache(maxsize=16)
-def _estimate_longest_answer(benchmark: Benchmark, ability: Ability, source: Source) -> int:
+def _estimate_gold_answers(benchmark: Benchmark, ability: Ability, source: Source) -> Mapping[str, int]:
     book = open_answer_book(benchmark, ability, source)
     tasks: Mapping[str, object] = benchmark.tasks_for(ability, source)
     known_ids = [task_id for task_id in book if getattr(tasks[task_id], "script", True)]
-    return max([estimate_tokens(book[task_id].text) for task_id in known_ids], default=0)
+    return {task_id: estimate_tokens(book[task_id].text) for task_id in known_ids}
 
 
 def choose_answer_limit(model: str, suite: Suite, decoding: DecodingOptions) -> int | None:
@@ -117,10 +122,13 @@ def find_long_tasks(
 ) -> _LongTasks:
     """Return the tasks whose question and answer need more tokens than a context has.
 
-    An answer needs the user's maximum, or the tokens of the suite's longest gold answer.
+    An answer needs the user's maximum, or the tokens of the task's gold answer.
     """
-    answer = estimate_longest_answer(suite) if max_tokens is None else max_tokens
-    needs = {task_id: estimate_prompt_tokens(prompt) + answer for task_id, prompt in prompts.items()}
+    answers = _estimate_answers(suite) if max_tokens is None else dict.fromkeys(prompts, max_tokens)
+    needs = {
+        task_id: estimate_prompt_tokens(prompt) + answers.get(task_id, 0)
+        for task_id, prompt in prompts.items()
+    }
     return _LongTasks(
         suite, len(prompts), {task_id: need for task_id, need in needs.items() if need > context}
     )
