@@ -101,6 +101,7 @@ def test_what_is_not_answered_is_told_and_counts_unless_it_is_left_out(
         "unanswered": 1,
         "counted_as_failures": 0 if allow_missing else 1,
         "left_out": 1 if allow_missing else 0,
+        "cut_off": 1,
         "not_asked": 338,
         "ranked": False,
     }
