@@ -134,6 +134,21 @@ def test_on_a_terminal_one_line_of_a_run_changes(monkeypatch: pytest.MonkeyPatch
     )
 
 
+def test_a_terminal_too_narrow_for_the_title_shows_the_progress(
+    monkeypatch: pytest.MonkeyPatch, clock: Clock
+) -> None:
+    screen = make_screen(monkeypatch, force_terminal=True, color_system=None)
+    with show_run_progress("virtualhome action_sequencing", quiet=False) as watch:
+        assert watch is not None
+        watch(0, 0, 342, 0)
+        clock.seconds += 100_000
+        watch(2, 100, 342, 400_000_000)
+        clock.seconds += 100_000
+        assert wait_until(lambda: "  102/342, waiting 27 h 47 min, 4000 tokens/s" in screen.getvalue())
+    assert "virtualhome  102" not in screen.getvalue()
+    assert "sequencing  102" not in screen.getvalue()
+
+
 def test_each_step_of_fetching_has_a_bar_on_a_terminal(monkeypatch: pytest.MonkeyPatch) -> None:
     screen = Console(file=io.StringIO(), width=80, force_terminal=True, color_system=None)
     monkeypatch.setattr(progress, "get_error_console", lambda: screen)

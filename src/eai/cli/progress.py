@@ -131,7 +131,7 @@ def _show_progress_bar(title: str, console: Console) -> Iterator[_WorkWatch]:
 
 
 def _cut_start(text: str, width: int) -> str:
-    return text if len(text) <= width else f"…{text[1 - width :]}"
+    return text if len(text) <= width else f"…{text[len(text) - width + 1 :]}" if width > 1 else ""
 
 
 class _RunPace:
