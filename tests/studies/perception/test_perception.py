@@ -133,7 +133,7 @@ def test_records_without_perception_and_unknown_metrics_are_refused() -> None:
 
 def test_the_plot_has_one_point_per_run() -> None:
     pytest.importorskip("matplotlib")
-    figure = plot_perception.draw(tables(PLAIN_RUN, NOISY)["perception_runs"], SUCCESS)
+    figure = plot_perception.draw_success_by_error_rate(tables(PLAIN_RUN, NOISY)["perception_runs"], SUCCESS)
     assert figure is not None
     (panel,) = figure.axes
     points = [(line.get_xdata()[0], line.get_ydata()[0]) for line in panel.lines]

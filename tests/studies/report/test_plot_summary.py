@@ -38,7 +38,7 @@ def test_a_summary_page_has_each_number_of_the_model_and_a_legend(
 ) -> None:
     found = tables(tmp_path, with_paper=with_paper)
     assert ("first", protocol) in plot_summary.list_models_and_protocols(found)
-    figure = plot_summary.draw(found, "first", protocol)
+    figure = plot_summary.draw_model_summary(found, "first", protocol)
     assert figure is not None
     assert (figure.get_figwidth(), figure.get_suptitle()) == (PAGE, f"first, protocol {protocol.value}")
     texts = {text.get_text() for panel in figure.axes for text in panel.texts}
@@ -56,7 +56,10 @@ def test_a_summary_page_has_each_number_of_the_model_and_a_legend(
 
 
 def test_a_model_without_numbers_has_no_summary_page(tmp_path: Path) -> None:
-    assert plot_summary.draw(tables(tmp_path, with_paper=True), "GPT-4o", Protocol("eai-1.0.5")) is None
+    assert (
+        plot_summary.draw_model_summary(tables(tmp_path, with_paper=True), "GPT-4o", Protocol("eai-1.0.5"))
+        is None
+    )
 
 
 def test_a_report_draws_summary_pages_on_request(tmp_path: Path) -> None:

@@ -145,7 +145,7 @@ class _PipelinePair:
 
         Percent, and pipeline minus modular in points, with 95 % intervals whose units are the names of tasks;
         p is of the exact test in which the tasks of a name share a coin (McNemar's where each task has its
-        own).{self._beside}
+        own).{self._paper_remark}
         """
         declared = get_declaration(self.modular[0].ability)
         differences = compare_runs(self.modular, self.pipeline).differences
@@ -168,7 +168,7 @@ class _PipelinePair:
 
         Tasks by the goals that their questions stated, success in both runs, and how many tasks only one of
         them solves. Goals are judged under strict; others are wrong goals, ill-formed ones and such as name
-        what does not exist.{self._searched}
+        what does not exist.{self._search_remark}
         """
         kinds = {
             record.task_id: _classify_stated_goals(record)

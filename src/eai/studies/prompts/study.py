@@ -217,7 +217,7 @@ def make_prompt_tables(
 def _make_cells_table(matrix: _PromptMatrix) -> Iterator[Row]:
     """{matrix.metric} by prompt and model.
 
-    {matrix.metric} in percent, of the {matrix.tasks} tasks that all runs have scored answers to;
+    {matrix.metric} in percent, of the {matrix.task_count} tasks that all runs have scored answers to;
     `format_errors`: share of answers that cannot be read, in percent. Intervals have the names of tasks as
     units.
     """
