@@ -97,7 +97,7 @@ def test_plots_of_effects_and_leaves_show_numbers_of_answers() -> None:
     assert figure is not None
     assert figure.axes[0].get_xlabel().splitlines()[-1] == "2,700 answers to tasks of 100 names"
     leaf = {"stage": "success", "kind": "", "detail": "", "answers": Estimate(40.0, 30.0, 50.0, 360, 900)}
-    figure = plot_leaves.draw([{"model": "m", **leaf}])
+    figure = plot_leaves.draw_answer_outcomes([{"model": "m", **leaf}])
     assert figure is not None
     assert figure.axes[0].get_title() == "m, percent of 900 answers"
 

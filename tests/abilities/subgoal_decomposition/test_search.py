@@ -239,7 +239,10 @@ def naive(subgoals: Sequence[Sequence[Plan]], goal: str) -> Reported:
     return Reported(
         bool(successful),
         bool(runs),
-        [" ".join([a.operator, *(SCENE.objects[i].name for i in a.arguments)]) for a in best.executed],
+        [
+            " ".join([a.operator, *(SCENE.objects[i].name for i in a.arguments)])
+            for a in best.executed_actions
+        ],
         [step.fault.kind for step in best.steps if step.fault is not None],
     )
 
