@@ -20,13 +20,13 @@ DRAWN = """
 import sys
 from pathlib import Path
 from matplotlib.figure import Figure
-from eai.results.plots import use_plot_style, write
+from eai.results.plots import use_plot_style, write_figure
 with use_plot_style():
     figure = Figure(figsize=(3, 2), layout="constrained")
     panel = figure.subplots()
     panel.set_title("difficult offices: first flight")
     panel.plot([1, 2], [3, 4])
-    print(*(path.name for path in write(figure, Path(sys.argv[1]) / "figure.of.2")))
+    print(*(path.name for path in write_figure(figure, Path(sys.argv[1]) / "figure.of.2")))
 """
 
 
