@@ -4,10 +4,12 @@ from __future__ import annotations
 
 import pytest
 
+from eai.abilities.attempt_options import AttemptOptions
 from eai.abilities.protocol import Ability
 from eai.base.store import Store
 from eai.benchmarks.suite import Suite, open_suite
 from eai.pddl.planning import PlannerChoice
+from eai.results.trials import make_trial_record, replay_answers
 from eai.tasks.source import Source
 
 PLAN = '[{"action": "OPEN", "object": "fridge_97"}]'
@@ -59,3 +61,18 @@ def test_a_readable_answer_with_an_error_has_no_cause(data_store: Store) -> None
     verdict = suite.score(suite.task_ids[0], '[{"action": "FLY", "object": "fridge_97"}]')
     assert verdict.error is not None
     assert verdict.error.check == "unknown_action"
+
+
+def test_each_attempt_at_a_task_has_its_cause(data_store: Store) -> None:
+    suite = suite_of(data_store, "behavior", "action_sequencing")
+    options, task_id = AttemptOptions(replans=1), suite.task_ids[0]
+    texts = ["I'm sorry, but I can't help with that.", "The robot opens the fridge."]
+    record = make_trial_record(
+        suite, options, "my-model", task_id, replay_answers(suite, options, task_id, texts)
+    )
+    checks = [attempt.verdict.error.check for attempt in record.attempts if attempt.verdict.error is not None]
+    assert checks == ["refusal", "prose"]
+    assert record.verdict.error is not None
+    assert record.verdict.error.check == "prose"
+    assert record.explanation is not None
+    assert record.explanation.notes[-1] == "prose: the answer is only prose"

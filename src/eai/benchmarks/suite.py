@@ -138,7 +138,15 @@ class Suite:
             InputError: there is no such task.
         """
         scorer, empty = self.scorer(task_id), get_declaration(self.ability).verdict()
-        assessment = assess_or_report_failure(scorer, empty, lambda: scorer.assess(text))
+        return self.name_unread_cause(
+            text, assess_or_report_failure(scorer, empty, lambda: scorer.assess(text))
+        )
+
+    def name_unread_cause(self, text: str, assessment: Assessment) -> Assessment:
+        """Return an assessment with the cause for which the answer cannot be read.
+
+        Readable answers and other protocols than ``strict`` have no cause.
+        """
         error = assessment.verdict.error
         is_unread = error is not None and error.kind is FaultKind.PARSING and error.step is None
         if not is_unread or self.protocol is not DEFAULT_PROTOCOL:

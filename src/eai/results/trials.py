@@ -9,10 +9,12 @@ from typing import TypeAlias
 
 from eai.abilities.attempt import Attempt, Usage
 from eai.abilities.attempt_options import AttemptOptions
+from eai.abilities.explanation import Explanation
 from eai.abilities.feedback import QuestionWriter
 from eai.abilities.protocol import Ability
-from eai.abilities.scorer import PlanScorer
+from eai.abilities.scorer import Assessment, PlanScorer
 from eai.abilities.trial import Trial
+from eai.abilities.verdict import PlanVerdict
 from eai.base.errors import InputError
 from eai.benchmarks.protocols import find_preset
 from eai.benchmarks.suite import Suite
@@ -196,6 +198,7 @@ def make_trial_record(
     suite: Suite, options: AttemptOptions, model: str, task_id: str, attempts: Sequence[Attempt]
 ) -> Record:
     """Return the record of a task after its trial; its verdict is that of the last attempt."""
+    attempts = [_name_unread_cause(suite, attempt) for attempt in attempts]
     last = attempts[-1]
     return make_record(
         suite,
@@ -208,6 +211,14 @@ def make_trial_record(
         experiment=options.experiment,
         attempts=tuple(attempts),
     )
+
+
+def _name_unread_cause(suite: Suite, attempt: Attempt) -> Attempt:
+    explanation = attempt.explanation or Explanation()
+    named = suite.name_unread_cause(attempt.response, Assessment(attempt.verdict, lambda: explanation))
+    if not isinstance(named.verdict, PlanVerdict):
+        return attempt
+    return replace(attempt, verdict=named.verdict, explanation=attempt.explanation and named.explain())
 
 
 def open_trials(
