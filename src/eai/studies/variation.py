@@ -58,7 +58,7 @@ class FirstStage:
             or if the questions cannot state them.
         previous: the stage before this stage, whose beliefs questions state too; None for the first stage.
         results: the results of this stage's own questions to models.
-        found_beliefs: cache for the function ``believe``, which finds each set of beliefs only once.
+        found_beliefs: cache of results of ``believe``, so that each set of beliefs is found only once.
     """
 
     library: PromptLibrary
@@ -118,7 +118,7 @@ class FirstStage:
 class VariationOptions(Options):
     """The options of a study that varies runs. With the default values, a run is unchanged.
 
-    Members other than `choice` are used only if the user chose an option of this study or of no study.
+    Apart from `choice`, members are used only if the user chose options of this study, or of no study.
     """
 
     @property
@@ -152,7 +152,7 @@ class VariationOptions(Options):
     def record_choice(self, study: str) -> StudySettings | None:
         """Return the choice for records: the options that differ from their defaults.
 
-        A study whose stage states the choice returns None (`BeliefSet.experiment`).
+        A study returns None if its first stage records the choice (`StatedBeliefs.experiment`).
         """
         options = self.model_dump(mode="json", exclude_defaults=True)
         label = SEPARATOR.join([make_name_label(name, str(value)) for name, value in options.items()])

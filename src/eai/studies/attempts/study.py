@@ -1,9 +1,9 @@
 """Study the gain of further attempts at a task, the share due to feedback, and actions that fail at random.
 
-More attempts raise success even without feedback. So each arm, a way to ask again with feedback, is compared
-with a control: an equal number of attempts in an equal world, without feedback. Attempts at one task depend
-on each other, and so do attempts at similar tasks. The unit of every interval is therefore the name of the
-task, over all seeds and attempts; similar tasks share a name.
+More attempts raise success even without feedback. An arm is a way to ask again after failures. Each arm with
+feedback is compared with a control arm: as many attempts, with the same failing actions, but no feedback.
+Attempts at one task depend on each other, and so do attempts at similar tasks. The unit of every interval is
+therefore the name of the task, over all seeds and attempts; similar tasks share a name.
 """
 
 from __future__ import annotations
@@ -85,17 +85,17 @@ class _AttemptsArm:
 
     @property
     def control_experiment(self) -> Experiment:
-        """The options of the control: an equal number of attempts without feedback."""
+        """Options of the control arm: as many attempts, without feedback."""
         return self.experiment.replace_study_settings(
             replace(self.attempt_options, feedback="none", form="prompt").experiment
         )
 
     def list_records(self, attempts: int) -> list[Record]:
-        """Return the records of all seeds, as they would be after a number of attempts."""
+        """Return the records of all seeds, as they would be if only this number of attempts were allowed."""
         return [drop_later_attempts(record, attempts) for records in self.runs.values() for record in records]
 
     def make_cases(self, metric: str, attempts: int) -> list[RateCase]:
-        """Return the contribution of each task to a metric after a number of attempts, seed after seed."""
+        """Return each task's contribution to a metric after a number of attempts, for all seeds in order."""
         return [
             case
             for records in self.runs.values()
@@ -138,7 +138,7 @@ def make_replanning_tables(arms: Sequence[_AttemptsArm]) -> list[Table]:
 
 
 def write_remarks(arms: Sequence[_AttemptsArm]) -> list[str]:
-    """Return remarks for readers that name the arms without a control, and the arms with a single seed."""
+    """Return remarks for readers: which arms have no control arm, and which have runs of only one seed."""
     experiments = {arm.experiment for arm in arms}
     lone_arms = [
         arm.label for arm in arms if arm.max_attempts > 1 and arm.control_experiment not in experiments
@@ -256,7 +256,7 @@ def _make_outcomes_table(arms: Sequence[_AttemptsArm]) -> Iterator[Row]:
 def _pair_cases(
     control: _AttemptsArm, arm: _AttemptsArm, attempts: int
 ) -> tuple[list[RateCase], list[RateCase]]:
-    """Return two lists, one per arm, with the contributions of the tasks and seeds that both arms have."""
+    """Return the cases of two arms, limited to tasks and seeds that both arms have, as two lists."""
     pairs: list[tuple[RateCase, RateCase]] = []
     for seed in [seed for seed in arm.runs if seed in control.runs]:
         before = {
@@ -315,7 +315,7 @@ class _ReplanningOptions(VariationOptions):
 
     @property
     def choice(self) -> str:
-        """Text that names the chosen options; empty for one attempt in a world where every action works."""
+        """Text that names the chosen options; empty for one attempt in which no action fails at random."""
         return "attempts.replans, slip or until" if self.attempts else ""
 
     @property
@@ -339,7 +339,7 @@ class _ReplanningOptions(VariationOptions):
         """The options of attempts at each task, or None for one attempt in which all actions work.
 
         Options without an effect have the values of a plain run. By default, feedback explains failures.
-        If a new attempt continues in the last state, an attempt ends with the goal by default.
+        If attempts continue in the last state, an attempt ends by default when all goals are reached.
         """
         scripted = make_preset_attempt_options(self.preset, self.slip, self.slip_seed, self.replans)
         if scripted is not None:
@@ -408,7 +408,7 @@ def _analyze_attempts(records: StudyRecords, chosen: _ReplanningChoices) -> Iter
 
 
 def _make_tables(arms: Sequence[_AttemptsArm], key: RunKey) -> tuple[list[Table], list[str]]:
-    """Return all tables and remarks. The paper's table is included if it has the domain."""
+    """Return all tables and remarks, with the paper's table if it has figures of the domain."""
     papers = [
         paper for paper in map(read_paper_table, _PAPER) if any(c.domain == key.domain for c in paper.columns)
     ]
@@ -440,7 +440,7 @@ _SIZE = (3.5, 2.8)
 """Width and height of the figure without its legend, in inches: one column of a page."""
 _LEGEND_ROW = 0.17
 _ARM_DISTANCE = 0.05
-"""Horizontal distance between the arms' points, in attempts, so that intervals do not overlap."""
+"""Horizontal distance between the points of two arms, in attempts, so that intervals do not overlap."""
 
 
 def draw_success_by_attempt(arms: Sequence[_AttemptsArm]) -> Figure | None:

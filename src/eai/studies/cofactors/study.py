@@ -90,7 +90,7 @@ REGRESSION_COLUMNS: Mapping[str, Callable[[AnswerLine], float | None]] = {
     "any tool_steps": lambda answer: None if answer.tool_steps is None else float(answer.tool_steps > 0),
     "quantified_goals": lambda answer: answer.quantified_goals,
 }
-"""Columns of the regression by name, each with a function from an answer's line to the value."""
+"""Mapping from the columns of the regression to functions that compute a column's value for an answer."""
 
 
 def make_cofactor_tables(tables: TidyTables, *, width: int, measure: AnswerMeasure) -> list[Table]:
@@ -116,7 +116,7 @@ def make_cofactor_tables(tables: TidyTables, *, width: int, measure: AnswerMeasu
 
 
 def make_bin_function(feature: str, values: Iterable[int], width: int) -> Callable[[int], tuple[int, int]]:
-    """Return a function that maps a value of a feature to the bounds of the value's bin, both included.
+    """Return a function that maps a feature's value to the lowest and the highest value of its bin.
 
     Bins of annotated steps have the given width. Other features use the smallest width of 1, 2, 5, 10, ...
     that gives at most eight bins. Features above a thousand use decades (0, 1, 2-9, 10-99, ...).
@@ -207,7 +207,7 @@ def _make_effects_table(suites: _AnswersBySuite) -> Iterator[Row]:
 def fit_effects(answers: Sequence[AnswerLine]) -> Iterator[Row]:
     """Yield the effects of each column that varies on success, alone and together with all columns.
 
-    An item has the column's name, both effects, and the numbers of answers and of task names.
+    Each row has the column's name, both effects, and the numbers of answers and of names of tasks.
     """
     import numpy as np
 

@@ -62,7 +62,7 @@ class _FlowBar(NamedTuple):
 
 
 _WorldAbility: TypeAlias = tuple[str, str]
-"""Names of a world and an ability, which together are a bar on the left of the figure."""
+"""Names of a world and an ability; each such pair is a bar on the left of the figure."""
 
 _Name = TypeVar("_Name")
 

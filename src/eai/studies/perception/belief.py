@@ -31,7 +31,7 @@ def open_scene_words(benchmark: Benchmark) -> SceneWords:
 
 
 def apply_scene_graphs(benchmark: Benchmark, graphs: Mapping[str, SceneGraph]) -> Benchmark:
-    """Return the benchmark with its tasks changed: each has the scene of a scene graph, given by task id.
+    """Return the benchmark with the scenes of its tasks replaced by scene graphs, which are given by task id.
 
     Goals that name an object missing from the graph are left out, because no plan can reach them.
     """
@@ -102,9 +102,10 @@ class _PerceivedScene:
     def _select_possible_facts(
         self, facts: Sequence[NamedFact], described: set[NamedFact]
     ) -> Iterator[NamedFact]:
-        """Yield the facts that one state can have together.
+        """Yield the facts of a list that can hold together in one state.
 
-        In these facts no object supports itself, even through other objects, and no object has two supports.
+        A fact is left out if it would make an object support itself, even through other objects, or give an
+        object a second support.
         """
         words = self._words
         forms = {item.name for item in self._task.scene.vocabulary.predicates if item.single}
@@ -142,7 +143,7 @@ class _PerceivedScene:
         return Scene(scene.vocabulary, objects, scene.agent)
 
     def _find_similar_object(self, name: str) -> int | None:
-        """Return the first object in the prompt whose name differs from a given name only in the number."""
+        """Return the first object of the prompt whose name has another number, or None."""
         stem = _STEM.sub("", name)
         names = self._words.list_object_names(self._task)
         return next((i for i in list_objects_in_prompt(self._task) if _STEM.sub("", names[i]) == stem), None)

@@ -32,7 +32,8 @@ def compute_perception_shares(perceived: PerceptionErrors) -> dict[str, Share]:
     """Return the numerator and denominator that one scene graph adds to each rate, by name of the rate.
 
     The paper gives no denominators; these are ours. The rates ``predicate_error`` and ``object_error`` are
-    the paper's: missing or misplaced facts of all described facts, and invented names of all names. The other
+    the paper's: the share of missing or misplaced facts in all described facts, and the share of invented
+    names in all names. The other
     rates are the four kinds of error, unnamed objects, and precision, recall and F1 of facts.
     """
     lost = perceived.missing + perceived.misplaced
@@ -83,7 +84,7 @@ def _draw_task_pictures(world: AbilityWorld, task: Task) -> Sequence[tuple[str, 
 def compute_rate_contributions(verdict: SceneGraphVerdict) -> dict[str, Share]:
     """Return the numerator and denominator that one answer adds to each rate, by name of the rate.
 
-    A predicate has rates only if some fact has the predicate.
+    A predicate has rates only if it occurs in a fact.
     """
     shares = {
         "right": make_share_of_one(verdict.success),

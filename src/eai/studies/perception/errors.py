@@ -55,8 +55,9 @@ def _explain_differences(task: Task, words: SceneWords, graph: SceneGraph) -> Ex
 def find_perception_errors(task: Task, words: SceneWords, graph: SceneGraph) -> PerceptionErrors:
     """Return the differences between a scene graph and a task's scene.
 
-    A lost relation counts as misplaced, not as missing, if the graph relates its first object to another one
-    by an equal predicate, and that fact is untrue. Each untrue fact accounts for one lost relation.
+    A relation that the graph lacks counts as misplaced, not as missing, if the graph has an untrue fact with
+    the same predicate and the same first object, but another second object. Each untrue fact accounts for one
+    lost relation.
     """
     described = words.make_true_graph(task)
     lost, wrong = _find_fact_differences(task, words, graph)
@@ -90,7 +91,7 @@ def find_perception_errors(task: Task, words: SceneWords, graph: SceneGraph) -> 
 def _find_fact_differences(
     task: Task, words: SceneWords, graph: SceneGraph
 ) -> tuple[Sequence[NamedFact], Sequence[NamedFact]]:
-    """Return two lists: described facts that the graph lacks, and untrue facts that the graph states."""
+    """Return two lists of facts: described facts that the graph lacks, and untrue facts of the graph."""
     names, seen, mentioned = words.list_object_names(task), set(graph.facts), set(graph.names)
     about = [index for index, name in enumerate(names) if name in mentioned]
     holding = {words.to_named_fact(fact, names) for fact in words.list_facts(task.initial, about)}

@@ -102,7 +102,8 @@ def perceive_with_noise(
         task: the task.
         words: how scene graphs name facts.
         noise: the probabilities of errors.
-        stream: name of a repetition; repetitions with other names have independent errors.
+        stream: name of a repetition, such as an epoch; repetitions with different names have independent
+            errors.
     """
     return _NoisyObserver(task, words, noise, stream).perceive_scene()
 
@@ -151,7 +152,7 @@ class _NoisyObserver:
         return make_scene_graph([*self._seen_names, *doubles.values()], in_order)
 
     def _misplace_object(self, fact: NamedFact, facts: dict[NamedFact, NamedFact]) -> NamedFact:
-        """Return the relation with another second object, or unchanged if no other object is possible."""
+        """Return the relation with its second object replaced; unchanged if no other object is possible."""
         seen, objects = set(facts.values()), list(self._described_names)
         self._seed_random("place", str(fact)).shuffle(objects)
         others = (fact._replace(arguments=(fact.arguments[0], name)) for name in objects)
@@ -160,7 +161,7 @@ class _NoisyObserver:
     def _draw_unnecessary_facts(
         self, visible: Sequence[NamedFact], seen: Sequence[NamedFact]
     ) -> list[NamedFact]:
-        """Return untrue facts about described objects. No fact is about the agent's hand, which it feels."""
+        """Return untrue facts about described objects, except facts about the agent's hand."""
         all_seen, added = set(seen), list[NamedFact]()
         words = self._words
         predicates = [
@@ -200,7 +201,7 @@ class _NoisyObserver:
         )
 
     def _draw_doubled_objects(self) -> Iterator[tuple[str, str]]:
-        """Yield the name of each object that is seen twice, with the invented name of the double."""
+        """Yield pairs of the name of an object that is seen twice, and the invented name of its double."""
         taken = set(self._names)
         for name in self._seen_names:
             if (
@@ -212,7 +213,7 @@ class _NoisyObserver:
                 yield name, double
 
     def _draw_fact_of_double(self, name: str, double: str) -> NamedFact | None:
-        """Return a visible fact of an object with its double in the object's place; None without facts."""
+        """Return a visible fact about an object, restated about its double; None if there is no such fact."""
         facts = [fact for fact in self._truth.facts if fact.arguments[:1] == (name,)]
         facts = [fact for fact in facts if self._unseen.isdisjoint(fact.arguments)]
         if not facts:
@@ -221,7 +222,7 @@ class _NoisyObserver:
         return chosen._replace(arguments=(double, *chosen.arguments[1:]))
 
     def _seed_random(self, kind: str, subject: str) -> random.Random:
-        """Return the random generator of one possible error, seeded by its kind and subject."""
+        """Return the random generator for one possible error, seeded by its kind and subject."""
         digest = hashlib.sha256(f"{self._key} {kind} {subject}".encode()).digest()
         return random.Random(digest)  # noqa: S311 - noise, not secrets
 

@@ -127,7 +127,7 @@ class SupportRelation:
         self._below: dict[str, list[str]] = {}
 
     def add_fact(self, fact: NamedFact) -> None:
-        """Add a fact, if its predicate says that an object supports another."""
+        """Add a fact; it is ignored unless its predicate says that an object supports another."""
         if fact.predicate in self._predicates:
             self._below.setdefault(fact.arguments[0], []).append(fact.arguments[1])
 
@@ -159,7 +159,7 @@ class SceneWords:
 
     Attributes:
         wording: the wording of prompts.
-        stored_forms: for each described predicate, the stored predicate whose facts make it true of equal
+        stored_forms: for each described predicate, the stored predicate that makes it true of the same
             arguments.
     """
 
@@ -235,10 +235,10 @@ class SceneWords:
 
 
 def find_stored_form(vocabulary: Vocabulary, predicate: str) -> str | None:
-    """Return the stored predicate whose facts make a predicate true of equal arguments, or None.
+    """Return the stored predicate that makes a predicate true of the same arguments, or None.
 
-    For a derived predicate, the result is the first changing predicate that the definition asserts of all
-    parameters.
+    For a derived predicate, this is the first predicate in its definition that has all parameters as
+    arguments and that actions can change.
     """
     if (stored := vocabulary.find_stored(predicate)) is not None:
         return None if stored.static else predicate

@@ -98,7 +98,7 @@ def state_scenes(
 def _state_true_scenes(
     choice: SceneOptions, benchmark: Benchmark, tasks: Mapping[str, Task], templates: Templates
 ) -> dict[str, Belief]:
-    """Return the true scenes by task id, as the facts or pictures that questions show."""
+    """Return the true scene of each task as a belief: as the facts or pictures that questions show."""
     if choice.scene == "text":
         said = {
             i: _add_scene_context(INITIAL_PLACEHOLDER, choice, task, benchmark, templates)
@@ -134,12 +134,12 @@ def _add_scene_context(
 
 
 def write_context(task: Task, words: SceneWords, much: Clutter, templates: Templates) -> str:
-    """Return text on other objects and on untrue states, which a list of facts leaves out.
+    """Return a text on objects and untrue states that the list of facts in a question leaves out.
 
     Args:
         task: the task.
         words: names of predicates and objects in facts.
-        much: number of other objects, as in pictures with this clutter.
+        much: how many other objects the text describes.
         templates: the text around the lists.
     """
     wording, described = words.wording, list_objects_in_prompt(task)

@@ -1,9 +1,9 @@
 """Compare formats of the scene in questions, and measure how errors in a perceived scene lower results.
 
-Errors are grouped by their number, their kind and the lost facts. Rates of errors are always counted in the
-perceived scene graphs, not taken from the options of random errors. The unit of every interval is the name of
-a task, because tasks recur in runs and similar tasks share a name. A run without errors, if any, is compared
-on equal tasks.
+Answers are grouped by the number and kind of the errors, and by the facts that are lost. Rates of errors are
+always counted in the perceived scene graphs, not taken from the options of random errors. The unit of every
+interval is the name of a task, because tasks recur in runs and similar tasks share a name. If there is a run
+with true scenes, it is compared on the same tasks.
 """
 
 from __future__ import annotations
@@ -45,7 +45,7 @@ if TYPE_CHECKING:
 
 
 class _StagedPerception(SceneOptions):
-    """Options for how the questions of a run show the scene, with the stage that finds the scenes."""
+    """Options for how the questions of a run show the scene, with the function that opens the first stage."""
 
     def make_stage(
         self, library: PromptLibrary, wanted: Mapping[str, Collection[str]], ask: AskModel
@@ -145,7 +145,7 @@ class _ComparedRuns:
         return {case.task: case for case in self.make_cases(PLAIN)} if PLAIN in self.runs else {}
 
     def estimate_costs(self, group: _PerceivedTasks) -> Row:
-        """Return the cells of the columns `_COSTS` for a group of tasks."""
+        """Return the cells of the columns `_COSTS` (metric, without errors, cost) for a group of tasks."""
         cases = [task.case for task in group]
         without = [self.plain_cases[case.task] for case in cases if case.task in self.plain_cases]
         if not without or len(without) < len(cases):
@@ -357,7 +357,7 @@ def draw_success_by_error_rate(by_run: Table, metric: str) -> Figure | None:
 
 
 def _summarize_perception(record: Record, suite: Suite, about: Mapping[str, Any]) -> Mapping[str, Json]:
-    """Return the summary for a record: the errors in the scene graph that its question stated."""
+    """Return the summary that a record stores: the errors in the scene graph that its question stated."""
     from eai.studies.perception.scene_graph import SCENE
     from eai.studies.perception.scenes import read_scene_beliefs
 

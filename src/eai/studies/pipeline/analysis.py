@@ -49,7 +49,7 @@ _FILE_ONLY_COLUMNS = ("p", "only modular", "only pipeline")
 """Names of columns that are written to files but not shown on the screen."""
 
 _KINDS = ("exactly right", "all, and others", "some missing", "no answer")
-"""Kinds of stated goals: how right they are, from exactly right to no readable answer."""
+"""Kinds of stated goals, from exactly right to no readable answer."""
 
 _GOALS = "goals"
 """Label of a pipeline that states goals but no subgoals."""
@@ -60,7 +60,7 @@ _PERFECT = "perfect stage 2"
 
 
 def _classify_stated_goals(record: Record) -> str:
-    """Return the kind of the goals that a question states, compared with the goals of the task."""
+    """Return the kind of the goals that a question states, such as right or incomplete (`_KINDS`)."""
     if STUDY not in record.summaries:
         return "no answer"
     _, others, missed = record.summaries[STUDY]["goal_counts"]
@@ -269,7 +269,7 @@ def _make_summary_field_test(name: str) -> Callable[[Record], bool]:
 
 
 _LINKS = ("goal interpretation", "subgoal decomposition", "action sequencing")
-"""Abilities of a chain (goals, then subgoals, then a plan), in order."""
+"""Abilities of a chain of answers, in order: goals, then subgoals, then a plan."""
 
 
 def _find_first_failing_ability(record: Record, success: RateCase) -> str:
@@ -284,15 +284,15 @@ def _find_first_failing_ability(record: Record, success: RateCase) -> str:
 
 
 def _compare_cases(one: Cases, other: Cases) -> tuple[Estimate, Estimate, Estimate]:
-    """Return the rates of two runs in percent, and the second rate minus the first in points."""
+    """Return three estimates: the rates of two runs in percent, and the second minus the first in points."""
     return Estimate.from_cases(one), Estimate.from_cases(other), Estimate.from_difference(one, other)
 
 
 def pool_pipeline_pairs(pairs: Sequence[_PipelinePair]) -> _PipelinePair:
     """Return one pair that has the records of several pairs of runs.
 
-    Task ids get the number of the pair, so that equal tasks of several pairs stay apart. Names of tasks are
-    kept.
+    The number of the pair is added to task ids, so that a task of several pairs counts several times. Names
+    of tasks do not change.
     """
     numbered = list(enumerate(pairs))
     return _PipelinePair(

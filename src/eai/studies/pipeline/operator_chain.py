@@ -36,7 +36,7 @@ from eai.tasks.source import Source
 from eai.tasks.task import GoalKind
 
 ChainEnd: TypeAlias = tuple[str, str]
-"""End of a chain: the link (stage) that fails, or `NOWHERE`, and how this link fails.
+"""End of a chain: the stage that fails, or `NOWHERE`, and how this stage fails.
 
 The second value is the planner's outcome, the kind of error, or the kind of goals that are missed.
 """
@@ -44,7 +44,7 @@ The second value is the planner's outcome, the kind of error, or the kind of goa
 OPERATORS, PLANNER, TRANSLATION = "operators", "planner", "translation"
 EXECUTION, GOAL, NOWHERE = "execution", "goal", "nowhere"
 _LINKS = (OPERATORS, PLANNER, TRANSLATION, EXECUTION, GOAL, NOWHERE)
-"""The links (stages) of a chain, in order, then `NOWHERE` for a plan that succeeds."""
+"""The stages of a chain, in order, then `NOWHERE` for a plan that succeeds."""
 
 SUCCESS: ChainEnd = (NOWHERE, "")
 UNTRANSLATED: ChainEnd = (TRANSLATION, "no_action")

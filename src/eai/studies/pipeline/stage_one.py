@@ -179,7 +179,9 @@ def _read_from_responses(path: Path, benchmark: Benchmark, source: Source) -> It
 
 
 def find_interpreted_goals(goals: str, stage: FirstStage, endpoint: Endpoint, suite: Suite) -> StatedBeliefs:
-    """Return the goals that a model interpreted, asked or read once per model and domain.
+    """Return the goals that a model interpreted, as beliefs that later questions state.
+
+    The model is asked, or a file is read, once per model and domain.
 
     Args:
         goals: `OWN`, or the file or folder with the answers.

@@ -46,7 +46,7 @@ ALL = "all models"
 
 
 def compute_kendall_tau_b(first: Sequence[float], second: Sequence[float]) -> float | None:
-    """Return Kendall's tau-b of two ratings of equal items: 1 for equal orders, -1 for reverse orders.
+    """Return Kendall's tau-b of two ratings of the same items: 1 for equal orders, -1 for reverse orders.
 
     Returns:
         the rank correlation tau-b; None if a rating gives all items one value.
@@ -62,7 +62,7 @@ def compute_kendall_tau_b(first: Sequence[float], second: Sequence[float]) -> fl
 
 
 def compute_kendall_w(ratings: Sequence[Sequence[float]]) -> float | None:
-    """Return Kendall's coefficient of concordance W of several ratings of equal items, corrected for ties.
+    """Return Kendall's coefficient of concordance W of several ratings of the same items, corrected for ties.
 
     W is 0 without agreement, and 1 if all ratings have one order. For two ratings, W = (1 + rho) / 2, with
     Spearman's rho.
@@ -258,7 +258,7 @@ def _make_agreement_table(matrix: _PromptMatrix, top: int, draws: int = DRAWS) -
 def _draw_bootstrap_samples(matrix: _PromptMatrix, draws: int) -> Iterator[dict[str, list[float]]]:
     """Yield bootstrap samples of the matrix: values by model, for task names drawn with replacement.
 
-    The drawn names of a sample are equal for all runs.
+    All runs use the same drawn names.
     """
     sums: dict[tuple[str, str], dict[str, Rate]] = {}
     for cell in matrix.records:

@@ -70,7 +70,7 @@ class OperatorReplacement(TidyLine):
 def replace_operators_of_records(
     records: Sequence[Record], source: Source, ways: Sequence[ReplacedPart], done: Callable[[int], None]
 ) -> Iterator[OperatorReplacement]:
-    """Yield the trials of all records. The planner runs only once for equal operators of several models."""
+    """Yield the trials (results of planning) of all records. Equal operators are tried once."""
     opened = cache(partial(open_suite, ability=Ability.TRANSITION_MODELING, source=source))
     for number, record in enumerate(records, 1):
         scorer = opened(record.domain, protocol=record.protocol).scorer(record.task_id)
@@ -103,7 +103,7 @@ def replace_operators_one_by_one(
 
 
 def _list_operator_errors(record: Record, replaced: ReplacedPart) -> dict[str, tuple[str, ...]]:
-    """Return the errors in the replaced part of each operator, as texts by operator."""
+    """Return a mapping from operators to the errors in their replaced part, as texts."""
     if not isinstance(record.verdict, OperatorVerdict):
         return {}
     sides = [side for side in ("precondition", "effect") if replaced in (side, "operator")]
@@ -132,7 +132,7 @@ def make_sensitivity_tables(trials: Sequence[OperatorReplacement]) -> list[Table
 
 
 def group_cases_by_operator(trials: Iterable[OperatorReplacement]) -> dict[tuple[str, str], list[RateCase]]:
-    """Return the contributions of trials to success, by operator and category; `OVERALL` comes first."""
+    """Return a mapping from operator and category to the contributions of trials to success."""
     return group_pairs(
         ((trial.operator, category), make_case(trial, make_share_of_one(trial.outcome == _SOLVED)))
         for trial in trials
