@@ -43,7 +43,7 @@ import sys
 from pathlib import Path
 sys.path.insert(0, sys.argv[1])
 from benchmarks.synthetic import Archive, packs_from
-from eai.benchmarks.packs import fetch
+from eai.benchmarks.packs import fetch_packs
 from eai.base.store import Store
 name, version, filename, sha256, size = sys.argv[4:]
 place = Path(sys.argv[3]) if sys.argv[3] else None
@@ -52,14 +52,14 @@ print("starting", flush=True)
 def report(stage, *rest):
     print(stage, flush=True)
 
-made = fetch(Store(Path(sys.argv[2])), packs=packs, place=place, report=report)
+made = fetch_packs(Store(Path(sys.argv[2])), packs=packs, place=place, report=report)
 print("made", len(made), flush=True)
 """
 
 HANG = """
 import sys, time
 from pathlib import Path
-from eai.benchmarks.packs import Pack, fetch
+from eai.benchmarks.packs import Pack, fetch_packs
 from eai.base.store import Store
 
 def convert(report):
@@ -67,7 +67,7 @@ def convert(report):
     time.sleep(600)
 
 packs = [Pack("virtualhome", (), convert)]
-fetch(Store(Path(sys.argv[1])), packs=packs, place=Path(), force=True)
+fetch_packs(Store(Path(sys.argv[1])), packs=packs, place=Path(), force=True)
 """
 
 
