@@ -18,6 +18,8 @@ from eai.tasks.prompts.prompt import PromptSet
 PAGE = Path(__file__).resolve().parents[1] / "docs" / "running.md"
 BEGIN, END = "<!-- prompt lengths: tools/prompt_lengths.py -->\n", "<!-- end -->\n"
 SETS: Sequence[PromptSet] = get_args(PromptSet)
+SMALL_CONTEXT = 2048
+"""Number of tokens in the context of a small model."""
 
 
 def page() -> str:
@@ -29,19 +31,24 @@ def page() -> str:
 def _table() -> Iterable[str]:
     yield f"| suite | {' | '.join([f'`{name}`' for name in SETS])} | longest gold answer | `max_tokens` |\n"
     yield f"|---|{'--:|' * (len(SETS) + 2)}\n"
-    for domain in list_paper_benchmarks():
+    for domain in (*list_paper_benchmarks(), "behavior-1k"):
         for ability in map(Ability, PAPER_ABILITIES):
             yield row(domain, ability)
 
 
 def row(domain: str, ability: Ability) -> str:
-    """Return the row of a suite: median and maximum tokens of its prompts, by prompt set."""
+    """Return the row of a suite: median and maximum tokens of its prompts, by prompt set.
+
+    For `short`, the row also has the number of prompts that a small context cannot hold.
+    """
     benchmark, suite = find_benchmark(domain), open_suite(domain, ability)
     cells = [f"{get_title(domain)}, {ability.value.replace('_', ' ')}"]
     for name in SETS:
         prompts = PromptLibrary(name, None, suite.source).open(benchmark, ability).values()
         lengths = [estimate_prompt_tokens(prompt) for prompt in prompts]
-        cells.append(f"{round(median(lengths)):,} ({max(lengths):,})")
+        longer = sum(length > SMALL_CONTEXT for length in lengths)
+        note = f"; {longer} of {len(lengths)} above {SMALL_CONTEXT:,}" if name == "short" and longer else ""
+        cells.append(f"{round(median(lengths)):,} ({max(lengths):,}{note})")
     limit = choose_answer_limit("", suite, DecodingOptions())
     return f"| {' | '.join([*cells, f'{estimate_longest_answer(suite):,}', f'{limit:,}'])} |\n"
 

@@ -14,7 +14,7 @@ from typing import NamedTuple, TypeAlias
 import numpy as np
 from numpy.typing import NDArray
 
-from eai.agents.short_lists import spell_out
+from eai.tasks.short_lists import spell_out
 
 Vector: TypeAlias = "NDArray[np.float64]"
 

@@ -18,11 +18,11 @@ from eai.agents.play import EpisodeFactory, make_game_rules
 from eai.agents.reference import find_setup, make_setup
 from eai.agents.rules import STANDARD, GameRules, View
 from eai.agents.setting import AgentSetting
-from eai.agents.short_lists import spell_out
 from eai.base.errors import InputError
 from eai.base.store import Store
 from eai.benchmarks.benchmark import Benchmark
 from eai.results.reward import Shaping
+from eai.tasks.short_lists import spell_out
 from eai.tasks.source import Source
 from eai.world.state import Fact
 

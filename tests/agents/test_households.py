@@ -18,10 +18,10 @@ from eai.agents.game_setup import GameSetup
 from eai.agents.gym import TextEnvironment, make
 from eai.agents.reference import make_setup
 from eai.agents.rules import STANDARD
-from eai.agents.short_lists import spell_out
 from eai.base.store import Store
 from eai.benchmarks.suite import open_suite
 from eai.results.reward import Reward, Shaping
+from eai.tasks.short_lists import spell_out
 from eai.tasks.source import Source
 from suites import answer_book
 from sweeps import swept

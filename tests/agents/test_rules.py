@@ -92,6 +92,7 @@ def test_every_rule_has_a_place_in_the_label() -> None:
         "gamma": 0.5,
     }
     others |= {"until": "goal", "max_steps": 3, "budget": None, "admissible": True, "feedback": "facts"}
+    others["prompts"] = "short"
     assert others.keys() == {*GameRules.model_fields}
     standard = make_game_rules(STANDARD).model_dump(mode="json")
     for name, value in others.items():

@@ -11,10 +11,10 @@ from eai.agents.game import Game
 from eai.agents.observation import Observer
 from eai.agents.reference import make_setup
 from eai.agents.rules import STANDARD, Observe
-from eai.agents.short_lists import spell_out
 from eai.base.store import Store
 from eai.benchmarks.registry import find_benchmark
 from eai.planning.successor_generator import generate_applicable_of_operator
+from eai.tasks.short_lists import spell_out
 from eai.tasks.source import Source
 from eai.world.episode import Episode
 from eai.world.state import State, compare_states

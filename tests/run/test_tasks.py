@@ -64,7 +64,8 @@ def test_a_task_takes_arguments() -> None:
         ),
         (
             {"prompts": "mine"},
-            "prompts.set: expected 'official', 'eai', 'eai-brief' or 'eai-careful', found 'mine'",
+            "prompts.set: expected 'official', 'eai', 'eai-brief', 'eai-careful', 'short' or 'facts', "
+            "found 'mine'",
         ),
         ({"replan": 3}, "replan: unknown; did you mean replans? (there are replans, world, feedback"),
         ({"scene_model": "eai/captioner"}, "scene_model: Inspect tasks have no second model for scenes"),

@@ -112,7 +112,8 @@ class Game:
         self._turns = 0
         self._failed = False
         self._faults: Counter[FaultKind] = Counter()
-        self._memory = AgentMemory(stage.observer, stage.rules.feedback)
+        templates = Templates(variant=stage.rules.prompts)
+        self._memory = AgentMemory(stage.observer, stage.rules.feedback, templates)
         self._at_start = self.reached = self._find_reached_goals()
         self.ended: GameEnd | None = None
         self.won = False
@@ -189,13 +190,15 @@ class Game:
 
     def write_briefing(self) -> str:
         """Return the text that an agent reads before its first action: the world, and the task."""
-        return f"{make_manual(self.stage.benchmark, self._rules)}\n\n{self.write_opening()}"
+        manual = make_manual(self.stage.benchmark, self._rules)
+        return "\n\n".join([*filter(None, [manual]), self.write_opening()])
 
     def write_opening(self) -> str:
         """Return the first observation: the task, the limit of actions, and the known facts."""
         text = self.stage.opening
         if self._rules.budget is not None:
-            text += f"\n\n{Templates().fill('acting.txt', {'limit': str(self.stage.action_limit)})}"
+            templates = Templates(variant=self._rules.prompts)
+            text += f"\n\n{templates.fill('acting.txt', {'limit': str(self.stage.action_limit)})}"
         return f"{text}\n\n{self.memory.describe_objects(self.memory.known)}"
 
     def act(self, text: str) -> _StepResult:

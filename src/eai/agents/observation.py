@@ -11,13 +11,14 @@ from operator import itemgetter
 from typing import NamedTuple, TypeAlias
 
 from eai.agents.rules import Feedback, GameRules, Observe, View
-from eai.agents.short_lists import HOW_TO_READ, shorten_facts, shorten_names
 from eai.base.grouping import group_pairs
 from eai.benchmarks.benchmark import Benchmark
 from eai.logic.formula import TRUE
 from eai.logic.traversal import find_predicates
-from eai.tasks.prompts.own import explain_goal_notation
-from eai.tasks.prompts.template import Templates
+from eai.tasks.prompts.own import describe_rules
+from eai.tasks.prompts.short import shorten_objects, shorten_state
+from eai.tasks.prompts.template import Templates, Text
+from eai.tasks.short_lists import HOW_TO_READ, shorten_facts, shorten_names, spell_out
 from eai.tasks.task import Task
 from eai.tasks.wording import Wording
 from eai.world.derived import find_stored_predicates
@@ -255,6 +256,7 @@ class AgentMemory:
     Args:
         observer: the observer of the task.
         feedback: the facts that the text after each turn contains.
+        templates: the templates of the text of what is seen; by default the plain templates.
 
     Attributes:
         observation: the last observation.
@@ -263,8 +265,9 @@ class AgentMemory:
         has_looked: whether the agent has looked around since its last action.
     """
 
-    def __init__(self, observer: Observer, feedback: Feedback) -> None:
+    def __init__(self, observer: Observer, feedback: Feedback, templates: Templates | None = None) -> None:
         self._observer = observer
+        self._templates = templates or Templates()
         self._feedback = feedback
         self.observation = observer.first
         self.known = {*self.observation.visible, *observer.landmarks}
@@ -285,7 +288,13 @@ class AgentMemory:
         described = self._observer.render_objects(objects)
         is_pictured = self._feedback == "pictures"
         facts = "What the pictures show." if is_pictured else self.observation.text or "-"
-        return f"Objects [kind]: properties\n{described}\n\nNow:\n{facts}"
+        values: dict[str, Text] = {
+            "objects": described,
+            "short_objects": lambda: shorten_objects(spell_out(described), shorten_names),
+            "facts": facts,
+            "short_facts": lambda: shorten_state(spell_out(facts), spell_out(described)),
+        }
+        return self._templates.fill("view.txt", values)
 
     def update(self, state: State) -> str:
         """Update the memory with the next state.
@@ -340,16 +349,20 @@ class AgentMemory:
 
 def make_task_text(task: Task, wording: Wording, rules: GameRules) -> str:
     """Return the beginning of the first observation: the instruction, the goals and explanations."""
-    parts = [f"{task.title}\n{task.instruction}"]
-    parts += [f"Goals:\n{wording.describe_goals(task)}"] if task.prompts_state_goals else []
-    parts += explain_goal_notation("environment", [task], Templates())
-    conventions = "" if wording.conventions is None else wording.conventions(task)
-    parts += [conventions] if conventions else []
+    templates, stated = Templates(variant=rules.prompts), wording.describe_goals(task)
     agent = task.scene.agent
     notes = [] if agent is None else [f"You are {wording.object_name(task, agent)}."]
     if rules.observe == "partial":
         notes.append("You do not see everything: an action may name only what is listed below or seen later.")
-    return "\n\n".join([*parts, " ".join(notes)] if notes else parts)
+    paragraphs = {
+        "goals": f"Goals:\n{stated}" if task.prompts_state_goals else "",
+        "explained": "\n\n".join(explain_goal_notation("environment", [task], templates)),
+        "conventions": "" if wording.conventions is None else wording.conventions(task),
+        "notes": " ".join(notes),
+    }
+    values = {name: f"\n\n{text}" if text else "" for name, text in paragraphs.items()}
+    values |= {"title": task.title, "instruction": task.instruction, "stated": stated}
+    return templates.fill("environment_task.txt", values)
 
 
 _AT_FIRST = "At first you are told what holds of what you see; nothing else does. Each turn you are told what"
@@ -376,8 +389,6 @@ def make_manual(benchmark: Benchmark, rules: GameRules) -> str:
     values = {
         "told": told,
         "how_to_read": HOW_TO_READ,
-        "vocabulary": wording.describe_vocabulary(),
-        "operators": wording.describe_operators(),
-        "of_each": wording.describe_rules_of("each"),
+        **describe_rules(wording, benchmark.notation.short_texts),
     }
-    return Templates().fill("environment.txt", values)
+    return Templates(variant=rules.prompts).fill("environment.txt", values)

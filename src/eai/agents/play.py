@@ -49,7 +49,7 @@ def make_game_rules(setting: AgentSetting) -> GameRules:
     Raises:
         InputError: the view or the feedback does not exist, or the two contradict each other.
     """
-    chosen = setting.model_dump(include={"view", "observe", "feedback", "slip", "budget"})
+    chosen = setting.model_dump(include={"view", "observe", "feedback", "prompts", "slip", "budget"})
     return GameRules.read(AGENT, {**chosen, "until": "done", "max_steps": setting.steps})
 
 
@@ -226,7 +226,7 @@ def read_episode(text: str) -> EpisodeAnswer | Unreadable:
 
 
 RULE_NAMES = {
-    **{name: name for name in ("view", "observe", "feedback", "slip", "slip_seed", "budget")},
+    **{name: name for name in ("view", "observe", "feedback", "prompts", "slip", "slip_seed", "budget")},
     "max_steps": "steps",
     **{name: name for name in ("until", "reward", "gamma", "admissible")},
 }

@@ -12,6 +12,7 @@ from eai.abilities.experiment import MAX_BUDGET, MAX_STEPS
 from eai.base.errors import InputError
 from eai.results.reward import Shaping
 from eai.tasks.options import Options
+from eai.tasks.prompts.prompt import PromptSet
 
 View: TypeAlias = Literal["task", "scene"]
 """The objects in observations: the objects of the task, or all objects of the scene.
@@ -60,6 +61,7 @@ class GameRules(Options):
             or pictures (the outcome only, and no facts even at first, because pictures show them). In a
             partial view, changes include objects that come into sight, with their facts, and objects that go
             out of sight.
+        prompts: The set of prompts of the texts about the world and the task, such as short or facts.
     """
 
     slip: float = Field(default=0.0, ge=0, le=1)
@@ -72,6 +74,7 @@ class GameRules(Options):
     budget: float | None = Field(default=None, ge=0, le=MAX_BUDGET)
     admissible: bool = False
     feedback: Feedback = "facts"
+    prompts: PromptSet = "eai"
 
     @property
     def replay_rules(self) -> GameRules:

@@ -12,6 +12,7 @@ from eai.abilities.experiment import MAX_BUDGET, MAX_SEED, MAX_STEPS, RULES_SEPA
 from eai.abilities.protocol import Ability
 from eai.base.errors import InputError
 from eai.tasks.options import Options
+from eai.tasks.prompts.prompt import PromptSet
 
 ACTING = Ability("acting")
 
@@ -40,6 +41,7 @@ class AgentSetting(Options):
         observe: How much of them it sees: partial (from its place), or full.
         feedback: The text after each action: changes, facts, outcome, or pictures (the outcome, and rendered
             pictures that show the facts).
+        prompts: The set of prompts of the first message. prompts.set chooses it, too.
         slip: The probability that a possible action does not work.
         slip_seed: The seed of the draws of slips.
         budget: The maximum number of actions: this many times the shortest plan known and 8 more, or the
@@ -53,6 +55,7 @@ class AgentSetting(Options):
     view: str = "scene"
     observe: str = "partial"
     feedback: str = "changes"
+    prompts: PromptSet = "eai"
     slip: float = Field(default=0.0, ge=0, le=1)
     slip_seed: int = Field(default=0, ge=-MAX_SEED, le=MAX_SEED)
     budget: float = Field(default=2.0, ge=0, le=MAX_BUDGET)

@@ -42,6 +42,15 @@ def read_answer_formats(package: str) -> Mapping[Ability, str]:
     }
 
 
+def read_short_texts(package: str) -> Mapping[str, str]:
+    """Return texts from the folder ``formats/short`` of a package, by name without ``.txt``."""
+    folder = files(package) / FOLDER / "short"
+    return {
+        file.name.removesuffix(".txt"): file.read_text(encoding="utf-8").removesuffix("\n")
+        for file in folder.iterdir()
+    }
+
+
 Opener: TypeAlias = Callable[["Benchmark", Ability, Source], TaskSet[Scorer]]
 """Opens the scorers of a benchmark's tasks of an ability: task id -> scorer of answers.
 

@@ -190,22 +190,25 @@ class PromptLibrary:
         self, benchmark: Benchmark, ability: Ability, beliefs: Mapping[str, Belief]
     ) -> Questions:
         """Return the wording, tasks, format and samples from which our prompts are rendered."""
-        templates = self.templates
+        templates, notation = self.templates, benchmark.notation
         name = f"formats/{benchmark.name}_{ability.value}.txt"
         wording = benchmark.wording(ability)
         asked = _replace_by_example(benchmark, wording, self.source)
         book = open_answer_book(asked, ability, self.source)
+        own_format = templates.read_user_template(name)
+        own_texts = {} if own_format is None else {ability.value: own_format}
         return Questions(
             ability.value,
             wording,
-            benchmark.notation.english.role,
+            notation.english.role,
             benchmark.tasks_for(ability, self.source),
-            templates.read_user_template(name)
-            or benchmark.notation.formats.get(ability)
+            own_format
+            or notation.formats.get(ability)
             or templates.fill(f"formats/{ability.value}.txt", make_format_samples(wording)),
             lambda task_id: book[task_id].text,
             beliefs,
             asked.tasks_for(ability, self.source),
+            {**notation.short_texts, **own_texts},
         )
 
     def _has_user_file(self, benchmark: Benchmark, ability: Ability) -> bool:

@@ -20,7 +20,9 @@ from eai.cli.console import format_count, print_result
 from eai.cli.options import make_flag, open_data_source, split_names
 from eai.tasks.prompts.prompt import Prompt, PromptFiles, PromptSet
 
-OfSet = Annotated[PromptSet, make_flag("--set", help="The data set's prompts, or ours (in three wordings).")]
+OfSet = Annotated[
+    PromptSet, make_flag("--set", help="The data set's prompts, or ours (also in short, or only facts).")
+]
 TaskIds = Annotated[str, make_flag(help="Only these tasks, in this order: ids separated by commas.")]
 Sample = Annotated[int | None, make_flag(help="So many of them, drawn at random.", min=1)]
 SampleSeed = Annotated[int, make_flag(help="Which ones --sample draws.")]

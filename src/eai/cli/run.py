@@ -292,18 +292,19 @@ def _request_answers_and_score(
     about = {} if believed is None else believed.metadata
     harness, effort = None, spec.generation.reasoning_effort
     rules: str | None = None
+    prompts_name = spec.prompts.prompt_label
     if get_declaration(suite.ability).takes_turns:
         from eai.agents.play import make_prompts_in_setting
 
-        asked, about = make_prompts_in_setting(spec.agent, asked, suite)
-        rules = spec.agent.label or None
+        asked, about = make_prompts_in_setting(spec.setting, asked, suite)
+        rules, prompts_name = spec.setting.label or None, spec.prompts.name
         harness = None if spec.agent.harness == STANDARD.harness else spec.agent.harness
     trials = make_trials(spec.variation.attempts if studied else None, order.library, suite, asked, believed)
     of_studies = spec.experiment if studied else Experiment()
     parts = [
         of_studies,
         None if believed is None else believed.experiment,
-        make_prompts_experiment(spec.prompts.prompt_label),
+        make_prompts_experiment(prompts_name),
     ]
     parts += [Experiment(rules=rules), Experiment(harness=harness, effort=effort)]
     job = QuestionJob(

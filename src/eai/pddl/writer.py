@@ -21,7 +21,7 @@ def write_domain(domain: m.PddlDomain) -> str:
         _write_block(
             ":predicates", [_write_list([p.name, *_write_variables(p.parameters)]) for p in domain.predicates]
         ),
-        *map(_axiom, domain.axioms),
+        *map(write_axiom, domain.axioms),
         *map(write_action, domain.actions),
     ]
     return _definition(f"(domain {domain.name})", sections)
@@ -39,7 +39,8 @@ def write_problem(problem: m.PddlProblem) -> str:
     return _definition(f"(problem {problem.name})", sections)
 
 
-def _axiom(axiom: m.PddlAxiom) -> str:
+def write_axiom(axiom: m.PddlAxiom) -> str:
+    """Return the definition of a derived predicate as PDDL text."""
     head = _write_list([axiom.name, *_write_variables(axiom.parameters)])
     return f"(:derived {head}\n    {write_formula(axiom.condition)})"
 

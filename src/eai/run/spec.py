@@ -137,8 +137,9 @@ class _ChosenPrompts(Options):
     """The prompts.
 
     Attributes:
-        set: The prompts: the data set's (official), or ours (eai), also in few words (eai-brief) or with
-            questions to go through (eai-careful).
+        set: The prompts: the data set's (official), or ours (eai), also in few words (eai-brief), with
+            questions to go through (eai-careful), in a third of the length (short), or only goals and facts
+            (facts).
         folder: A folder with prompts of your own.
         name: A name for these prompts, in records and tables.
     """
@@ -186,6 +187,12 @@ class RunSpec(Options):
             reason = "adaptive runs choose tasks by the difficulty of plain questions"
             raise InputError(f"tasks.adaptive: not with {choice}; {reason}")
         return self
+
+    @property
+    def setting(self) -> AgentSetting:
+        """The setting of agents, with the chosen set of prompts."""
+        chosen = self.prompts.set
+        return self.agent.model_copy(update={"prompts": chosen}) if chosen in VARIANTS else self.agent
 
     @property
     def variation(self) -> VariationOptions:

@@ -165,7 +165,7 @@ def register_suite_task(reference: str, ability: Ability) -> Callable[..., inspe
             solver = ask_without_journal(None)
             stage = spec.variation.make_stage(library, {suite.domain: asked}, _refuse_to_ask_model)
             if takes_turns:
-                asked, about = make_prompts_in_setting(spec.agent, asked, suite)
+                asked, about = make_prompts_in_setting(spec.setting, asked, suite)
                 experiment, solver = Experiment(), player()
             elif spec.variation.choice:
                 spec.variation.select_abilities([ability])

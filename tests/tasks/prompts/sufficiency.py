@@ -10,9 +10,9 @@ from collections.abc import Callable, Iterable, Iterator, Mapping
 from dataclasses import dataclass, field, replace
 from typing import TypeAlias
 
-from eai.agents.short_lists import spell_out
 from eai.logic.ltl_printer import print_ltl
 from eai.tasks.goal_test import GoalTest
+from eai.tasks.short_lists import spell_out
 from eai.tasks.task import Task
 from eai.world.action import Action
 from eai.world.domain import Domain

@@ -34,11 +34,15 @@ from eai.tasks.task import Task
 from eai.world.action import Action
 from eai.world.execution import execute_plan
 from sweeps import every, swept
+from tasks.prompts.long_form import write_long_form
 from tasks.prompts.official_readers import official_reader_of
 from tasks.prompts.readers import reader_of
 from tasks.prompts.sufficiency import insufficiency
 
 PromptOf: TypeAlias = Callable[[Benchmark, Task], str]
+SHORT: Sequence[PromptSet] = ("short", "facts")
+"""Sets of prompts that list facts in a shorter form."""
+
 PLANS = (Ability.ACTION_SEQUENCING, Ability.SUBGOAL_DECOMPOSITION)
 INSUFFICIENT = Path(__file__).parent / "golden" / "official_insufficient.tsv"
 """Tasks whose published prompt lacks a fact that the published plan needs: benchmark, task and reason."""
@@ -79,19 +83,20 @@ def insufficient(
 
 
 @cache
-def own_prompts(reference: str, ability: Ability, source: Source) -> Mapping[str, Prompt]:
-    """Return the prompts of our own set, rendered once for all tests."""
-    return PromptLibrary("eai", None, source).open(find_benchmark(reference), ability)
+def own_prompts(reference: str, ability: Ability, source: Source, prompts: PromptSet) -> Mapping[str, Prompt]:
+    """Return the prompts of one of our sets, rendered once for all tests."""
+    return PromptLibrary(prompts, None, source).open(find_benchmark(reference), ability)
 
 
-def own_prompt(ability: Ability, source: Source) -> PromptOf:
-    """Return the function that gives the prompt of a task from our own set."""
+def own_prompt(ability: Ability, source: Source, prompts: PromptSet = "eai") -> PromptOf:
+    """Return the function that gives the prompt of a task from one of our sets, in the long form."""
 
     def prompt_of(benchmark: Benchmark, task: Task) -> str:
-        prompts = own_prompts(benchmark.reference, ability, source) if benchmark.reference else None
-        if prompts is None:
-            prompts = PromptLibrary("eai", None, source).open(benchmark, ability)
-        return prompts[task.id].user
+        if benchmark.reference:
+            question = own_prompts(benchmark.reference, ability, source, prompts)[task.id].user
+        else:
+            question = PromptLibrary(prompts, None, source).open(benchmark, ability)[task.id].user
+        return write_long_form(question) if prompts in SHORT else question
 
     return prompt_of
 
@@ -109,6 +114,7 @@ def chosen(benchmark: Benchmark, ability: Ability, source: Source, step: int) ->
 
 
 @every(25)
+@pytest.mark.parametrize("prompts", ["eai", *SHORT])
 @pytest.mark.parametrize("ability", PLANS)
 @pytest.mark.parametrize(
     "name",
@@ -118,15 +124,15 @@ def chosen(benchmark: Benchmark, ability: Ability, source: Source, step: int) ->
     ],
 )
 def test_gold_plans_work_in_the_worlds_of_our_prompts(
-    fetched: Source, name: str, ability: Ability, every: int
+    fetched: Source, name: str, ability: Ability, prompts: PromptSet, every: int
 ) -> None:
     benchmark = find_benchmark(name)
     tasks = chosen(benchmark, ability, fetched, every)
-    assert insufficient(benchmark, ability, tasks, own_prompt(ability, fetched)) == {}
+    assert insufficient(benchmark, ability, tasks, own_prompt(ability, fetched, prompts)) == {}
 
 
 @every(50)
-@pytest.mark.parametrize("prompts", VARIANTS)
+@pytest.mark.parametrize("prompts", [name for name in VARIANTS if name not in SHORT])
 @pytest.mark.parametrize("name", ["virtualhome", "behavior", *swept("behavior-1k")])
 def test_gold_plans_work_in_the_worlds_of_variants_of_our_prompts(
     fetched: Source, name: str, prompts: PromptSet, every: int
@@ -156,6 +162,7 @@ def test_who_knows_the_conventions_needs_no_more_than_prompts_without_them(
 
 
 @every(25)
+@pytest.mark.parametrize("prompts", ["eai", *SHORT])
 @pytest.mark.parametrize(
     ("name", "view"),
     [  # in VirtualHome, a view of the scene shows some relations of the agent alone, as it says
@@ -164,16 +171,17 @@ def test_who_knows_the_conventions_needs_no_more_than_prompts_without_them(
     ],
 )
 def test_gold_plans_work_in_the_worlds_of_openings(
-    fetched: Source, name: str, view: View, every: int
+    fetched: Source, name: str, view: View, prompts: PromptSet, every: int
 ) -> None:
     benchmark = find_benchmark(name)
-    rules = GameRules(view=view, until="done")
+    rules = GameRules(view=view, until="done", prompts=prompts)
     tasks = [
         t for t in chosen(benchmark, Ability.ACTION_SEQUENCING, fetched, every) if t.plan_exclusion is None
     ]
 
     def opening(benchmark: Benchmark, task: Task) -> str:
-        return Game(make_setup(task, benchmark, rules)).write_briefing()
+        text = Game(make_setup(task, benchmark, rules)).write_briefing()
+        return write_long_form(text) if prompts in SHORT else text
 
     assert insufficient(benchmark, Ability.ACTION_SEQUENCING, tasks, opening) == {}
 
@@ -195,12 +203,13 @@ def test_prompts_of_the_data_sets_lack_what_a_list_says(fetched: Source, name: s
     assert lacking == {task_id: listed.get(task_id, "") for task_id in lacking}
 
 
+@pytest.mark.parametrize("prompts", ["eai", *SHORT])
 @pytest.mark.parametrize("name", sorted(path.name for path in FOLDER.iterdir()))
-def test_gold_plans_work_in_the_worlds_of_prompts_about_pddl(name: str) -> None:
+def test_gold_plans_work_in_the_worlds_of_prompts_about_pddl(name: str, prompts: PromptSet) -> None:
     benchmark = find_benchmark(f"pddl:{FOLDER / name / 'domain.pddl'},{FOLDER / name}")
     for ability in PLANS:
         tasks = benchmark.tasks_for(ability, Source()).values()
-        assert insufficient(benchmark, ability, tasks, own_prompt(ability, Source())) == {}
+        assert insufficient(benchmark, ability, tasks, own_prompt(ability, Source(), prompts)) == {}
 
 
 @pytest.mark.parametrize(
@@ -225,18 +234,20 @@ def test_gold_plans_work_in_the_worlds_of_prompts_about_generated_tasks(
     ]
     benchmark = replace_tasks(find_benchmark(like), "made", given(*tasks))
     asked = list(benchmark.tasks_for(Ability.ACTION_SEQUENCING, fetched).values())
-    if asked:
-        prompt_of = own_prompt(Ability.ACTION_SEQUENCING, fetched)
+    sets: Sequence[PromptSet] = ("eai", *SHORT)
+    for prompts in sets if asked else ():
+        prompt_of = own_prompt(Ability.ACTION_SEQUENCING, fetched, prompts)
         assert insufficient(benchmark, Ability.ACTION_SEQUENCING, asked, prompt_of) == {}
     assert asked or seeds == 40, "no seed gives a task"
 
 
-def test_tasks_of_an_own_world_are_sufficient(monkeypatch: pytest.MonkeyPatch) -> None:
+@pytest.mark.parametrize("prompts", ["eai", *SHORT])
+def test_tasks_of_an_own_world_are_sufficient(prompts: PromptSet, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.syspath_prepend(ROOT / "examples" / "lamps")
     lamps = find_benchmark("lamps:lamps")
     for ability in PLANS:
         tasks = lamps.tasks_for(ability, Source()).values()
-        assert insufficient(lamps, ability, tasks, own_prompt(ability, Source())) == {}
+        assert insufficient(lamps, ability, tasks, own_prompt(ability, Source(), prompts)) == {}
 
 
 @pytest.mark.parametrize(
@@ -260,6 +271,28 @@ def test_a_prompt_without_a_fact_that_the_gold_plan_needs_is_noticed(
     before, found, after = text.rpartition(f"{line}\n")
     assert found
     assert insufficiency(reader, before + after, task, plan) is not None
+
+
+@pytest.mark.parametrize("prompts", SHORT)
+@pytest.mark.parametrize(
+    "line",
+    [
+        "- sink_1 gives water_1, while it is switched on.",
+        "sink_1: fixed, container, fillable, toggleable, sink",
+        "contains(disinfectant__bottle_1, disinfectant_1)",
+    ],
+)
+def test_a_short_prompt_without_a_needed_line_is_noticed(
+    fetched: Source, line: str, prompts: PromptSet
+) -> None:
+    benchmark = find_benchmark("behavior-1k")
+    task = benchmark.tasks(fetched)["clean_a_baseball_glove"]
+    question = own_prompts("behavior-1k", Ability.ACTION_SEQUENCING, fetched, prompts)[task.id].user
+    reader, plan = reader_of(benchmark, Ability.ACTION_SEQUENCING, task), gold_plan(benchmark, task)
+    assert insufficiency(reader, write_long_form(question), task, plan) is None
+    before, found, after = question.rpartition(f"{line}\n")
+    assert found
+    assert insufficiency(reader, write_long_form(before + after), task, plan) is not None
 
 
 def test_a_line_that_nobody_understands_is_noticed(fetched: Source) -> None:

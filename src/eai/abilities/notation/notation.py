@@ -26,6 +26,8 @@ class Notation:
         subgoals: notation of subgoals; None for formulas with the names of the domain.
         formats: description of the answer for prompts, by ability. An ability that is not listed describes
             the default notation.
+        short_texts: texts of the prompt set ``short``: the ``rules`` of actions, and the form of answers by
+            ability. Without a text, the rules are shortened, and the default notation is described.
         wordings: takes an ability and returns the names in its prompts; None for the names of the domain.
         also_observed: predicates that observations list after the predicates in prompts of action sequencing.
         english: the words with which instructions are written, and the role of the agent.
@@ -35,6 +37,7 @@ class Notation:
     goals: GoalNotation = field(default_factory=JsonGoals)
     subgoals: SubgoalNotation | None = None
     formats: Mapping[Ability, str] = field(default_factory=dict)
+    short_texts: Mapping[str, str] = field(default_factory=dict)
     wordings: Callable[[Ability], Wording] | None = None
     also_observed: tuple[str, ...] = ()
     english: English = PLAIN_ENGLISH

@@ -24,7 +24,7 @@ from eai.benchmarks.behavior.domain import domain_in_paper_order
 from eai.benchmarks.behavior.notation import PLANS, BehaviorGoals, BehaviorSubgoals
 from eai.benchmarks.behavior.predicates import GOAL_RELATIONS, GOAL_STATES, part_of
 from eai.benchmarks.behavior.tasks import open_tasks as open_behavior_tasks
-from eai.benchmarks.benchmark import Benchmark, DataSet, read_answer_formats
+from eai.benchmarks.benchmark import Benchmark, DataSet, read_answer_formats, read_short_texts
 from eai.benchmarks.errata import load_errata
 from eai.benchmarks.published import make_prompt_reader, open_behavior_operators
 from eai.benchmarks.reference_wheel import find_published_id
@@ -204,6 +204,7 @@ def behavior() -> Benchmark:
             BehaviorGoals(),
             BehaviorSubgoals(),
             formats=read_answer_formats("eai.benchmarks.behavior"),
+            short_texts=read_short_texts("eai.benchmarks.behavior"),
             wordings=make_wording,
             also_observed=("in_left_hand", "in_right_hand", "robot_on"),
             english=read_english_words("eai.benchmarks.behavior"),

@@ -16,7 +16,7 @@ from eai.benchmarks.behavior_1k import predicates as p
 from eai.benchmarks.behavior_1k.conventions import describe_conventions, describe_situation
 from eai.benchmarks.behavior_1k.operators import build_domain
 from eai.benchmarks.behavior_1k.tasks import load_subsets, open_tasks
-from eai.benchmarks.benchmark import Benchmark, DataSet
+from eai.benchmarks.benchmark import Benchmark, DataSet, read_short_texts
 from eai.tasks.english import English, read_english_words
 from eai.tasks.operator_task import TransitionTask, make_transition_tasks
 from eai.tasks.source import OpenTasks, Source, TaskSet, open_once_per_store
@@ -89,7 +89,12 @@ def _make_variant(
         name,
         build_domain(),
         open_activities,
-        Notation(wordings=wordings, also_observed=("held", "robot_on"), english=_load_english()),
+        Notation(
+            short_texts=read_short_texts("eai.benchmarks.behavior_1k"),
+            wordings=wordings,
+            also_observed=("held", "robot_on"),
+            english=_load_english(),
+        ),
         DataSet(title, own_tasks=operators, planner_seconds=200),
     )
 

@@ -21,7 +21,7 @@ from eai.abilities.protocol import Ability
 from eai.base.source import open_archive_files
 from eai.base.store import ReportProgress, Store, ignore_progress
 from eai.benchmarks import reference_wheel as packs
-from eai.benchmarks.benchmark import Benchmark, DataSet, read_answer_formats
+from eai.benchmarks.benchmark import Benchmark, DataSet, read_answer_formats, read_short_texts
 from eai.benchmarks.errata import load_errata
 from eai.benchmarks.packs import open_pack
 from eai.benchmarks.published import make_prompt_reader, open_virtualhome_operators
@@ -261,6 +261,7 @@ def virtualhome() -> Benchmark:
             VirtualHomeGoals(),
             VirtualHomeSubgoals(),
             formats=read_answer_formats("eai.benchmarks.virtualhome"),
+            short_texts=read_short_texts("eai.benchmarks.virtualhome"),
             wordings=make_wording,
             english=read_english_words("eai.benchmarks.virtualhome"),
         ),

@@ -29,6 +29,7 @@ from eai.benchmarks.registry import find_benchmark
 from eai.tasks.english import PLAIN_ENGLISH, English, make_predicate_sentences
 from eai.tasks.lexicon import FormulaLexicon
 from eai.tasks.operator_task import TransitionTask
+from eai.tasks.prompts.short import RULES
 from eai.tasks.rules import DomainRules, explain_rule_notation
 from eai.tasks.source import USUAL_SOURCE, TaskSet
 from eai.tasks.task import Task
@@ -306,6 +307,11 @@ def _open_with_exact_rules(benchmark: Benchmark, words: Mapping[str, str], suffi
             plans=_ObfuscatedPlans(benchmark.notation.plans, words),
             subgoals=_ObfuscatedSubgoals(benchmark.subgoals(), words),
             formats={ability: replace_capitals(text) for ability, text in benchmark.notation.formats.items()},
+            short_texts={
+                name: replace_capitals(text)
+                for name, text in benchmark.notation.short_texts.items()
+                if name != RULES
+            },
             wordings=make_wording,
         ),
         data=replace(

@@ -9,17 +9,26 @@ import json
 import re
 from collections.abc import Callable, Iterable, Mapping, Sequence, Set
 from dataclasses import dataclass, field, replace
-from functools import cache
+from functools import cache, partial
 from string import Template
 from typing import TypeAlias
 
 import eai.logic.formula as f
+from eai.base.grouping import group_pairs
 from eai.logic.traversal import find_predicates, walk_subformulas
-from eai.pddl.model import PddlDomain
-from eai.pddl.writer import write_domain, write_problem
+from eai.pddl.model import OBJECT, PddlDomain, get_variable_type
+from eai.pddl.writer import write_atom, write_axiom, write_domain, write_formula, write_problem, write_term
 from eai.tasks.operator_task import TransitionTask
 from eai.tasks.prompts.prompt import Belief, Prompt
-from eai.tasks.prompts.template import Templates
+from eai.tasks.prompts.short import (
+    RULES,
+    explain_lists,
+    shorten_objects,
+    shorten_rules,
+    shorten_state,
+    shorten_vocabulary,
+)
+from eai.tasks.prompts.template import Templates, Text
 from eai.tasks.special import Ambiguous, Impossible
 from eai.tasks.task import GoalKind, Task
 from eai.tasks.wording import Wording
@@ -60,6 +69,7 @@ class Questions:
         beliefs: the model's beliefs about tasks, by id, if they differ from the task. An example shows the
             true task.
         examples: the tasks that prompts may show with their answers; None for all tasks.
+        short_texts: rules of actions and forms of answers for short prompts, as in `Notation.short_texts`.
     """
 
     template: str
@@ -70,11 +80,29 @@ class Questions:
     example: Example
     beliefs: Mapping[str, Belief] = field(default_factory=dict)
     examples: Mapping[str, Task] | None = None
+    short_texts: Mapping[str, str] = field(default_factory=dict)
 
     def find_example(self, title: str) -> Task | None:
         """Return the first example with another title, or None if all have this title."""
         examples = self.tasks if self.examples is None else self.examples
         return next((task for task in examples.values() if task.title != title), None)
+
+
+def describe_rules(wording: Wording, short_texts: Mapping[str, str]) -> Mapping[str, str]:
+    """Return texts on the predicates and actions of a domain, by placeholder.
+
+    Args:
+        wording: the words of the declaration.
+        short_texts: the benchmark's texts of the prompt set ``short``.
+    """
+    vocabulary, operators = wording.describe_vocabulary(), wording.describe_operators()
+    return {
+        "vocabulary": vocabulary,
+        "short_vocabulary": shorten_vocabulary(vocabulary),
+        "operators": operators,
+        "short_operators": short_texts.get(RULES) or shorten_rules(operators),
+        "of_each": wording.describe_rules_of("each"),
+    }
 
 
 def render(questions: Questions, templates: Templates) -> dict[str, Prompt]:
@@ -84,11 +112,10 @@ def render(questions: Questions, templates: Templates) -> dict[str, Prompt]:
     """
     name, wording, tasks = questions.template, questions.wording, questions.tasks
     shared = {
+        **describe_rules(wording, questions.short_texts),
         "role": questions.role,
-        "vocabulary": wording.describe_vocabulary(),
-        "operators": wording.describe_operators(),
-        "of_each": wording.describe_rules_of("each"),
         "format": questions.answer_format,
+        "short_format": questions.short_texts.get(name, questions.answer_format),
     }
     tells_goals = "$explained" in templates.read(f"{name}.txt")
     others = {title: questions.find_example(title) for title in {task.title for task in tasks.values()}}
@@ -129,12 +156,20 @@ def render_task_prompt(questions: Questions, belief: Belief, templates: Template
 
 def _render_question(name: str, wording: Wording, belief: Belief, templates: Templates) -> str:
     task = belief.task
-    values = {
+    objects, initial = wording.describe_objects(task), write_initial_state(wording, belief)
+
+    def write_short_state() -> str:
+        return shorten_state(initial, objects)
+
+    values: dict[str, Text] = {
         "title": task.title,
         "instruction": task.instruction,
         "instructed": wording.describe_instruction(task),
-        "objects": wording.describe_objects(task),
-        "initial": write_initial_state(wording, belief),
+        "objects": objects,
+        "short_objects": lambda: shorten_objects(objects),
+        "initial": initial,
+        "short_initial": write_short_state,
+        "lists": lambda: explain_lists(write_short_state()),
         "goals": _write_goals(wording, belief, templates),
     }
     return templates.fill(f"{name}_task.txt", values)
@@ -216,9 +251,11 @@ def render_operator_prompts(
         names = _find_mentioned_names(task, other, (*task.operators, *others))
         example = _render_operator_example(other, others, names, templates)
         question = _render_operator_question(task, task.operators, names, templates)
-        values = {
+        values: dict[str, Text] = {
             "predicates": write_domain(_restrict_header(task.domain.header, names, f"{example}\n{question}")),
+            "short_predicates": partial(_shorten_header, task),
             "format": answer_format,
+            "short_format": answer_format,
             "example": example,
             "task": question,
         }
@@ -274,7 +311,52 @@ def _render_operator_question(
     if names is not None:
         facts = [fact for fact in task.problem.initial if fact.predicate in names]
         problem = write_problem(replace(task.problem, initial=tuple(facts))).strip()
-    return templates.fill("transition_modeling_task.txt", {"problem": problem, "heads": heads})
+    write_short_problem = partial(_shorten_problem, task, operators)
+    values: dict[str, Text] = {
+        "problem": problem,
+        "short_problem": write_short_problem,
+        "lists": lambda: explain_lists(write_short_problem()),
+        "heads": heads,
+        "short_heads": "\n".join(
+            [f"(:action {name} :parameters {_join_words(task, name)})" for name in operators]
+        ),
+    }
+    return templates.fill("transition_modeling_task.txt", values)
+
+
+def _join_words(task: TransitionTask, operator: str) -> str:
+    return " ".join(task.domain.operators[operator].parameters.split())
+
+
+def _shorten_problem(task: TransitionTask, operators: Sequence[str]) -> str:
+    """Return the objects, facts and goal of a problem as short lists."""
+    problem, names = task.problem, _find_mentioned_names(task, task, operators)
+    objects = "\n".join([f"{item.name} [{item.type}]: -" for item in problem.objects])
+    by_predicate = group_pairs(
+        (fact.predicate, f"{fact.predicate}({', '.join(map(write_term, fact.arguments))})")
+        for fact in problem.initial
+        if names is None or fact.predicate in names
+    )
+    state = "\n".join([fact for facts in by_predicate.values() for fact in facts])
+    denied = [f"not {write_atom(atom)}" for atom in problem.denied]
+    lists = [shorten_objects(objects).replace(f" [{OBJECT}]", ""), shorten_state(state, objects)]
+    return "\n".join([*filter(None, lists), *denied, f"(:goal {write_formula(problem.goal)})"])
+
+
+def _shorten_header(task: TransitionTask) -> str:
+    """Return the types and predicates that a task needs, as short lists."""
+    header = task.domain.header
+    names = _find_mentioned_names(task, task, task.operators) or {each.name for each in header.predicates}
+    heads = " ".join([task.domain.operators[name].parameters for name in task.operators])
+    needed = _restrict_header(header, names, f"{write_problem(task.problem)} {heads}")
+    by_types = group_pairs(
+        (", ".join(map(get_variable_type, each.parameters)), each.name) for each in needed.predicates
+    )
+    types = group_pairs((item.type, item.name) for item in needed.types if item.name != OBJECT)
+    lines = [f"Types of {kind}: {', '.join(alike)}" for kind, alike in types.items()]
+    lines += [f"Constant: {item.name} - {item.type}" for item in needed.constants]
+    lines += [f"({kinds}): {', '.join(alike)}" for kinds, alike in by_types.items()]
+    return "\n".join([*lines, *[" ".join(write_axiom(axiom).split()) for axiom in needed.axioms]])
 
 
 def _choose_example_operators(

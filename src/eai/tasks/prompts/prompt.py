@@ -27,14 +27,15 @@ from eai.tasks.task import Task
 Shape = TypeVar("Shape")
 
 
-PromptSet: TypeAlias = Literal["official", "eai", "eai-brief", "eai-careful"]
-"""The set of prompts: the data set's own, or ours in one of three wordings.
+PromptSet: TypeAlias = Literal["official", "eai", "eai-brief", "eai-careful", "short", "facts"]
+"""The set of prompts: the data set's own, or one of ours.
 
-All three state the same rules and facts. ``eai-brief`` has few words and no example; ``eai-careful`` lists
-questions to go through.
+``eai``, ``eai-brief``, ``eai-careful`` and ``short`` state the same rules and facts. ``eai-brief`` has few
+words and no example, ``eai-careful`` lists questions to go through, and ``short`` has rules in short notation
+and facts in short lists. ``facts`` has only the goals and facts of a task, without rules and instructions.
 """
 
-VARIANTS: Sequence[PromptSet] = ("eai-brief", "eai-careful")
+VARIANTS: Sequence[PromptSet] = ("eai-brief", "eai-careful", "short", "facts")
 """The further wordings of our prompts. Records and tables use these names."""
 
 

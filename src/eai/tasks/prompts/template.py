@@ -6,11 +6,12 @@ percent signs must stand for themselves. A template needs no loops, since every 
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from functools import cache
 from pathlib import Path
 from string import Template
+from typing import TypeAlias
 
 from eai.base.errors import InputError
 from eai.base.files import find_files_below, read_content
@@ -31,6 +32,18 @@ def _read_packaged_template(name: str, variant: str) -> str:
     file = _FOLDER / _VARIANTS / variant / name
     file = file if variant and file.is_file() else _FOLDER / name
     return file.read_text(encoding="utf-8").removesuffix("\n")
+
+
+Text: TypeAlias = str | Callable[[], str]
+"""The text of a placeholder, or a function that returns it."""
+
+
+class _Texts(dict[str, Text]):
+    """Texts of placeholders."""
+
+    def __getitem__(self, name: str) -> str:
+        text = super().__getitem__(name)
+        return text if isinstance(text, str) else text()
 
 
 @dataclass(frozen=True, slots=True)
@@ -68,14 +81,14 @@ class Templates:
         except UnicodeDecodeError as error:
             raise InputError(f"{file}: cannot be read ({error})") from error
 
-    def fill(self, name: str, values: Mapping[str, str]) -> str:
-        """Return a template with its placeholders replaced.
+    def fill(self, name: str, values: Mapping[str, Text]) -> str:
+        """Return a template with its placeholders replaced. Only functions of needed texts are called.
 
         Raises:
             InputError: a placeholder has no text, or a dollar sign stands alone.
         """
         try:
-            return Template(self.read(name)).substitute(values)
+            return Template(self.read(name)).substitute(_Texts(values))
         except KeyError as error:
             placeholders = ", ".join(f"${placeholder}" for placeholder in values)
             raise InputError(

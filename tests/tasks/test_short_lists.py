@@ -4,7 +4,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from eai.agents.short_lists import shorten_facts, shorten_names, spell_out
+from eai.tasks.short_lists import shorten_facts, shorten_names, spell_out
 from eai.world.state import Fact
 
 NAMES = (

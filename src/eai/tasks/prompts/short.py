@@ -1,0 +1,203 @@
+"""Shorten the lists and rules of our prompts: every function takes a text and returns a shorter one.
+
+Texts of every wording can be shortened, because only their form is read. Lines of another form stay
+unchanged. `eai.tasks.short_lists` explains lines such as ``inside(*, jar): nut, key``. Further forms:
+
+* ``p(*): all`` and ``p(*): all but a`` are about the listed objects;
+* ``p(a, b) both ways`` states ``p(b, a)``, too;
+* an object without a kind in brackets has its name without the number as its kind.
+"""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Callable, Iterator, Sequence
+from itertools import groupby, takewhile
+
+from eai.base.grouping import group_pairs
+from eai.tasks.rules import explain_rule_notation
+from eai.tasks.short_lists import shorten_facts
+from eai.world.state import Fact
+
+RULES = "rules"
+"""Name of a benchmark's own text of rules, which replaces shortened rules."""
+
+_OBJECT = re.compile(r"(\S+) \[([^\]]*)\]: (.+)")
+_FACT = re.compile(r"([^\s()]+)\(([^()]+)\)")
+_HEAD = re.compile(r"([^\s()]+)(\([^()]*\))")
+_IS_A = re.compile(r"is_a\((\S+), (\S+)\)")
+_NUMBER = re.compile(r"[._-]?\d+$")
+_COMMA = re.compile(r", (?![^()]*\))")
+
+_BEFORE_REASONS = ("impossible where", "not yet possible while", "needless where")
+_SIGN_OF_CHANGE = {"becomes true": "", "becomes false": "not "}
+
+_MIN_HOLDERS = 3
+"""Minimum number of objects that a line may describe as all objects, or as all but some."""
+
+_SIGNS = (
+    (" -> ", "NAME(parameter:kind): conditions -> changes, in this order, no others; there \"not p\" makes p"
+    " false."),
+    (" [", "[c]: needless unless c."),
+    ("{", "Conditions before {} are read before the action."),
+    ("*", "* is any object."),
+    ("first ", "\"first\": in the order of the objects."),
+    ("is_a(", "is_a(x, k): x is of kind k."),
+    (" or ", "\"and\" binds before \"or\", \"or\" before \"implies\"."),
+)  # fmt: skip
+"""Mapping from a sign to the explanation of the notation in shortened rules that contain it."""
+
+
+_LIST_SIGNS = (
+    ("(*, ", "p(*, c): a, b is p(a, c) and p(b, c)."),
+    (", *)", "p(a, *): b, c is p(a, b) and p(a, c)."),
+    ("(*)", "p(*): a, b is p(a) and p(b)."),
+    (" both ways", '"both ways" adds p(b, a) to p(a, b).'),
+    ("..", "a_2..4 is a_2, a_3, a_4."),
+    ("(*): all", '"all" is all listed objects.'),
+)
+"""Mapping from a sign to the explanation of short lists of facts that contain it."""
+
+
+def explain_lists(state: str) -> str:
+    """Return explanations of the short lists of facts that `shorten_state` writes."""
+    return " ".join([words for sign, words in _LIST_SIGNS if sign in state])
+
+
+def shorten_vocabulary(text: str) -> str:
+    """Return predicates, one a line, as one line for each list of parameters."""
+    lines = text.splitlines()
+    heads = [_HEAD.fullmatch(line) for line in lines]
+    if not all(heads):
+        return text
+    names = group_pairs((head[2], head[1]) for head in heads if head)
+    return "\n".join([f"{parameters}: {', '.join(alike)}" for parameters, alike in names.items()])
+
+
+def shorten_objects(text: str, join: Callable[[list[str]], str] = ", ".join) -> str:
+    """Return objects, one a line, as one line for all objects with equal kinds and properties.
+
+    Args:
+        text: the objects.
+        join: joins the names in a line.
+    """
+    groups: dict[str, list[str]] = {}
+    others = []
+    for line in text.splitlines():
+        described = _OBJECT.fullmatch(line)
+        if described is None:
+            others.append(line)
+            continue
+        name, kind, properties = described.groups()
+        shown = "" if _NUMBER.sub("", name) == kind else f" [{kind}]"
+        groups.setdefault(shown + ("" if properties == "-" else f": {properties}"), []).append(name)
+    return "\n".join([*[f"{join(names)}{about}" for about, names in groups.items()], *others])
+
+
+def shorten_state(text: str, objects: str) -> str:
+    """Return facts, one a line, as short lists.
+
+    Args:
+        text: the facts.
+        objects: the list of objects, one a line; ``all`` stands for their names.
+    """
+    listed = [line[1] for line in map(_OBJECT.fullmatch, objects.splitlines()) if line]
+    lines: list[str] = []
+    for predicate, run in groupby(text.splitlines(), _find_predicate):
+        facts = list(run)
+        lines += facts if predicate is None else _shorten_facts(predicate, facts, listed)
+    return "\n".join(lines)
+
+
+def _find_predicate(line: str) -> str | None:
+    fact = _FACT.fullmatch(line)
+    return None if fact is None else fact[1]
+
+
+def _shorten_facts(predicate: str, lines: Sequence[str], listed: Sequence[str]) -> Iterator[str]:
+    """Yield the facts of one predicate as short lists."""
+    rows = dict.fromkeys([tuple(line[len(predicate) + 1 : -1].split(", ")) for line in lines])
+    others = [name for name in listed if (name,) not in rows]
+    is_about_listed = rows.keys() <= {(name,) for name in listed}
+    if is_about_listed and len(rows) >= _MIN_HOLDERS and 2 * len(others) < len(rows):
+        yield f"{predicate}(*): all{' but ' if others else ''}{', '.join(others)}"
+        return
+    names = list(dict.fromkeys([*listed, *[name for row in rows for name in row]]))
+    index = {name: position for position, name in enumerate(names)}
+    mutual = {row for row in rows if len(row) == 2 and row[0] != row[1] and row[::-1] in rows}
+    kept = [row for row in rows if row not in mutual or index[row[0]] < index[row[1]]]
+    for sign in ("", " both ways"):
+        facts = [
+            Fact(predicate, tuple([index[name] for name in row]))
+            for row in kept
+            if (row in mutual) is bool(sign)
+        ]
+        for line in shorten_facts(facts, names, lambda name, words: f"{name}({', '.join(words)})"):
+            head, end, tail = line.partition(")")
+            yield f"{head}{end}{sign}{tail}"
+
+
+def shorten_rules(text: str) -> str:
+    """Return rules with one action a line, below an explanation of their notation.
+
+    Args:
+        text: a text that `Wording.describe_operators` returns.
+    """
+    explanation, _, rules = text.partition("\n")
+    rules = rules if explanation == explain_rule_notation(rules) else text
+    lines = [(len(line) - len(line.lstrip()), line.strip()) for line in rules.splitlines()]
+    starts = [number for number, (depth, _) in enumerate(lines) if depth == 0]
+    blocks = [lines[start:end] for start, end in zip(starts, [*starts[1:], len(lines)], strict=True)]
+    short = "\n".join(map(_shorten_rule, blocks))
+    notes = " ".join([words for sign, words in _SIGNS if sign in short])
+    return f"{notes}\n{short}" if notes and explanation != text else short
+
+
+def _shorten_rule(block: Sequence[tuple[int, str]]) -> str:
+    """Return the lines of one rule as one line. The number before each line is its indent."""
+    title = block[0][1]
+    if len(block) == 1:
+        return title
+    head, _, description = title.partition(": ")
+    conditions: list[str] = []
+    needed, changes = "", []
+    for depth, line in block[1:]:
+        word, _, listed = line.partition(": ")
+        if word == "requires":
+            conditions = listed.split("; ")
+        elif word == "needed only if":
+            needed = f"[{listed}]"
+        elif word in _BEFORE_REASONS:
+            conditions.append(line)
+        else:
+            changes.append((depth, line))
+    head, conditions = _write_kinds(head, conditions)
+    before = " ".join(filter(None, ("; ".join(conditions), needed)))
+    start = ": ".join(filter(None, (f"{head} {description}".strip(), before)))
+    return f"{start} -> {', '.join(_shorten_changes(changes))}" if changes else start
+
+
+def _write_kinds(head: str, conditions: Sequence[str]) -> tuple[str, list[str]]:
+    """Return the head of a rule with the kinds of its parameters, and the other conditions."""
+    name, separator, parameters = head.partition("(")
+    words = parameters[:-1].split(", ")
+    kinds = {match[1]: match[2] for match in map(_IS_A.fullmatch, conditions) if match and match[1] in words}
+    named = [f"{word}:{kinds[word]}" if word in kinds else word for word in words]
+    others = [text for text in conditions if text not in {f"is_a({x}, {kind})" for x, kind in kinds.items()}]
+    return (f"{name}({', '.join(named)})" if separator else head), others
+
+
+def _shorten_changes(lines: Sequence[tuple[int, str]]) -> Iterator[str]:
+    """Yield the changes of an action; changes under a condition are in braces behind it."""
+    pending = list(lines)
+    while pending:
+        depth, line = pending.pop(0)
+        word, _, atoms = line.partition(": ")
+        if line.endswith(":"):
+            inner = list(takewhile(lambda below: below[0] > depth, pending))  # noqa: B023 - used at once
+            del pending[: len(inner)]
+            yield f"{line[:-1]} {{{', '.join(_shorten_changes(inner))}}}"
+        elif word in _SIGN_OF_CHANGE:
+            yield from (f"{_SIGN_OF_CHANGE[word]}{atom}" for atom in _COMMA.split(atoms))
+        else:
+            yield line
