@@ -26,6 +26,19 @@ def test_the_question_ends_with_instructions_for_commands(harness: str, how: str
     assert arena.make_prompt_with_pictures(TASK) == arena.make_prompt(TASK)
 
 
+def test_a_short_question_has_the_rules_and_facts_alone_neither() -> None:
+    questions = {
+        name: EpisodeFactory(SWITCHES, AgentSetting(prompts=name)).make_prompt(TASK).user
+        for name in ("eai", "short", "facts")
+    }
+    plain, short, facts = questions.values()
+    assert len(facts) < len(short) < len(plain)
+    assert [text.startswith("Goals:\n") for text in questions.values()] == [False, False, True]
+    heads = [f"{operator.name}(" for operator in SWITCHES.domain.operators]
+    assert all(head in short for head in heads)
+    assert not any(head in facts for head in heads)
+
+
 def test_the_tools_that_a_question_names_are_those_of_the_harness() -> None:
     names = [name for name, _, _ in make_tools(DOMAIN)]
     assert names == ["act", "look", "done"]

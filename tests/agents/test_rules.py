@@ -31,6 +31,8 @@ from eai.results.batch import OTHER_RULES, score_run, split_by_game_rules
 from eai.results.options import ScoringOptions
 from eai.results.records import read_records
 from eai.results.responses import Response, ResponseFile, read_responses
+from eai.run.spec import read_spec
+from eai.tasks.prompts.prompt import PromptSet
 
 SUITE = open_suite(SWITCHES, ACTING)
 DOMAIN = "agents.switches:SWITCHES"
@@ -70,6 +72,8 @@ def written(folder: Path, model: str, texts: Mapping[str, str]) -> Path:
         {"feedback": "facts", "budget": 4.0, "steps": 20},
         {"slip": 0.25, "slip_seed": 3},
         {"budget": 0.1},
+        {"prompts": "short"},
+        {"feedback": "outcome", "observe": "full", "prompts": "facts", "slip": 0.1},
     ],
     ids=str,
 )
@@ -80,6 +84,24 @@ def test_an_episode_has_the_label_of_the_setting_in_which_it_was_played(chosen: 
     episode = read_episode(play.to_text("stopped"))
     assert isinstance(episode, EpisodeAnswer)
     assert make_rules_label(episode) == (setting.label or None)
+
+
+def test_a_run_in_a_prompt_set_names_it_in_the_rules_of_its_episodes() -> None:
+    for name in ("short", "facts"):
+        spec = read_spec({"prompts": {"set": name}, "agent": {"slip": 0.5}})
+        assert spec.setting.label == f"prompts-{name}_slip-0.5"
+    assert read_spec({"prompts": {"set": "official"}}).setting == STANDARD
+
+
+@pytest.mark.parametrize("name", ["short", "facts"])
+def test_an_episode_in_a_prompt_set_replays_alike(name: PromptSet) -> None:
+    """Only texts differ, so the verdict is that of the episode with plain texts."""
+    plain = make_game_rules(STANDARD)
+    episodes = [won("both", rules) for rules in (plain, plain.model_copy(update={"prompts": name}))]
+    assert len({json.loads(episode)["opening"] for episode in episodes}) == 2
+    verdicts = [SUITE.score("both", episode) for episode in episodes]
+    assert verdicts[0] == verdicts[1]
+    assert verdicts[0].reached
 
 
 def test_every_rule_has_a_place_in_the_label() -> None:

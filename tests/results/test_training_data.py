@@ -51,6 +51,11 @@ def record(task_id: str = "both", **told: Any) -> Record:
     )
 
 
+def named_prompts(name: str, prompt_sha256: str) -> Record:
+    """Return a record of a run whose prompts have a name and a known digest."""
+    return record(experiment=experiment(prompt_name=name), origin=AnswerOrigin(prompt_sha256=prompt_sha256))
+
+
 @pytest.mark.parametrize(
     ("given", "why"),
     [
@@ -59,6 +64,9 @@ def record(task_id: str = "both", **told: Any) -> Record:
         (record(origin=AnswerOrigin(prompt_sha256=PROMPT.sha256)), None),
         (record(origin=AnswerOrigin(prompt_sha256="0" * 64)), ASKED_OTHERWISE),
         (record(experiment=experiment(replans=1)), EXPERIMENT),
+        (record(experiment=experiment(prompt_name="facts")), EXPERIMENT),
+        (named_prompts("facts", PROMPT.sha256), None),
+        (named_prompts("facts", "0" * 64), ASKED_OTHERWISE),
         (record(unanswered="the provider refused"), NO_ANSWER),
         (record("none"), NO_ANSWER),
         (record("done"), NO_ANSWER),

@@ -139,13 +139,13 @@ def test_two_studies_that_change_the_same_option_are_refused_with_a_reason() -> 
 
 def test_prompts_in_other_words_are_named_and_compared(data_store: Store, tmp_path: Path) -> None:
     for model in ("eai/oracle", "eai/noisy"):
-        for words in ("eai-brief", "eai-careful"):
+        for words in ("eai-brief", "facts"):
             run = f"run --domain behavior --ability action_sequencing --limit 3 --quiet --model {model}"
             done = command(f"{run} --set {words} --out @/runs", tmp_path)
             assert done.status == 0, done.err
     files = sorted((tmp_path / "runs" / SUITE).rglob("records.jsonl"))
     names = [{record.experiment and record.experiment.label for record in read_records(f)} for f in files]
-    assert names == [{"prompt-eai-brief"}, {"prompt-eai-careful"}] * 2
+    assert names == [{"prompt-eai-brief"}, {"prompt-facts"}] * 2
     assert command("analyze prompts @/runs --out @/prompts", tmp_path).status == 0
     (table,) = (tmp_path / "prompts").rglob("prompts.csv")
     assert table.read_text().count("eai-brief") == 2

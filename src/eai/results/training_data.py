@@ -41,6 +41,9 @@ def make_prompt_rows(reward: Reward, prompts: Mapping[str, Prompt]) -> Iterator[
 
 NO_ANSWER = "without an answer, or with nothing to earn"
 EXPERIMENT = "of experiments, which ask other questions"
+_PROMPTS = "prompts"
+"""Name of the study of prompts in records."""
+
 ASKED_OTHERWISE = "answering another prompt than is exported"
 NOT_PAID = "of an ability whose verdicts do not say what an answer has earned"
 """Reason why a record gives no training data: its task pays no reward."""
@@ -54,7 +57,11 @@ def make_reward_rows(
     The counter ``left_out`` gets the number of records without a row, by reason.
     """
     for record in records:
-        if record.experiment is not None and not record.experiment.has_no_settings:
+        prompt_sha256 = None if record.origin is None else record.origin.prompt_sha256
+        settings = record.experiment
+        if settings is not None and prompt_sha256 is not None:
+            settings = settings.without_study(_PROMPTS)  # the digest shows whether the prompt is exported
+        if settings is not None and not settings.has_no_settings:
             left_out[EXPERIMENT] += 1
             continue
         value = None if record.unanswered is not None else reward(record.task_id, record.response)
@@ -62,7 +69,6 @@ def make_reward_rows(
             left_out[NO_ANSWER] += 1
             continue
         prompt = prompts[record.task_id]
-        prompt_sha256 = None if record.origin is None else record.origin.prompt_sha256
         if prompt_sha256 not in (None, prompt.sha256):
             left_out[ASKED_OTHERWISE] += 1
             continue

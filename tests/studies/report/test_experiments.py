@@ -82,6 +82,19 @@ def test_experiments_that_differ_are_different_runs(tmp_path: Path) -> None:
     assert found == [f"{LABEL}+slip-0.1-seed-{seed}" for seed in (0, 1)]
 
 
+def test_runs_with_other_prompt_sets_are_never_joined(tmp_path: Path) -> None:
+    """Each set has a row of its own, named after the set, in no ranking of plain runs."""
+    sets = ["eai-brief", "facts", "short"]
+    asked = [all_right(experiment(prompt_name=name)) for name in sets]
+    runs = write_runs(tmp_path / "runs", [action_run("first"), *asked])
+    models = report(runs, tmp_path / "out")
+    names = models.pop("experiments_action_sequencing_trajectory")
+    assert names == ["first", *[f"first, prompt-{name}" for name in sets]]
+    assert all(names == ["first"] for names in models.values() if names)
+    counts = [len(run.records) for run in read_runs([runs])]
+    assert counts == [len(action_run("first"))] * 4
+
+
 def test_the_explorer_shows_each_attempt_as_an_answer(tmp_path: Path) -> None:
     """Two of one task; a task that was tried once has its answer alone."""
     once, *others = all_right(REPLANNING)
