@@ -60,8 +60,8 @@ _LIST_SIGNS = (
 
 
 def explain_lists(state: str) -> str:
-    """Return explanations of the short lists of facts that `shorten_state` writes."""
-    return " ".join([words for sign, words in _LIST_SIGNS if sign in state])
+    """Return explanations of the short lists of facts that `shorten_state` writes, each after a space."""
+    return "".join([f" {words}" for sign, words in _LIST_SIGNS if sign in state])
 
 
 def shorten_vocabulary(text: str) -> str:
