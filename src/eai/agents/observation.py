@@ -15,7 +15,7 @@ from eai.base.grouping import group_pairs
 from eai.benchmarks.benchmark import Benchmark
 from eai.logic.formula import TRUE
 from eai.logic.traversal import find_predicates
-from eai.tasks.prompts.own import describe_rules
+from eai.tasks.prompts.own import describe_rules, explain_goal_notation
 from eai.tasks.prompts.short import shorten_objects, shorten_state
 from eai.tasks.prompts.template import Templates, Text
 from eai.tasks.short_lists import HOW_TO_READ, shorten_facts, shorten_names, spell_out

@@ -1,4 +1,4 @@
-"""Short texts of prompts say what the long ones say, and leave lines of another form unchanged."""
+"""Tests that short texts of prompts state the facts and rules of the long texts, and keep other lines."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ from eai.tasks.prompts.short import (
     shorten_state,
     shorten_vocabulary,
 )
-from eai.tasks.rules import explain_notation
+from eai.tasks.rules import explain_rule_notation
 from tasks.prompts.long_form import write_long_form
 
 NAMES = ("jar_0", "jar_1", "jar_2", "jar_3", "rag.7", "hall", "b2c")
@@ -69,7 +69,7 @@ def test_a_rule_is_one_line_with_all_conditions_and_changes_in_order() -> None:
   becomes true: at(y)
 WAIT(): pause
 far(x, y) means: not near(x, y)"""
-    explained = f"{explain_notation(rules)}\n{rules}"
+    explained = f"{explain_rule_notation(rules)}\n{rules}"
     _, go, wait, far = shorten_rules(explained).splitlines()
     assert go == (
         "GO(x:room, y) walk: at(x); not (wet(y) or far(x, y)) [not at(y)] -> not at(x), not seen(x, y), "
