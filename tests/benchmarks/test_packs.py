@@ -42,12 +42,12 @@ FETCH = """
 import sys
 from pathlib import Path
 sys.path.insert(0, sys.argv[1])
-from benchmarks.synthetic import Archive, packs_from
+from benchmarks.synthetic import PackageArchive, packs_from
 from eai.benchmarks.packs import fetch_packs
 from eai.base.store import Store
 name, version, filename, sha256, size = sys.argv[4:]
 place = Path(sys.argv[3]) if sys.argv[3] else None
-packs = packs_from(Archive(name, version, filename, sha256, int(size)))
+packs = packs_from(PackageArchive(name, version, filename, sha256, int(size)))
 print("starting", flush=True)
 def report(stage, *rest):
     print(stage, flush=True)
