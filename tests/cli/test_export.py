@@ -123,6 +123,33 @@ def test_preferences_are_for_the_better_answer(eai: Command, records: Path, tmp_
     assert clear == [row["margin"] for row in rows if row["margin"] > 0.5]
 
 
+def test_steps_of_plans_are_labelled_with_the_change_of_the_distance(
+    eai: Command, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.syspath_prepend(ROOT / "examples" / "lamps")
+    suite = library.open("lamps:lamps", "action_sequencing")
+    book = answer_book("lamps:lamps", suite.ability)
+    answers = [{"identifier": i, "llm_output": book[i].text} for i in suite.task_ids]
+    answers[-1]["llm_output"] = "no plan"
+    (tmp_path / "m_outputs.json").write_text(json.dumps(answers))
+    asked = ("--domain", "lamps:lamps", "--ability", "action_sequencing", "--out", tmp_path / "scores")
+    assert eai("score", tmp_path / "m_outputs.json", *asked).status == 0
+    labelled = ("export", "process", tmp_path / "scores", "--domain", "lamps:lamps", "--out")
+    done = eai(*labelled, tmp_path / "process.jsonl")
+    rows = read(tmp_path / "process.jsonl")
+    steps = [step for row in rows for step in row["steps"]]
+    exact = [step["change"] for step in steps if step["change"] is not None]
+    assert f"the change is exact for {len(exact)} of {len(steps)} executed steps (--effort 1000)" in done.out
+    assert "left out: 1 record without a plan of actions that can be read" in done.out
+    assert (len(rows), len(exact), min(exact)) == (len(answers) - 1, len(steps), -1)
+    for row in rows:
+        assert row["reward"] == 1
+        assert sum(step["change"] for step in row["steps"]) == -row["distance"]
+    counts = json.loads(eai(*labelled, tmp_path / "again.jsonl", "--json").out)
+    assert (tmp_path / "again.jsonl").read_bytes() == (tmp_path / "process.jsonl").read_bytes()
+    assert (counts["exact"], counts["executed"], counts["rows"]) == (len(exact), len(steps), len(rows))
+
+
 def test_what_is_left_out_is_said(eai: Command, records: Path, tmp_path: Path) -> None:
     """Answers to other prompts than are exported, and tasks without an answer."""
     out = ("--out", tmp_path / "sft.jsonl")

@@ -69,7 +69,7 @@ class PlanRepairer:
         """
         if verdict.success:
             return Repair(at_most=0)
-        if (why := self._why_distance_unknown) is not None:
+        if (why := self.why_distance_unknown) is not None:
             return Repair(why_null=why)
         steps, effort = self.read_steps(plan), Effort(limit)
         repairer = self._make_repairer(steps)
@@ -83,7 +83,7 @@ class PlanRepairer:
         return Repair(at_least, len(told), edits=told, effort=effort.used)
 
     @property
-    def _why_distance_unknown(self) -> str | None:
+    def why_distance_unknown(self) -> str | None:
         """Reason why plans for this task have no known distance from success; None if it can be computed."""
         if self.task.has_no_plan:
             return "unsolvable"
@@ -107,7 +107,7 @@ class PlanRepairer:
         Returns:
             The closeness, from 0 to 1, or None if it is unknown.
         """
-        if self._why_distance_unknown is not None:
+        if self.why_distance_unknown is not None:
             return None
         number = len(steps) + self._min_plan_steps
         effort = min(

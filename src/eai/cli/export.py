@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import json
 from collections import Counter
-from collections.abc import Iterable, Iterator
+from collections.abc import Callable, Iterable, Iterator
 from functools import partial
 from importlib import resources
 from pathlib import Path
@@ -20,7 +20,7 @@ from eai.base.json_value import Json
 from eai.benchmarks.names import suite_name
 from eai.benchmarks.prompt_library import PromptLibrary
 from eai.benchmarks.registry import find_benchmark, list_benchmarks
-from eai.benchmarks.suite import open_suite
+from eai.benchmarks.suite import Suite, open_suite
 from eai.cli import options
 from eai.cli.console import DOMAIN_HELP, choose_default_abilities, format_count, print_result
 from eai.cli.options import AsJson, DataFolder, make_flag, open_data_source
@@ -192,6 +192,39 @@ def export_preference_data(
     )
 
 
+@app.command("process", no_args_is_help=True)
+def export_process_data(
+    records: _Records,
+    out: _Out,
+    domain: _Domains = None,
+    effort: Annotated[int, make_flag(metavar="N", min=1)] = 1_000,
+    shaping: _Shaping = Shaping.PROGRESS,
+    prompt_set: OfSet = "official",
+    form: _OfFormat = "jsonl",
+    as_json: AsJson = False,
+    data: DataFolder = None,
+) -> None:
+    """Write plans with a label for each step: how the step changes the distance to the goals.
+
+    The distance of a state is the number of actions in a shortest plan from it. A step of a shortest plan
+    changes it by -1, and a step that fails or is skipped by 0. The change is null if the search for a
+    shortest plan reaches its limit, at steps before three such states, and for steps after a failed step.
+
+    Example: eai export process runs --out process.jsonl
+
+    Options:
+        effort: Limit of the search for the distance of a state: about the number of steps that it tries.
+    """
+    left_out, counts = Counter[str](), Counter[str]()
+    label = partial(training_data.make_step_columns, effort=effort, counts=counts)
+    answers = _read_rewarded_answers(records, domain or [], shaping, prompt_set, data, left_out, label)
+    number = _write_data_set(answers, out, form)
+    executed = format_count(counts["executed"], "executed step")
+    exact = f"the change is exact for {counts['exact']:,} of {executed} (--effort {effort})"
+    numbers = {name: counts[name] for name in ("exact", "executed")}
+    _print_written_rows(out, number, left_out, exact, as_json=as_json, **numbers)
+
+
 def _read_rewarded_answers(
     paths: list[Path],
     domains: list[str],
@@ -199,6 +232,7 @@ def _read_rewarded_answers(
     prompt_set: PromptSet,
     data: Path | None,
     left_out: Counter[str],
+    label: Callable[[Suite], training_data.AddColumns] | None = None,
 ) -> Iterator[TrainingRow]:
     """Yield the answers in files of records, each with its value as a reward, grouped by suite."""
     named = {benchmark.name: benchmark for benchmark in map(find_benchmark, domains)}
@@ -216,7 +250,8 @@ def _read_rewarded_answers(
             benchmark = named.get(domain) or find_benchmark(domain)
             asked = PromptLibrary(prompt_set, None, source).open(benchmark, ability)
             paid = Reward(open_suite(benchmark, ability, source=source), shaping)
-            yield from training_data.make_reward_rows(of_suite, paid, asked, left_out)
+            columns = {} if label is None else {"add_columns": label(paid.suite)}
+            yield from training_data.make_reward_rows(of_suite, paid, asked, left_out, **columns)
 
 
 def _list_splits(domain: str) -> list[tuple[str, str]]:
@@ -268,7 +303,11 @@ def _read_template(name: str) -> str:
     return (resources.files("eai.cli") / "templates" / name).read_text(encoding="utf-8")
 
 
-def _print_written_rows(out: Path, number: int, left_out: Counter[str], *, as_json: bool) -> None:
+def _print_written_rows(
+    out: Path, number: int, left_out: Counter[str], *more: str, as_json: bool, **counts: int
+) -> None:
     lines = [f"left out: {format_count(times, 'record')} {why}" for why, times in left_out.items()]
-    made: Json = {"path": str(out), "rows": number, "left_out": {**left_out}}
-    print_result(f"{format_count(number, 'row')} written to {out}", *lines, value=made, as_json=as_json)
+    made: Json = {"path": str(out), "rows": number, "left_out": {**left_out}, **counts}
+    print_result(
+        f"{format_count(number, 'row')} written to {out}", *more, *lines, value=made, as_json=as_json
+    )

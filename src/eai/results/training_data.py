@@ -1,4 +1,4 @@
-"""Makes training data: prompts to be rewarded, verified answers, and pairs of a better and a worse answer.
+"""Makes training data: prompts to be rewarded, verified or labelled answers, and pairs of two answers.
 
 A row is a JSON object. ``prompt``, ``completion``, ``chosen`` and ``rejected`` are lists of messages, as in
 TRL; ``task`` is the reference of the task for `eai.reward`.
@@ -7,10 +7,16 @@ TRL; ``task`` is the reference of the task for `eai.reward`.
 from __future__ import annotations
 
 from collections import Counter
-from collections.abc import Iterable, Iterator, Mapping
+from collections.abc import Callable, Iterable, Iterator, Mapping
 from operator import itemgetter
 from typing import Any, TypeAlias
 
+from eai.abilities.action_sequencing.scorer import ActionSequencing
+from eai.abilities.explanation import EXECUTED
+from eai.abilities.notation.plan_form import WrittenPlan
+from eai.abilities.plan_distance import Label, make_step_labeler
+from eai.abilities.verdict import ErrorReport
+from eai.benchmarks.suite import Suite
 from eai.results.record import Record
 from eai.results.reward import Reward
 from eai.tasks.prompts.prompt import Prompt
@@ -47,10 +53,18 @@ _PROMPTS = "prompts"
 ASKED_OTHERWISE = "answering another prompt than is exported"
 NOT_PAID = "of an ability whose verdicts do not say what an answer has earned"
 """Reason why a record gives no training data: its task pays no reward."""
+NO_STEPS = "without a plan of actions that can be read"
+
+AddColumns: TypeAlias = Callable[[Record], "TrainingRow | None"]
+"""Function that returns further columns of a record's row, or None if the record gives no row."""
 
 
 def make_reward_rows(
-    records: Iterable[Record], reward: Reward, prompts: Mapping[str, Prompt], left_out: Counter[str]
+    records: Iterable[Record],
+    reward: Reward,
+    prompts: Mapping[str, Prompt],
+    left_out: Counter[str],
+    add_columns: AddColumns = lambda record: {},
 ) -> Iterator[TrainingRow]:
     """Yield a row for each answer in records of one suite, with its prompt and its newly computed reward.
 
@@ -72,13 +86,46 @@ def make_reward_rows(
         if prompt_sha256 not in (None, prompt.sha256):
             left_out[ASKED_OTHERWISE] += 1
             continue
+        columns = add_columns(record)
+        if columns is None:
+            left_out[NO_STEPS] += 1
+            continue
         yield {
             "prompt": _make_messages(prompt),
             "completion": [{"role": "assistant", "content": record.response}],
             "task": reward.suite.reference(record.task_id),
             "model": record.model,
             "reward": value,
+            **columns,
         }
+
+
+def make_step_columns(suite: Suite, effort: int, counts: Counter[str]) -> AddColumns:
+    """Return a function that returns the columns ``distance`` and ``steps`` of a record of a suite.
+
+    Args:
+        suite: the suite.
+        effort: the approximate limit of the effort for each state, as in `make_step_labeler`.
+        counts: counts the executed steps (``executed``), and those with a known change (``exact``).
+    """
+    labelers: dict[str, Label] = {}
+
+    def add_columns(record: Record) -> TrainingRow | None:
+        scorer = suite.scorer(record.task_id)
+        plan = scorer.read(record.response) if isinstance(scorer, ActionSequencing) else None
+        if not isinstance(scorer, ActionSequencing) or not isinstance(plan, WrittenPlan):
+            return None
+        if isinstance(actions := scorer.resolve_names(plan), ErrorReport):
+            return None
+        if record.task_id not in labelers:
+            labelers[record.task_id] = make_step_labeler(scorer.repairer, effort)
+        distance, labels = labelers[record.task_id](actions)
+        executed = [label for label in labels if label.outcome == EXECUTED]
+        counts["executed"] += len(executed)
+        counts["exact"] += sum(label.change is not None for label in executed)
+        return {"distance": distance, "steps": [label._asdict() for label in labels]}
+
+    return add_columns
 
 
 def select_verified_rows(answers: Iterable[TrainingRow], minimum: float) -> Iterator[TrainingRow]:

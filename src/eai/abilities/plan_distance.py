@@ -1,0 +1,144 @@
+"""Label each step of a plan with the change of the distance to the goals.
+
+The distance of a state is the number of actions in a shortest plan from it. The search for the fewest edits
+finds it: a shortest plan has the fewest actions that must be inserted into an empty plan. The search ends at
+a limit of effort, which counts operations. It then gives bounds only, and the distance is unknown.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterator, Sequence
+from math import inf
+from typing import NamedTuple, TypeAlias
+
+from eai.abilities.explanation import EXECUTED, SLIP
+from eai.abilities.plan_repairer import PlanRepairer
+from eai.abilities.reports import action_text
+from eai.planning.planner import get_planner
+from eai.planning.repair.search import Repairer
+from eai.planning.search import Effort
+from eai.tasks.goal_test import find_remaining_goals
+from eai.tasks.planning import to_planning_goal
+from eai.tasks.task import Goal
+from eai.world.action import Action
+from eai.world.domain import make_declared_simulator
+from eai.world.execution import Step, execute_plan
+from eai.world.state import State
+
+NOT_TRIED = "not_tried"
+"""Outcome of a step after a failed step."""
+
+
+_MAX_UNKNOWN = 3
+"""Number of successive states with unknown distances after which a plan's earlier states are not searched.
+
+States are searched from the last to the first, because distances near the goals are easier to prove.
+"""
+
+
+class _Bounds(NamedTuple):
+    """Bounds of a distance: proved minimum and maximum numbers of actions."""
+
+    at_least: float
+    at_most: float
+
+    @property
+    def exact(self) -> int | None:
+        return int(self.at_least) if self.at_least == self.at_most else None
+
+
+class _StepLabel(NamedTuple):
+    """The label of one step.
+
+    Attributes:
+        step: the action as text.
+        outcome: ``executed``, the kind of the fault, or `NOT_TRIED`.
+        distance: the distance after the step; None if it is unknown.
+        change: the change of the distance by the step: -1 for a step of a shortest plan, 0 for a step without
+            effect. None if it is unknown, or the step was not tried.
+    """
+
+    step: str
+    outcome: str
+    distance: int | None
+    change: int | None
+
+
+Label: TypeAlias = Callable[[Sequence[Action]], tuple["int | None", tuple[_StepLabel, ...]]]
+"""Function that returns the distance at the start, and the label of each step of a plan."""
+
+
+def make_step_labeler(repairer: PlanRepairer, limit: int) -> Label:
+    """Return a function that labels the steps of plans for one task. It keeps the distances of states.
+
+    Shortest plans use the objects of the task and of the answer.
+
+    Args:
+        repairer: the repairer of plans for the task.
+        limit: the approximate limit of the effort for each state, as in `Repairer.repair`.
+    """
+    return _StepLabeler(repairer, limit).label
+
+
+class _StepLabeler:
+    def __init__(self, repairer: PlanRepairer, limit: int) -> None:
+        self._task, self._domain, self._limit = repairer.task, repairer.domain, limit
+        self._has_distances = (
+            repairer.why_distance_unknown is None and self._domain.begin is make_declared_simulator
+        )
+        self._known: dict[tuple[State, tuple[Goal, ...], tuple[int, ...]], _Bounds] = {}
+
+    def label(self, actions: Sequence[Action]) -> tuple[int | None, tuple[_StepLabel, ...]]:
+        trajectory = execute_plan(self._domain, self._task.initial, actions)
+        named = {index for action in actions for index in action.arguments}
+        objects = tuple(dict.fromkeys([*self._task.planning_objects, *sorted(named)]))
+        executed = [action.operator for action in trajectory.executed_actions]
+        bounds, unknown = [_Bounds(0, inf)] * len(trajectory.states), 0
+        for number, state in reversed([*enumerate(trajectory.states)]):
+            goals = find_remaining_goals(self._task, executed[:number])
+            bounds[number] = self._find_bounds(state, goals, objects)
+            unknown = 0 if bounds[number].exact is not None else unknown + 1
+            if unknown == _MAX_UNKNOWN:
+                break
+        distances = [each.exact for each in _tighten(bounds)]
+        return distances[0], tuple(self._label_steps(actions, trajectory.steps, distances))
+
+    def _label_steps(
+        self, actions: Sequence[Action], steps: Sequence[Step], distances: Sequence[int | None]
+    ) -> Iterator[_StepLabel]:
+        number = 0
+        for place, action in enumerate(actions):
+            text, before = action_text(action, self._task.scene), distances[number]
+            if place >= len(steps):
+                yield _StepLabel(text, NOT_TRIED, None, None)
+            elif steps[place].executed:
+                number += 1
+                after = distances[number]
+                change = None if before is None or after is None else after - before
+                yield _StepLabel(text, EXECUTED, after, change)
+            else:
+                fault = steps[place].fault
+                yield _StepLabel(text, SLIP if fault is None else fault.kind.value, before, 0)
+
+    def _find_bounds(self, state: State, goals: tuple[Goal, ...], objects: tuple[int, ...]) -> _Bounds:
+        if not self._has_distances:
+            return _Bounds(0, inf)
+        key = state, goals, objects
+        if key not in self._known:
+            goal = to_planning_goal(self._task.replace_goals(goals))
+            search = Repairer(get_planner(self._domain), state, goal, objects)
+            at_least, edits = search.repair((), Effort(self._limit))
+            self._known[key] = _Bounds(at_least, inf if edits is None else len(edits))
+        return self._known[key]
+
+
+def _tighten(bounds: Sequence[_Bounds]) -> list[_Bounds]:
+    """Return the bounds of successive states, tightened: one action lowers a distance by at most one."""
+    tightened = [*bounds]
+    for i in range(1, len(tightened)):
+        at_least, at_most = tightened[i]
+        tightened[i] = _Bounds(max(at_least, tightened[i - 1].at_least - 1), at_most)
+    for i in range(len(tightened) - 2, -1, -1):
+        at_least, at_most = tightened[i]
+        tightened[i] = _Bounds(at_least, min(at_most, tightened[i + 1].at_most + 1))
+    return tightened
