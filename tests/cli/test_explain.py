@@ -157,6 +157,7 @@ def test_answers_are_found_by_how_an_id_begins_and_by_words_of_a_title(eai: Comm
     listed = eai("explain", "out", "1", "--limit", "0").out
     assert re.search(r"11_1 +success", listed)
     assert re.search(r"12_2 +parsing", listed)
+    assert "refusal: there is no object or list of actions" in " ".join(listed.split())
 
 
 def test_failures_are_listed_with_their_reasons(eai: Command) -> None:

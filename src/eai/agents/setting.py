@@ -10,7 +10,7 @@ from pydantic import Field, field_validator
 
 from eai.abilities.experiment import MAX_BUDGET, MAX_SEED, MAX_STEPS, RULES_SEPARATOR
 from eai.abilities.protocol import Ability
-from eai.base.errors import InputError
+from eai.base.errors import InputError, did_you_mean
 from eai.tasks.options import Options
 from eai.tasks.prompts.prompt import PromptSet
 
@@ -68,7 +68,8 @@ class AgentSetting(Options):
     def _check_harness(cls, harness: str) -> str:
         if harness not in HARNESSES and not re.fullmatch(r"[\w.]+:\w+", harness):
             expected = ", ".join(HARNESSES)
-            raise InputError(f"agent.harness: expected {expected} or module:object, found {harness!r}")
+            hint = did_you_mean(harness, HARNESSES)
+            raise InputError(f"agent.harness: expected {expected} or module:object, found {harness!r}{hint}")
         return harness
 
     @classmethod

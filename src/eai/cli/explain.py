@@ -425,7 +425,8 @@ def _describe_failure(record: Record) -> str:
     if error is not None:
         noun = "subgoal" if record.ability is Ability.SUBGOAL_DECOMPOSITION else "step"
         place = "" if error.step is None else f"{noun} {error.step + 1}: "
-        return f"{place}{error.detail}"
+        cause = f"{error.check}: " if error.kind is FaultKind.PARSING and error.check else ""
+        return f"{place}{cause}{error.detail}"
     if isinstance(record.verdict, ActingVerdict) and record.verdict.without_call and not record.verdict.turns:
         return (
             f"a reply called no tool: {shorten(record.verdict.without_call, _MAX_PART, placeholder=' ...')}"
