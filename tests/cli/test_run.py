@@ -138,6 +138,7 @@ def test_nothing_is_asked_if_a_task_does_not_fit_into_the_context_unless_such_ta
         stopped = eai(*command, "--model-base-url", served.url)
         assert (stopped.status, served.log.requests) == (2, [])
         assert "1 of 4 tasks of behavior goal_interpretation need more than 2,048 tokens (2," in stopped.err
+        assert "--set short" in stopped.err
         assert "requests.too_long=skip" in stopped.err
         skipped = eai(*command, "--model-base-url", served.url, "--with", "requests.too_long=skip", "--json")
     assert skipped.status == 0, skipped.err

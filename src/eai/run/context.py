@@ -96,7 +96,7 @@ def choose_answer_limit(model: str, suite: Suite, decoding: DecodingOptions) -> 
 
 
 REMEDIES = (
-    "by estimate, for question and answer. Shorter questions: another --set, such as eai-brief. "
+    "by estimate, for question and answer. Shorter questions: --set short. "
     "Shorter answers: --max-tokens. Only the tasks that fit: --with requests.too_long=skip. "
     "All tasks: --with requests.too_long=ask"
 )
