@@ -88,6 +88,26 @@ def test_answers_are_scored_here_and_missing_ones_are_failures(
     assert "Percent, ranked by Task. In brackets" in page
 
 
+@pytest.mark.parametrize(
+    ("specification", "named"),
+    [
+        ("", ""),
+        ('[model]\nname = "m"\n', "official"),
+        ('[prompts]\nset = "short"\n', "short"),
+        ('[prompts]\nset = "facts"\nname = "mine"\n', "facts, mine"),
+        ('prompts = "short"\n', "official"),
+    ],
+)
+def test_a_row_names_the_prompt_set_of_the_specification(
+    specification: str, named: str, submit: Callable[..., Path], eai: Command, tmp_path: Path
+) -> None:
+    submit(**({"run.toml": specification} if specification else {}))
+    page = made(eai, tmp_path)
+    headings = re.findall("<th>(.*?)</th>", page[: page.index("</thead>")])
+    (mine,) = [row for row in rows_of(page) if row[1] == "M"]
+    assert mine[headings.index("Prompts")] == named
+
+
 def test_results_stated_in_a_submission_are_ignored(
     submit: Callable[..., Path], eai: Command, tmp_path: Path
 ) -> None:

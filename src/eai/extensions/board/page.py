@@ -24,7 +24,7 @@ from eai import __version__
 from eai.abilities.declaration import MetricColumn, get_declaration
 from eai.abilities.protocol import Ability
 from eai.base.errors import InputError
-from eai.base.files import MAX_UNPACKED, find_files_below, read_toml
+from eai.base.files import MAX_UNPACKED, find_files_below, parse_toml, read_toml
 from eai.base.grouping import group_pairs
 from eai.benchmarks.benchmark import Benchmark
 from eai.benchmarks.generator.sets import MANIFEST, check_secret_set, find_set_file, read_secret_set
@@ -266,7 +266,9 @@ def _build_page_html(submissions: Mapping[str, _ScoredSubmission], seasons: Sequ
 
 
 _HEADINGS_BEFORE = ("#", "Model")
-_HEADINGS_AFTER = ("Answered", "Harness", "Effort", "Date", "Tokens", "Dollars", "Protocol", "Errata", "Logs")
+_HEADINGS_AFTER = (
+    *("Answered", "Prompts", "Harness", "Effort", "Date", "Tokens", "Dollars", "Protocol", "Errata", "Logs"),
+)
 """Headings of a table's columns before and after the columns of metrics."""
 
 
@@ -299,10 +301,11 @@ def _format_row_html(
     if submission is None:
         model = f"{escape(row.model)}{marks} <small>{escape(row.source)}</small>"
         return _format_cells_html(
-            [rank, model, *numbers, answered, *[""] * 5, protocol, "", ""], ' class="other"'
+            [rank, model, *numbers, answered, *[""] * 6, protocol, "", ""], ' class="other"'
         )
     model = f'<a href="#{escape(submission.name)}">{escape(submission.description.model)}</a>{marks}'
     said = [
+        escape(_read_prompt_set(submission.specification)),
         *_format_description_cells(submission.description),
         protocol,
         _describe_errata(submission, table),
@@ -334,6 +337,15 @@ def _format_description_cells(said: _SubmissionDescription) -> Sequence[str]:
     tokens = "" if said.tokens is None else f"{said.tokens:,}"
     dollars = "" if said.dollars is None else f"{said.dollars:,.2f}"
     return [escape(said.harness), escape(said.effort), str(said.date), tokens, dollars]
+
+
+def _read_prompt_set(specification: str) -> str:
+    """Return the prompt set that a run specification names, with the user's name of the prompts if any."""
+    if not specification:
+        return ""
+    chosen = parse_toml(specification).get("prompts")
+    named = chosen if isinstance(chosen, dict) else {}
+    return ", ".join([str(named.get("set", "official")), *([str(named["name"])] if "name" in named else [])])
 
 
 def _describe_errata(submission: _ScoredSubmission, table: Ranking) -> str:
