@@ -148,30 +148,30 @@ def test_truncated_options_are_those_of_the_reference(oracle: Any) -> None:
     ],
 )
 def test_more_things_than_there_are_give_no_truncated_option(text: str) -> None:
-    assert list_truncated_options(read_condition(text), universe(a=2, b=5).objects) == []
+    assert list_truncated_options(read_condition(text), universe(a=2, b=5).list_objects) == []
 
 
 def test_truncation_loses_options_of_large_pairings() -> None:
     formula = read_condition("(forpairs (?x - a) (?y - b) (in ?x ?y))")
-    assert len(list_truncated_options(formula, universe(a=4, b=4).objects)) == 10
-    assert len(list_truncated_options(formula, universe(a=3, b=3).objects)) == 6
+    assert len(list_truncated_options(formula, universe(a=4, b=4).list_objects)) == 10
+    assert len(list_truncated_options(formula, universe(a=3, b=3).list_objects)) == 6
 
 
 def test_truncation_loses_the_last_options_of_small_products() -> None:
     formula = read_condition("(forall (?x - a) (exists (?y - b) (in ?x ?y)))")
-    objects = universe(a=2, b=2).objects
+    objects = universe(a=2, b=2).list_objects
     missing = set(generate_options(formula, objects)) - set(list_truncated_options(formula, objects))
     assert missing == set()
     assert (
-        len(list_truncated_options(formula, universe(a=5, b=2).objects))
-        < count_options(formula, universe(a=5, b=2).objects)
+        len(list_truncated_options(formula, universe(a=5, b=2).list_objects))
+        < count_options(formula, universe(a=5, b=2).list_objects)
         == 32
     )
 
 
 def test_negated_goals_choose_one_condition_of_every_option() -> None:
     formula = read_condition("(imply (or (p a) (and (q a) (r a))) (not (s a)))")
-    found = [list(map(as_list, option)) for option in list_truncated_options(formula, universe().objects)]
+    found = [list(map(as_list, option)) for option in list_truncated_options(formula, universe().list_objects)]
     assert found == [
         [["not", ["p", "a"]], ["not", ["q", "a"]]],
         [["not", ["p", "a"]], ["not", ["r", "a"]]],
@@ -182,4 +182,4 @@ def test_negated_goals_choose_one_condition_of_every_option() -> None:
 def test_unbound_variables_are_an_error() -> None:
     unbound = And((Atom("p", (Variable("x"),)),))
     with pytest.raises(InputError, match="variable x is not bound"):
-        list_truncated_options(unbound, universe().objects)
+        list_truncated_options(unbound, universe().list_objects)
