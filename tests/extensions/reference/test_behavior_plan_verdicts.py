@@ -19,6 +19,7 @@ from benchmarks.behavior.test_plans import (
     test_an_explanation_shows_every_step_and_goal,
 )
 from eai.abilities.action_sequencing.scorer import ActionSequencing
+from eai.extensions.reference import behavior_quirks
 from eai.extensions.reference.behavior_plans import BehaviorActionSequencing
 from eai.results.codec import verdict_to_record_fields
 from sweeps import examples
@@ -28,6 +29,7 @@ SHARED = (test_an_explanation_shows_every_step_and_goal,)
 """Tests of `strict` that are run again with the fixture `scorer` below."""
 
 OTHERWISE = {
+    answer(GOAL_REACHED[0].lower(), *GOAL_REACHED[1:]): "hallucination 0",
     answer("BURN peach_1"): "uncategorised 0",
 }
 """Outcomes that are not those of `strict`."""
@@ -51,6 +53,15 @@ def test_verdicts(steps: list[str], strict: str) -> None:
 def test_a_plan_that_fails_after_reaching_the_goal_succeeds() -> None:
     verdict = REFERENCE.score(answer(*GOAL_REACHED, "COOK plate_1"))
     assert (describe_outcome(verdict), verdict.success) == ("affordance 6", True)
+
+
+def test_partial_success_counts_the_state_that_an_aborted_action_leaves(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    text = answer(*GOAL_REACHED, "BURN peach_1")
+    left = REFERENCE.score(text).partial
+    monkeypatch.setattr(behavior_quirks, "apply_aborted_action", lambda state, action: TASK.initial)
+    assert REFERENCE.score(text).partial != left
 
 
 @pytest.mark.parametrize("text", NEVER_RUN)

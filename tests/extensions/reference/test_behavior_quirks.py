@@ -171,7 +171,9 @@ def test_truncation_loses_the_last_options_of_small_products() -> None:
 
 def test_negated_goals_choose_one_condition_of_every_option() -> None:
     formula = read_condition("(imply (or (p a) (and (q a) (r a))) (not (s a)))")
-    found = [list(map(as_list, option)) for option in list_truncated_options(formula, universe().list_objects)]
+    found = [
+        list(map(as_list, option)) for option in list_truncated_options(formula, universe().list_objects)
+    ]
     assert found == [
         [["not", ["p", "a"]], ["not", ["q", "a"]]],
         [["not", ["p", "a"]], ["not", ["r", "a"]]],

@@ -57,7 +57,7 @@ class BehaviorActionSequencing(ActionSequencing):
     def _make_strict_scorer(self) -> ActionSequencing:
         return ActionSequencing(self.task, domain_in_paper_order(), JsonPlans())
 
-    def _find_final_state(self, execution: Execution) -> State:
+    def _get_final_state(self, execution: Execution) -> State:
         """Return the final state of a plan. An action on which eai-eval crashes is executed in part."""
         trajectory = execution.trajectory
         final, failure = trajectory.final_state, trajectory.failure
@@ -66,7 +66,7 @@ class BehaviorActionSequencing(ActionSequencing):
         return final
 
     def _test_goals(self, execution: Execution) -> tuple[bool, ...]:
-        return self.goals.find_reached(self._find_final_state(execution), ())
+        return self.goals.find_reached(self._get_final_state(execution), ())
 
     def _test_goals_unexecuted(self, execute: PlanExecutor) -> tuple[bool, ...]:
         return self.goals.find_reached(execute(()).trajectory.final_state, ())
