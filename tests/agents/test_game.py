@@ -338,7 +338,9 @@ def test_the_setup_of_a_task_is_made_once(data_store: Store) -> None:
     assert find_setup(task, brief) is not find_setup(task)
     with pytest.raises(InputError, match="has no task"):
         find_setup("behavior/action_sequencing/none")
-    with pytest.raises(InputError, match="only tasks of action_sequencing are played"):
+    with pytest.raises(
+        InputError, match="expected a task of action_sequencing, because only these are played"
+    ):
         find_setup(f"behavior/goal_interpretation/{task_id}")
 
 
@@ -432,7 +434,7 @@ def test_hidden_objects_never_occur_in_a_transcript() -> None:
         ),
         (
             {"observe": "partial", "feedback": "outcome"},
-            "a partial view is told by its facts or changes, not by the outcome alone",
+            "observe=partial needs feedback by facts or changes, because outcomes do not show what is seen",
         ),
         ({"until": "noon"}, "make.until: expected 'goal' or 'done', found 'noon'"),
     ],

@@ -214,7 +214,7 @@ def test_val_is_asked_where_that_is_wanted(
         outcome = eai("generate", "--like", "behavior", "--n", 3, "--val", "--out", tmp_path / verdict)
         assert (outcome.status == 0) == (status == 0)
         assert (tmp_path / verdict / "tasks.jsonl").exists() == (status == 0)
-    assert "VAL says of the certificate: no answer in time; nothing is written" in outcome.err
+    assert "VAL rejects the task's own plan: no answer in time; nothing is written" in outcome.err
     text = (tmp_path / VALID / "tasks.jsonl").read_text()
     assert [json.loads(line) for line in text.splitlines()] == plain
 

@@ -378,7 +378,7 @@ def test_a_planner_plans_for_the_goals_that_it_is_told(data_store: Store, tmp_pa
         (("--ability", "goal_interpretation"), "those of goal_interpretation do not"),
         (
             ("--with", "tasks.adaptive=0.5"),
-            "tasks.adaptive: not with pipeline.goals; adaptive runs choose tasks by",
+            "tasks.adaptive: cannot be combined with pipeline.goals; adaptive runs choose tasks by",
         ),
     ],
 )

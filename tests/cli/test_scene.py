@@ -72,15 +72,17 @@ def test_a_noisy_scene_is_told_counted_and_analysed(eai: Command, data_store: St
         ),
         (
             with_options("scene=image", "scene_args.rate=1"),
-            "perception.scene_args, scene_base_url: expected perception.scene_model",
+            "perception.scene_args, scene_base_url: also give perception.scene_model",
         ),
         (
             (*with_options("scene=image", "images=x"), *CONTINUED),
-            "perception.scene image: not with attempts.replans, slip or until; the scene is only shown at",
+            "perception.scene image: cannot be combined with attempts.replans, "
+            "slip or until; the scene is only shown at",
         ),
         (
             (*with_options("scene=image"), *CONTINUED, "--with", "attempts.feedback_form=chat"),
-            "perception.scene image: not with attempts.replans, slip or until; a chat cannot show pictures",
+            "perception.scene image: cannot be combined with attempts.replans, "
+            "slip or until; a chat cannot show pictures",
         ),
         (
             (*with_options("scene=image"), "--ability", "transition_modeling"),
@@ -88,12 +90,12 @@ def test_a_noisy_scene_is_told_counted_and_analysed(eai: Command, data_store: St
         ),
         (
             with_options("scene=image", "images=x", "clutter=some"),
-            "perception.clutter: applies to schematic pictures",
+            "perception.clutter: has no effect on your own pictures",
         ),
         (with_options("scene=image", "images=nowhere"), "images nowhere: no picture of 1 of 1 tasks"),
         (
             (*with_options("scene=image"), "--set", "official"),
-            "perception.scene image: published prompts tell of scenes in their",
+            "perception.scene image: published prompts show scenes only in their",
         ),
     ],
 )

@@ -31,9 +31,12 @@ def test_a_port_that_is_taken_is_told(eai: Command, tmp_path: Path) -> None:
         ("--tasks moon", "eai: --tasks: 'moon' is not a task of switches acting"),
         (
             "--port 1 --host 0.0.0.0",
-            "eai: --host 0.0.0.0: expected --allow-host NAME, what requests may call this host",
+            "eai: --host 0.0.0.0: also give --allow-host NAME, a host name that requests may use",
         ),
-        ("--with harness=text", "eai: --with harness: it is for models of eai run"),
+        (
+            "--with harness=text",
+            "eai: --with harness: this option is only for models of eai run; leave it out",
+        ),
         ("--tasks both --with view=moon", "eai: agent.view: expected 'task' or 'scene', found 'moon'"),
     ],
 )

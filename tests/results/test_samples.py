@@ -118,7 +118,7 @@ def test_commands_for_one_answer_a_task_refuse_several(tmp_path: Path) -> None:
     with pytest.raises(InputError, match="row 7: identifier '1_1' occurs twice"):
         read_responses(file, TASK_IDS)
     scored(read(file), tmp_path)
-    several = "has several samples a task; reports take one answer a task"
+    several = "has several answers to a task; reports read runs with one answer to each task"
     with pytest.raises(InputError, match=several):
         list(read_runs([tmp_path]))
     twice = tmp_path / "twice"

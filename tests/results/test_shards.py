@@ -101,5 +101,7 @@ def test_shards_with_the_same_errata_version_are_merged(tmp_path: Path) -> None:
 def test_files_of_unequal_shards_are_not_merged(sizes: tuple[int, int], tmp_path: Path) -> None:
     for number, size in enumerate(sizes, 1):
         write_shard(tmp_path, RunShard(number, 2), [make_record_batch(RECORDS[:size])])
-    with pytest.raises(InputError, match=f"expected equal shards, found {sizes[0]}, {sizes[1]} records"):
+    with pytest.raises(
+        InputError, match=f"expected as many records in each shard, found {sizes[0]}, {sizes[1]}"
+    ):
         merge_shards(tmp_path, find_shards(tmp_path)[tmp_path])

@@ -134,7 +134,7 @@ def test_two_studies_that_change_the_same_option_are_refused_with_a_reason() -> 
             }
         )
     assert str(refused.value).count("\n") == 0
-    assert json.dumps(str(refused.value)).count("not with") == 1
+    assert json.dumps(str(refused.value)).count("cannot be combined with") == 1
 
 
 def test_prompts_in_other_words_are_named_and_compared(data_store: Store, tmp_path: Path) -> None:
@@ -190,15 +190,15 @@ def test_subgoals_of_a_chain_need_goals_plans_and_our_prompts(data_store: Store,
     for options, why in (
         (
             "--with pipeline.subgoals=own",
-            "pipeline.subgoals: expected pipeline.goals, for which subgoals are",
+            "pipeline.subgoals: also give pipeline.goals, because subgoals are",
         ),
         (
             "--with pipeline.goals=own --with pipeline.subgoals=own --ability subgoal_decomposition",
-            "pipeline.subgoals: questions of action_sequencing state subgoals, others do not",
+            "pipeline.subgoals: only questions of action_sequencing can state subgoals",
         ),
         (
             "--with pipeline.goals=own --with pipeline.subgoals=own",
-            "pipeline.subgoals: published prompts state no subgoals; ask ours (--set eai)",
+            "pipeline.subgoals: published prompts state no subgoals; use ours (--set eai)",
         ),
     ):
         run = f"run --domain behavior --limit 1 --quiet --model eai/oracle {options} --out @/runs"

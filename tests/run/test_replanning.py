@@ -161,7 +161,10 @@ def test_inspect_takes_the_same_options(
 @pytest.mark.parametrize(
     ("options", "message"),
     [
-        ("--with attempts.feedback=kind", "feedback kind: there is none without attempts.replans"),
+        (
+            "--with attempts.feedback=kind",
+            "feedback kind: has no effect without further attempts; also give attempts.replans",
+        ),
         (
             "--with attempts.replans=1 --with attempts.feedback=state",
             "feedback: state needs the world continue, since a restarted world is in its initial state",

@@ -82,7 +82,7 @@ def test_a_question_states_a_broader_context_after_the_facts(data_store: Store, 
 
 def test_invalid_scene_options_are_refused(data_store: Store) -> None:
     for wrong, message in (
-        ({"scene": "image"}, "published prompts tell of scenes in their own way"),
+        ({"scene": "image"}, "published prompts show scenes only in their own format"),
         ({"scene": "seen"}, "perception.scene: expected 'text', 'image', "),
         ({"scene": "predicted"}, "scene: Inspect tasks have no second model for scenes; use eai run"),
         ({"scene": "image", "noise": "missing=0.1"}, "has no effect with perception.scene image"),
@@ -90,7 +90,8 @@ def test_invalid_scene_options_are_refused(data_store: Store) -> None:
         ({"scene": "noisy", "prompts": "eai", "noise": "mising=1"}, "did you mean missing"),
         (
             {"scene": "numbered", "prompts": "eai", "replans": 1, "world": "continue"},
-            "perception.scene numbered: not with attempts.replans, slip or until; the scene is only ",
+            "perception.scene numbered: cannot be combined with attempts.replans, "
+            "slip or until; the scene is only ",
         ),
         ({"noise": "missing=0.1"}, "has no effect with perception.scene text"),
     ):

@@ -127,15 +127,18 @@ def test_keys_of_servers_are_never_written_to_a_file(tmp_path: Path) -> None:
         ({"perception": {"scene": "noisy", "noise": {"mising": 1}}}, "noise mising=1: expected NAME=NUMBER"),
         (
             {"tasks": {"adaptive": 0.5}, "perception": {"scene": "image"}},
-            "tasks.adaptive: not with perception.scene image; adaptive runs choose tasks by the difficulty ",
+            "tasks.adaptive: cannot be combined with perception.scene image; "
+            "adaptive runs choose tasks by the difficulty ",
         ),
         (
             {"attempts": ONWARD, "perception": {"scene": "rendered"}},
-            "perception.scene rendered: not with attempts.replans, slip or until; the scene is only shown ",
+            "perception.scene rendered: cannot be combined with attempts.replans, "
+            "slip or until; the scene is only shown ",
         ),
         (
             {"attempts": {**ONWARD, "feedback_form": "chat"}, "perception": {"scene": "image"}},
-            "perception.scene image: not with attempts.replans, slip or until; a chat cannot show pictures ",
+            "perception.scene image: cannot be combined with attempts.replans, slip or until; "
+            "a chat cannot show pictures ",
         ),
         (
             {"perception": {"scene": "noisy", "noise": {"missing": 0.1}, "context": "some"}},

@@ -132,5 +132,5 @@ def test_the_command_writes_tables_notes_and_a_plot(tmp_path: Path) -> None:
 
 def test_plain_records_are_refused_by_the_analysis_of_replanning(tmp_path: Path) -> None:
     write_records(tmp_path / "records.jsonl", [replace(TOLD[0], experiment=None)])
-    with pytest.raises(InputError, match="expected records of replanning or slips"):
+    with pytest.raises(InputError, match="found no records of runs with further attempts"):
         list(_analyze_attempts(StudyRecords((tmp_path,)), _ReplanningChoices()))

@@ -116,7 +116,10 @@ def test_a_session_is_one_episode_after_the_other(client: TestClient) -> None:
         ({"task": "os:path/action_sequencing/x"}, "this server has no such benchmark"),
         ({"task": "nonsense"}, "is not a task: expected BENCHMARK/ABILITY/TASK"),
         ({"task": f"{LAMPS}/action_sequencing/dark"}, "lamps has no task 'dark'"),
-        ({"task": f"{LAMPS}/goal_interpretation/light"}, "only tasks of action_sequencing are played"),
+        (
+            {"task": f"{LAMPS}/goal_interpretation/light"},
+            "expected a task of action_sequencing, because only these are played",
+        ),
         ({"split": "test"}, "unknown split 'test': expected one of all"),
         ({"split": "all", "index": 2}, "no task 2 in split all: expected 0 to 1"),
         ({"index": -1}, "no task -1 in split all: expected 0 to 1"),

@@ -77,7 +77,9 @@ class GameSetup:
         if task.plan_exclusion is not None:
             raise InputError(f"{benchmark.name}: {task.id} cannot be played: {task.plan_exclusion}")
         if rules.until == "done" and DONE in benchmark.domain.operator_arities:
-            raise InputError(f"{benchmark.name}: {DONE} is an action, so it cannot end an episode")
+            raise InputError(
+                f"{benchmark.name}: the command {DONE} ends episodes, so no action may have this name"
+            )
         wording = benchmark.observed_wording()
         self.task = task
         self.rules = rules

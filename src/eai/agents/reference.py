@@ -53,7 +53,9 @@ def find_setup(task: str, rules: GameRules = TRAINING) -> GameSetup:
     """
     reference = TaskReference.parse(task)
     if reference.ability is not Ability.ACTION_SEQUENCING:
-        raise InputError(f"{task}: only tasks of {Ability.ACTION_SEQUENCING.value} are played")
+        raise InputError(
+            f"{task}: expected a task of {Ability.ACTION_SEQUENCING.value}, because only these are played"
+        )
     suite = open_reward_suite(reference.benchmark, reference.ability)
     if reference.task_id not in suite.tasks:
         raise InputError(f"{suite.domain} has no task {reference.task_id!r}")

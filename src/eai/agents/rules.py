@@ -85,7 +85,10 @@ class GameRules(Options):
     @model_validator(mode="after")
     def _check_combination(self) -> Self:
         if self.observe == "partial" and self.feedback in OUTCOMES:
-            raise InputError("a partial view is told by its facts or changes, not by the outcome alone")
+            raise InputError(
+                "observe=partial needs feedback by facts or changes, because outcomes "
+                "do not show what is seen"
+            )
         return self
 
 

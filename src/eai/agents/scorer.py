@@ -45,7 +45,7 @@ _TOO_LATE = "too_late"
 
 def _get_benchmark(world: AbilityWorld) -> Benchmark:
     if not isinstance(world.benchmark, Benchmark):
-        raise TypeError("acting needs the benchmark of a world")
+        raise TypeError("acting needs a world that was opened with its benchmark")
     return world.benchmark
 
 

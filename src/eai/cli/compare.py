@@ -64,7 +64,7 @@ def compare(
     if not shared:
         hint = " by equal rules of the game" if any(place.rules for place in (*before, *after)) else ""
         raise InputError(
-            f"{first} and {second}: no domain, ability and protocol that both have records of{hint}"
+            f"{first} and {second}: found no records of equal domain, ability and protocol in both{hint}"
         )
     for place in before.keys() ^ after.keys():
         print_note(f"only one side has {place}")
@@ -73,7 +73,7 @@ def compare(
         one, other = before[place], after[place]
         comparison = compare_runs(one.records, other.records)
         if not comparison.tasks:
-            raise InputError(f"{first} and {second}: no task of {place} that both have scored answers to")
+            raise InputError(f"{first} and {second}: found no task of {place} with a scored answer in both")
         if as_json:
             printed.append(_comparison_to_json(one, other, comparison))
             continue

@@ -94,7 +94,7 @@ def _put_nested_value(table: dict[str, Any], places: Sequence[str], value: objec
     for place in outer:
         table = table.setdefault(place, {})
         if not isinstance(table, dict):
-            raise InputError(f"{'.'.join(places)}: {place} is no table")
+            raise InputError(f"{'.'.join(places)}: {place} is an option, not a section of options")
     table[last] = value
 
 

@@ -106,7 +106,7 @@ def generate_tasks(
     """
     validator = find_val_program() if val else None
     if kind.is_over_time and val:
-        raise InputError(f"--val: VAL knows no goals over time; leave out --kind {kind.value}")
+        raise InputError(f"--val: VAL cannot check goals over time; leave out --kind {kind.value}")
     benchmark = find_benchmark(like)
     with open_data_source(data) as source:
         tasks = benchmark.tasks(source)
@@ -213,7 +213,7 @@ def _validate_certificates(val: Path, domain: Domain, tasks: Sequence[Task]) -> 
         for task in bar.track(tasks, description="validating"):
             verdict = validate_with_val(val, domain, task, task.script)
             if verdict != VALID:
-                raise EaiError(f"{task.id}: VAL says of the certificate: {verdict}; nothing is written")
+                raise EaiError(f"{task.id}: VAL rejects the task's own plan: {verdict}; nothing is written")
 
 
 def _parse_range(text: str) -> tuple[float, float]:

@@ -162,7 +162,7 @@ def read_outside_agent_setting(settings: Sequence[str]) -> AgentSetting:
 
     chosen = apply_settings(AGENT, AgentSetting, settings)
     for name in sorted(chosen.model_fields_set & {"harness", "tokens", "seconds"}):
-        raise InputError(f"{SETTING} {name}: it is for models of eai run")
+        raise InputError(f"{SETTING} {name}: this option is only for models of eai run; leave it out")
     return chosen
 
 

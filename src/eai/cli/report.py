@@ -159,7 +159,7 @@ def make_explorer_background(
         InputError: Pictures are wanted, and the data set is not installed.
     """
     if pictures and not is_stored(source, domain):
-        raise InputError("--pictures: the data set is not at hand; eai data fetch obtains it")
+        raise InputError("--pictures: the data set is not on this machine; eai data fetch downloads it")
     known = domain in own or (domain in list_benchmarks() and is_stored(source, domain))
     words = (
         _make_prompt_background(own.get(domain) or find_benchmark(domain), source)

@@ -142,7 +142,7 @@ def score(
         workers=workers, explanations=explanations, allow_missing=allow_missing, look_back=look_back
     )
     if shard is not None and out is None:
-        raise InputError("--shard writes records to be merged: say where, with --out")
+        raise InputError("--shard: also give --out, the folder in which the shards are merged")
     if goals is not None and ability is not None:
         from eai.studies.pipeline.stage_one import check_ability_states_goals
 

@@ -70,7 +70,7 @@ def mcp(
         raise InputError(f"--tasks: expected one task, found {len(ids):,}; several need --port and tickets")
     names = allow_host or ([_LOOPBACK[host]] if host in _LOOPBACK else [])
     if port is not None and not names:
-        raise InputError(f"--host {host}: expected --allow-host NAME, what requests may call this host")
+        raise InputError(f"--host {host}: also give --allow-host NAME, a host name that requests may use")
     places = [(task_id, epoch + 1) for task_id in ids for epoch in range(tickets)]
     listener = None if port is None else listen(host, port)
     with open_episode_server(out, suite, places, setting, agent) as worlds:

@@ -59,7 +59,7 @@ def check(
         _print_overlap(against, path, data, as_json=as_json)
     elif split is not None:
         if not secret:
-            raise InputError("--split: expected --secret, or EAI_SECRET")
+            raise InputError("--split: also give --secret, or set EAI_SECRET")
         folder = Path(path)
         findings = [
             Finding(str(folder / split), problem) for problem in check_secret_set(folder, split, secret)

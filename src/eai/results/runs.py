@@ -179,7 +179,10 @@ def read_runs(paths: Iterable[Path]) -> Iterator[Run]:
             sources[key] = path
             task_id, times = Counter(record.task_id for record in records).most_common(1)[0]
             if times > 1 and records[0].sample is not None:
-                raise InputError(f"{path}: {key} has several samples a task; reports take one answer a task")
+                raise InputError(
+                    f"{path}: {key} has several answers to a task; reports read runs with "
+                    "one answer to each task"
+                )
             if times > 1:
                 raise InputError(f"{path}: the run {key} has {times} records of task {task_id}; keep one")
             yield Run(key, tuple(records), _open_log_samples(path))

@@ -185,7 +185,7 @@ class RunSpec(Options):
         choice = self.variation.choice
         if self.tasks.adaptive and choice:
             reason = "adaptive runs choose tasks by the difficulty of plain questions"
-            raise InputError(f"tasks.adaptive: not with {choice}; {reason}")
+            raise InputError(f"tasks.adaptive: cannot be combined with {choice}; {reason}")
         return self
 
     @property

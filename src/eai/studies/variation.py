@@ -194,7 +194,7 @@ def combine_variations(variations: Iterable[VariationOptions]) -> VariationOptio
     for one, other in permutations(chosen, 2):
         reason = one.find_contradiction(other)
         if reason:
-            raise InputError(f"{one.choice}: not with {other.choice}; {reason}")
+            raise InputError(f"{one.choice}: cannot be combined with {other.choice}; {reason}")
     return chosen[0] if len(chosen) == 1 else _CombinedVariation(chosen=tuple(chosen))
 
 
@@ -238,7 +238,7 @@ class _CombinedVariation(VariationOptions):
         first, *others = [variation.select_abilities(named) for variation in self.chosen]
         shared = [ability for ability in first if all(ability in abilities for abilities in others)]
         if not shared:
-            raise InputError(f"{self.choice}: these studies share no ability")
+            raise InputError(f"{self.choice}: no ability supports all of these studies")
         return shared
 
     def make_stage(

@@ -52,7 +52,7 @@ def test_an_adaptive_run_ends_at_the_target_error_and_resumes_after_an_interrupt
         ),
         (
             ("--with", "attempts.replans=2"),
-            "not with attempts.replans, slip or until; ",
+            "cannot be combined with attempts.replans, slip or until; ",
         ),
     ],
 )

@@ -120,7 +120,7 @@ def test_pictures_come_from_the_data_set(data_store: Store, tmp_path: Path) -> N
     assert len(answer["P"]) == len(answer["s"]) + 1
     assert max(answer["P"]) < len(data["scenes"])
     refused = RUNNER.invoke(app, [*command, str(tmp_path / "out"), "--data", str(tmp_path / "none")])
-    assert "--pictures: the data set is not at hand" in str(refused.exception)
+    assert "--pictures: the data set is not on this machine" in str(refused.exception)
 
 
 def test_the_number_of_pictures_is_printed_as_json(

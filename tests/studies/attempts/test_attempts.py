@@ -49,7 +49,10 @@ def test_options_of_attempts_give_the_attempts_and_their_label(
 @pytest.mark.parametrize(
     ("choices", "complaint"),
     [
-        ({"feedback": "kind"}, "attempts.feedback kind: there is none without attempts.replans"),
+        (
+            {"feedback": "kind"},
+            "attempts.feedback kind: has no effect without further attempts; also give attempts.replans",
+        ),
         ({"replans": 1, "feedback": "explaned"}, "attempts.feedback: expected 'none', 'kind', "),
         ({"world": "restarted"}, "attempts.world: expected 'restart' or 'continue', found 'restarted'"),
         ({"feedback_form": "letter"}, "attempts.feedback_form: expected 'prompt' or 'chat'"),

@@ -76,7 +76,7 @@ def test_errors_at_a_rate_also_occur_at_a_higher_rate(kind: str) -> None:
         (["missing"], "noise missing: expected NAME=NUMBER"),
         (["missing=x"], "noise missing=x: expected a number, not 'x'"),
         (["missing=1.5"], "noise: expected missing from 0 to 1, not 1.5"),
-        (["missing=0.6", "misplaced=0.6"], "noise: expected missing + misplaced of at most 1"),
+        (["missing=0.6", "misplaced=0.6"], "noise: the sum of missing and misplaced must be at most 1"),
         (["seed=0.5"], "noise seed=0.5: expected a whole number"),
     ],
 )

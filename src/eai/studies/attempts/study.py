@@ -331,7 +331,10 @@ class _ReplanningOptions(VariationOptions):
         """
         for ability in named:
             if ability is not Ability.ACTION_SEQUENCING:
-                raise InputError(f"--ability {ability.value}: only plans are carried out, attempt by attempt")
+                raise InputError(
+                    f"--ability {ability.value}: further attempts are only made at plans; "
+                    "choose action_sequencing"
+                )
         return [Ability.ACTION_SEQUENCING]
 
     @property
@@ -346,7 +349,10 @@ class _ReplanningOptions(VariationOptions):
             return scripted
         feedback = self.feedback or ("explained" if self.replans else "none")
         if feedback != "none" and not self.replans:
-            raise InputError(f"attempts.feedback {feedback}: there is none without attempts.replans")
+            raise InputError(
+                f"attempts.feedback {feedback}: has no effect without further attempts; "
+                "also give attempts.replans"
+            )
         continues = self.world == "continue" and bool(self.replans)
         options = AttemptOptions(
             self.replans,
@@ -389,7 +395,8 @@ def _analyze_attempts(records: StudyRecords, chosen: _ReplanningChoices) -> Iter
     groups = list(group_comparable_runs(acting).values())
     if not groups:
         raise InputError(
-            "expected records of replanning or slips, found none; eai run --with attempts.replans=3 does"
+            "found no records of runs with further attempts or slips; eai run "
+            "--with attempts.replans=3 makes some"
         )
     for group in groups:
         key = group[0].key

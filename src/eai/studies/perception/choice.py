@@ -103,7 +103,9 @@ class SceneOptions(VariationOptions):
             if given is not None and not fits:
                 raise InputError(f"perception.{name}: has no effect with {how}; leave it out")
         if self.images is not None and self.clutter is not None:
-            raise InputError("perception.clutter: applies to schematic pictures, not to perception.images")
+            raise InputError(
+                "perception.clutter: has no effect on your own pictures (perception.images); leave it out"
+            )
         if self.scene == "predicted" and self.scene_model is None:
             raise InputError(
                 f"{how}: expected perception.scene_model, which lists the scene; eai/captioner is built in"
@@ -111,7 +113,9 @@ class SceneOptions(VariationOptions):
         if self.scene == "noisy" and self.noise is None:
             raise InputError(f"{how}: expected rates of errors, such as perception.noise.missing=0.1")
         if self.scene_model is None and (self.scene_args or self.scene_base_url is not None):
-            raise InputError("perception.scene_args, scene_base_url: expected perception.scene_model")
+            raise InputError(
+                "perception.scene_args, scene_base_url: also give perception.scene_model, their model"
+            )
         return self
 
     @property

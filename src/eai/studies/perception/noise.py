@@ -53,7 +53,7 @@ class PerceptionNoise:
             if not 0 <= rate <= 1:
                 raise InputError(f"noise: expected {name} from 0 to 1, not {rate:g}")
         if self.missing + self.misplaced > 1:
-            raise InputError("noise: expected missing + misplaced of at most 1")
+            raise InputError("noise: the sum of missing and misplaced must be at most 1")
 
     @property
     def error_rates(self) -> dict[str, float]:

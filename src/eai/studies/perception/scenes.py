@@ -250,8 +250,8 @@ def _refuse_published_prompts(choice: SceneOptions, library: PromptLibrary, suit
     if library.prompts == "official" and published:
         scene = choice.scene
         raise InputError(
-            f"perception.scene {scene}: published prompts tell of scenes in their own way; "
-            "ask ours (--set eai, in Inspect -T prompts=eai)"
+            f"perception.scene {scene}: published prompts show scenes only in their own format; "
+            "use ours (--set eai, in Inspect -T prompts=eai)"
         )
 
 

@@ -338,7 +338,9 @@ def analyze_pipelines(records: StudyRecords, goals: Path | None, *, search: bool
         _make_pipeline_pair(*two, records.source, goals, search=search) for two in _pair_runs(records, runs)
     ]
     if not pairs and not chains:
-        raise InputError("expected a pipeline beside a plain run of its model, domain, ability and protocol")
+        raise InputError(
+            "expected a pipeline and a plain run of the same model, domain, ability and protocol"
+        )
     for (suite, chain), of_kind in group_pairs(
         ((pair.suite, pair.pipeline_label), pair) for pair in pairs
     ).items():

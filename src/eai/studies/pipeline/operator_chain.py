@@ -121,7 +121,8 @@ class _OperatorChain:
         task, transition = self.plans.tasks[task_id], scorer.task
         if any(step.action not in actions or step.action not in transition.gold for step in plan):
             raise InputError(
-                f"task {task_id}: the record's plan is not of its answer's operators; score again"
+                f"task {task_id}: the plan in the record has operators that the answer "
+                "lacks; score the answer again"
             )
         steps = to_gold_steps(transition, actions, plan)
         arities = [len(transition.gold[step.action].parameters) for step in plan]

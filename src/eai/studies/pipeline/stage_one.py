@@ -212,7 +212,7 @@ def find_listed_subgoals(stage: FirstStage, endpoint: Endpoint, suite: Suite) ->
         InputError: published prompts cannot state subgoals.
     """
     if stage.library.prompts == "official" and suite.benchmark.data.prompts is not None:
-        raise InputError("pipeline.subgoals: published prompts state no subgoals; ask ours (--set eai)")
+        raise InputError("pipeline.subgoals: published prompts state no subgoals; use ours (--set eai)")
     key = (endpoint.model, suite.domain)
     if key not in stage.found_beliefs:
         subgoal_suite = open_suite(

@@ -39,7 +39,9 @@ class _PipelineOptions(VariationOptions):
     @model_validator(mode="after")
     def _check_goals(self) -> Self:
         if self.subgoals is not None and self.goals is None:
-            raise InputError("pipeline.subgoals: expected pipeline.goals, for which subgoals are listed")
+            raise InputError(
+                "pipeline.subgoals: also give pipeline.goals, because subgoals are listed for these goals"
+            )
         return self
 
     @property
@@ -74,9 +76,7 @@ class _PipelineOptions(VariationOptions):
         if self.subgoals is None:
             return chosen
         if Ability.ACTION_SEQUENCING not in chosen:
-            raise InputError(
-                "pipeline.subgoals: questions of action_sequencing state subgoals, others do not"
-            )
+            raise InputError("pipeline.subgoals: only questions of action_sequencing can state subgoals")
         return [Ability.ACTION_SEQUENCING]
 
     def make_stage(
