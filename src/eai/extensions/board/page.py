@@ -16,6 +16,7 @@ from dataclasses import dataclass, replace
 from datetime import date
 from functools import cache
 from html import escape
+from itertools import compress
 from pathlib import Path
 
 from pydantic import Field
@@ -275,24 +276,29 @@ _HEADINGS_AFTER = (
 def _format_ranking_html(table: Ranking, submissions: Mapping[str, _ScoredSubmission]) -> str:
     columns = sorted(table.columns, key=lambda column: column != table.primary)
     headings = [f"{column.group}: {column.label}" if column.group else column.label for column in columns]
-    head = "".join(
-        f"<th>{escape(heading)}</th>" for heading in (*_HEADINGS_BEFORE, *headings, *_HEADINGS_AFTER)
+    rows = [_list_row_cells(row, columns, table, submissions) for row in table.rows]
+    used = [any(cell not in ("", _NO_NUMBER) for cell in column) for column in zip(*rows, strict=True)]
+    names = map(escape, (*_HEADINGS_BEFORE, *headings, *_HEADINGS_AFTER))
+    head = "".join(f"<th>{name}</th>" for name in compress(names, used))
+    body = "".join(
+        _format_cells_html(compress(cells, used), "" if row.source == "run" else ' class="other"')
+        for row, cells in zip(table.rows, rows, strict=True)
     )
-    body = "".join(_format_row_html(row, columns, table, submissions) for row in table.rows)
     notes = "".join(f"<li>{escape(note)}</li>" for note in table.notes)
-    rows = f"<table><thead><tr>{head}</tr></thead><tbody>{body}</tbody></table>"
+    shown = f"<table><thead><tr>{head}</tr></thead><tbody>{body}</tbody></table>"
     return (
         f"<p>{escape(table.make_table().definition)}. In brackets: 95 % intervals.</p>"
-        f'<div class="wide" tabindex="0">{rows}</div><ol>{notes}</ol>'
+        f'<div class="wide" tabindex="0">{shown}</div><ol>{notes}</ol>'
     )
 
 
-def _format_row_html(
+def _list_row_cells(
     row: RankedModel,
     columns: Sequence[MetricColumn],
     table: Ranking,
     submissions: Mapping[str, _ScoredSubmission],
-) -> str:
+) -> list[str]:
+    """Return the HTML of a row's cells, with an empty text or a dash for an unknown value."""
     submission = submissions[row.model] if row.source == "run" else None
     rank = _NO_NUMBER if row.rank is None else str(row.rank)
     numbers = [_format_score_html(row.cells[column], table) for column in columns]
@@ -300,9 +306,7 @@ def _format_row_html(
     protocol, marks = table.protocol.value, _format_note_marks(table.number_notes(row.notes))
     if submission is None:
         model = f"{escape(row.model)}{marks} <small>{escape(row.source)}</small>"
-        return _format_cells_html(
-            [rank, model, *numbers, answered, *[""] * 6, protocol, "", ""], ' class="other"'
-        )
+        return [rank, model, *numbers, answered, *[""] * 6, protocol, "", ""]
     model = f'<a href="#{escape(submission.name)}">{escape(submission.description.model)}</a>{marks}'
     said = [
         escape(_read_prompt_set(submission.specification)),
@@ -311,7 +315,7 @@ def _format_row_html(
         _describe_errata(submission, table),
         _format_logs_link(submission),
     ]
-    return _format_cells_html([rank, model, *numbers, answered, *said])
+    return [rank, model, *numbers, answered, *said]
 
 
 def _format_cells_html(cells: Iterable[str], attributes: str = "") -> str:
