@@ -35,7 +35,7 @@ from eai.benchmarks.behavior_1k.scene import ANY_OTHER
 from eai.benchmarks.prompt_library import PromptLibrary
 from eai.benchmarks.suite import open_suite
 from eai.logic.traversal import walk_subformulas
-from eai.pddl.export import export
+from eai.pddl.export import export_domain_and_problem
 from eai.pddl.val import VALID, find_val_program, run_val
 from eai.tasks.source import Source, TaskSet
 from eai.tasks.task import Task
@@ -383,8 +383,8 @@ def validate(tasks: TaskSet[Task], chosen: Sequence[str], domain: Domain) -> int
     verdicts: Counter[str] = Counter()
     for task in map(tasks.__getitem__, chosen):
         if task.script:
-            exported = export(domain, task.initial, [goal.formula for goal in task.goals])
-            steps = [exported.step(action) for action in task.script]
+            exported = export_domain_and_problem(domain, task.initial, [goal.formula for goal in task.goals])
+            steps = [exported.to_pddl_step(action) for action in task.script]
             whole = run_val(program, exported.domain, exported.problem, steps)
             verdicts[f"gold plan: {whole}"] += 1
             without = ""

@@ -35,7 +35,7 @@ from eai.benchmarks.generator.spec import GeneratedTask, PlanLengthTier, TaskKin
 from eai.benchmarks.registry import PAPER_BENCHMARKS, find_benchmark
 from eai.cli.generate import validate_with_val
 from eai.pddl.val import find_val_program
-from eai.tasks.goal_test import solves
+from eai.tasks.goal_test import solves_task
 from eai.tasks.source import Source
 from eai.tasks.task import Task
 from eai.tasks.task_files import open_task_files
@@ -97,7 +97,7 @@ def measure_opening(file: Path, domain: Domain) -> dict[str, object]:
     """Return the cost of opening a set."""
     before = resource.getrusage(resource.RUSAGE_SELF).ru_maxrss
     start = time.process_time()
-    tasks = open_task_files(file).tasks(domain)
+    tasks = open_task_files(file).open_tasks(domain)
     ready = time.process_time()
     tasks[next(iter(tasks))]
     return {
@@ -116,9 +116,10 @@ def find_set_faults(file: Path, like: str) -> dict[str, object]:
     prints, wrong, steps = Counter[tuple[str, str]](), Counter[str](), 0
     for task in _tasks(file, domain):
         prints[fingerprint_task(task)] += 1
-        wrong["certificates not accepted"] += not solves(domain, task, task.script)
+        wrong["certificates not accepted"] += not solves_task(domain, task, task.script)
         wrong["solved with a step left out"] += any(
-            solves(domain, task, (*task.script[:i], *task.script[i + 1 :])) for i in range(len(task.script))
+            solves_task(domain, task, (*task.script[:i], *task.script[i + 1 :]))
+            for i in range(len(task.script))
         )
         wrong["steps of an unknown kind"] += sum(map(len, _unknown(task, prior)))
         steps += len(task.script)
@@ -146,4 +147,4 @@ def validate_certificates(file: Path, like: str, number: int) -> dict[str, objec
 
 
 def _tasks(file: Path, domain: Domain) -> Iterator[Task]:
-    yield from open_task_files(file).tasks(domain).values()
+    yield from open_task_files(file).open_tasks(domain).values()

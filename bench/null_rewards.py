@@ -38,7 +38,7 @@ from eai.benchmarks.prompt_library import PromptLibrary
 from eai.benchmarks.random_answers import open_random_answers
 from eai.benchmarks.suite import Suite, open_suite
 from eai.logic.formula import And, Atom, Variable
-from eai.pddl.model import Add, Both
+from eai.pddl.model import Add, AndEffect
 from eai.pddl.writer import write_action
 from eai.results.reward import Reward, Shaping
 from eai.tasks.source import Source
@@ -92,7 +92,7 @@ def all_operators(suite: Suite, task_id: str) -> str:
     """Return operators whose preconditions and effects have every predicate of their parameters."""
     task = suite.benchmark.operators(suite.source)[task_id]
     written = []
-    for operator in task.gold.values():
+    for operator in task.gold_operators.values():
         names = [Variable(each.name) for each in operator.parameters]
         atoms = tuple(
             [
@@ -101,7 +101,7 @@ def all_operators(suite: Suite, task_id: str) -> str:
                 for terms in product(names, repeat=len(predicate.parameters))
             ]
         )
-        effect = Both(tuple(map(Add, atoms)))
+        effect = AndEffect(tuple(map(Add, atoms)))
         written.append(write_action(replace(operator, precondition=And(atoms), effect=effect)))
     return join_operators_as_answer(written)
 

@@ -22,7 +22,7 @@ from bench.record import add_write_option, write_figures
 from eai.benchmarks.registry import find_benchmark
 from eai.planning.exclusion import ExclusionRules
 from eai.planning.possible import PossibleFacts
-from eai.planning.subgoal import GroundAtom, Subgoal, conjuncts
+from eai.planning.subgoal import GroundAtom, Subgoal, split_conjuncts
 from eai.tasks.source import Source
 from eai.tasks.task import Task
 from eai.world.derived import DefinedPredicate
@@ -51,7 +51,7 @@ class _Possible(PossibleFacts):
     def count_literals(self) -> int:
         return super().count_literals() + len(self._placed)
 
-    def atom(self, predicate: str, arguments: tuple[int, ...], truth: bool) -> bool:
+    def may_atom_hold(self, predicate: str, arguments: tuple[int, ...], truth: bool) -> bool:
         if predicate in FREE:
             return True
         if predicate in SUPPORTS:
@@ -60,7 +60,7 @@ class _Possible(PossibleFacts):
         derived = self.domain.vocabulary.derived_by_name.get(predicate)
         if isinstance(derived, DefinedPredicate) and derived.values is not None:
             return True
-        return super().atom(predicate, arguments, truth)
+        return super().may_atom_hold(predicate, arguments, truth)
 
     def add(self, fact: Fact) -> None:
         if fact.predicate in SUPPORTS:
@@ -97,7 +97,7 @@ def _literals(task: Task) -> Iterator[GroundAtom]:
     """Return the facts that the goals require in any case, and the facts that they forbid."""
     scene = task.scene
     for goal in task.goals:
-        for formula, scope, truth in conjuncts(Subgoal(goal.formula, {}, True), scene):
+        for formula, scope, truth in split_conjuncts(Subgoal(goal.formula, {}, True), scene):
             if isinstance(formula, f.Atom):
                 indices = (scope.get(t.name, scene.index.get(t.name, -1)) for t in formula.arguments)
                 yield GroundAtom(formula.predicate, tuple(indices), truth)
@@ -121,7 +121,7 @@ def main() -> int:
         possible = _Possible(benchmark.domain, task.initial, task.relevant)
         never = [goal for goal in task.goals if not possible.holds(goal.formula, {})]
         shown = "; ".join(str(goal.formula) for goal in never)
-        if not never and rules.make_exclusion_prover(task.initial).excludes(_literals(task)):
+        if not never and rules.make_exclusion_prover(task.initial).are_exclusive(_literals(task)):
             never, shown = list(task.goals), "its facts exclude each other"
         proved += bool(never)
         print(f"{task.id}: {'out of reach' if never else 'open'} {shown}"[:200], flush=True)

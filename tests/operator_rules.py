@@ -8,4 +8,4 @@ from eai.tasks.operator_task import TransitionTask
 
 def gold_answer(task: TransitionTask) -> str:
     """Return the data set's gold operators as an answer."""
-    return join_operators_as_answer(task.domain.operators[name].pddl for name in task.operators)
+    return join_operators_as_answer(task.domain.operators[name].write_pddl for name in task.operators)

@@ -20,9 +20,9 @@ from eai.abilities.protocol import Ability
 from eai.abilities.trial import Trial
 from eai.benchmarks.prompt_library import PromptLibrary
 from eai.benchmarks.suite import open_suite
-from eai.tasks.prompts.prompt import Belief, Prompt
+from eai.tasks.prompts.prompt import Prompt, TaskBelief
 from eai.tasks.task import Task, goal
-from eai.tasks.wording import Wording
+from eai.tasks.wording import SuiteWording
 from raising import BOOM, RAISING
 
 ACTIONS = Ability.ACTION_SEQUENCING
@@ -58,7 +58,7 @@ def questions(
     scorer = SUITE.scorer(task_id)
     assert isinstance(scorer, ActionSequencing)
     trial = Trial(scorer, chosen)
-    asks = asker or QuestionWriter({task_id: PLAIN}.__getitem__, Wording.of_domain(DOMAIN))
+    asks = asker or QuestionWriter({task_id: PLAIN}.__getitem__, SuiteWording.from_domain(DOMAIN))
     found = [asks.write_question(trial)]
     for text in answers:
         trial.try_answer(text)
@@ -88,7 +88,7 @@ def test_a_task_is_tried_again_after_its_scorer_raised(feedback: FeedbackLevel) 
     assert isinstance(scorer, ActionSequencing)
     world: AttemptStart = "continue" if feedback == "state" else "restart"
     trial = Trial(scorer, AttemptOptions(1, feedback=feedback, world=world))
-    asker = QuestionWriter({"both": PLAIN}.__getitem__, Wording.of_domain(DOMAIN))
+    asker = QuestionWriter({"both": PLAIN}.__getitem__, SuiteWording.from_domain(DOMAIN))
     trial.try_answer(BOOM)
     assert ("could not be judged" in asker.write_question(trial).user) == (feedback in ("kind", "explained"))
     assert "OverflowError" not in asker.write_question(trial).user
@@ -174,7 +174,7 @@ def test_the_question_in_a_continued_world_describes_the_present_state() -> None
 
 def test_actions_already_taken_are_not_requested_again() -> None:
     chosen = AttemptOptions(1, "continue", "state")
-    asks = QuestionWriter({"greet": PLAIN}.__getitem__, Wording.of_domain(DOMAIN))
+    asks = QuestionWriter({"greet": PLAIN}.__getitem__, SuiteWording.from_domain(DOMAIN))
     _, second = questions(chosen, [plan("WAVE")], asks, "greet")
     assert second.user.partition("in this order:\n")[2].splitlines()[0] == "PRESS"
     library = PromptLibrary("eai")
@@ -195,7 +195,7 @@ def test_feedback_is_about_the_goals_that_the_question_stated(
     lit = [w.Atom("lit", (w.Constant(name),)) for name in ("lamp", "moon")]
     stated = replace(SUITE.tasks["both"], goals=tuple(map(goal, lit)))
     trial = Trial(scorer, AttemptOptions(1, world, "explained", form), stated=stated)
-    asks = QuestionWriter({"both": PLAIN}.__getitem__, Wording.of_domain(DOMAIN))
+    asks = QuestionWriter({"both": PLAIN}.__getitem__, SuiteWording.from_domain(DOMAIN))
     trial.try_answer(plan(LAMP))
     question = asks.write_question(trial)
     added = question.user.removeprefix(PLAIN.user.rstrip()) + "".join(reply for _, reply in question.turns)
@@ -211,8 +211,8 @@ def test_the_question_describes_the_perceived_scene() -> None:
     """The metadata of the question describe the perceived scene as well."""
     library = PromptLibrary("eai")
 
-    def look(task: Task, attempt: int) -> tuple[Belief, dict[str, str]]:
-        return Belief(task, initial=f"seen before attempt {attempt}\n$initial"), {"scene": str(attempt)}
+    def look(task: Task, attempt: int) -> tuple[TaskBelief, dict[str, str]]:
+        return TaskBelief(task, initial=f"seen before attempt {attempt}\n$initial"), {"scene": str(attempt)}
 
     asks = library.make_question_writer(SWITCHES, ACTIONS, library.open(SWITCHES, ACTIONS), look)
     _, second = questions(AttemptOptions(1, "continue", "state"), [plan(SHED)], asks)

@@ -56,7 +56,7 @@ def test_each_published_operator_has_an_action_with_the_same_number_of_objects(
         hands = ("",) if action in arities else ("RIGHT_", "LEFT_")
         for hand in hands:
             assert arities[f"{hand}{action}"] == len(positions), operator
-        assert max(positions, default=0) < len(read_action(text.pddl).parameters), operator
+        assert max(positions, default=0) < len(read_action(text.write_pddl).parameters), operator
 
 
 def test_classes_in_virtualhome_problems_mean_the_objects_of_plans(data_store: Store) -> None:

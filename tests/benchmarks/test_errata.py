@@ -23,7 +23,7 @@ from eai.benchmarks.registry import find_benchmark
 from eai.benchmarks.suite import Suite, open_suite
 from eai.logic.formula import Atom, Constant
 from eai.logic.traversal import walk_subformulas
-from eai.pddl.check import Violation, check_problem
+from eai.pddl.check import PddlViolationKind, check_problem
 from eai.pddl.planning import PlannerChoice
 from eai.results.batch import score_run
 from eai.results.options import ScoringOptions
@@ -236,7 +236,7 @@ def check_models_were_asked_for_scored_operators(entry: _Erratum, store: Store, 
 
 
 def check_problem_has_an_undeclared_object(entry: _Erratum, store: Store) -> None:
-    for choice, offences in ((NONE, {Violation.UNDECLARED_CONSTANT}), (CURRENT, set())):
+    for choice, offences in ((NONE, {PddlViolationKind.UNDECLARED_CONSTANT}), (CURRENT, set())):
         tasks = find_benchmark("behavior").operators(Source(store, errata=choice))
         for task_id in entry.tasks:
             task = tasks[task_id]

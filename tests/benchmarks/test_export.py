@@ -12,8 +12,8 @@ from eai.benchmarks.behavior.domain import domain_in_paper_order as behavior
 from eai.benchmarks.behavior.tasks import BehaviorTasks
 from eai.benchmarks.virtualhome.domain import domain_in_paper_order as virtualhome
 from eai.benchmarks.virtualhome.tasks import VirtualHomeTasks
-from eai.pddl.execute import Executor, PddlState
-from eai.pddl.export import export
+from eai.pddl.execute import PddlPlanExecutor, PddlState
+from eai.pddl.export import export_domain_and_problem
 from eai.pddl.fast_downward import FastDownward
 from eai.pddl.planning import PlannerOutcome, PlanningTask
 from eai.tasks.task import GoalKind, Task
@@ -35,9 +35,9 @@ def compare_engines(domain: Domain, task: Task) -> tuple[int, list[frozenset[str
     After a difference, the PDDL executor continues from the engine's state. A step that the engine does not
     execute must not be applicable.
     """
-    exported = export(domain, task.initial, [goal.formula for goal in task.goals])
-    executor = Executor(exported.domain, exported.problem)
-    state: PddlState = executor.initial
+    exported = export_domain_and_problem(domain, task.initial, [goal.formula for goal in task.goals])
+    executor = PddlPlanExecutor(exported.domain, exported.problem)
+    state: PddlState = executor.initial_state
     static = state - exported.state(task.initial)
     executed, differing = 0, []
     past = History(task.initial)
@@ -46,7 +46,7 @@ def compare_engines(domain: Domain, task: Task) -> tuple[int, list[frozenset[str
         if operator is None or operator.arity != len(action.arguments):
             break
         outcome = attempt_action(domain, past, action)
-        reached = executor.successor(state, exported.step(action))
+        reached = executor.execute_step(state, exported.to_pddl_step(action))
         if isinstance(outcome, Fault):
             assert isinstance(reached, str), action
             if outcome.kind is FaultKind.ADDITIONAL_STEP:
@@ -78,7 +78,7 @@ def test_exported_virtualhome_operators_agree_with_the_engine(virtualhome_tasks:
 
 def test_the_export_of_virtualhome_leaves_nothing_out(virtualhome_tasks: VirtualHomeTasks) -> None:
     (task,) = draw_tasks(virtualhome_tasks, 1)
-    assert export(virtualhome(), task.initial, ()).unsupported == ()
+    assert export_domain_and_problem(virtualhome(), task.initial, ()).unsupported == ()
 
 
 def find_planner() -> FastDownward:
@@ -90,10 +90,12 @@ def find_planner() -> FastDownward:
 
 def assert_plan_works(domain: Domain, task: Task, objects: int | None) -> None:
     """Fail unless Fast Downward's plan for the exported task reaches the goal in the engine."""
-    exported = export(domain, task.initial, [goal.formula for goal in task.goals], objects=objects)
+    exported = export_domain_and_problem(
+        domain, task.initial, [goal.formula for goal in task.goals], objects=objects
+    )
     result = find_planner().solve(PlanningTask(exported.domain, exported.problem))
     assert result.outcome is PlannerOutcome.SOLVED, result.detail
-    trajectory = execute_plan(domain, task.initial, [exported.action(step) for step in result.plan])
+    trajectory = execute_plan(domain, task.initial, [exported.to_action(step) for step in result.plan])
     assert trajectory.failure is None
     assert trajectory.additional_steps == 0
     goals = [goal for goal in task.goals if goal.kind is not GoalKind.ACTION]

@@ -19,7 +19,7 @@ from eai.benchmarks.benchmark import Benchmark
 from eai.benchmarks.prompt_library import PromptLibrary
 from eai.benchmarks.registry import find_benchmark
 from eai.benchmarks.virtualhome.tasks import VirtualHomeTasks
-from eai.tasks.prompts.prompt import Belief
+from eai.tasks.prompts.prompt import TaskBelief
 from eai.tasks.source import Source
 from eai.tasks.task import Task
 from oracle import PIPELINE_MODELS, Oracle
@@ -30,9 +30,9 @@ STAGE_TWO = (Ability.ACTION_SEQUENCING, Ability.SUBGOAL_DECOMPOSITION)
 JARS = "bottling_fruit_0_Wainscott_0_int_0_2021-05-24_19-46-46"
 
 
-def make_belief(answer: str, task: Task, benchmark: Benchmark) -> Belief:
+def make_belief(answer: str, task: Task, benchmark: Benchmark) -> TaskBelief:
     read = read_stated_goals(answer, task, benchmark.domain, benchmark.notation.goals)
-    return Belief(replace(task, goals=read.goals), answer)
+    return TaskBelief(replace(task, goals=read.goals), answer)
 
 
 def test_true_goals_reproduce_the_plan_prompts_of_virtualhome(
@@ -46,7 +46,7 @@ def test_true_goals_reproduce_the_plan_prompts_of_virtualhome(
     prompts["540_1"] = replace(prompts["540_1"], user=prompts["540_1"].user.replace(twice, "", 1))
     assert len(prompts) == 342
     for task_id, prompt in prompts.items():
-        assert section.replace(prompt.user, Belief(virtualhome_tasks[task_id], "")) == prompt.user
+        assert section.rewrite_section(prompt.user, TaskBelief(virtualhome_tasks[task_id], "")) == prompt.user
 
 
 def test_true_goals_reproduce_the_subgoal_prompts_of_virtualhome(
@@ -57,7 +57,10 @@ def test_true_goals_reproduce_the_subgoal_prompts_of_virtualhome(
     prompts = official_prompts("virtualhome", Ability.SUBGOAL_DECOMPOSITION, data_store)
     reordered = 0
     for task_id, prompt in prompts.items():
-        published, ours = section.find(prompt.user), section.write(Belief(virtualhome_tasks[task_id], ""))
+        published, ours = (
+            section.find_section(prompt.user),
+            section.write(TaskBelief(virtualhome_tasks[task_id], "")),
+        )
         reordered += published != ours
         assert sorted(published.splitlines()) == sorted(ours.splitlines())
     assert (len(prompts), reordered) == (338, 21)
@@ -83,8 +86,10 @@ def test_models_goals_reproduce_the_published_goal_sections(
     for row in rows_with_section:
         task_id = row["identifier"]
         for answer in (json.dumps(row["goals_used"]), answers[task_id]):
-            question = section.replace(prompts[task_id].user, Belief(behavior_tasks[task_id], answer))
-            assert section.find(question) == row["goal_section"]
+            question = section.rewrite_section(
+                prompts[task_id].user, TaskBelief(behavior_tasks[task_id], answer)
+            )
+            assert section.find_section(question) == row["goal_section"]
 
 
 @pytest.mark.parametrize(
@@ -118,7 +123,7 @@ def test_an_entry_of_an_answer_is_written_into_prompts(
     entry: object, plan: str, subgoal: str, behavior_tasks: BehaviorTasks
 ) -> None:
     sections = find_benchmark("behavior").data.goal_sections
-    belief = Belief(behavior_tasks[JARS], json.dumps({"edge goals": [entry], "node goals": []}))
+    belief = TaskBelief(behavior_tasks[JARS], json.dumps({"edge goals": [entry], "node goals": []}))
     assert sections[Ability.ACTION_SEQUENCING].write(belief) == plan
     assert sections[Ability.SUBGOAL_DECOMPOSITION].write(belief) == subgoal
 
@@ -129,7 +134,7 @@ def test_an_entry_of_an_answer_is_written_into_prompts(
 def test_meaningless_entries_are_left_out_of_prompts(entry: object, behavior_tasks: BehaviorTasks) -> None:
     sections = find_benchmark("behavior").data.goal_sections
     answer = json.dumps({"node goals": [entry, ["open", "jar.n.01_1"]]})
-    belief = Belief(behavior_tasks[JARS], answer)
+    belief = TaskBelief(behavior_tasks[JARS], answer)
     assert sections[Ability.SUBGOAL_DECOMPOSITION].write(belief) == "open(jar.0)"
     assert sections[Ability.ACTION_SEQUENCING].write(belief).endswith("['open', 'jar_0']")
 
@@ -146,12 +151,12 @@ def test_replacing_goals_leaves_the_rest_of_a_prompt_unchanged(
     beliefs = {task_id: make_belief("no idea", tasks[task_id], benchmark) for task_id in true}
     opened = PromptLibrary("official", None, Source(data_store)).open(benchmark, ability, beliefs)
     for task_id, prompt in true.items():
-        before, after = prompt.user.rsplit(section.find(prompt.user), 1)
+        before, after = prompt.user.rsplit(section.find_section(prompt.user), 1)
         question = opened[task_id]
         assert (question.system, question.stop) == (prompt.system, prompt.stop)
         assert question.user.startswith(before)
         assert question.user.endswith(after)
-        assert section.find(question.user) == section.write(beliefs[task_id])
+        assert section.find_section(question.user) == section.write(beliefs[task_id])
 
 
 def test_our_prompts_state_the_believed_goals(behavior_tasks: BehaviorTasks, data_store: Store) -> None:

@@ -14,7 +14,7 @@ from eai.benchmarks.gold_answers import open_answer_book
 from eai.benchmarks.made_example import make_example
 from eai.benchmarks.prompt_library import PromptLibrary
 from eai.benchmarks.registry import find_benchmark
-from eai.tasks.goal_test import solves
+from eai.tasks.goal_test import solves_task
 from eai.tasks.prompts.prompt import PromptSet
 from eai.tasks.source import USUAL_SOURCE
 from eai.world import Predicate, Vocabulary
@@ -75,8 +75,8 @@ def test_the_plan_of_an_example_reaches_its_goal_and_solves_no_task() -> None:
     example = make_example(benchmark.domain, tasks, benchmark.wording(PROMPTED[0]).predicates)
     assert example is not None
     assert len(example.script) == 2
-    assert solves(benchmark.domain, example, example.script)
-    assert not any(solves(benchmark.domain, task, example.script) for task in tasks)
+    assert solves_task(benchmark.domain, example, example.script)
+    assert not any(solves_task(benchmark.domain, task, example.script) for task in tasks)
     assert example.title not in {task.title for task in tasks}
 
 

@@ -45,7 +45,7 @@ def test_plans_succeed_if_the_stated_goals_entail_the_true_ones(
     """Other plans succeed only if the missing goals hold initially or are reached on the way."""
     benchmark, source = find_benchmark(name), Source(data_store)
     suite = open_suite(benchmark, Ability.ACTION_SEQUENCING, source=source)
-    ids = [i for i in suite.task_ids if not suite.tasks[i].goals_of(GoalKind.ACTION)][::every]
+    ids = [i for i in suite.task_ids if not suite.tasks[i].get_goals_of_kind(GoalKind.ACTION)][::every]
     answers = make_noisy_answers(benchmark, ids, source)
     book = open_planned_book(replace_goals(benchmark, answers), Ability.ACTION_SEQUENCING, source)
     entailed, solved = set(), set()

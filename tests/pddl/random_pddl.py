@@ -20,9 +20,9 @@ from eai.logic.formula import (
 )
 from eai.pddl.model import (
     Add,
-    Both,
+    AndEffect,
     Delete,
-    Each,
+    ForAllEffect,
     PddlAction,
     PddlDomain,
     PddlEffect,
@@ -79,8 +79,8 @@ def effects(scope: tuple[str, ...], depth: int = 2) -> st.SearchStrategy[PddlEff
     variable = CATEGORIES.map(lambda category: Variable(name, category))
     return st.one_of(
         leaf,
-        st.lists(part, max_size=3).map(tuple).map(Both),
-        st.builds(Each, variable, effects((*scope, name), depth - 1)),
+        st.lists(part, max_size=3).map(tuple).map(AndEffect),
+        st.builds(ForAllEffect, variable, effects((*scope, name), depth - 1)),
         st.builds(WhenEffect, formulas(scope, 1), part),
     )
 

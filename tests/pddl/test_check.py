@@ -2,7 +2,14 @@ from __future__ import annotations
 
 import pytest
 
-from eai.pddl.check import Declarations, PddlFinding, Violation, check_action, check_domain, check_problem
+from eai.pddl.check import (
+    DeclaredNames,
+    PddlFinding,
+    PddlViolationKind,
+    check_action,
+    check_domain,
+    check_problem,
+)
 from eai.pddl.reader import read_action, read_domain, read_problem
 
 DOMAIN = read_domain(
@@ -16,7 +23,7 @@ def offences(
     precondition: str, effect: str = "(lit hall)", parameters: str = "(?p - person ?r - room)"
 ) -> set[str]:
     text = f"(:action a :parameters {parameters} :precondition {precondition} :effect {effect})"
-    findings = check_action(read_action(text), Declarations.of_domain(DOMAIN))
+    findings = check_action(read_action(text), DeclaredNames.from_domain(DOMAIN))
     return {f"{finding.offence.value} {finding.name}" for finding in findings}
 
 
@@ -64,15 +71,15 @@ def test_objects_of_a_problem_may_be_admitted() -> None:
         "(define (problem q) (:domain d) (:objects cellar - room) (:init) (:goal (lit cellar)))"
     )
     action = read_action("(:action a :parameters () :effect (lit cellar))")
-    assert check_action(action, Declarations.of_domain(DOMAIN)) != ()
-    assert check_action(action, Declarations.of_domain(DOMAIN, problem.objects)) == ()
+    assert check_action(action, DeclaredNames.from_domain(DOMAIN)) != ()
+    assert check_action(action, DeclaredNames.from_domain(DOMAIN, problem.objects)) == ()
 
 
 def test_a_finding_stands_there_once_and_says_where() -> None:
     action = read_action("(:action go :precondition (and (dark) (dark)) :effect (dark))")
-    assert check_action(action, Declarations.of_domain(DOMAIN)) == (
-        PddlFinding(Violation.UNKNOWN_PREDICATE, "dark", "precondition of go"),
-        PddlFinding(Violation.UNKNOWN_PREDICATE, "dark", "effect of go"),
+    assert check_action(action, DeclaredNames.from_domain(DOMAIN)) == (
+        PddlFinding(PddlViolationKind.UNKNOWN_PREDICATE, "dark", "precondition of go"),
+        PddlFinding(PddlViolationKind.UNKNOWN_PREDICATE, "dark", "effect of go"),
     )
 
 
@@ -83,10 +90,10 @@ def test_a_problem_is_checked_against_its_domain() -> None:
     )
     found = {(f.offence, f.name, f.place) for f in check_problem(read_problem(text), DOMAIN)}
     assert found == {
-        (Violation.DUPLICATE, "x", "objects"),
-        (Violation.UNKNOWN_TYPE, "ghost", "objects"),
-        (Violation.UNDECLARED_CONSTANT, "y", "initial state"),
-        (Violation.UNKNOWN_PREDICATE, "dark", "initial state"),
+        (PddlViolationKind.DUPLICATE, "x", "objects"),
+        (PddlViolationKind.UNKNOWN_TYPE, "ghost", "objects"),
+        (PddlViolationKind.UNDECLARED_CONSTANT, "y", "initial state"),
+        (PddlViolationKind.UNKNOWN_PREDICATE, "dark", "initial state"),
     }
 
 
@@ -94,14 +101,16 @@ def test_declarations_of_a_domain() -> None:
     text = "(define (domain d) (:predicates (p ?x - ghost) (p)) (:action a) (:action a))"
     found = {(f.offence, f.name, f.place) for f in check_domain(read_domain(text))}
     assert found == {
-        (Violation.DUPLICATE, "p", "predicates"),
-        (Violation.DUPLICATE, "a", "operators"),
-        (Violation.UNKNOWN_TYPE, "ghost", "predicate p"),
+        (PddlViolationKind.DUPLICATE, "p", "predicates"),
+        (PddlViolationKind.DUPLICATE, "a", "operators"),
+        (PddlViolationKind.UNKNOWN_TYPE, "ghost", "predicate p"),
     }
 
 
 def test_only_argument_types_do_not_stop_a_planner() -> None:
-    assert {offence for offence in Violation if not offence.stops_planner} == {Violation.WRONG_ARGUMENT_TYPE}
+    assert {offence for offence in PddlViolationKind if not offence.stops_planner} == {
+        PddlViolationKind.WRONG_ARGUMENT_TYPE
+    }
 
 
 def test_axioms_are_checked_too() -> None:
@@ -109,8 +118,8 @@ def test_axioms_are_checked_too() -> None:
         "(define (domain d) (:predicates (p ?x) (q ?x)) (:derived (q ?x - den) (and (p ?y) (r) (p ?x ?x))))"
     )
     assert [(finding.offence, finding.name) for finding in check_domain(domain)] == [
-        (Violation.UNKNOWN_TYPE, "den"),
-        (Violation.UNBOUND_VARIABLE, "y"),
-        (Violation.UNKNOWN_PREDICATE, "r"),
-        (Violation.WRONG_ARITY, "p"),
+        (PddlViolationKind.UNKNOWN_TYPE, "den"),
+        (PddlViolationKind.UNBOUND_VARIABLE, "y"),
+        (PddlViolationKind.UNKNOWN_PREDICATE, "r"),
+        (PddlViolationKind.WRONG_ARITY, "p"),
     ]

@@ -9,8 +9,8 @@ from hypothesis import given, settings
 from eai.base.errors import DomainError
 from eai.logic.formula import Atom
 from eai.pddl.declaration import DeclaredDomain
-from eai.pddl.execute import Executor, PddlState, PlanStep
-from eai.pddl.export import export
+from eai.pddl.execute import PddlPlanExecutor, PddlState, PlanStep
+from eai.pddl.export import export_domain_and_problem
 from eai.pddl.model import PddlDomain, PddlProblem
 from eai.pddl.reader import read_domain, read_problem
 from eai.pddl.writer import write_domain
@@ -33,21 +33,26 @@ def test_a_declared_domain_does_what_the_pddl_does_and_so_does_its_export(
     source: PddlDomain, problem: PddlProblem
 ) -> None:
     declaration = DeclaredDomain(source)
-    domain, (initial, goals) = declaration.domain, declaration.problem(problem)
-    original = Executor(source, problem)
-    exported = export(domain, initial, goals)
-    again = Executor(exported.domain, exported.problem)
+    domain, (initial, goals) = declaration.domain, declaration.convert_problem(problem)
+    original = PddlPlanExecutor(source, problem)
+    exported = export_domain_and_problem(domain, initial, goals)
+    again = PddlPlanExecutor(exported.domain, exported.problem)
     declared = {predicate.name for predicate in source.predicates}
     goal = all(domain.holds(part, initial) for part in goals)
-    assert goal == original.holds(problem.goal, original.initial, {})
-    assert goal == again.holds(exported.problem.goal, again.initial, {})
+    assert goal == original.holds(problem.goal, original.initial_state, {})
+    assert goal == again.holds(exported.problem.goal, again.initial_state, {})
     for action in _actions(domain.operator_arities, len(source.constants)):
         names = tuple(source.constants[i].name for i in action.arguments)
         outcome = attempt_action(domain, History(initial), action)
         engine = None if isinstance(outcome, Fault) else exported.state(outcome)
-        expected = reached(original.successor(original.initial, PlanStep(action.operator, names)), declared)
+        expected = reached(
+            original.execute_step(original.initial_state, PlanStep(action.operator, names)), declared
+        )
         assert (None if engine is None else reached(engine, declared)) == expected
-        assert reached(again.successor(again.initial, exported.step(action)), declared) == expected
+        assert (
+            reached(again.execute_step(again.initial_state, exported.to_pddl_step(action)), declared)
+            == expected
+        )
 
 
 def _actions(arities: object, count: int) -> Iterator[Action]:
@@ -81,7 +86,7 @@ def zoo() -> DeclaredDomain:
 
 
 def test_types_are_categories_and_supertypes_are_their_parents(zoo: DeclaredDomain) -> None:
-    initial, _ = zoo.problem(PROBLEM)
+    initial, _ = zoo.convert_problem(PROBLEM)
     kinds = {thing.name: thing.category for thing in initial.scene.objects}
     assert kinds == {
         "agent": "keeper",
@@ -98,7 +103,7 @@ def test_types_are_categories_and_supertypes_are_their_parents(zoo: DeclaredDoma
 
 
 def test_an_object_named_agent_is_the_object_that_formulas_mean_by_it(zoo: DeclaredDomain) -> None:
-    initial, _ = zoo.problem(PROBLEM)
+    initial, _ = zoo.convert_problem(PROBLEM)
     index = initial.scene.index
     assert isinstance(
         attempt_action(zoo.domain, History(initial), Action("feed", (index["sam"], index["pool"]))), State
@@ -118,7 +123,7 @@ def test_checks_are_affordances_where_nothing_changes_what_they_say(zoo: Declare
 
 
 def test_an_addition_wins_over_a_deletion(zoo: DeclaredDomain) -> None:
-    initial, _ = zoo.problem(PROBLEM)
+    initial, _ = zoo.convert_problem(PROBLEM)
     index = initial.scene.index
     after = attempt_action(zoo.domain, History(initial), Action("feed", (index["sam"], index["pool"])))
     assert isinstance(after, State)
@@ -126,7 +131,7 @@ def test_an_addition_wins_over_a_deletion(zoo: DeclaredDomain) -> None:
 
 
 def test_a_subtype_fits_a_parameter_of_its_supertype_and_nothing_else_does(zoo: DeclaredDomain) -> None:
-    initial, _ = zoo.problem(PROBLEM)
+    initial, _ = zoo.convert_problem(PROBLEM)
     index = initial.scene.index
     failed = attempt_action(zoo.domain, History(initial), Action("feed", (index["house"], index["pool"])))
     assert isinstance(failed, Fault)
@@ -134,8 +139,8 @@ def test_a_subtype_fits_a_parameter_of_its_supertype_and_nothing_else_does(zoo: 
 
 
 def test_types_survive_an_export(zoo: DeclaredDomain) -> None:
-    initial, goals = zoo.problem(PROBLEM)
-    exported = export(zoo.domain, initial, goals)
+    initial, goals = zoo.convert_problem(PROBLEM)
+    exported = export_domain_and_problem(zoo.domain, initial, goals)
     types = {each.name: each.type for each in exported.domain.types}
     animals, things = {"lion": "animal", "seal": "animal"}, {"animal": "thing", "keeper": "thing"}
     assert types == {**animals, **things, "thing": "object", "cage": "object"}
@@ -144,7 +149,7 @@ def test_types_survive_an_export(zoo: DeclaredDomain) -> None:
 
 
 def test_axioms_of_one_predicate_are_alternatives(zoo: DeclaredDomain) -> None:
-    initial, (goal,) = zoo.problem(PROBLEM)
+    initial, (goal,) = zoo.convert_problem(PROBLEM)
     assert not zoo.domain.holds(goal, initial)
     fed = initial.scene.state([("fed", (1,)), ("fed", (2,))])
     assert zoo.domain.holds(goal, fed)

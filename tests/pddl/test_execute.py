@@ -21,7 +21,7 @@ from eai.logic.formula import (
     Term,
     Variable,
 )
-from eai.pddl.execute import DerivedPredicates, Executor, PlanStep, _StateEvaluation
+from eai.pddl.execute import DerivedPredicates, PddlPlanExecutor, PlanStep, _StateEvaluation
 from eai.pddl.model import PddlAxiom, get_variable_type
 from eai.pddl.reader import read_action, read_domain, read_problem
 from pddl.random_pddl import OBJECTS, atoms, formulas
@@ -39,7 +39,7 @@ PROBLEM = read_problem(
     """(define (problem p) (:domain d) (:objects hall attic - room k)
     (:init (at hall) (lit attic)) (:goal (and (at attic) (exists (?r - room) (lit ?r)))))"""
 )
-EXECUTOR = Executor(DOMAIN, PROBLEM)
+EXECUTOR = PddlPlanExecutor(DOMAIN, PROBLEM)
 
 
 def plan(*lines: str) -> list[PlanStep]:
@@ -71,16 +71,16 @@ def test_plans(steps: tuple[str, ...], flaw: tuple[int, str] | None) -> None:
 
 
 def test_conditions_of_an_effect_are_read_before_it() -> None:
-    lit = EXECUTOR.successor(EXECUTOR.initial, PlanStep("light", ("hall",)))
+    lit = EXECUTOR.execute_step(EXECUTOR.initial_state, PlanStep("light", ("hall",)))
     assert lit == {fact("at", "hall"), fact("lit", "hall")}
-    held = EXECUTOR.successor(EXECUTOR.initial, PlanStep("swap", ()))
+    held = EXECUTOR.execute_step(EXECUTOR.initial_state, PlanStep("swap", ()))
     assert isinstance(held, frozenset)
     assert fact("held", "k") in held
-    assert EXECUTOR.successor(held, PlanStep("swap", ())) == EXECUTOR.initial
+    assert EXECUTOR.execute_step(held, PlanStep("swap", ())) == EXECUTOR.initial_state
 
 
 def test_what_is_deleted_and_added_is_true() -> None:
-    state = EXECUTOR.successor(EXECUTOR.initial, PlanStep("both", ()))
+    state = EXECUTOR.execute_step(EXECUTOR.initial_state, PlanStep("both", ()))
     assert isinstance(state, frozenset)
     assert fact("held", "k") in state
 
@@ -101,14 +101,14 @@ def test_what_is_deleted_and_added_is_true() -> None:
 )
 def test_conditions(text: str, value: bool) -> None:
     condition = read_action(f"(:action a :precondition {text})").precondition
-    assert EXECUTOR.holds(condition, EXECUTOR.initial, {}) is value
+    assert EXECUTOR.holds(condition, EXECUTOR.initial_state, {}) is value
 
 
 def test_what_has_no_meaning_is_an_error() -> None:
     with pytest.raises(ValueError, match="no meaning in a single state"):
-        EXECUTOR.holds(Eventually(fact("held", "k")), EXECUTOR.initial, {})
+        EXECUTOR.holds(Eventually(fact("held", "k")), EXECUTOR.initial_state, {})
     with pytest.raises(ValueError, match=r"unbound variable \?x"):
-        EXECUTOR.holds(Atom("held", (Variable("x"),)), EXECUTOR.initial, {})
+        EXECUTOR.holds(Atom("held", (Variable("x"),)), EXECUTOR.initial_state, {})
 
 
 MEMBERS = {"object": ("a", "b", "c"), "thing": ("a", "b")}

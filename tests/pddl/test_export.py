@@ -18,8 +18,8 @@ from eai.logic.formula import (
     Variable,
 )
 from eai.pddl.check import check_domain, check_problem
-from eai.pddl.execute import Executor, PlanStep
-from eai.pddl.export import ExportedProblem, ProblemSource, export, export_problems
+from eai.pddl.execute import PddlPlanExecutor, PlanStep
+from eai.pddl.export import ExportedProblem, ProblemSource, export_domain_and_problem, export_problems
 from eai.pddl.reader import read_domain, read_problem
 from eai.pddl.search import search
 from eai.pddl.writer import write_domain, write_effect, write_formula, write_problem
@@ -83,16 +83,16 @@ def test_engine_and_exported_operators_reach_the_same_states_whatever_the_effect
         toy = domain(operator)
         for _ in range(3):
             initial = _state(rng)
-            exported = export(toy, initial, ())
-            executor = Executor(exported.domain, exported.problem)
-            assert exported.state(initial) <= executor.initial
-            static = executor.initial - exported.state(initial)
+            exported = export_domain_and_problem(toy, initial, ())
+            executor = PddlPlanExecutor(exported.domain, exported.problem)
+            assert exported.state(initial) <= executor.initial_state
+            static = executor.initial_state - exported.state(initial)
             for thing in range(len(SCENE.objects)):
                 action = Action("act", (thing,))
                 after = attempt_action(toy, History(initial), action)
                 assert isinstance(after, State)
                 assert (
-                    executor.successor(executor.initial, exported.step(action))
+                    executor.execute_step(executor.initial_state, exported.to_pddl_step(action))
                     == exported.state(after) | static
                 )
                 compared += 1
@@ -161,19 +161,21 @@ CHECKED = Operator(
 
 def test_checks_are_preconditions_and_names_are_pddls() -> None:
     initial = SCENE.state([("big", (1,))])
-    exported = export(domain(CHECKED), initial, (RED(Constant("A.1")),))
+    exported = export_domain_and_problem(domain(CHECKED), initial, (RED(Constant("A.1")),))
     (action,) = exported.domain.actions
     assert action.name == "check_it"
     assert write_formula(action.precondition) == "(and (big ?x) (not (red ?x)) (clear ?x))"
     assert write_formula(exported.problem.goal) == "(red a_1)"
-    assert exported.step(Action("Check It", (2,))) == PlanStep("check_it", ("a_1-2",))
-    assert exported.action(PlanStep("check_it", ("a_1-2",))) == Action("Check It", (2,))
+    assert exported.to_pddl_step(Action("Check It", (2,))) == PlanStep("check_it", ("a_1-2",))
+    assert exported.to_action(PlanStep("check_it", ("a_1-2",))) == Action("Check It", (2,))
 
 
 def test_what_is_exported_is_sound_pddl_and_reads_back() -> None:
     rng = random.Random(3)
     operators = [Operator(f"act{i}", (X,), (), tuple(_effects(rng, 2, [X]))) for i in range(20)]
-    exported = export(domain(*operators), _state(rng), (ABOVE(Constant("b"), Constant("a_1")),))
+    exported = export_domain_and_problem(
+        domain(*operators), _state(rng), (ABOVE(Constant("b"), Constant("a_1")),)
+    )
     assert check_domain(exported.domain) == ()
     assert check_problem(exported.problem, exported.domain) == ()
     assert read_domain(write_domain(exported.domain)) == exported.domain
@@ -190,17 +192,17 @@ def test_tries_are_conditional_effects_one_of_which_must_succeed() -> None:
     outcomes = set()
     for _ in range(60):
         initial = _state(rng)
-        exported = export(toy, initial, ())
-        executor = Executor(exported.domain, exported.problem)
+        exported = export_domain_and_problem(toy, initial, ())
+        executor = PddlPlanExecutor(exported.domain, exported.problem)
         for thing in range(len(SCENE.objects)):
             action = Action("clean", (thing,))
             found = attempt_action(toy, History(initial), action)
-            after = executor.successor(executor.initial, exported.step(action))
+            after = executor.execute_step(executor.initial_state, exported.to_pddl_step(action))
             outcomes.add(isinstance(found, Fault))
             if isinstance(found, Fault):
                 assert isinstance(after, str)
             else:
-                assert after == exported.state(found) | (executor.initial - exported.state(initial))
+                assert after == exported.state(found) | (executor.initial_state - exported.state(initial))
     assert outcomes == {True, False}
 
 
@@ -229,10 +231,10 @@ def test_goals_hold_where_they_hold_in_the_engine(goal: Formula) -> None:
     found = set()
     for _ in range(100):
         initial = _state(rng)
-        exported = export(toy, initial, (goal,))
-        executor = Executor(exported.domain, exported.problem)
+        exported = export_domain_and_problem(toy, initial, (goal,))
+        executor = PddlPlanExecutor(exported.domain, exported.problem)
         holds = toy.holds(goal, initial)
-        assert executor.holds(exported.problem.goal, executor.initial, {}) == holds
+        assert executor.holds(exported.problem.goal, executor.initial_state, {}) == holds
         found.add(holds)
     impossible = (isinstance(goal, ForPairs) and goal.count == 2) or goal == TOO_MANY
     assert found == ({False} if impossible else {True, False})
@@ -240,15 +242,15 @@ def test_goals_hold_where_they_hold_in_the_engine(goal: Formula) -> None:
 
 def test_goals_on_actions_are_remembered() -> None:
     toy = domain(Operator("rest", (), (), ()), Operator("paint", (X,), (), (Add(RED(X)),)))
-    exported = export(toy, SCENE.state(()), (Occurs("rest"), RED(Constant("b"))))
+    exported = export_domain_and_problem(toy, SCENE.state(()), (Occurs("rest"), RED(Constant("b"))))
     result = search(exported.domain, exported.problem, Limits())
     assert result.end is SearchEnd.SOLVED
-    assert sorted(exported.action(step).operator for step in result.plan) == ["paint", "rest"]
+    assert sorted(exported.to_action(step).operator for step in result.plan) == ["paint", "rest"]
 
 
 def test_what_has_no_formula_is_named_and_keeps_its_initial_value() -> None:
     toy = domain(Operator("paint", (X,), (affordance(ODD(X), "even"),), (Add(RED(X)),)))
-    exported = export(toy, SCENE.state(()), ())
+    exported = export_domain_and_problem(toy, SCENE.state(()), ())
     assert exported.unsupported == (
         "odd: it is computed by a function and has no formula, so it keeps its initial value",
     )
@@ -260,7 +262,7 @@ def test_predicates_are_declared_with_all_their_arguments() -> None:
     vocabulary = Vocabulary((between,))
     scene = Scene(vocabulary, [WorldObject(name, "cup") for name in "abcd"])
     initial = scene.state([Fact("between", (0, 1, 2, 3))])
-    exported = export(Domain("toy", vocabulary, ()), initial, ())
+    exported = export_domain_and_problem(Domain("toy", vocabulary, ()), initial, ())
     assert check_problem(exported.problem, exported.domain) == ()
 
 
@@ -291,7 +293,7 @@ def test_an_effect_that_depends_on_an_invisible_predicate_does_not_happen() -> N
 
 def test_a_problem_may_be_about_some_objects_only() -> None:
     initial = SCENE.state([("RED", (1,)), ("RED", (3,)), ("ON", (1, 3)), ("ON", (0, 1))])
-    exported = export(domain(CHECKED), initial, (), objects=1 << 1)
+    exported = export_domain_and_problem(domain(CHECKED), initial, (), objects=1 << 1)
     assert {item.name for item in exported.problem.objects} == {"agent", "a_1"}
     assert {fact.arguments for fact in exported.problem.initial} == {
         (Constant("a_1"),),

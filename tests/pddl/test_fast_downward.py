@@ -19,7 +19,7 @@ from eai.base.store import Store
 from eai.benchmarks.published import open_behavior_operators, open_virtualhome_operators
 from eai.logic.formula import Atom
 from eai.pddl import fast_downward, limited
-from eai.pddl.check import Declarations, check_action
+from eai.pddl.check import DeclaredNames, check_action
 from eai.pddl.execute import PlanStep
 from eai.pddl.fast_downward import FastDownward, hold_planner_slot, measure_machine_memory_mib
 from eai.pddl.planning import PlannerOutcome, PlanningTask
@@ -186,8 +186,8 @@ def test_a_launcher_whose_parent_has_ended_starts_nothing(tmp_path: Path) -> Non
 def full_task(task: TransitionTask) -> PlanningTask:
     """Return the problem of a task with all operators of its domain that PDDL permits."""
     header = task.domain.header
-    operators = [read_action(text.pddl) for text in task.domain.operators.values()]
-    allowed = tuple([each for each in operators if not check_action(each, Declarations.of_domain(header))])
+    operators = [read_action(text.write_pddl) for text in task.domain.operators.values()]
+    allowed = tuple([each for each in operators if not check_action(each, DeclaredNames.from_domain(header))])
     return PlanningTask(replace(header, actions=allowed), task.problem)
 
 

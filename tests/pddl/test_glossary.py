@@ -8,7 +8,7 @@ from hypothesis import strategies as st
 
 from eai.logic.formula import FALSE, TRUE, And, Atom, Constant, Equals, Formula, Not, Or, Variable
 from eai.pddl.execute import DerivedPredicates, _StateEvaluation
-from eai.pddl.glossary import PddlNames, conjunction, disjunction, equality, negation, substitute
+from eai.pddl.glossary import PddlNames, conjoin, disjoin, make_equality, negate, replace_variables
 from pddl.random_pddl import atoms, formulas
 
 
@@ -56,22 +56,22 @@ def test_they_mean_what_the_connectives_mean(parts: list[Formula], state: frozen
     def holds(formula: Formula) -> bool:
         return _StateEvaluation(state, DerivedPredicates(()), MEMBERS).holds(formula, {})
 
-    assert holds(conjunction(parts)) == all(map(holds, parts))
-    assert holds(disjunction(parts)) == any(map(holds, parts))
-    assert all(holds(negation(part)) != holds(part) for part in parts)
+    assert holds(conjoin(parts)) == all(map(holds, parts))
+    assert holds(disjoin(parts)) == any(map(holds, parts))
+    assert all(holds(negate(part)) != holds(part) for part in parts)
 
 
 @given(formulas(("x",), 2), st.frozensets(atoms(()), max_size=8))
 def test_substitution_is_binding(formula: Formula, state: frozenset[Atom]) -> None:
     evaluation = _StateEvaluation(state, DerivedPredicates(()), MEMBERS)
-    assert evaluation.holds(substitute(formula, {"x": B}), {}) == evaluation.holds(formula, {"x": "b"})
+    assert evaluation.holds(replace_variables(formula, {"x": B}), {}) == evaluation.holds(formula, {"x": "b"})
 
 
 def test_what_is_plain_is_left_out() -> None:
-    assert conjunction([TRUE, P, And((P, Q))]) == And((P, Q))
-    assert conjunction([P, Not(P)]) == FALSE
-    assert disjunction([P, Q, Not(Q)]) == TRUE
-    assert disjunction([FALSE, P]) == P
-    assert (negation(Not(P)), negation(TRUE), negation(FALSE)) == (P, FALSE, TRUE)
-    assert (equality(A, A), equality(A, B), equality(X, A)) == (TRUE, FALSE, Equals(X, A))
-    assert disjunction([]) == Or(())
+    assert conjoin([TRUE, P, And((P, Q))]) == And((P, Q))
+    assert conjoin([P, Not(P)]) == FALSE
+    assert disjoin([P, Q, Not(Q)]) == TRUE
+    assert disjoin([FALSE, P]) == P
+    assert (negate(Not(P)), negate(TRUE), negate(FALSE)) == (P, FALSE, TRUE)
+    assert (make_equality(A, A), make_equality(A, B), make_equality(X, A)) == (TRUE, FALSE, Equals(X, A))
+    assert disjoin([]) == Or(())

@@ -158,7 +158,7 @@ def test_every_gold_operator_matches_itself_in_full(data_store: Store) -> None:
         open_behavior_operators(Source(data_store)),
     ):
         for name, text in next(iter(tasks.values())).domain.operators.items():
-            action = read_action(text.pddl)
+            action = read_action(text.write_pddl)
             found, full = match_operators(action, action), match_missing_operator(action)
             assert found.precondition == SideMatch(full.precondition.missing), name
             assert found.effect == SideMatch(full.effect.missing), name
@@ -171,7 +171,7 @@ def test_a_clause_is_written_as_it_is_read_and_its_predicates_are_found(data_sto
         open_behavior_operators(Source(data_store)),
     ):
         for text in next(iter(tasks.values())).domain.operators.values():
-            action = read_action(text.pddl)
+            action = read_action(text.write_pddl)
             for tree, read in (
                 (
                     make_condition_clause(action.precondition),

@@ -7,11 +7,11 @@ from hypothesis import strategies as st
 from eai.base.store import Store
 from eai.benchmarks.reference_wheel import BEHAVIOR_PDDL, RESOURCES
 from eai.logic.formula import TRUE, And, Atom, Constant, Exists, ForAll, Formula, Not, Variable
-from eai.pddl.check import PddlError, Violation
+from eai.pddl.check import PddlError, PddlViolationKind
 from eai.pddl.model import NO_EFFECT, Add, Delete, PddlDomain, PddlProblem, TypedName, WhenEffect
 from eai.pddl.reader import (
     MAX_DEPTH,
-    Group,
+    ExpressionList,
     SExpr,
     Symbol,
     read_action,
@@ -101,23 +101,23 @@ def test_types_of_a_list_reach_back_to_the_type_before() -> None:
 @pytest.mark.parametrize(
     ("text", "offence"),
     [
-        ("(not (p) (q))", Violation.MALFORMED),
-        ("(not)", Violation.MALFORMED),
-        ("(imply (p))", Violation.MALFORMED),
-        ("(exists (?x))", Violation.MALFORMED),
-        ("(exists ?x (p ?x))", Violation.MALFORMED),
-        ("(exists (x) (p x))", Violation.MALFORMED),
-        ("(exists (?x -) (p ?x))", Violation.MALFORMED),
-        ("(exists (?x - (either a b)) (p ?x))", Violation.UNSUPPORTED),
-        ("(and p)", Violation.MALFORMED),
-        ("(and ())", Violation.MALFORMED),
-        ("((p) ?x)", Violation.MALFORMED),
-        ("(p (q))", Violation.MALFORMED),
-        ("(when (p) (q))", Violation.EFFECT_IN_CONDITION),
-        ("(and (p)", Violation.UNBALANCED),
+        ("(not (p) (q))", PddlViolationKind.MALFORMED),
+        ("(not)", PddlViolationKind.MALFORMED),
+        ("(imply (p))", PddlViolationKind.MALFORMED),
+        ("(exists (?x))", PddlViolationKind.MALFORMED),
+        ("(exists ?x (p ?x))", PddlViolationKind.MALFORMED),
+        ("(exists (x) (p x))", PddlViolationKind.MALFORMED),
+        ("(exists (?x -) (p ?x))", PddlViolationKind.MALFORMED),
+        ("(exists (?x - (either a b)) (p ?x))", PddlViolationKind.UNSUPPORTED),
+        ("(and p)", PddlViolationKind.MALFORMED),
+        ("(and ())", PddlViolationKind.MALFORMED),
+        ("((p) ?x)", PddlViolationKind.MALFORMED),
+        ("(p (q))", PddlViolationKind.MALFORMED),
+        ("(when (p) (q))", PddlViolationKind.EFFECT_IN_CONDITION),
+        ("(and (p)", PddlViolationKind.UNBALANCED),
     ],
 )
-def test_a_malformed_condition_is_refused_by_name(text: str, offence: Violation) -> None:
+def test_a_malformed_condition_is_refused_by_name(text: str, offence: PddlViolationKind) -> None:
     with pytest.raises(PddlError) as raised:
         condition(text)
     assert raised.value.offence is offence
@@ -126,17 +126,17 @@ def test_a_malformed_condition_is_refused_by_name(text: str, offence: Violation)
 @pytest.mark.parametrize(
     ("text", "offence"),
     [
-        ("(or (p) (q))", Violation.CONDITION_IN_EFFECT),
-        ("(exists (?x) (p ?x))", Violation.CONDITION_IN_EFFECT),
-        ("(imply (p) (q))", Violation.CONDITION_IN_EFFECT),
-        ("(not (not (p)))", Violation.CONDITION_IN_EFFECT),
-        ("(not (and (p)))", Violation.CONDITION_IN_EFFECT),
-        ("(= ?x ?y)", Violation.CONDITION_IN_EFFECT),
-        ("(when (p))", Violation.MALFORMED),
-        ("(and ())", Violation.MALFORMED),
+        ("(or (p) (q))", PddlViolationKind.CONDITION_IN_EFFECT),
+        ("(exists (?x) (p ?x))", PddlViolationKind.CONDITION_IN_EFFECT),
+        ("(imply (p) (q))", PddlViolationKind.CONDITION_IN_EFFECT),
+        ("(not (not (p)))", PddlViolationKind.CONDITION_IN_EFFECT),
+        ("(not (and (p)))", PddlViolationKind.CONDITION_IN_EFFECT),
+        ("(= ?x ?y)", PddlViolationKind.CONDITION_IN_EFFECT),
+        ("(when (p))", PddlViolationKind.MALFORMED),
+        ("(and ())", PddlViolationKind.MALFORMED),
     ],
 )
-def test_a_malformed_effect_is_refused_by_name(text: str, offence: Violation) -> None:
+def test_a_malformed_effect_is_refused_by_name(text: str, offence: PddlViolationKind) -> None:
     with pytest.raises(PddlError) as raised:
         read_action(f"(:action a :effect {text})")
     assert raised.value.offence is offence
@@ -159,7 +159,7 @@ def test_only_literals_are_initial_facts() -> None:
     assert (problem.initial, problem.denied) == ((Atom("a"),), (Atom("b"),))
     with pytest.raises(PddlError) as raised:
         read_problem("(define (problem p) (:domain d) (:init (= (f) 1)) (:goal (a)))")
-    assert raised.value.offence in {Violation.MALFORMED, Violation.UNSUPPORTED}
+    assert raised.value.offence in {PddlViolationKind.MALFORMED, PddlViolationKind.UNSUPPORTED}
 
 
 def test_derived_predicates_are_read_and_written() -> None:
@@ -202,8 +202,8 @@ def test_tolerates(text: str, shown: str) -> None:
 
 def test_several_groups_in_a_row_keep_their_places() -> None:
     first, second = read_group("((a) (b\n c))").items
-    assert isinstance(first, Group)
-    assert isinstance(second, Group)
+    assert isinstance(first, ExpressionList)
+    assert isinstance(second, ExpressionList)
     assert (first.offset, first.end, second.offset, second.end) == (1, 4, 5, 11)
     word = second.items[1]
     assert isinstance(word, Symbol)
@@ -217,12 +217,14 @@ def test_reading_one_group_leaves_the_rest() -> None:
 @pytest.mark.parametrize(
     ("text", "offence", "line", "column"),
     [
-        ("(a\n (b)", Violation.UNBALANCED, 1, 1),
-        ("\n  )", Violation.UNBALANCED, 2, 3),
-        ("(" * (MAX_DEPTH + 1), Violation.MALFORMED, 1, MAX_DEPTH + 1),
+        ("(a\n (b)", PddlViolationKind.UNBALANCED, 1, 1),
+        ("\n  )", PddlViolationKind.UNBALANCED, 2, 3),
+        ("(" * (MAX_DEPTH + 1), PddlViolationKind.MALFORMED, 1, MAX_DEPTH + 1),
     ],
 )
-def test_names_the_offence_and_its_place(text: str, offence: Violation, line: int, column: int) -> None:
+def test_names_the_offence_and_its_place(
+    text: str, offence: PddlViolationKind, line: int, column: int
+) -> None:
     with pytest.raises(PddlError) as raised:
         read_group(text)
     assert (raised.value.offence, raised.value.line, raised.value.column) == (offence, line, column)

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import pytest
 
-from eai.pddl.execute import Executor
+from eai.pddl.execute import PddlPlanExecutor
 from eai.pddl.reader import read_domain, read_problem
 from eai.pddl.search import restrict_to_relevant, search
 from eai.planning.search import Limits, SearchEnd
@@ -91,7 +91,7 @@ def test_what_does_not_matter_costs_nothing(
     result = search(domain, problem, Limits())
     assert result.end is verdict, why
     if verdict is SOLVED:
-        assert Executor(domain, problem).find_failed_step(result.plan) is None
+        assert PddlPlanExecutor(domain, problem).find_failed_step(result.plan) is None
 
 
 def test_of_operators_that_do_the_same_in_what_matters_the_first_is_left() -> None:

@@ -12,13 +12,13 @@ from hypothesis import strategies as st
 from eai.base.store import Store
 from eai.benchmarks.published import open_behavior_operators, open_virtualhome_operators
 from eai.logic.formula import TRUE
-from eai.pddl.execute import Executor, PlanStep
+from eai.pddl.execute import PddlPlanExecutor, PlanStep
 from eai.pddl.grounding import Grounder, GroundProblem
 from eai.pddl.model import PddlDomain, PddlProblem, get_variable_type, group_objects_by_type
 from eai.pddl.planning import PlannerOutcome, PlanningTask, execute_found_plan
 from eai.pddl.reader import read_domain, read_problem
-from eai.pddl.search import BuiltInPlanner, _Pairs, search
-from eai.planning.search import Effort, Limits, SearchEnd
+from eai.pddl.search import BuiltInPlanner, _ReachablePairs, search
+from eai.planning.search import Limits, SearchEffort, SearchEnd
 from eai.tasks.operator_task import TransitionTask
 from eai.tasks.source import Source
 from pddl.random_pddl import DOMAINS, PROBLEMS
@@ -38,15 +38,15 @@ def steps(domain: PddlDomain, problem: PddlProblem) -> Iterator[PlanStep]:
 
 def is_solvable(domain: PddlDomain, problem: PddlProblem) -> bool:
     """Breadth-first search over explicit states: slow, and too simple to be wrong."""
-    executor = Executor(domain, problem)
+    executor = PddlPlanExecutor(domain, problem)
     everything = list(steps(domain, problem))
-    waiting, seen = deque([executor.initial]), {executor.initial}
+    waiting, seen = deque([executor.initial_state]), {executor.initial_state}
     while waiting:
         state = waiting.popleft()
         if executor.holds(problem.goal, state, {}):
             return True
         for step in everything:
-            after = executor.successor(state, step)
+            after = executor.execute_step(state, step)
             if not isinstance(after, str) and after not in seen:
                 seen.add(after)
                 waiting.append(after)
@@ -59,7 +59,7 @@ def test_agrees_with_breadth_first_search(domain: PddlDomain, problem: PddlProbl
     result = search(domain, problem, EVERYTHING)
     assert result.end is (SearchEnd.SOLVED if is_solvable(domain, problem) else SearchEnd.UNREACHABLE)
     if result.end is SearchEnd.SOLVED:
-        assert Executor(domain, problem).find_failed_step(result.plan) is None
+        assert PddlPlanExecutor(domain, problem).find_failed_step(result.plan) is None
 
 
 @settings(max_examples=examples(60), deadline=None, suppress_health_check=list(HealthCheck))
@@ -70,7 +70,7 @@ def test_however_little_may_be_looked_at_no_verdict_is_wrong(
     result = search(domain, problem, replace(EVERYTHING, looks=looks))
     assert result.end in {SearchEnd.STATES, search(domain, problem, EVERYTHING).end}
     if result.end is SearchEnd.SOLVED:
-        assert Executor(domain, problem).find_failed_step(result.plan) is None
+        assert PddlPlanExecutor(domain, problem).find_failed_step(result.plan) is None
 
 
 MACHINE = """(define (domain m) (:predicates (shut) (running) (off) (idle))
@@ -137,7 +137,9 @@ def test_equal_input_gives_an_equal_plan(data_store: Store) -> None:
 
 
 def with_gold_operators(task: TransitionTask) -> PlanningTask:
-    return PlanningTask(replace(task.domain.header, actions=tuple(task.gold.values())), task.problem)
+    return PlanningTask(
+        replace(task.domain.header, actions=tuple(task.gold_operators.values())), task.problem
+    )
 
 
 def gold_tasks(store: Store) -> list[TransitionTask]:
@@ -152,7 +154,7 @@ def test_solves_all_gold_problems(data_store: Store) -> None:
         made = with_gold_operators(task)
         result = search(made.domain, made.problem, Limits())
         assert result.end is SearchEnd.SOLVED, task.id
-        assert Executor(made.domain, made.problem).find_failed_step(result.plan) is None
+        assert PddlPlanExecutor(made.domain, made.problem).find_failed_step(result.plan) is None
 
 
 DERIVED = """(define (domain d) (:predicates (on ?x ?y) (wet ?x) (clear ?x) (above ?x ?y))
@@ -169,7 +171,7 @@ def test_derived_predicates_are_unfolded() -> None:
     domain = read_domain(DERIVED.format(more=""))
     result = search(domain, STACKED, Limits())
     assert result.end is SearchEnd.SOLVED
-    assert Executor(domain, STACKED).find_failed_step(result.plan) is None
+    assert PddlPlanExecutor(domain, STACKED).find_failed_step(result.plan) is None
     assert len(result.plan) == 3
 
 
@@ -249,15 +251,17 @@ def test_a_plan_that_takes_too_long_to_execute_is_not_judged() -> None:
 @given(DOMAINS, PROBLEMS)
 def test_what_holds_together_somewhere_is_allowed(domain: PddlDomain, problem: PddlProblem) -> None:
     grounder = Grounder(domain, replace(problem, goal=TRUE))
-    goal, actions = grounder.goal(), list(grounder.actions())
+    goal, actions = grounder.goal(), list(grounder.generate_actions())
     assert goal is not None
-    ground = GroundProblem(grounder, actions, goal, Effort())
-    pairs = _Pairs(ground, Effort())
+    ground = GroundProblem(grounder, actions, goal, SearchEffort())
+    pairs = _ReachablePairs(ground, SearchEffort())
     waiting, seen = [ground.initial], {ground.initial}
     while waiting and len(seen) < 200:
         state = waiting.pop()
-        assert pairs.allow(ground.find_state_literals(state))
-        found = {after for _, after in ground.successors(state, ground.find_state_literals(state))} - seen
+        assert pairs.may_hold_together(ground.find_state_literals(state))
+        found = {
+            after for _, after in ground.generate_successors(state, ground.find_state_literals(state))
+        } - seen
         seen |= found
         waiting += sorted(found)
 
@@ -291,10 +295,10 @@ def test_pairs_tell_what_one_hand_cannot_hold(goal: str, is_allowed: bool) -> No
     grounder = Grounder(HOUSE, problem)
     condition = grounder.goal()
     assert condition is not None
-    ground = GroundProblem(grounder, list(grounder.actions()), condition, Effort())
-    looks = Effort()
-    assert _Pairs(ground, looks).allow(ground.goal) is is_allowed
-    assert _Pairs(ground, Effort(looks.used // 2)).allow(ground.goal)
+    ground = GroundProblem(grounder, list(grounder.generate_actions()), condition, SearchEffort())
+    looks = SearchEffort()
+    assert _ReachablePairs(ground, looks).may_hold_together(ground.goal) is is_allowed
+    assert _ReachablePairs(ground, SearchEffort(looks.used // 2)).may_hold_together(ground.goal)
 
 
 @pytest.mark.parametrize(
@@ -350,7 +354,7 @@ def test_one_state_is_enough_where_parts_of_the_goal_can_be_reached_one_after_th
     problem = read_problem(f"(define (problem p) {head} (:init {initial}) (:goal {goal}))")
     result = search(KITCHEN, problem, ONE)
     assert (result.end, result.states) == (SearchEnd.SOLVED, 1)
-    assert Executor(KITCHEN, problem).find_failed_step(result.plan) is None
+    assert PddlPlanExecutor(KITCHEN, problem).find_failed_step(result.plan) is None
     assert len(result.plan) <= length
 
 

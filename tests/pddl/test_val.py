@@ -31,7 +31,9 @@ def val() -> Path:
 
 
 def made(task: TransitionTask) -> PlanningTask:
-    return PlanningTask(replace(task.domain.header, actions=tuple(task.gold.values())), task.problem)
+    return PlanningTask(
+        replace(task.domain.header, actions=tuple(task.gold_operators.values())), task.problem
+    )
 
 
 def test_plans_for_the_gold_operators(val: Path, data_store: Store) -> None:

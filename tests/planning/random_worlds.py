@@ -17,7 +17,7 @@ from typing import TypeAlias
 
 import eai.logic.formula as f
 from eai.pddl.declaration import DeclaredDomain
-from eai.pddl.execute import Executor, PddlState, PlanStep
+from eai.pddl.execute import PddlPlanExecutor, PddlState, PlanStep
 from eai.pddl.files import read_domain_text, read_problem_text
 from eai.pddl.model import get_variable_type, group_objects_by_type
 from eai.planning.repair.edits import PlanSteps
@@ -243,7 +243,7 @@ class World:
         """Replace the goals of the world by those of some texts."""
         self.texts = texts
         self.problem = read_problem_text(texts.problem, Path("p.pddl"), self.source).problem
-        initial, goals = self._declaration.problem(self.problem)
+        initial, goals = self._declaration.convert_problem(self.problem)
         self.task = Task(
             id="p",
             title="p",
@@ -252,8 +252,8 @@ class World:
             goals=tuple(map(goal, dict.fromkeys(goals))),
             relevant=tuple(range(len(initial.scene.objects))),
         )
-        self.executor = Executor(self.source, self.problem)
-        self.initial = self.executor.initial
+        self.executor = PddlPlanExecutor(self.source, self.problem)
+        self.initial = self.executor.initial_state
 
     def choose_goals(self, random: Random) -> None:
         """Choose goals that hold in a state far from the start, or seldom any goals."""
@@ -281,7 +281,7 @@ class World:
             self.after[state] = {
                 action: after
                 for action, step in self.steps.items()
-                if not isinstance(after := self.executor.successor(state, step), str)
+                if not isinstance(after := self.executor.execute_step(state, step), str)
             }
             waiting.extend(self.after[state].values())
         return True

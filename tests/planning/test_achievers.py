@@ -9,7 +9,7 @@ import pytest
 import eai
 from eai.abilities.action_sequencing.scorer import ActionSequencing
 from eai.planning import achievers as module
-from eai.planning.achievers import Achiever, Achievers, _AtomMatches
+from eai.planning.achievers import Achiever, AchieversByPredicate, _AtomMatches
 from eai.planning.additive_heuristic import AdditiveHeuristic
 from eai.planning.effect_schema import make_effect_schemas
 from eai.planning.subgoal import GroundAtom
@@ -25,14 +25,14 @@ EVERYTHING = SCENE.everything
 
 
 def test_changes_of_the_effects_of_operators_are_listed() -> None:
-    achievers = Achievers(toy.DOMAIN)
-    adding = achievers.find("at", adding=True)
+    achievers = AchieversByPredicate(toy.DOMAIN)
+    adding = achievers.find_achievers("at", adding=True)
     assert [(each.schema.operator.name, len(each.conditions)) for each in adding] == [("GO", 1), ("GO", 2)]
     assert adding[0].match((0, 1), SCENE) == {"x": 1}
     assert adding[0].match((2, 1), SCENE) is None
     assert adding[1].match((2, 1), SCENE) == {"y": 2, "x": 1}
-    assert [each.schema.operator.name for each in achievers.find("lit", adding=False)] == ["PRESS"]
-    assert [operator.name for operator in achievers.find_writers(["lit", "holding"])] == [
+    assert [each.schema.operator.name for each in achievers.find_achievers("lit", adding=False)] == ["PRESS"]
+    assert [operator.name for operator in achievers.find_changing_operators(["lit", "holding"])] == [
         "PRESS",
         "LIFT",
         "DROP",
@@ -42,11 +42,13 @@ def test_changes_of_the_effects_of_operators_are_listed() -> None:
 def test_an_effect_whose_variable_hides_another_is_left_out() -> None:
     hidden = replace(toy.GO, name="HIDE", parameters=(X, Y))
     domain = replace(toy.DOMAIN, operators=(hidden,))
-    assert [each.schema.atom for each in Achievers(domain).find("at", adding=True)] == [at(AGENT, X)]
+    assert [each.schema.atom for each in AchieversByPredicate(domain).find_achievers("at", adding=True)] == [
+        at(AGENT, X)
+    ]
 
 
 def test_variables_that_the_atom_leaves_open_get_values() -> None:
-    go, carry = Achievers(toy.DOMAIN).find("at", adding=True)
+    go, carry = AchieversByPredicate(toy.DOMAIN).find_achievers("at", adding=True)
     shed, red = SCENE.index["shed"], SCENE.index["red"]
     scopes = [go.scope(binding) for binding in go.bindings(START, {}, EVERYTHING)]
     assert scopes == [{"x": SCENE.index["hall"]}, {"x": shed}], "what is no place is left out at once"
@@ -66,14 +68,14 @@ def test_masks_and_trial_complete_a_match_alike(monkeypatch: pytest.MonkeyPatch)
     def found() -> list[list[list[int]]]:
         achievers = [Achiever(schema, scorer.domain.vocabulary) for schema in schemas]
         return [
-            [[*b] for b in each.bindings(state, {"x": scorer.task.relevant[0]}, everything)]
+            [[*b] for b in each.complete_bindings(state, {"x": scorer.task.relevant[0]}, everything)]
             for each in achievers
         ]
 
     schemas = [schema for operator in scorer.domain.operators for schema in make_effect_schemas(operator)]
     schemas = [schema for schema in schemas if "x" in schema.variables and len(schema.variables) <= 2]
     by_masks = found()
-    monkeypatch.setattr(module, "_is_plain", lambda formula, vocabulary: False)
+    monkeypatch.setattr(module, "_is_maskable", lambda formula, vocabulary: False)
     assert found() == by_masks
     assert any(by_masks)
 
@@ -100,14 +102,16 @@ def carried(state: State) -> State:
 
 def matched(matches: _AtomMatches, atom: GroundAtom, state: State) -> list[tuple[Achiever, list[list[int]]]]:
     """Return the achievers of an atom that have matches, with these matches."""
-    found = [(m.achiever, [[*b] for b in m.bindings(state, ALL)]) for m in matches.find_matches(atom)]
+    found = [
+        (m.achiever, [[*b] for b in m.complete_bindings(state, ALL)]) for m in matches.find_matches(atom)
+    ]
     return [(achiever, bindings) for achiever, bindings in found if bindings]
 
 
 def matched_anew(
     heuristic: AdditiveHeuristic, atom: GroundAtom, state: State
 ) -> Iterator[tuple[Achiever, list[list[int]]]]:
-    for achiever in heuristic.achievers.find(atom.predicate, adding=atom.truth):
+    for achiever in heuristic.achievers.find_achievers(atom.predicate, adding=atom.truth):
         scope = achiever.match(atom.arguments, HOUSE)
         bindings = [] if scope is None else [[*b] for b in achiever.bindings(state, scope, ALL)]
         if bindings:
@@ -116,9 +120,9 @@ def matched_anew(
 
 def test_matches_are_equal_in_all_states_of_an_episode() -> None:
     heuristic, first = AdditiveHeuristic(DOMAIN), start("blue")
-    matches = heuristic.achievers.find_matches(first, ALL)
+    matches = heuristic.achievers.get_atom_matches(first, ALL)
     for state in (first, carried(first)):
-        assert heuristic.achievers.find_matches(state, ALL) is matches
+        assert heuristic.achievers.get_atom_matches(state, ALL) is matches
         for predicate, truth in product((toy.at, toy.holding, toy.lit), (True, False)):
             for arguments in product(range(len(HOUSE.objects)), repeat=predicate.arity):
                 atom = GroundAtom(predicate.name, arguments, truth)
@@ -128,15 +132,15 @@ def test_matches_are_equal_in_all_states_of_an_episode() -> None:
 def test_matches_are_found_again_if_unchanging_facts_differ() -> None:
     heuristic = AdditiveHeuristic(DOMAIN)
     held = GroundAtom("holding", (INDEX["blue"],), True)
-    assert not heuristic.achievers.find_matches(start("blue"), ALL).find_matches(held)
-    assert heuristic.achievers.find_matches(start("red"), ALL).find_matches(held)
-    last = heuristic.achievers.find_matches(start("red"), ALL)
-    assert last is not heuristic.achievers.find_matches(start("red"), ALL & ~(1 << INDEX["blue"]))
+    assert not heuristic.achievers.get_atom_matches(start("blue"), ALL).find_matches(held)
+    assert heuristic.achievers.get_atom_matches(start("red"), ALL).find_matches(held)
+    last = heuristic.achievers.get_atom_matches(start("red"), ALL)
+    assert last is not heuristic.achievers.get_atom_matches(start("red"), ALL & ~(1 << INDEX["blue"]))
 
 
 def test_changing_a_yielded_binding_does_not_change_cached_ones() -> None:
     state = start()
-    matches = AdditiveHeuristic(DOMAIN).achievers.find_matches(state, ALL)
+    matches = AdditiveHeuristic(DOMAIN).achievers.get_atom_matches(state, ALL)
     held = GroundAtom("holding", (INDEX["red"],), True)
     (match,) = matches.find_matches(held)
     before = [[*binding] for binding in match.bindings(state, ALL)]

@@ -5,7 +5,7 @@ from dataclasses import replace
 import pytest
 
 from eai.logic.formula import And, Atom, Constant, Exactly, Exists, Formula, ForPairs, Not, Or, Variable
-from eai.planning.additive_heuristic import INFINITE, AdditiveHeuristic, Estimates
+from eai.planning.additive_heuristic import INFINITE, AdditiveHeuristic, CostEstimates
 from eai.planning.greedy_search import _PreferredActions
 from eai.planning.planner import Planner, PlanningGoal
 from eai.planning.subgoal import Subgoal
@@ -54,26 +54,26 @@ PLACE = Variable("y", "place")
     ],
 )
 def test_the_estimate_adds_up_the_needed_actions(condition: Formula, cost: float) -> None:
-    estimates = Estimates(HEURISTIC, START, EVERYTHING)
+    estimates = CostEstimates(HEURISTIC, START, EVERYTHING)
     assert estimates.estimate(Subgoal(condition, {}, True)) == cost
 
 
 def test_conditions_on_other_objects_of_an_operator_are_established() -> None:
     show = Operator("SHOW", (Y,), (), (ForEach(X, at(X, Y) & toy.holding(X), (Add(toy.lit(X)),)),))
     domain = replace(toy.DOMAIN, operators=(toy.GO, toy.LIFT, show))
-    estimates = Estimates(AdditiveHeuristic(domain), START, EVERYTHING)
+    estimates = CostEstimates(AdditiveHeuristic(domain), START, EVERYTHING)
     assert estimates.estimate(subgoal(named("lit", "red"))) == 2, "LIFT, SHOW"
     assert estimates.estimate(subgoal(named("lit", "lamp"))) == INFINITE, "it cannot be lifted"
 
 
-def preferred(estimates: Estimates, formula: Formula) -> list[Action]:
+def preferred(estimates: CostEstimates, formula: Formula) -> list[Action]:
     found = _PreferredActions(HEURISTIC, estimates)
     found.collect_towards(Subgoal(formula, {}, True))
     return list(found.actions)
 
 
 def test_preferred_actions_are_possible_at_once() -> None:
-    estimates = Estimates(HEURISTIC, START, EVERYTHING)
+    estimates = CostEstimates(HEURISTIC, START, EVERYTHING)
     go, lift = Action("GO", (SCENE.index["shed"],)), Action("LIFT", (SCENE.index["red"],))
     both = And((LAMP_LIT, named("holding", "red")))
     assert preferred(estimates, LAMP_LIT) == [go]
@@ -90,12 +90,12 @@ def test_an_action_that_undoes_a_protected_condition_costs_more() -> None:
     something_in_hall = Exists(X, at(X, Constant("hall")))
     robot_in_hall = named("at", "robot", "hall")
     away = subgoal(named("at", "robot", "shed"))
-    assert Estimates(HEURISTIC, START, EVERYTHING, [subgoal(robot_in_hall)]).estimate(away) == 2
-    assert Estimates(HEURISTIC, START, EVERYTHING, [subgoal(something_in_hall)]).estimate(away) == 1
+    assert CostEstimates(HEURISTIC, START, EVERYTHING, [subgoal(robot_in_hall)]).estimate(away) == 2
+    assert CostEstimates(HEURISTIC, START, EVERYTHING, [subgoal(something_in_hall)]).estimate(away) == 1
 
 
 def test_a_condition_is_reduced_to_its_cheapest_parts() -> None:
-    estimates = Estimates(HEURISTIC, START, EVERYTHING)
+    estimates = CostEstimates(HEURISTIC, START, EVERYTHING)
     lifted = named("holding", "red")
     both = And((Or((LAMP_LIT, lifted)), Not(named("lit", "lamp"))))
     assert [part.formula for part in estimates.choose_atoms(subgoal(both))] == [lifted, LAMP_LIT]
@@ -104,7 +104,7 @@ def test_a_condition_is_reduced_to_its_cheapest_parts() -> None:
 
 
 def test_counted_and_paired_conditions_are_chosen_by_cost() -> None:
-    estimates = Estimates(HEURISTIC, START, EVERYTHING)
+    estimates = CostEstimates(HEURISTIC, START, EVERYTHING)
     boxes = [SCENE.index[name] for name in ("red", "blue")]
     one = estimates.choose_atoms(subgoal(Exactly(1, BOX, holding(X))))
     assert [(each.scope["x"], each.truth) for each in one] == [(boxes[0], True), (boxes[1], False)]
@@ -115,7 +115,7 @@ def test_counted_and_paired_conditions_are_chosen_by_cost() -> None:
 
 @pytest.mark.parametrize("count", [3, 999_999_999])
 def test_counting_more_objects_than_exist_is_unreachable(count: int) -> None:
-    estimates = Estimates(HEURISTIC, START, EVERYTHING)
+    estimates = CostEstimates(HEURISTIC, START, EVERYTHING)
     for goal in (Exactly(count, BOX, holding(X)), ForPairs(BOX, PLACE, at(X, Y), count)):
         assert estimates.estimate(subgoal(goal)) == INFINITE
 
@@ -141,4 +141,4 @@ def test_a_condition_behind_a_long_chain_looks_unreachable() -> None:
 
 def test_a_condition_that_looks_unreachable_is_found_by_a_thorough_search() -> None:
     domain, state, goal = chain(70)
-    assert len(Planner(domain).plan(state, PlanningGoal((goal,)), range(71)).plan) == 70
+    assert len(Planner(domain).find_plan(state, PlanningGoal((goal,)), range(71)).plan) == 70

@@ -38,7 +38,8 @@ def literal(text: str) -> GroundAtom:
 )
 def test_literals_that_no_state_meets_are_excluded(literals: list[str], excluded: bool) -> None:
     assert (
-        ExclusionRules(toy.DOMAIN).make_exclusion_prover(INITIAL).excludes(map(literal, literals)) is excluded
+        ExclusionRules(toy.DOMAIN).make_exclusion_prover(INITIAL).are_exclusive(map(literal, literals))
+        is excluded
     )
 
 
@@ -46,10 +47,12 @@ def test_literals_of_the_initial_state_or_of_other_actions_are_not_excluded() ->
     both = [literal("holding red"), literal("holding blue")]
     held = [Fact(each.predicate, each.arguments) for each in both]
     started = INITIAL.scene.state([*INITIAL.facts(), *held])
-    assert not ExclusionRules(toy.DOMAIN).make_exclusion_prover(started).excludes(both)
+    assert not ExclusionRules(toy.DOMAIN).make_exclusion_prover(started).are_exclusive(both)
     snatch = Operator("SNATCH", (toy.X,), (), (Add(toy.holding(toy.X)),))
     assert (
-        not ExclusionRules(toy.DOMAIN.replace_operators(snatch)).make_exclusion_prover(INITIAL).excludes(both)
+        not ExclusionRules(toy.DOMAIN.replace_operators(snatch))
+        .make_exclusion_prover(INITIAL)
+        .are_exclusive(both)
     )
 
 
@@ -71,7 +74,7 @@ def test_no_reachable_state_meets_excluded_literals() -> None:
     exclusion, states = ExclusionRules(toy.DOMAIN).make_exclusion_prover(INITIAL), reachable(toy.DOMAIN)
     facts = sorted({fact for state in states for fact in state.facts()})
     literals = [GroundAtom(*fact, truth) for fact in facts for truth in (True, False)]
-    excluded = [pair for pair in combinations(literals, 2) if exclusion.excludes(pair)]
+    excluded = [pair for pair in combinations(literals, 2) if exclusion.are_exclusive(pair)]
     for state in states:
         for pair in excluded:
             assert not all(state.has(p, *arguments) is truth for p, arguments, truth in pair)

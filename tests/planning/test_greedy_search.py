@@ -3,13 +3,13 @@ from __future__ import annotations
 from eai.logic.formula import Atom, Constant, Not
 from eai.planning.additive_heuristic import AdditiveHeuristic
 from eai.planning.greedy_search import GreedySearch
-from eai.planning.planner import _Agenda
-from eai.planning.search import Limits, Node, SearchEnd
+from eai.planning.planner import _GoalAgenda
+from eai.planning.search import Limits, SearchEnd, SearchNode
 from eai.planning.subgoal import Subgoal
 from eai.planning.successor_generator import PlanNode, SuccessorGenerator
 from world import toy
 
-START: PlanNode = Node(toy.initial())
+START: PlanNode = SearchNode(toy.initial())
 INDEX = START.state.scene.index
 HEURISTIC = AdditiveHeuristic(toy.DOMAIN)
 SUCCESSORS = SuccessorGenerator(toy.DOMAIN, tuple(range(len(INDEX))))
@@ -24,8 +24,8 @@ LIT, HELD, CARRIED = subgoal("lit", "lamp"), subgoal("holding", "red"), subgoal(
 FIXED = subgoal("at", "lamp", "hall")
 
 
-def agenda(*goals: Subgoal, states: int = 1_000) -> _Agenda:
-    return _Agenda(GreedySearch(HEURISTIC, SUCCESSORS, Limits(states)), goals)
+def agenda(*goals: Subgoal, states: int = 1_000) -> _GoalAgenda:
+    return _GoalAgenda(GreedySearch(HEURISTIC, SUCCESSORS, Limits(states)), goals)
 
 
 def steps_to(node: PlanNode | None) -> list[str]:
@@ -55,8 +55,8 @@ def test_a_search_ends_at_its_target_or_at_its_limit() -> None:
     search = GreedySearch(HEURISTIC, SUCCESSORS, Limits(1_000))
     dropped = (CARRIED, HELD.negated, LIT)
     found = search.search(START, dropped, 0, FEW)
-    assert isinstance(found, Node)
-    assert len(found.plan()) == 4
+    assert isinstance(found, SearchNode)
+    assert len(found.list_actions()) == 4
     assert search.search(START, dropped, 0, Limits(2)) is SearchEnd.STATES
     assert search.search(START, (FIXED,), 0, Limits(1_000)) is SearchEnd.UNREACHABLE
     for limits in (Limits(0), Limits(1_000, looks=3)):

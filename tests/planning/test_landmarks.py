@@ -17,7 +17,7 @@ from eai.abilities.verdict import Unreadable
 from eai.planning.landmarks import Landmarks, _HittingSetSearch
 from eai.planning.planner import Planner
 from eai.planning.repair.search import Repairer
-from eai.planning.search import Effort
+from eai.planning.search import SearchEffort
 from eai.tasks.planning import to_planning_goal
 from eai.world.action import Action
 from suites import answer_book
@@ -45,7 +45,7 @@ def lacking(repairer: Repairer, plan: Sequence[Action]) -> tuple[Landmarks, int]
     landmarks, least = repairer.make_landmarks(plan), -1
     while (now := landmarks.count_min_actions(landmarks.find_missed_cuts(plan))) > least:
         least = now
-        landmarks.find_more_cuts(frozenset(plan), Effort(2_000))
+        landmarks.find_more_cuts(frozenset(plan), SearchEffort(2_000))
     return landmarks, least
 
 
@@ -84,7 +84,7 @@ def test_an_empty_plan_also_lacks_the_steps_that_lead_to_the_goals() -> None:
         repairer, gold = case
         _, at_least = lacking(repairer, ())
         assert 1 <= at_least <= len(gold)
-        assert repairer.find_min_steps(Effort(20_000)) >= at_least
+        assert repairer.find_min_steps(SearchEffort(20_000)) >= at_least
 
 
 def test_a_chain_of_dependent_steps_has_many_landmarks() -> None:
@@ -126,7 +126,7 @@ def test_a_long_plan_without_three_steps_is_repaired_by_three_edits() -> None:
         opening = next((i for i, step in enumerate(gold) if step.operator == "OPEN"), None)
         if opening is not None:
             plan = (*gold[:opening], *gold[opening + 1 : -2])
-            _, edits = repairer.repair(plan, Effort(8_000))
+            _, edits = repairer.repair(plan, SearchEffort(8_000))
             edit_counts.append(None if edits is None else len(edits))
     assert edit_counts
     assert all(number is not None and number <= 3 for number in edit_counts), edit_counts

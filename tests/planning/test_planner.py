@@ -33,7 +33,7 @@ RED_IN_SHED = named("at", "red", "shed")
 
 
 def plan(goal: PlanningGoal, limits: Limits | None = None) -> SearchResult[Action]:
-    return PLANNER.plan(START, goal, EVERYTHING, limits)
+    return PLANNER.find_plan(START, goal, EVERYTHING, limits)
 
 
 def steps_of(found: SearchResult[Action]) -> list[str]:
@@ -70,7 +70,7 @@ def test_a_goal_that_no_action_establishes_has_no_plan() -> None:
 
 def test_plans_use_the_given_objects_only() -> None:
     objects = [SCENE.index[name] for name in ("robot", "hall", "red")]
-    found = PLANNER.plan(START, PlanningGoal((LAMP_LIT,)), objects)
+    found = PLANNER.find_plan(START, PlanningGoal((LAMP_LIT,)), objects)
     assert found.end is SearchEnd.UNREACHABLE
 
 
@@ -84,9 +84,12 @@ def test_a_planner_may_be_restricted_to_allowed_states() -> None:
     goal = PlanningGoal((LAMP_LIT, RED_IN_SHED))
     empty = Not(Exists(X, holding(X)))
     planner = PLANNER.restrict_states(lambda state: toy.DOMAIN.holds(empty, state))
-    assert PLANNER.plan(START, goal, EVERYTHING).end is SearchEnd.SOLVED
-    assert planner.plan(START, goal, EVERYTHING).end is SearchEnd.UNREACHABLE, "red is carried there"
-    assert steps_of(planner.plan(START, PlanningGoal((LAMP_LIT,)), EVERYTHING)) == ["GO shed", "PRESS lamp"]
+    assert PLANNER.find_plan(START, goal, EVERYTHING).end is SearchEnd.SOLVED
+    assert planner.find_plan(START, goal, EVERYTHING).end is SearchEnd.UNREACHABLE, "red is carried there"
+    assert steps_of(planner.find_plan(START, PlanningGoal((LAMP_LIT,)), EVERYTHING)) == [
+        "GO shed",
+        "PRESS lamp",
+    ]
 
 
 CONDITIONS = st.sampled_from(

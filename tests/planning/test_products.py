@@ -24,11 +24,11 @@ import pytest
 import eai.logic.formula as f
 from eai.abilities.action_sequencing.scorer import ActionSequencing
 from eai.logic.rewriting import substitute_terms
-from eai.pddl.export import ExportedProblem, export
+from eai.pddl.export import ExportedProblem, export_domain_and_problem
 from eai.pddl.fast_downward import FastDownward
 from eai.pddl.model import map_effect
 from eai.pddl.writer import write_domain, write_effect, write_formula, write_problem
-from eai.planning.search import Effort
+from eai.planning.search import SearchEffort
 from eai.tasks.task import GoalKind, Task
 from eai.world.action import Action
 from eai.world.domain import Domain
@@ -82,7 +82,9 @@ def product_of(
     """Return the domain and the problem of a case as PDDL."""
     world = with_skips(domain)
     about = objects_of(task, [step for step in (*plan, *actions) if step is not None])
-    exported = export(world, task.initial, [goal.formula for goal in task.goals], objects=make_mask(about))
+    exported = export_domain_and_problem(
+        world, task.initial, [goal.formula for goal in task.goals], objects=make_mask(about)
+    )
     written = [*_edits(exported, plan, actions), *_kept(exported, world, plan)]
     header = replace(
         exported.domain, constants=(*exported.domain.constants, *exported.problem.objects), actions=()
@@ -127,7 +129,7 @@ def _move(exported: ExportedProblem, place: int, after: int, taken: Action | Non
     moved = "" if after == place else f" (not (at-{place})) (at-{after})"
     condition, effect = "(and)", "(and)"
     if taken is not None:
-        step = exported.step(taken)
+        step = exported.to_pddl_step(taken)
         action = next(each for each in exported.domain.actions if each.name == step.action)
         things = dict(zip(action.parameters, map(f.Constant, step.arguments), strict=True))
         bound = partial(substitute_terms, values=things)
@@ -175,7 +177,7 @@ def test_the_fewest_edits_equal_the_cost_of_a_cheapest_product_plan(name: str, n
     random, seen = Random(11), set()
     cases = (draw(name, random) for _ in count())
     for scorer, plan, actions in islice((case for case in cases if can_be_written(*case)), number):
-        at_least, edits = restricted(scorer, plan, actions).repair(plan, Effort(100_000))
+        at_least, edits = restricted(scorer, plan, actions).repair(plan, SearchEffort(100_000))
         assert edits is not None
         assert len(edits) == at_least
         cost = cheapest(*product_of(scorer.task, scorer.domain, plan, actions))

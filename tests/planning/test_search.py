@@ -2,18 +2,18 @@ from __future__ import annotations
 
 import pytest
 
-from eai.planning.search import Effort, Node, OpenList, SearchEnd, run_best_first_search
+from eai.planning.search import OpenList, SearchEffort, SearchEnd, SearchNode, run_best_first_search
 
 GRAPH = {"a": {"b": 1, "c": 5}, "b": {"c": 1, "d": 9}, "c": {"d": 1}, "d": {}, "e": {}}
 
 
-def find_path(goal: str, limit: float = 10) -> Node[str, str] | SearchEnd:
+def find_path(goal: str, limit: float = 10) -> SearchNode[str, str] | SearchEnd:
     """Return the cheapest path, by uniform-cost search."""
-    effort, costs = Effort(limit), {"a": 0}
-    waiting: OpenList[Node[str, str]] = OpenList()
-    waiting.push(Node("a"), 0)
+    effort, costs = SearchEffort(limit), {"a": 0}
+    waiting: OpenList[SearchNode[str, str]] = OpenList()
+    waiting.push(SearchNode("a"), 0)
 
-    def visit(node: Node[str, str]) -> Node[str, str] | SearchEnd | None:
+    def visit(node: SearchNode[str, str]) -> SearchNode[str, str] | SearchEnd | None:
         if node.state == goal:
             return node
         effort.used += 1
@@ -21,7 +21,7 @@ def find_path(goal: str, limit: float = 10) -> Node[str, str] | SearchEnd:
             cost = costs[node.state] + price
             if cost < costs.get(state, 100):
                 costs[state] = cost
-                waiting.push(Node(state, 0, node.depth + 1, node, (state,)), cost)
+                waiting.push(SearchNode(state, 0, node.depth + 1, node, (state,)), cost)
         return SearchEnd.STATES if effort.is_used_up else None
 
     return run_best_first_search(waiting.pop, visit)
@@ -29,9 +29,9 @@ def find_path(goal: str, limit: float = 10) -> Node[str, str] | SearchEnd:
 
 def test_the_cheapest_path_comes_first_and_its_node_returns_it() -> None:
     found = find_path("d")
-    assert isinstance(found, Node)
-    assert (found.plan(), found.depth) == (("b", "c", "d"), 3)
-    assert [node.state for node in found.path()] == ["a", "b", "c", "d"]
+    assert isinstance(found, SearchNode)
+    assert (found.list_actions(), found.depth) == (("b", "c", "d"), 3)
+    assert [node.state for node in found.list_path_nodes()] == ["a", "b", "c", "d"]
 
 
 @pytest.mark.parametrize(("limit", "end"), [(10, SearchEnd.UNREACHABLE), (2, SearchEnd.STATES)])
@@ -40,7 +40,7 @@ def test_a_search_returns_the_reason_why_it_found_no_goal(limit: int, end: Searc
 
 
 def test_several_actions_may_lead_to_a_node() -> None:
-    start: Node[int, str] = Node(0)
-    node = Node(3, 0, 3, Node(1, 0, 1, start, ("one",)), ("two", "three"))
-    assert node.plan() == ("one", "two", "three")
-    assert start.plan() == ()
+    start: SearchNode[int, str] = SearchNode(0)
+    node = SearchNode(3, 0, 3, SearchNode(1, 0, 1, start, ("one",)), ("two", "three"))
+    assert node.list_actions() == ("one", "two", "three")
+    assert start.list_actions() == ()

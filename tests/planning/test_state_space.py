@@ -21,7 +21,7 @@ from eai.planning.exclusion import ExclusionRules
 from eai.planning.planner import Planner
 from eai.planning.possible import PossibleFacts, find_unreachable_goals
 from eai.planning.repair.search import Repairer
-from eai.planning.search import Effort, Limits, SearchEnd
+from eai.planning.search import Limits, SearchEffort, SearchEnd
 from eai.planning.subgoal import GroundAtom
 from eai.tasks.planning import find_plan, to_planning_goal
 from eai.world.action import Action
@@ -75,7 +75,7 @@ def check_states(world: World, random: Random) -> None:
             GroundAtom(atom.predicate, tuple([initial.scene.index[t.name] for t in atom.arguments]), truth)
             for atom, truth in pair
         ]
-        if exclusion.excludes(ground):
+        if exclusion.are_exclusive(ground):
             together = [all(each) for each in zip(*[holding[literal] for literal in pair], strict=True)]
             assert not any(together), pair
 
@@ -101,11 +101,11 @@ def check_repairs(world: World, random: Random) -> bool:
     task = world.task
     repairer = Repairer(Planner(world.domain), task.initial, to_planning_goal(task), task.relevant)
     shortest = world.distances.get(world.initial)
-    assert shortest is None or repairer.find_min_steps(Effort(20_000)) <= shortest
+    assert shortest is None or repairer.find_min_steps(SearchEffort(20_000)) <= shortest
     exact = False
     for plan in [(), *[draw_plan(world, random) for _ in range(4)]]:
         fewest = world.edits(plan)
-        at_least, edits = repairer.repair(plan, Effort(random.choice((300, 20_000))))
+        at_least, edits = repairer.repair(plan, SearchEffort(random.choice((300, 20_000))))
         assert fewest is None or at_least <= fewest, (plan, at_least, fewest)
         if edits is None:
             continue

@@ -1,11 +1,11 @@
 from __future__ import annotations
 
-from eai.planning.search import Node
+from eai.planning.search import SearchNode
 from eai.planning.successor_generator import PlanNode, SuccessorGenerator, generate_applicable_of_operator
 from eai.world.action import Action
 from world import toy
 
-START: PlanNode = Node(toy.initial())
+START: PlanNode = SearchNode(toy.initial())
 INDEX = START.state.scene.index
 EVERYTHING = tuple(range(len(INDEX)))
 SUCCESSORS = SuccessorGenerator(toy.DOMAIN, EVERYTHING, (("PRESS",), ("LIFT", "DROP")))
@@ -18,7 +18,7 @@ def action(operator: str, name: str) -> Action:
 def walk(*actions: Action) -> PlanNode:
     node = START
     for each in actions:
-        after = SUCCESSORS.successor(node, each)
+        after = SUCCESSORS.make_successor(node, each)
         assert after is not None
         node = after
     return node
@@ -28,12 +28,12 @@ def test_a_node_has_its_path_and_the_action_goals_taken_on_it() -> None:
     plan = [action("LIFT", "red"), action("GO", "shed"), action("PRESS", "lamp"), action("DROP", "red")]
     node = walk(*plan)
     assert (node.plan(), node.depth, node.met) == (tuple(plan), 4, 2), "the first LIFT came before its turn"
-    assert SUCCESSORS.successor(START, action("PRESS", "lamp")) is None
+    assert SUCCESSORS.make_successor(START, action("PRESS", "lamp")) is None
 
 
 def test_all_applicable_actions_are_found() -> None:
     applicable = [action("GO", "shed"), action("LIFT", "red")]
-    assert list(SUCCESSORS.applicable(START)) == applicable
+    assert list(SUCCESSORS.generate_applicable_actions(START)) == applicable
     assert list(generate_applicable_of_operator(toy.DOMAIN, toy.GO, START.state, [INDEX["hall"]])) == []
 
 

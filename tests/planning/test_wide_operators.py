@@ -81,7 +81,7 @@ def test_a_planner_ends_at_its_limits(wide: Benchmark) -> None:
     task = wide.tasks(Source())["one"]
     assert find_plan(task, Planner(wide.domain)).end in (SearchEnd.SOLVED, SearchEnd.STATES)
     goal = PlanningGoal((f.Atom("s", (f.Constant("o0"),)),))
-    found = Planner(wide.domain).plan(task.initial, goal, task.relevant, Limits(bindings=50_000))
+    found = Planner(wide.domain).find_plan(task.initial, goal, task.relevant, Limits(bindings=50_000))
     assert found.end is SearchEnd.STATES
 
 

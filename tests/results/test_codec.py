@@ -17,7 +17,7 @@ from eai.abilities.subgoal_decomposition.verdict import SubgoalCategory, Subgoal
 from eai.abilities.transition_modeling.verdict import OperatorReport, OperatorStatus, OperatorVerdict
 from eai.abilities.verdict import Confusion, ErrorReport, PlanVerdict, Span, SpanKind, SummaryCounts, Verdict
 from eai.base.errors import InputError
-from eai.pddl.check import PddlFinding, Violation
+from eai.pddl.check import PddlFinding, PddlViolationKind
 from eai.pddl.matching import SideMatch
 from eai.pddl.planning import PlannerOutcome
 from eai.results.codec import (
@@ -62,7 +62,7 @@ OPERATORS = OperatorVerdict(
             "open",
             OperatorStatus.COMPARED,
             SIDE,
-            offences=(PddlFinding(Violation.UNKNOWN_PREDICATE, "near", "precondition"),),
+            offences=(PddlFinding(PddlViolationKind.UNKNOWN_PREDICATE, "near", "precondition"),),
         ),
     ),
 )

@@ -18,7 +18,7 @@ from eai.agents.gym import make
 from eai.base.store import Store
 from eai.planning.repair.edits import PlanEdit, PlanSteps
 from eai.planning.repair.search import Repairer
-from eai.planning.search import Effort
+from eai.planning.search import SearchEffort
 from eai.planning.successor_generator import generate_applicable_of_operator
 from eai.results.reward import Shaping
 from eai.world import Action, Episode
@@ -141,7 +141,9 @@ def test_the_search_for_repairs_is_bounded_and_cached(monkeypatch: pytest.Monkey
     mender, limits = scorer.repairer, list[float]()
     mend = Repairer.repair
 
-    def counted(self: Repairer, plan: PlanSteps, effort: Effort) -> tuple[int, tuple[PlanEdit, ...] | None]:
+    def counted(
+        self: Repairer, plan: PlanSteps, effort: SearchEffort
+    ) -> tuple[int, tuple[PlanEdit, ...] | None]:
         limits.append(effort.limit)
         found = mend(self, plan, effort)
         assert effort.used < 2 * effort.limit + 1_000

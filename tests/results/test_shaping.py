@@ -18,7 +18,7 @@ from eai.abilities.verdict import (
     compute_condition_gain,
     compute_gain,
 )
-from eai.pddl.check import PddlFinding, Violation
+from eai.pddl.check import PddlFinding, PddlViolationKind
 from eai.pddl.matching import SideMatch
 from eai.results.reward import METRICS, Shaping, compute_credit, compute_reward_of_credit, make_credit_metrics
 from eai.tasks.share import Share
@@ -254,11 +254,11 @@ def written(
     )
 
 
-def compared(*offences: Violation) -> OperatorReport:
+def compared(*offences: PddlViolationKind) -> OperatorReport:
     return _operator(OperatorStatus.COMPARED, *offences)
 
 
-def _operator(status: OperatorStatus, *offences: Violation) -> OperatorReport:
+def _operator(status: OperatorStatus, *offences: PddlViolationKind) -> OperatorReport:
     findings = tuple([PddlFinding(offence, "x", "its effect") for offence in offences])
     return OperatorReport("open", status, SideMatch(), SideMatch(), findings)
 
@@ -298,14 +298,14 @@ MISSING, UNREADABLE, HALLUCINATED = (
         pytest.param(written(compared(), MISSING), ALL, id="what is missing is counted by its clauses"),
         pytest.param(written(compared(), UNREADABLE), (0, 1, 1, 1 / 2), id="one that cannot be read"),
         pytest.param(written(HALLUCINATED, HALLUCINATED), (0, 1, 1, 1 / 3), id="two that were not asked for"),
-        pytest.param(written(compared(Violation.DUPLICATE)), (0, 1, 1, 1 / 2), id="an offence"),
+        pytest.param(written(compared(PddlViolationKind.DUPLICATE)), (0, 1, 1, 1 / 2), id="an offence"),
         pytest.param(
-            written(compared(Violation.UNKNOWN_TYPE, Violation.WRONG_ARITY)),
+            written(compared(PddlViolationKind.UNKNOWN_TYPE, PddlViolationKind.WRONG_ARITY)),
             (0, 1, 1, 1 / 3),
             id="two offences",
         ),
         pytest.param(
-            written(_operator(OperatorStatus.HALLUCINATED, Violation.WRONG_ARITY)),
+            written(_operator(OperatorStatus.HALLUCINATED, PddlViolationKind.WRONG_ARITY)),
             (0, 1, 1, 1 / 2),
             id="what was not asked for is one fault, whatever is wrong with it",
         ),
@@ -336,13 +336,13 @@ P, H, N, A = FaultKind.PARSING, FaultKind.HALLUCINATION, FaultKind.ARGUMENT_NUMB
         *[
             (written(compared(offence)), {kind: 1})
             for offence, kind in {
-                **dict.fromkeys(Violation, P),
-                Violation.UNKNOWN_PREDICATE: H,
-                Violation.UNKNOWN_TYPE: H,
-                Violation.UNBOUND_VARIABLE: H,
-                Violation.UNDECLARED_CONSTANT: H,
-                Violation.WRONG_ARITY: N,
-                Violation.WRONG_ARGUMENT_TYPE: A,
+                **dict.fromkeys(PddlViolationKind, P),
+                PddlViolationKind.UNKNOWN_PREDICATE: H,
+                PddlViolationKind.UNKNOWN_TYPE: H,
+                PddlViolationKind.UNBOUND_VARIABLE: H,
+                PddlViolationKind.UNDECLARED_CONSTANT: H,
+                PddlViolationKind.WRONG_ARITY: N,
+                PddlViolationKind.WRONG_ARGUMENT_TYPE: A,
             }.items()
         ],
     ],

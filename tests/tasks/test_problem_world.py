@@ -12,8 +12,8 @@ from eai.abilities.protocol import Ability
 from eai.base.errors import DataError, InputError
 from eai.benchmarks.registry import find_benchmark
 from eai.benchmarks.suite import open_suite
-from eai.pddl.execute import Executor, PlanStep
-from eai.pddl.export import export
+from eai.pddl.execute import PddlPlanExecutor, PlanStep
+from eai.pddl.export import export_domain_and_problem
 from eai.pddl.fast_downward import FastDownward
 from eai.pddl.files import read_domain_text, read_problem_file, read_text
 from eai.pddl.model import PddlDomain
@@ -84,10 +84,10 @@ def test_fast_downward_solves_the_files_and_what_they_are_exported_as_again(name
     index = task.scene.index
     plan = tuple(Action(step.action, tuple(index[name] for name in step.arguments)) for step in found.plan)
     assert reaches_the_goal(domain, task, plan)
-    exported = export(domain, task.initial, [goal.formula for goal in task.goals])
+    exported = export_domain_and_problem(domain, task.initial, [goal.formula for goal in task.goals])
     again = planner.solve(PlanningTask(exported.domain, exported.problem))
     assert again.outcome is PlannerOutcome.SOLVED, again.detail
-    assert reaches_the_goal(domain, task, tuple(map(exported.action, again.plan)))
+    assert reaches_the_goal(domain, task, tuple(map(exported.to_action, again.plan)))
 
 
 @pytest.mark.parametrize(("name", "problem"), PROBLEMS)
@@ -95,11 +95,11 @@ def test_engine_and_pddl_agree_on_random_walks(name: str, problem: str) -> None:
     domain, tasks = opened(name)
     task = tasks[problem]
     source = domain_of(FOLDER / name / "domain.pddl")
-    executor = Executor(source, read_problem_file(FOLDER / name / f"{problem}.pddl", source).problem)
-    exported = export(domain, task.initial, ())
+    executor = PddlPlanExecutor(source, read_problem_file(FOLDER / name / f"{problem}.pddl", source).problem)
+    exported = export_domain_and_problem(domain, task.initial, ())
     declared = {predicate.name for predicate in source.predicates}
     rng = random.Random(problem)
-    past, state, taken = History(task.initial), executor.initial, 0
+    past, state, taken = History(task.initial), executor.initial_state, 0
     for number in range(4_000):
         operator = rng.choice(domain.operators)
         action = Action(
@@ -111,7 +111,7 @@ def test_engine_and_pddl_agree_on_random_walks(name: str, problem: str) -> None:
         names = tuple(task.scene.objects[i].name for i in action.arguments)
         outcome, after = (
             attempt_action(domain, past, action),
-            executor.successor(state, PlanStep(operator.name, names)),
+            executor.execute_step(state, PlanStep(operator.name, names)),
         )
         assert isinstance(outcome, Fault) is isinstance(after, str), action
         if isinstance(outcome, Fault):
@@ -369,11 +369,11 @@ def test_types_in_choice_constants_of_problems_commas_and_any_case_are_read(tmp_
 def test_engine_and_pddl_agree_on_types_in_choice(tmp_path: Path) -> None:
     domain, task = odd(tmp_path)
     source = domain_of(tmp_path / "d.pddl")
-    executor = Executor(source, read_problem_file(tmp_path / "p.pddl", source).problem)
+    executor = PddlPlanExecutor(source, read_problem_file(tmp_path / "p.pddl", source).problem)
     names = [thing.name for thing in task.scene.objects]
     for x, y in product(range(5), repeat=2):
         outcome = attempt_action(domain, History(task.initial), Action("put", (x, y)))
-        after = executor.successor(executor.initial, PlanStep("put", (names[x], names[y])))
+        after = executor.execute_step(executor.initial_state, PlanStep("put", (names[x], names[y])))
         assert isinstance(outcome, Fault) is isinstance(after, str), (x, y)
 
 

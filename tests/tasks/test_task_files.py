@@ -22,7 +22,7 @@ from eai.benchmarks.registry import find_benchmark
 from eai.benchmarks.suite import open_suite
 from eai.pddl.planning import PlannerChoice
 from eai.tasks.source import Source
-from eai.tasks.task_lines import json_schema, write_task_line
+from eai.tasks.task_lines import make_task_line_schema, write_task_line
 from processes import eai as in_own_process
 
 LAMPS = ROOT / "examples" / "lamps"
@@ -158,9 +158,9 @@ def test_tasks_of_several_worlds_are_refused() -> None:
 
 
 def test_the_page_shows_the_schema_and_a_sound_line(eai: Command) -> None:
-    assert json.loads(eai("check", "--schema").out) == json_schema()
+    assert json.loads(eai("check", "--schema").out) == make_task_line_schema()
     line = json.loads(PAGE.read_text().split("```json\n")[1].partition("```")[0])
-    assert set(line) <= set(json_schema()["properties"])  # type: ignore[arg-type]
+    assert set(line) <= set(make_task_line_schema()["properties"])  # type: ignore[arg-type]
     assert eai("check", put("page.jsonl", line)).status == 0
 
 

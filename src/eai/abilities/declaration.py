@@ -34,7 +34,7 @@ if TYPE_CHECKING:
     from eai.pddl.planning import PddlPlanner
     from eai.tasks.source import TaskSet
     from eai.tasks.task import Task
-    from eai.tasks.wording import Wording
+    from eai.tasks.wording import SuiteWording
     from eai.world.domain import Domain
 
 V = TypeVar("V", bound=Verdict)
@@ -102,8 +102,8 @@ class AbilityWorld:
     notation: Notation
     subgoals: Callable[[], SubgoalNotation]
     make_planner: Callable[[], PddlPlanner | None]
-    wording: Callable[[Ability], Wording]
-    observation_wording: Callable[[], Wording]
+    wording: Callable[[Ability], SuiteWording]
+    observation_wording: Callable[[], SuiteWording]
     benchmark: object = None
 
 

@@ -18,10 +18,10 @@ from eai.abilities.trial import Trial
 from eai.abilities.verdict import RAISED, ErrorReport
 from eai.tasks.goal_text import write_goal
 from eai.tasks.prompts.own import write_initial_state
-from eai.tasks.prompts.prompt import Belief, Prompt
-from eai.tasks.prompts.template import Templates
+from eai.tasks.prompts.prompt import Prompt, TaskBelief
+from eai.tasks.prompts.template import PromptTemplates
 from eai.tasks.task import GoalKind, Task
-from eai.tasks.wording import Wording
+from eai.tasks.wording import SuiteWording
 from eai.world.fault import NOT_EXECUTED, FaultKind
 
 REASONS = "What went wrong in attempt"
@@ -29,10 +29,10 @@ REASONS = "What went wrong in attempt"
 
 _FOLDER = "feedback"
 
-Restate: TypeAlias = Callable[[Belief], Prompt]
+Restate: TypeAlias = Callable[[TaskBelief], Prompt]
 """Function that makes the question about a task from a belief about its present state."""
 
-ScenePerception: TypeAlias = Callable[[Task, int], tuple[Belief, Mapping[str, str]]]
+ScenePerception: TypeAlias = Callable[[Task, int], tuple[TaskBelief, Mapping[str, str]]]
 """Function that perceives the scene of a task before the attempt with a given number.
 
 It returns the belief about the scene, and metadata for the record of the question.
@@ -53,9 +53,9 @@ class QuestionWriter:
     """
 
     prompt_of: Callable[[str], Prompt]
-    wording: Wording
+    wording: SuiteWording
     restate: Restate | None = None
-    templates: Templates = field(default_factory=Templates)
+    templates: PromptTemplates = field(default_factory=PromptTemplates)
     perceive: ScenePerception | None = None
 
     def describe_scene_metadata(self, trial: Trial) -> Mapping[str, str]:
@@ -167,23 +167,23 @@ class QuestionWriter:
     def _describe_world(self, trial: Trial) -> str:
         """Describe the present state of the world, and the actions that a plan must still contain."""
         belief = self._perceive_scene(trial)[0]
-        actions = [write_goal(goal.formula) for goal in belief.task.goals_of(GoalKind.ACTION)]
+        actions = [write_goal(goal.formula) for goal in belief.task.get_goals_of_kind(GoalKind.ACTION)]
         state = write_initial_state(self.wording, belief)
         if not actions:
             return self._fill_template("now", state=state)
         return self._fill_template("now_actions", state=state, actions="\n".join(actions))
 
-    def _perceive_scene(self, trial: Trial) -> tuple[Belief, Mapping[str, str]]:
+    def _perceive_scene(self, trial: Trial) -> tuple[TaskBelief, Mapping[str, str]]:
         """Return the belief about the scene and the remaining goals, and metadata of the next question."""
         if self.perceive is None:
-            return Belief(trial.remaining_task), {}
+            return TaskBelief(trial.remaining_task), {}
         return self.perceive(trial.remaining_task, len(trial.attempts) + 1)
 
     def _read_template(self, name: str) -> str:
         return self.templates.read(f"{_FOLDER}/{name}.txt")
 
     def _fill_template(self, name: str, **values: str) -> str:
-        return self.templates.fill(f"{_FOLDER}/{name}.txt", values)
+        return self.templates.fill_template(f"{_FOLDER}/{name}.txt", values)
 
 
 def _describes_present_world(trial: Trial) -> bool:

@@ -16,7 +16,7 @@ from eai.abilities.plan_repairer import PlanRepairer
 from eai.abilities.reports import action_text
 from eai.planning.planner import get_planner
 from eai.planning.repair.search import Repairer
-from eai.planning.search import Effort
+from eai.planning.search import SearchEffort
 from eai.tasks.goal_test import find_remaining_goals
 from eai.tasks.planning import to_planning_goal
 from eai.tasks.task import Goal
@@ -127,7 +127,7 @@ class _StepLabeler:
         if key not in self._known:
             goal = to_planning_goal(self._task.replace_goals(goals))
             search = Repairer(get_planner(self._domain), state, goal, objects)
-            at_least, edits = search.repair((), Effort(self._limit))
+            at_least, edits = search.repair((), SearchEffort(self._limit))
             self._known[key] = _Bounds(at_least, inf if edits is None else len(edits))
         return self._known[key]
 

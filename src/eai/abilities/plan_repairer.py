@@ -13,7 +13,7 @@ from eai.logic.traversal import find_object_names
 from eai.planning.planner import get_planner
 from eai.planning.repair.edits import PlanEdit, PlanSteps
 from eai.planning.repair.search import Repairer
-from eai.planning.search import Effort
+from eai.planning.search import SearchEffort
 from eai.tasks.planning import to_planning_goal
 from eai.tasks.task import Task
 from eai.world.action import Action
@@ -71,7 +71,7 @@ class PlanRepairer:
             return Repair(at_most=0)
         if (why := self.why_distance_unknown) is not None:
             return Repair(why_null=why)
-        steps, effort = self.read_steps(plan), Effort(limit)
+        steps, effort = self.read_steps(plan), SearchEffort(limit)
         repairer = self._make_repairer(steps)
         at_least, edits = repairer.repair(steps, effort)
         if edits is None:
@@ -118,7 +118,7 @@ class PlanRepairer:
     def _search_closeness(self, steps: PlanSteps, limit: int) -> float:
         if steps.count(None) >= self._min_plan_steps:
             return 0.0
-        _, edits = self._make_repairer(()).repair(steps, Effort(limit))
+        _, edits = self._make_repairer(()).repair(steps, SearchEffort(limit))
         if not edits:
             return float(edits is not None)
         return max(0.0, 1 - len(edits) / self._min_plan_steps)
@@ -126,7 +126,7 @@ class PlanRepairer:
     @cached_property
     def _min_plan_steps(self) -> int:
         """A proved lower bound: every plan for the task has at least this number of steps."""
-        return self._make_repairer(()).find_min_steps(Effort(DEFAULT_EFFORT))
+        return self._make_repairer(()).find_min_steps(SearchEffort(DEFAULT_EFFORT))
 
     def _make_repairer(self, steps: PlanSteps) -> Repairer:
         """Return a repairer. Its edits may use the task's objects and the objects in the given steps."""

@@ -21,7 +21,7 @@ from eai.logic.formula import Atom, Constant, Formula, Not, Variable
 from eai.logic.rewriting import map_terms, rewrite_leaves
 from eai.planning.greedy_search import GreedySearch
 from eai.planning.planner import PlanningGoal, get_planner
-from eai.planning.search import Limits, Node
+from eai.planning.search import Limits, SearchNode
 from eai.planning.subgoal import make_subgoals
 from eai.planning.successor_generator import PlanNode, SuccessorGenerator
 from eai.tasks.goal_test import find_remaining_goals
@@ -266,7 +266,7 @@ class _Explorer:
                     self._tried.add((condition, by_itself))
                     goal, usable = PlanningGoal((condition,)), (index,) if by_itself else known
                     limits = replace(_EXPLORING_LIMITS, thorough=by_itself)
-                    plan = self._planner.plan(self._game.state, goal, usable, limits).plan
+                    plan = self._planner.find_plan(self._game.state, goal, usable, limits).plan
                     if plan:
                         self._opened = self._get_category(index), len(known)
                         return plan
@@ -341,10 +341,10 @@ class _GreedyAgent(_Explorer):
         successors = SuccessorGenerator(self._domain, sorted(game.memory.known), self._actions)
         search = GreedySearch(self._planner.heuristic, successors, Limits(0))
         met = len(game.task.goals) - len(find_remaining_goals(game.task, game.taken))
-        node: PlanNode = Node(game.state, met)
+        node: PlanNode = SearchNode(game.state, met)
         costs: dict[Action, float] = {}
         for action in search.estimate(node, *self._target)[1][:_MAX_COMPARED]:
-            after = successors.successor(node, action)
+            after = successors.make_successor(node, action)
             if after is not None:
                 been = _VISITED_COST * (after.state in self._visited)
                 costs[action] = search.estimate(after, *self._target)[0] + been

@@ -18,10 +18,10 @@ from eai.agents.game_setup import GameSetup
 from eai.agents.observation import AgentMemory, make_manual
 from eai.agents.rules import OUTCOMES
 from eai.base.errors import EaiError, InputError
-from eai.planning.search import Effort
+from eai.planning.search import SearchEffort
 from eai.planning.successor_generator import generate_applicable_of_operator
 from eai.results.reward import Shaping, compute_reward_of_credit, make_credit_metrics
-from eai.tasks.prompts.template import Templates
+from eai.tasks.prompts.template import PromptTemplates
 from eai.tasks.special import Ambiguous, Impossible
 from eai.world.action import Action, Fault
 from eai.world.episode import Episode, Slip, SlipSampler
@@ -112,7 +112,7 @@ class Game:
         self._turns = 0
         self._failed = False
         self._faults: Counter[FaultKind] = Counter()
-        templates = Templates(variant=stage.rules.prompts)
+        templates = PromptTemplates(variant=stage.rules.prompts)
         self._memory = AgentMemory(stage.observer, stage.rules.feedback, templates)
         self._at_start = self.reached = self._find_reached_goals()
         self.ended: GameEnd | None = None
@@ -197,8 +197,8 @@ class Game:
         """Return the first observation: the task, the limit of actions, and the known facts."""
         text = self.stage.opening
         if self._rules.budget is not None:
-            templates = Templates(variant=self._rules.prompts)
-            text += f"\n\n{templates.fill('acting.txt', {'limit': str(self.stage.action_limit)})}"
+            templates = PromptTemplates(variant=self._rules.prompts)
+            text += f"\n\n{templates.fill_template('acting.txt', {'limit': str(self.stage.action_limit)})}"
         return f"{text}\n\n{self.memory.describe_objects(self.memory.known)}"
 
     def act(self, text: str) -> _StepResult:
@@ -363,7 +363,7 @@ class Game:
         Raises:
             InputError: too many actions are possible.
         """
-        bindings = Effort(_MAX_BINDINGS)
+        bindings = SearchEffort(_MAX_BINDINGS)
         commands = [
             self.stage.commands.write_command(action) for action in self.find_possible_actions(bindings)
         ]
@@ -373,7 +373,7 @@ class Game:
             )
         return [*commands, DONE] if self._rules.until == "done" else commands
 
-    def find_possible_actions(self, bindings: Effort | None = None) -> Iterator[Action]:
+    def find_possible_actions(self, bindings: SearchEffort | None = None) -> Iterator[Action]:
         """Yield all actions that are possible now, about known objects.
 
         Args:
@@ -383,7 +383,7 @@ class Game:
         known = self.memory.known
         objects = [index for index in self.stage.observer.subjects if index in known]
         domain, state = self.stage.domain, self._episode.state
-        bindings = bindings or Effort(_MAX_BINDINGS)
+        bindings = bindings or SearchEffort(_MAX_BINDINGS)
         for operator in domain.operators:
             yield from generate_applicable_of_operator(domain, operator, state, objects, bindings)
 

@@ -17,10 +17,10 @@ from eai.logic.formula import TRUE
 from eai.logic.traversal import find_predicates
 from eai.tasks.prompts.own import describe_rules, explain_goal_notation
 from eai.tasks.prompts.short import shorten_objects, shorten_state
-from eai.tasks.prompts.template import Templates, Text
+from eai.tasks.prompts.template import PromptTemplates, Text
 from eai.tasks.short_lists import HOW_TO_READ, shorten_facts, shorten_names, spell_out
 from eai.tasks.task import Task
-from eai.tasks.wording import Wording
+from eai.tasks.wording import SuiteWording
 from eai.world.derived import find_stored_predicates
 from eai.world.listing import FactLister
 from eai.world.relation import iterate_bits, make_mask
@@ -87,7 +87,7 @@ class Observer:
         first: the observation of the initial state.
     """
 
-    def __init__(self, task: Task, wording: Wording, observe: Observe, view: View = "task") -> None:
+    def __init__(self, task: Task, wording: SuiteWording, observe: Observe, view: View = "task") -> None:
         self._task = task
         self._wording = wording
         self._is_full = observe == "full"
@@ -265,9 +265,11 @@ class AgentMemory:
         has_looked: whether the agent has looked around since its last action.
     """
 
-    def __init__(self, observer: Observer, feedback: Feedback, templates: Templates | None = None) -> None:
+    def __init__(
+        self, observer: Observer, feedback: Feedback, templates: PromptTemplates | None = None
+    ) -> None:
         self._observer = observer
-        self._templates = templates or Templates()
+        self._templates = templates or PromptTemplates()
         self._feedback = feedback
         self.observation = observer.first
         self.known = {*self.observation.visible, *observer.landmarks}
@@ -294,7 +296,7 @@ class AgentMemory:
             "facts": facts,
             "short_facts": lambda: shorten_state(spell_out(facts), spell_out(described)),
         }
-        return self._templates.fill("view.txt", values)
+        return self._templates.fill_template("view.txt", values)
 
     def update(self, state: State) -> str:
         """Update the memory with the next state.
@@ -347,9 +349,9 @@ class AgentMemory:
             yield from self._render_changes(changes)
 
 
-def make_task_text(task: Task, wording: Wording, rules: GameRules) -> str:
+def make_task_text(task: Task, wording: SuiteWording, rules: GameRules) -> str:
     """Return the beginning of the first observation: the instruction, the goals and explanations."""
-    templates, stated = Templates(variant=rules.prompts), wording.describe_goals(task)
+    templates, stated = PromptTemplates(variant=rules.prompts), wording.describe_goals(task)
     agent = task.scene.agent
     notes = [] if agent is None else [f"You are {wording.object_name(task, agent)}."]
     if rules.observe == "partial":
@@ -362,7 +364,7 @@ def make_task_text(task: Task, wording: Wording, rules: GameRules) -> str:
     }
     values = {name: f"\n\n{text}" if text else "" for name, text in paragraphs.items()}
     values |= {"title": task.title, "instruction": task.instruction, "stated": stated}
-    return templates.fill("environment_task.txt", values)
+    return templates.fill_template("environment_task.txt", values)
 
 
 _AT_FIRST = "At first you are told what holds of what you see; nothing else does. Each turn you are told what"
@@ -391,4 +393,4 @@ def make_manual(benchmark: Benchmark, rules: GameRules) -> str:
         "how_to_read": HOW_TO_READ,
         **describe_rules(wording, benchmark.notation.short_texts),
     }
-    return Templates(variant=rules.prompts).fill("environment.txt", values)
+    return PromptTemplates(variant=rules.prompts).fill_template("environment.txt", values)

@@ -19,7 +19,7 @@ from eai.planning.planner import drop_needless_actions, get_planner
 from eai.planning.search import Limits
 from eai.planning.successor_generator import PlanNode
 from eai.results.reward import open_reward_suite
-from eai.tasks.goal_test import GoalTest, solves
+from eai.tasks.goal_test import GoalTest, solves_task
 from eai.tasks.planning import find_plan, to_planning_goal
 from eai.tasks.task import Task
 from eai.world.action import Action
@@ -99,7 +99,7 @@ def _play_agent(game: Game, agent: Agent) -> tuple[str, ...]:
 def _find_plans(task: Task, domain: Domain) -> Iterator[Sequence[Action]]:
     """Yield the gold plan without needless actions, and the planner's plan, if each solves the task."""
     gold = execute_plan(domain, task.initial, task.script).executed_actions
-    has_gold = bool(task.script) and solves(domain, task, gold)
+    has_gold = bool(task.script) and solves_task(domain, task, gold)
     if has_gold:
         yield (
             gold
@@ -108,7 +108,7 @@ def _find_plans(task: Task, domain: Domain) -> Iterator[Sequence[Action]]:
         )
     limits = _SHORTER_PLAN_LIMITS if has_gold else _PLAN_LIMITS
     plan = find_plan(task, get_planner(domain), limits).plan
-    if solves(domain, task, plan):
+    if solves_task(domain, task, plan):
         yield plan
 
 

@@ -92,7 +92,7 @@ class _ActingScorer(Scorer):
         if self.task.plan_exclusion is not None:
             return self.task.plan_exclusion
         stage = make_setup(self.task, self.benchmark, make_game_rules(STANDARD).replay_rules)
-        return self.task.exclude(NO_REFERENCE) if stage.reference.commands is None else None
+        return self.task.find_exclusion(NO_REFERENCE) if stage.reference.commands is None else None
 
     def assess(self, text: str) -> Assessment:
         """Return the verdict on an episode.

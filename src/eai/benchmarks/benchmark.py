@@ -26,7 +26,7 @@ if TYPE_CHECKING:
     from eai.tasks.operator_task import TransitionTask
     from eai.tasks.problem_world import ProblemWorld
     from eai.tasks.prompts.prompt import GoalSection, Prompt, PromptFiles
-    from eai.tasks.wording import Wording
+    from eai.tasks.wording import SuiteWording
 
 FOLDER = "formats"
 
@@ -241,15 +241,17 @@ class Benchmark:
         correct = self.get_errata(source).make_question_corrector(ability, lambda: self.operators(source))
         if correct is None:
             return files
-        return files.correct(lambda name, question: correct(self.data.task_id_of(name) or name, question))
+        return files.correct_questions(
+            lambda name, question: correct(self.data.task_id_of(name) or name, question)
+        )
 
-    def wording(self, ability: Ability) -> Wording:
+    def wording(self, ability: Ability) -> SuiteWording:
         """Return the names of objects and predicates that prompts of an ability use."""
         if self.notation.wordings is not None:
             return self.notation.wordings(ability)
-        from eai.tasks.wording import Wording  # not needed for scoring
+        from eai.tasks.wording import SuiteWording  # not needed for scoring
 
-        return Wording.of_domain(self.domain)
+        return SuiteWording.from_domain(self.domain)
 
     def subgoals(self) -> SubgoalNotation:
         """Return the notation of subgoals in answers."""
@@ -257,7 +259,7 @@ class Benchmark:
 
         return self.notation.subgoals or SubgoalNotation(self.domain)
 
-    def observed_wording(self) -> Wording:
+    def observed_wording(self) -> SuiteWording:
         """Return the names of objects and predicates that observations use.
 
         These are the names in prompts for plans, and the names of some additional predicates.

@@ -20,7 +20,7 @@ from eai.planning.search import Limits, SearchEnd
 from eai.tasks.goal_test import GoalTest
 from eai.tasks.goal_text import check_goal_names
 from eai.tasks.planning import find_plan
-from eai.tasks.source import Finding, Source
+from eai.tasks.source import DataFinding, Source
 from eai.tasks.task import NO_GOALS, Task
 from eai.tasks.task_files import find_false_statements
 from eai.world.conformance import check_domain
@@ -47,7 +47,7 @@ def _ignore_progress(checked: int) -> None:
 
 def check_benchmark(
     benchmark: Benchmark, source: Source, progressed: Callable[[int], None] = _ignore_progress
-) -> tuple[list[Finding], Counter[SearchEnd]]:
+) -> tuple[list[DataFinding], Counter[SearchEnd]]:
     """Return all problems of a benchmark, and the number of searches for plans with each kind of end.
 
     A plan is searched for each task that has none, except tasks excluded as unsolvable.
@@ -59,13 +59,13 @@ def check_benchmark(
     """
     domain, tasks = benchmark.domain, benchmark.tasks(source)
     initial_states = [tasks[task_id].initial for task_id in list(tasks)[:WALKS]]
-    findings = [Finding(domain.name, defect) for defect in check_domain(domain, initial_states)]
+    findings = [DataFinding(domain.name, defect) for defect in check_domain(domain, initial_states)]
     kinds = {kind for task in tasks.values() for kind in task.scene.kinds}
     for subject, formulas in _list_domain_formulas(domain):
         for kind in dict.fromkeys(chain.from_iterable(map(_list_named_kinds, formulas))):
             if kind not in kinds:
                 problem = f"no task has an object of the kind {kind}{did_you_mean(kind, kinds)}"
-                findings.append(Finding(domain.name, f"{subject}: {problem}"))
+                findings.append(DataFinding(domain.name, f"{subject}: {problem}"))
     planner, ends = Planner(domain), Counter[SearchEnd]()
     for number, (task_id, task) in enumerate(tasks.items()):
         progressed(number)
@@ -74,7 +74,7 @@ def check_benchmark(
             end = find_plan(task, planner, _LIMITS).end
             ends[end] += 1
             problems = ["no plan reaches its goals"] if end is SearchEnd.UNREACHABLE else []
-        findings += [Finding(task_id, problem) for problem in problems]
+        findings += [DataFinding(task_id, problem) for problem in problems]
     return findings, ends
 
 
@@ -105,7 +105,7 @@ def _list_named_kinds(formula: f.Formula) -> Iterator[str]:
         yield from filter(None, [variable.category for variable in get_bound_variables(subformula)])
 
 
-def check_annotations(benchmark: Benchmark, source: Source) -> Iterator[Finding]:
+def check_annotations(benchmark: Benchmark, source: Source) -> Iterator[DataFinding]:
     """Yield errors in the annotations of a benchmark that show when the annotations are executed.
 
     These are plans that miss their goals, goals that are false in the annotated final state, and gold
@@ -127,7 +127,7 @@ def check_annotations(benchmark: Benchmark, source: Source) -> Iterator[Finding]
             yield from _check_gold_verdict(benchmark.name, task_id, suite.score(task_id, book[task_id].text))
 
 
-def _check_annotated_state(name: str, task: Task) -> Iterator[Finding]:
+def _check_annotated_state(name: str, task: Task) -> Iterator[DataFinding]:
     if task.annotated_final is None or task.plan_exclusion is not None:
         return
     held = GoalTest(task.without_goals_over_time).find_reached(
@@ -135,20 +135,20 @@ def _check_annotated_state(name: str, task: Task) -> Iterator[Finding]:
     )
     if not all(held):
         missed = len(held) - sum(held)
-        yield Finding(
+        yield DataFinding(
             name, f"{task.id}: {missed} of {len(held)} goals do not hold in the annotated final state"
         )
 
 
-def _check_gold_verdict(name: str, task_id: str, verdict: Verdict) -> Iterator[Finding]:
+def _check_gold_verdict(name: str, task_id: str, verdict: Verdict) -> Iterator[DataFinding]:
     if verdict.excluded is not None:
         return
     if isinstance(verdict, PlanVerdict):
         if verdict.success is False:
             reason = verdict.error.detail if verdict.error is not None else "a goal is missed"
-            yield Finding(name, f"{task_id}: the plan fails: {reason}")
+            yield DataFinding(name, f"{task_id}: the plan fails: {reason}")
         return
     operators = cast("OperatorVerdict", verdict)
     if operators.success is False:
         outcome = "no answer" if operators.planner is None else operators.planner.value
-        yield Finding(name, f"{task_id}: the gold operators do not solve their problem: {outcome}")
+        yield DataFinding(name, f"{task_id}: the gold operators do not solve their problem: {outcome}")

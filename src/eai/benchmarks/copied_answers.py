@@ -28,13 +28,13 @@ from eai.logic.choice import Literal, build_choice_tree, generate_tree_options
 from eai.logic.ltl_printer import print_ltl
 from eai.logic.rewriting import rename_objects, rename_variables, substitute_terms
 from eai.logic.traversal import find_object_names, quantify, walk_subformulas
-from eai.pddl.model import Add, Both, Delete, Each, PddlEffect
+from eai.pddl.model import Add, AndEffect, Delete, ForAllEffect, PddlEffect
 from eai.pddl.writer import write_action
-from eai.planning.achievers import Achiever, Achievers
+from eai.planning.achievers import Achiever, AchieversByPredicate
 from eai.planning.effect_schema import find_changes_for_literal
-from eai.planning.search import Effort, Limits
+from eai.planning.search import Limits, SearchEffort
 from eai.planning.subgoal import GroundAtom, find_object
-from eai.tasks.goal_test import find_alternative_actions, solves
+from eai.tasks.goal_test import find_alternative_actions, solves_task
 from eai.tasks.operator_task import TransitionTask
 from eai.tasks.source import USUAL_SOURCE, Source, TaskSet
 from eai.tasks.task import GoalKind, Task
@@ -65,7 +65,7 @@ def write_goals_as_one_subgoal(task: Task, notation: SubgoalNotation) -> f.Formu
         _join_formulas(
             f.Or, [_require_action(name, arities[name]) for name in find_alternative_actions(goal)]
         )
-        for goal in task.goals_of(GoalKind.ACTION)
+        for goal in task.get_goals_of_kind(GoalKind.ACTION)
     ]
     lasting = [
         _expand_quantifiers(goal.formula, task.scene)
@@ -195,7 +195,7 @@ def _copy_goal_as_subgoal(benchmark: Benchmark, task: Task) -> Iterable[str]:
     return [print_ltl(write_goals_as_one_subgoal(task, benchmark.subgoals()))] if task.goals else []
 
 
-_achievers = lru_cache(maxsize=8)(Achievers)
+_achievers = lru_cache(maxsize=8)(AchieversByPredicate)
 """Returns the actions of a domain by the facts that they achieve; made once for all tasks of the domain."""
 
 
@@ -211,7 +211,7 @@ def _copy_plan(benchmark: Benchmark, task: Task) -> Iterable[str]:
     ]
     actions = [
         achievers.make_operator_achievers(find_alternative_actions(goal))
-        for goal in task.goals_of(GoalKind.ACTION)
+        for goal in task.get_goals_of_kind(GoalKind.ACTION)
     ]
     plan += [_find_first_action([(achiever, {}) for achiever in ways], task) for ways in actions]
     steps = dict.fromkeys(action for action in plan if action is not None)
@@ -227,7 +227,9 @@ def _list_goal_conditions(task: Task) -> Iterator[Literal]:
             )
 
 
-def _find_achievers(literal: Literal, task: Task, achievers: Achievers) -> Iterator[_AchieverMatch]:
+def _find_achievers(
+    literal: Literal, task: Task, achievers: AchieversByPredicate
+) -> Iterator[_AchieverMatch]:
     """Yield the actions that make a ground condition true.
 
     Actions that change its predicate directly come first.
@@ -241,8 +243,8 @@ def _find_achievers(literal: Literal, task: Task, achievers: Achievers) -> Itera
     for change in find_changes_for_literal(wanted, task.scene.vocabulary, of_scene):
         places = [index for index in change.arguments if index is not None]
         if len(places) == len(change.arguments):
-            for achiever in achievers.find(change.predicate, adding=change.truth):
-                scope = achiever.match(tuple(places), task.scene)
+            for achiever in achievers.find_achievers(change.predicate, adding=change.truth):
+                scope = achiever.match_atom_arguments(tuple(places), task.scene)
                 if scope is not None:
                     yield achiever, scope
 
@@ -251,8 +253,10 @@ def _find_first_action(matches: Iterable[_AchieverMatch], task: Task) -> Action 
     """Return the first matching action with objects of the task, possible or not, or None."""
     usable = sum(1 << index for index in task.relevant)
     for achiever, scope in matches:
-        for binding in achiever.bindings(task.initial, scope, usable, Effort(Limits().bindings)):
-            return Action(achiever.schema.operator.name, achiever.arguments(binding))
+        for binding in achiever.complete_bindings(
+            task.initial, scope, usable, SearchEffort(Limits().bindings)
+        ):
+            return Action(achiever.schema.operator.name, achiever.get_operator_arguments(binding))
     return None
 
 
@@ -270,15 +274,18 @@ def _copy_operators(benchmark: Benchmark, task: TransitionTask) -> Iterable[str]
     )
     declared = {predicate.name: predicate.parameters for predicate in task.domain.header.predicates}
     effects = [_make_effect_on_all(n, declared[n], adds=n not in denied) for n in wanted if n in declared]
-    effect = Both(tuple(effects))
-    return [write_action(replace(gold, precondition=f.TRUE, effect=effect)) for gold in task.gold.values()]
+    effect = AndEffect(tuple(effects))
+    return [
+        write_action(replace(gold, precondition=f.TRUE, effect=effect))
+        for gold in task.gold_operators.values()
+    ]
 
 
 def _make_effect_on_all(name: str, parameters: Sequence[f.Variable], *, adds: bool) -> PddlEffect:
     """Return the effect that makes a predicate true, or false, for all parameters of fitting types."""
     atom = f.Atom(name, tuple([f.Variable(parameter.name) for parameter in parameters]))
     effect: PddlEffect = Add(atom) if adds else Delete(atom)
-    return quantify(Each, parameters, effect)
+    return quantify(ForAllEffect, parameters, effect)
 
 
 _COPIERS: dict[Ability, Callable[[Benchmark, Any], Iterable[str]]] = {
@@ -353,7 +360,7 @@ class SimilarTaskTable:
 
     def solves_task(self, task: Task) -> bool:
         """Whether the adapted plan of the most similar other task solves this task."""
-        return solves(self._domain, task, self.adapt_plan(task))
+        return solves_task(self._domain, task, self.adapt_plan(task))
 
     def find_most_similar_task(self, task: Task) -> Task | None:
         """Return the other task with the largest share of equal goals, or else the first other task."""
@@ -402,7 +409,7 @@ def _adapt_goals(
 def _make_operator_copier(tasks: TaskSet[TransitionTask]) -> Callable[[TransitionTask], Sequence[str]]:
     """Return a function from a task to its operators, except operators that no other task needs."""
     uses = Counter([name for task in tasks.values() for name in task.operators])
-    return lambda task: [task.domain.operators[name].pddl for name in task.operators if uses[name] > 1]
+    return lambda task: [task.domain.operators[name].write_pddl for name in task.operators if uses[name] > 1]
 
 
 def _count_goals_by_category(task: Task) -> Counter[str]:

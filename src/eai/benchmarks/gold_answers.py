@@ -180,7 +180,7 @@ def open_answer_book(benchmark: Benchmark, ability: Ability, source: Source = US
         return write_goals(task, benchmark.domain, benchmark.notation.goals)
 
     def write_gold_operators(task: TransitionTask) -> Iterable[str]:
-        return [task.domain.operators[name].pddl for name in task.operators]
+        return [task.domain.operators[name].write_pddl for name in task.operators]
 
     match ability:
         case Ability.GOAL_INTERPRETATION:

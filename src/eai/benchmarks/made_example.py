@@ -8,9 +8,9 @@ from itertools import islice
 
 import eai.logic.formula as f
 from eai.logic.ltl_printer import print_ltl
-from eai.planning.search import Effort
+from eai.planning.search import SearchEffort
 from eai.planning.successor_generator import generate_applicable_of_operator
-from eai.tasks.goal_test import solves
+from eai.tasks.goal_test import solves_task
 from eai.tasks.task import Task, goal
 from eai.world.action import Action
 from eai.world.domain import Domain
@@ -38,7 +38,7 @@ def make_example(domain: Domain, tasks: Sequence[Task], predicates: Collection[s
     same_scene = [task for task in tasks if task.scene.objects == first.scene.objects]
     for plan, final in islice(_list_plans(domain, first), _MAX_PLANS):
         facts = [fact for fact in compare_states(first.initial, final).added if fact.predicate in predicates]
-        if facts and not any(solves(domain, task, plan) for task in same_scene):
+        if facts and not any(solves_task(domain, task, plan) for task in same_scene):
             predicate, arguments = facts[-1]
             wanted = f.Atom(predicate, tuple([f.Constant(first.scene.objects[i].name) for i in arguments]))
             said = f"Reach a state in which this holds: {print_ltl(wanted)}"
@@ -71,7 +71,7 @@ def _list_plans(domain: Domain, task: Task) -> Iterator[tuple[tuple[Action, ...]
 
 
 def _list_actions(domain: Domain, task: Task, state: State) -> list[Action]:
-    effort = Effort(_MAX_BINDINGS)
+    effort = SearchEffort(_MAX_BINDINGS)
     return [
         action
         for operator in domain.operators

@@ -24,17 +24,17 @@ from eai.benchmarks.made_example import make_example
 from eai.benchmarks.names import suite_name
 from eai.benchmarks.registry import list_benchmarks
 from eai.tasks.prompts.own import (
-    Questions,
+    PromptMaterial,
     make_format_samples,
-    render,
     render_operator_prompts,
+    render_prompts,
     render_task_prompt,
 )
-from eai.tasks.prompts.prompt import Belief, Image, Prompt, PromptSet, read_prompt_file, read_system_file
-from eai.tasks.prompts.template import Templates, list_template_names
+from eai.tasks.prompts.prompt import Image, Prompt, PromptSet, TaskBelief, read_prompt_file, read_system_file
+from eai.tasks.prompts.template import PromptTemplates, list_template_names
 from eai.tasks.source import Source, TaskSet, given
 from eai.tasks.task import Task
-from eai.tasks.wording import Wording
+from eai.tasks.wording import SuiteWording
 
 
 def make_answer_schema(
@@ -81,12 +81,12 @@ class PromptLibrary:
     source: Source = field(default_factory=Source)
 
     @property
-    def templates(self) -> Templates:
+    def templates(self) -> PromptTemplates:
         """Templates of our prompts. Templates in the user's folder replace them."""
-        return Templates(self.folder, self.prompts)
+        return PromptTemplates(self.folder, self.prompts)
 
     def open(
-        self, benchmark: Benchmark, ability: Ability, beliefs: Mapping[str, Belief] | None = None
+        self, benchmark: Benchmark, ability: Ability, beliefs: Mapping[str, TaskBelief] | None = None
     ) -> Mapping[str, Prompt]:
         """Return the prompts of a suite by task id, in the order of the data set.
 
@@ -154,7 +154,7 @@ class PromptLibrary:
         return QuestionWriter(prompts.__getitem__, benchmark.wording(ability), restate, templates, look)
 
     def _render_prompts(
-        self, benchmark: Benchmark, ability: Ability, beliefs: Mapping[str, Belief]
+        self, benchmark: Benchmark, ability: Ability, beliefs: Mapping[str, TaskBelief]
     ) -> Mapping[str, Prompt]:
         """Return our prompts, rendered from templates, or written by the ability if it defines their form."""
         templates, interaction = self.templates, get_declaration(ability).interaction
@@ -163,10 +163,10 @@ class PromptLibrary:
             return render_operator_prompts(tasks, templates, has_example=not benchmark.is_own_domain)
         if interaction.make_question is not None:
             return self._pose_questions(interaction.make_question, benchmark, ability, beliefs)
-        return render(self._make_questions(benchmark, ability, beliefs), templates)
+        return render_prompts(self._make_questions(benchmark, ability, beliefs), templates)
 
     def _pose_questions(
-        self, pose: QuestionMaker, benchmark: Benchmark, ability: Ability, beliefs: Mapping[str, Belief]
+        self, pose: QuestionMaker, benchmark: Benchmark, ability: Ability, beliefs: Mapping[str, TaskBelief]
     ) -> Mapping[str, Prompt]:
         """Return the questions that an ability itself writes, by task id.
 
@@ -178,7 +178,9 @@ class PromptLibrary:
         def pose_question(task_id: str) -> Prompt:
             belief = beliefs.get(task_id)
             question, _ = pose(world, tasks[task_id] if belief is None else belief.task)
-            text = question if isinstance(question, str) else templates.fill(f"{ability}.txt", question)
+            text = (
+                question if isinstance(question, str) else templates.fill_template(f"{ability}.txt", question)
+            )
             if belief is not None:
                 return Prompt(text, images=belief.images)
             shown = () if pictures is None else pictures(world, tasks[task_id])
@@ -187,8 +189,8 @@ class PromptLibrary:
         return TaskSet(tasks, pose_question, tasks.sha256)
 
     def _make_questions(
-        self, benchmark: Benchmark, ability: Ability, beliefs: Mapping[str, Belief]
-    ) -> Questions:
+        self, benchmark: Benchmark, ability: Ability, beliefs: Mapping[str, TaskBelief]
+    ) -> PromptMaterial:
         """Return the wording, tasks, format and samples from which our prompts are rendered."""
         templates, notation = self.templates, benchmark.notation
         name = f"formats/{benchmark.name}_{ability.value}.txt"
@@ -197,14 +199,14 @@ class PromptLibrary:
         book = open_answer_book(asked, ability, self.source)
         own_format = templates.read_user_template(name)
         own_texts = {} if own_format is None else {ability.value: own_format}
-        return Questions(
+        return PromptMaterial(
             ability.value,
             wording,
             notation.english.role,
             benchmark.tasks_for(ability, self.source),
             own_format
             or notation.formats.get(ability)
-            or templates.fill(f"formats/{ability.value}.txt", make_format_samples(wording)),
+            or templates.fill_template(f"formats/{ability.value}.txt", make_format_samples(wording)),
             lambda task_id: book[task_id].text,
             beliefs,
             asked.tasks_for(ability, self.source),
@@ -237,7 +239,7 @@ class PromptLibrary:
         return prompts
 
 
-def _replace_by_example(benchmark: Benchmark, wording: Wording, source: Source) -> Benchmark:
+def _replace_by_example(benchmark: Benchmark, wording: SuiteWording, source: Source) -> Benchmark:
     """Return the benchmark from which prompts take examples; in an own domain, its only task is a made task.
 
     No prompt may show the answer to another evaluated task.
@@ -250,7 +252,7 @@ def _replace_by_example(benchmark: Benchmark, wording: Wording, source: Source) 
 
 
 def _insert_beliefs(
-    prompts: Mapping[str, Prompt], benchmark: Benchmark, ability: Ability, beliefs: Mapping[str, Belief]
+    prompts: Mapping[str, Prompt], benchmark: Benchmark, ability: Ability, beliefs: Mapping[str, TaskBelief]
 ) -> Mapping[str, Prompt]:
     """Return the prompts with the goals that a model stated in place of the goals of the tasks."""
     section = benchmark.data.goal_sections.get(ability)
@@ -262,7 +264,7 @@ def _insert_beliefs(
     return {
         task_id: prompt
         if section is None or task_id not in beliefs
-        else replace(prompt, user=section.replace(prompt.user, beliefs[task_id]))
+        else replace(prompt, user=section.rewrite_section(prompt.user, beliefs[task_id]))
         for task_id, prompt in prompts.items()
     }
 

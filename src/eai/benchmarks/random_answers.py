@@ -28,12 +28,12 @@ from eai.logic.formula import And, Atom, Constant, Not, Variable
 from eai.logic.ltl_printer import print_ltl
 from eai.logic.traversal import walk_subformulas
 from eai.pddl.writer import write_action
-from eai.planning.search import Effort, Limits
+from eai.planning.search import Limits, SearchEffort
 from eai.planning.successor_generator import generate_applicable_of_operator
 from eai.tasks.operator_task import TransitionTask
 from eai.tasks.source import USUAL_SOURCE, Source, TaskSet
 from eai.tasks.task import Task
-from eai.tasks.wording import Wording, list_objects_in_prompt
+from eai.tasks.wording import SuiteWording, list_objects_in_prompt
 from eai.world.action import Action
 from eai.world.domain import Domain
 from eai.world.execution import attempt_action, execute_plan
@@ -116,7 +116,7 @@ def _draw_action(domain: Domain, state: State, objects: Sequence[int], rng: rand
         action = Action(operator.name, tuple(rng.choices(objects, k=operator.arity)))
         if isinstance(attempt_action(domain, History(state), action), State):
             return action
-    bindings = Effort(Limits().bindings)
+    bindings = SearchEffort(Limits().bindings)
     ways = [
         generate_applicable_of_operator(domain, operator, state, objects, bindings)
         for operator in domain.operators
@@ -152,7 +152,7 @@ def _write_goals(benchmark: Benchmark, task: Task, steps: _Steps, rng: random.Ra
     )
 
 
-def _list_changed_facts(wording: Wording, task: Task, before: State, after: State) -> Iterator[Literal]:
+def _list_changed_facts(wording: SuiteWording, task: Task, before: State, after: State) -> Iterator[Literal]:
     """Yield negated facts that ended between two states, then facts that began.
 
     Only facts that prompts show count.
@@ -176,7 +176,7 @@ def _make_named_atom(fact: Fact, task: Task) -> Atom:
 
 
 def _open_random_operators(tasks: TaskSet[TransitionTask]) -> RandomAnswers:
-    gold = [action for task in tasks.values() for action in task.gold.values()]
+    gold = [action for task in tasks.values() for action in task.gold_operators.values()]
     lengths = [
         len([formula for formula in walk_subformulas(action.precondition) if isinstance(formula, Atom)])
         for action in gold
@@ -186,7 +186,7 @@ def _open_random_operators(tasks: TaskSet[TransitionTask]) -> RandomAnswers:
     def make_answer(task_id: str, seed: str, done: Sequence[Action] = ()) -> WrittenAnswer:
         task, rng = tasks[task_id], make_random(seed, task_id)
         written = []
-        for action in task.gold.values():
+        for action in task.gold_operators.values():
             predicates = list(_list_predicates_with_arguments(task, action))
             needed, changed = [
                 [
@@ -197,7 +197,7 @@ def _open_random_operators(tasks: TaskSet[TransitionTask]) -> RandomAnswers:
             ]
             needs = And(tuple([atom if rng.random() < _HALF else Not(atom) for atom in needed]))
             does = tuple([m.Add(atom) if rng.random() < _HALF else m.Delete(atom) for atom in changed])
-            written.append(write_action(replace(action, precondition=needs, effect=m.Both(does))))
+            written.append(write_action(replace(action, precondition=needs, effect=m.AndEffect(does))))
         return WrittenAnswer(tuple(written), join_operators_as_answer)
 
     return make_answer
@@ -208,7 +208,7 @@ def _list_predicates_with_arguments(
 ) -> Iterator[tuple[str, list[list[str]]]]:
     """Yield predicates with, for each of their arguments, the operator's parameters whose type fits."""
     above = m.parents(task.domain.header.types)
-    kinds = {given.name: m.supertypes(above, m.get_variable_type(given)) for given in action.parameters}
+    kinds = {given.name: m.list_supertypes(above, m.get_variable_type(given)) for given in action.parameters}
     for predicate in task.domain.header.predicates:
         types = [m.get_variable_type(variable) for variable in predicate.parameters]
         fitting = [[name for name, supertypes in kinds.items() if wanted in supertypes] for wanted in types]

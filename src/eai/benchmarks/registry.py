@@ -204,7 +204,7 @@ def _open_task_files(path: Path) -> Benchmark:
 
     files = open_task_files(path)
     base = find_benchmark(files.base)
-    return replace_tasks(base, files.name, lambda source: files.tasks(base.domain))
+    return replace_tasks(base, files.name, lambda source: files.open_tasks(base.domain))
 
 
 def replace_tasks(base: Benchmark, name: str, open_tasks: OpenTasks[Task]) -> Benchmark:

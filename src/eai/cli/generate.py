@@ -29,7 +29,7 @@ from eai.benchmarks.generator.spec import (
 from eai.benchmarks.registry import find_benchmark
 from eai.cli.console import DOMAIN_HELP, format_count, get_error_console, get_output_console, print_result
 from eai.cli.options import AsJson, DataFolder, Seed, make_flag, open_data_source
-from eai.pddl.export import export
+from eai.pddl.export import export_domain_and_problem
 from eai.pddl.val import VALID, find_val_program, run_val
 from eai.tasks.task import Task
 from eai.tasks.task_files import make_task_file_content, open_task_files, write_task_file
@@ -44,8 +44,8 @@ def validate_with_val(val: Path, domain: Domain, task: Task, plan: Sequence[Acti
     Raises:
         DomainError: A goal is about the course of the plan, which PDDL goals cannot express.
     """
-    exported = export(domain, task.initial, [goal.formula for goal in task.goals])
-    return run_val(val, exported.domain, exported.problem, [exported.step(action) for action in plan])
+    exported = export_domain_and_problem(domain, task.initial, [goal.formula for goal in task.goals])
+    return run_val(val, exported.domain, exported.problem, [exported.to_pddl_step(action) for action in plan])
 
 
 def generate_tasks(
@@ -130,7 +130,9 @@ def generate_tasks(
     earlier = {name: made for name, made in others.items() if sets.is_earlier_split(name, split.value)}
     later = {name: made for name, made in others.items() if sets.is_earlier_split(split.value, name)}
     for path in against or ():
-        others[str(path)] = earlier[str(path)] = list(open_task_files(path).tasks(benchmark.domain).values())
+        others[str(path)] = earlier[str(path)] = list(
+            open_task_files(path).open_tasks(benchmark.domain).values()
+        )
     known = {sets.fingerprint_task(task) for tasks in others.values() for task in tasks}
     rivals = sets.make_leak_test(benchmark.domain, chain(*earlier.values()), chain(*later.values()))
     with convert_write_errors(out):  # generating takes long, so check first that the folder can be written

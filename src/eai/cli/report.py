@@ -193,7 +193,7 @@ def _make_prompt_background(benchmark: Benchmark, store: Store) -> ExplorerBackg
             }
     with suppress(EaiError):
         tasks = benchmark.operators(source).values()
-        operators = {name: text.pddl for task in tasks for name, text in task.domain.operators.items()}
+        operators = {name: text.write_pddl for task in tasks for name, text in task.domain.operators.items()}
     instructions = {task.id: task.instruction for task in benchmark.tasks(source).values()}
     return ExplorerBackground(prompts, operators, instructions)
 

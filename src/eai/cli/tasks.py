@@ -19,10 +19,10 @@ from eai.cli.console import DOMAIN_HELP, format_count, print_findings_and_exit, 
 from eai.cli.options import AsJson, DataFolder, make_flag, open_data_source
 from eai.cli.progress import show_scoring_progress
 from eai.planning.search import SearchEnd
-from eai.tasks.source import Finding
+from eai.tasks.source import DataFinding
 from eai.tasks.task import Task
 from eai.tasks.task_files import check_task_files, write_task_file
-from eai.tasks.task_lines import json_schema, write_task_line
+from eai.tasks.task_lines import make_task_line_schema, write_task_line
 
 
 def check(
@@ -52,7 +52,7 @@ def check(
         schema: Print the JSON Schema of a line of a task file instead.
     """
     if schema:
-        print(json.dumps(json_schema(), indent=2))
+        print(json.dumps(make_task_line_schema(), indent=2))
     elif not path:
         raise InputError(f"expected a benchmark: {REFERENCES}")
     elif against is not None:
@@ -62,7 +62,7 @@ def check(
             raise InputError("--split: also give --secret, or set EAI_SECRET")
         folder = Path(path)
         findings = [
-            Finding(str(folder / split), problem) for problem in check_secret_set(folder, split, secret)
+            DataFinding(str(folder / split), problem) for problem in check_secret_set(folder, split, secret)
         ]
         print_findings_and_exit(findings, "the set was made with this secret", as_json=as_json)
     elif is_path_of_task_files(path):

@@ -49,7 +49,7 @@ def parse_problem(text: str) -> PddlProblem:
             section, or is nested too deep (`traversal.MAX_DEPTH`).
         InputError: an initial fact is neither an atom nor a negated atom.
     """
-    return _BddlReader(text).problem()
+    return _BddlReader(text).read_problem()
 
 
 class _BddlReader:
@@ -61,7 +61,7 @@ class _BddlReader:
         self._tokens.append(_END)
         self._next = 0
 
-    def problem(self) -> PddlProblem:
+    def read_problem(self) -> PddlProblem:
         """Return the problem that the whole text defines."""
         domains: list[str] = []
         objects: list[tuple[TypedName, ...]] = []
@@ -158,7 +158,7 @@ class _BddlReader:
                     raise InputError(f"line {line}: expected a fact, not {print_ltl(other)}")
         return tuple(initial), tuple(denied)
 
-    def _conditions(
+    def _read_conditions(
         self, scope: frozenset[str] = frozenset(), levels: int = MAX_DEPTH
     ) -> tuple[f.Formula, ...]:
         """Read conditions and the closing parenthesis."""
@@ -184,7 +184,7 @@ class _BddlReader:
     def _read_connective(self, connective: str, scope: frozenset[str], levels: int) -> f.Formula:
         """Read the parts of a connective and the closing parenthesis."""
         if connective in ("and", "or"):
-            return (f.And if connective == "and" else f.Or)(self._conditions(scope, levels))
+            return (f.And if connective == "and" else f.Or)(self._read_conditions(scope, levels))
         first = self._read_condition(scope, levels)
         second = self._read_condition(scope, levels) if connective == "imply" else None
         self._read_token(")")

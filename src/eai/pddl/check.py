@@ -16,7 +16,7 @@ from eai.base.errors import ParseError
 from eai.logic.traversal import get_bound_variables, get_subformulas
 
 
-class Violation(str, Enum):
+class PddlViolationKind(str, Enum):
     """A kind of violation of the rules of PDDL. Records store the value of the kind."""
 
     UNBALANCED = "unbalanced_parenthesis"
@@ -42,7 +42,7 @@ class Violation(str, Enum):
     @property
     def stops_planner(self) -> bool:
         """Whether a planner that follows the standard refuses a domain with a violation of this kind."""
-        return self is not Violation.WRONG_ARGUMENT_TYPE
+        return self is not PddlViolationKind.WRONG_ARGUMENT_TYPE
 
     @property
     def stops_reading(self) -> bool:
@@ -55,11 +55,11 @@ class Violation(str, Enum):
 
 _UNREADABLE = frozenset(
     {
-        Violation.UNBALANCED,
-        Violation.MALFORMED,
-        Violation.UNSUPPORTED,
-        Violation.CONDITION_IN_EFFECT,
-        Violation.EFFECT_IN_CONDITION,
+        PddlViolationKind.UNBALANCED,
+        PddlViolationKind.MALFORMED,
+        PddlViolationKind.UNSUPPORTED,
+        PddlViolationKind.CONDITION_IN_EFFECT,
+        PddlViolationKind.EFFECT_IN_CONDITION,
     }
 )
 
@@ -74,7 +74,7 @@ class PddlFinding:
         place: the location in words: the operator and its part.
     """
 
-    offence: Violation
+    offence: PddlViolationKind
     name: str
     place: str
 
@@ -94,7 +94,7 @@ class PddlError(ParseError):
         expected: the expected text, in words.
     """
 
-    def __init__(self, offence: Violation, line: int, column: int, expected: str) -> None:
+    def __init__(self, offence: PddlViolationKind, line: int, column: int, expected: str) -> None:
         super().__init__(line, column, expected)
         self.offence = offence
 
@@ -104,7 +104,7 @@ TypeScope = Mapping[str, str]
 
 
 @dataclass(frozen=True, slots=True)
-class Declarations:
+class DeclaredNames:
     """The declared names that a text may use.
 
     Attributes:
@@ -118,7 +118,7 @@ class Declarations:
     constants: Mapping[str, str]
 
     @classmethod
-    def of_domain(cls, domain: m.PddlDomain, objects: Iterable[m.TypedName] = ()) -> Declarations:
+    def from_domain(cls, domain: m.PddlDomain, objects: Iterable[m.TypedName] = ()) -> DeclaredNames:
         """Return the declarations of a domain, and those of a problem's objects if the text may name them."""
         return cls(
             parents=m.parents(domain.types),
@@ -129,13 +129,14 @@ class Declarations:
     def has_type(self, name: str) -> bool:
         """Whether a type is declared, with all its alternatives. The root type always is."""
         return all(
-            alternative == m.OBJECT or alternative in self.parents for alternative in m.alternatives(name)
+            alternative == m.OBJECT or alternative in self.parents
+            for alternative in m.list_type_alternatives(name)
         )
 
 
 def check_domain(domain: m.PddlDomain) -> tuple[PddlFinding, ...]:
     """Return all violations of a domain: in its declarations, then operator by operator."""
-    vocabulary = Declarations.of_domain(domain)
+    vocabulary = DeclaredNames.from_domain(domain)
     findings = [
         *_find_duplicate_names([item.name for item in domain.constants], ":constants"),
         *_find_duplicate_names([predicate.name for predicate in domain.predicates], "predicates"),
@@ -143,9 +144,9 @@ def check_domain(domain: m.PddlDomain) -> tuple[PddlFinding, ...]:
     ]
     above = vocabulary.parents
     findings += [
-        PddlFinding(Violation.MALFORMED, name, ":types")
+        PddlFinding(PddlViolationKind.MALFORMED, name, ":types")
         for name in above
-        if above[name] != m.OBJECT and name in m.supertypes(above, above[name])
+        if above[name] != m.OBJECT and name in m.list_supertypes(above, above[name])
     ]
     for predicate in domain.predicates:
         findings += _find_unknown_types(predicate.parameters, vocabulary, f"predicate {predicate.name}")
@@ -153,36 +154,38 @@ def check_domain(domain: m.PddlDomain) -> tuple[PddlFinding, ...]:
         scope = {parameter.name: m.get_variable_type(parameter) for parameter in axiom.parameters}
         place = f"condition of {axiom.name}"
         findings += _find_unknown_types(axiom.parameters, vocabulary, f"derived predicate {axiom.name}")
-        findings += _FormulaChecker(vocabulary, place).formula(axiom.condition, scope)
+        findings += _FormulaChecker(vocabulary, place).check_formula(axiom.condition, scope)
     for action in domain.actions:
         findings += check_action(action, vocabulary)
     return tuple(findings)
 
 
-def check_action(action: m.PddlAction, vocabulary: Declarations) -> tuple[PddlFinding, ...]:
+def check_action(action: m.PddlAction, vocabulary: DeclaredNames) -> tuple[PddlFinding, ...]:
     """Return all violations of an operator, in the order of its text, each once."""
     place = f"parameters of {action.name}"
     scope = {parameter.name: m.get_variable_type(parameter) for parameter in action.parameters}
     findings = [
         *_find_duplicate_names([parameter.name for parameter in action.parameters], place),
         *_find_unknown_types(action.parameters, vocabulary, place),
-        *_FormulaChecker(vocabulary, f"precondition of {action.name}").formula(action.precondition, scope),
-        *_FormulaChecker(vocabulary, f"effect of {action.name}").effect(action.effect, scope),
+        *_FormulaChecker(vocabulary, f"precondition of {action.name}").check_formula(
+            action.precondition, scope
+        ),
+        *_FormulaChecker(vocabulary, f"effect of {action.name}").check_effect(action.effect, scope),
     ]
     return tuple(dict.fromkeys(findings))
 
 
 def check_problem(problem: m.PddlProblem, domain: m.PddlDomain) -> tuple[PddlFinding, ...]:
     """Return all violations of a problem against its domain, each once."""
-    vocabulary = Declarations.of_domain(domain, problem.objects)
+    vocabulary = DeclaredNames.from_domain(domain, problem.objects)
     objects = [f.Variable(item.name, item.type) for item in problem.objects]
     findings = [
         *_find_duplicate_names([item.name for item in objects], "objects"),
         *_find_unknown_types(objects, vocabulary, "objects"),
     ]
     for atom in (*problem.initial, *problem.denied):
-        findings += _FormulaChecker(vocabulary, "initial state").formula(atom, {})
-    findings += _FormulaChecker(vocabulary, "goal").formula(problem.goal, {})
+        findings += _FormulaChecker(vocabulary, "initial state").check_formula(atom, {})
+    findings += _FormulaChecker(vocabulary, "goal").check_formula(problem.goal, {})
     for action in domain.actions:
         findings += [
             finding for finding in check_action(action, vocabulary) if finding.offence is MENDABLE_BY_PROBLEMS
@@ -190,7 +193,7 @@ def check_problem(problem: m.PddlProblem, domain: m.PddlDomain) -> tuple[PddlFin
     return tuple(dict.fromkeys(findings))
 
 
-MENDABLE_BY_PROBLEMS = Violation.UNDECLARED_CONSTANT
+MENDABLE_BY_PROBLEMS = PddlViolationKind.UNDECLARED_CONSTANT
 """Kind of violation in a domain that its problems can repair, by declaring objects that it names."""
 
 
@@ -198,18 +201,20 @@ MENDABLE_BY_PROBLEMS = Violation.UNDECLARED_CONSTANT
 class _FormulaChecker:
     """Checks one formula or effect. `place` states in words where the formula or effect stands."""
 
-    vocabulary: Declarations
+    vocabulary: DeclaredNames
     place: str
 
-    def formula(self, formula: f.Formula, scope: TypeScope) -> Iterator[PddlFinding]:
+    def check_formula(self, formula: f.Formula, scope: TypeScope) -> Iterator[PddlFinding]:
         match formula:
             case f.Atom():
-                yield from self.atom(formula, scope)
+                yield from self.check_atom(formula, scope)
             case f.Equals(left, right):
                 for term in (left, right):
-                    yield from self.term(term, scope)
+                    yield from self.check_term(term, scope)
             case f.Occurs() | f.Then() | f.Next() | f.Eventually() | f.Always() | f.Until():
-                yield PddlFinding(Violation.UNSUPPORTED, f"PDDL, not {type(formula).__name__}", self.place)
+                yield PddlFinding(
+                    PddlViolationKind.UNSUPPORTED, f"PDDL, not {type(formula).__name__}", self.place
+                )
             case _:
                 bound = get_bound_variables(formula)
                 yield from _find_unknown_types(bound, self.vocabulary, self.place)
@@ -219,40 +224,40 @@ class _FormulaChecker:
                     else scope
                 )
                 for part in get_subformulas(formula):
-                    yield from self.formula(part, inner)
+                    yield from self.check_formula(part, inner)
 
-    def effect(self, effect: m.PddlEffect, scope: TypeScope) -> Iterator[PddlFinding]:
+    def check_effect(self, effect: m.PddlEffect, scope: TypeScope) -> Iterator[PddlFinding]:
         match effect:
             case m.Add(atom) | m.Delete(atom):
-                yield from self.atom(atom, scope)
-            case m.Both(parts):
+                yield from self.check_atom(atom, scope)
+            case m.AndEffect(parts):
                 for part in parts:
-                    yield from self.effect(part, scope)
-            case m.Each(variable, part):
+                    yield from self.check_effect(part, scope)
+            case m.ForAllEffect(variable, part):
                 yield from _find_unknown_types((variable,), self.vocabulary, self.place)
-                yield from self.effect(part, {**scope, variable.name: m.get_variable_type(variable)})
+                yield from self.check_effect(part, {**scope, variable.name: m.get_variable_type(variable)})
             case m.WhenEffect(condition, part):
-                yield from self.formula(condition, scope)
-                yield from self.effect(part, scope)
+                yield from self.check_formula(condition, scope)
+                yield from self.check_effect(part, scope)
 
-    def atom(self, atom: f.Atom, scope: TypeScope) -> Iterator[PddlFinding]:
+    def check_atom(self, atom: f.Atom, scope: TypeScope) -> Iterator[PddlFinding]:
         declared = self.vocabulary.predicates.get(atom.predicate)
         if declared is None:
-            yield PddlFinding(Violation.UNKNOWN_PREDICATE, atom.predicate, self.place)
+            yield PddlFinding(PddlViolationKind.UNKNOWN_PREDICATE, atom.predicate, self.place)
         elif len(declared.parameters) != len(atom.arguments):
-            yield PddlFinding(Violation.WRONG_ARITY, atom.predicate, self.place)
+            yield PddlFinding(PddlViolationKind.WRONG_ARITY, atom.predicate, self.place)
         else:
             for parameter, argument in zip(declared.parameters, atom.arguments, strict=True):
                 yield from self._check_argument_type(parameter, argument, scope)
         for argument in atom.arguments:
-            yield from self.term(argument, scope)
+            yield from self.check_term(argument, scope)
 
-    def term(self, term: f.Term, scope: TypeScope) -> Iterator[PddlFinding]:
+    def check_term(self, term: f.Term, scope: TypeScope) -> Iterator[PddlFinding]:
         match term:
             case f.Variable(name) if name not in scope:
-                yield PddlFinding(Violation.UNBOUND_VARIABLE, name, self.place)
+                yield PddlFinding(PddlViolationKind.UNBOUND_VARIABLE, name, self.place)
             case f.Constant(name) if name not in self.vocabulary.constants:
-                yield PddlFinding(Violation.UNDECLARED_CONSTANT, name, self.place)
+                yield PddlFinding(PddlViolationKind.UNDECLARED_CONSTANT, name, self.place)
 
     def _check_argument_type(
         self, parameter: f.Variable, argument: f.Term, scope: TypeScope
@@ -262,20 +267,24 @@ class _FormulaChecker:
         if actual is None or not self.vocabulary.has_type(actual):
             return
         above = self.vocabulary.parents
-        kinds = {name for alternative in m.alternatives(actual) for name in m.supertypes(above, alternative)}
-        if kinds.isdisjoint(m.alternatives(m.get_variable_type(parameter))):
-            yield PddlFinding(Violation.WRONG_ARGUMENT_TYPE, argument.name, self.place)
+        kinds = {
+            name
+            for alternative in m.list_type_alternatives(actual)
+            for name in m.list_supertypes(above, alternative)
+        }
+        if kinds.isdisjoint(m.list_type_alternatives(m.get_variable_type(parameter))):
+            yield PddlFinding(PddlViolationKind.WRONG_ARGUMENT_TYPE, argument.name, self.place)
 
 
 def _find_unknown_types(
-    variables: Iterable[f.Variable], vocabulary: Declarations, place: str
+    variables: Iterable[f.Variable], vocabulary: DeclaredNames, place: str
 ) -> Iterator[PddlFinding]:
     for variable in variables:
         if not vocabulary.has_type(m.get_variable_type(variable)):
-            yield PddlFinding(Violation.UNKNOWN_TYPE, m.get_variable_type(variable), place)
+            yield PddlFinding(PddlViolationKind.UNKNOWN_TYPE, m.get_variable_type(variable), place)
 
 
 def _find_duplicate_names(names: Iterable[str], place: str) -> Iterator[PddlFinding]:
     for name, count in Counter(names).items():
         if count > 1:
-            yield PddlFinding(Violation.DUPLICATE, name, place)
+            yield PddlFinding(PddlViolationKind.DUPLICATE, name, place)

@@ -59,9 +59,9 @@ class DeclaredDomain:
         ]
         parents = {name: kind for name, kind in m.parents(source.types).items() if kind != m.OBJECT}
         vocabulary = Vocabulary(tuple(stored), tuple(defined.values()), parents)
-        self.domain = Domain(source.name, vocabulary, tuple(map(self._operator, source.actions)))
+        self.domain = Domain(source.name, vocabulary, tuple(map(self._convert_operator, source.actions)))
 
-    def problem(self, problem: m.PddlProblem) -> tuple[State, tuple[f.Formula, ...]]:
+    def convert_problem(self, problem: m.PddlProblem) -> tuple[State, tuple[f.Formula, ...]]:
         """Return the initial state of a problem of the domain, and the conjuncts of its goal."""
         items = (*self._source.constants, *problem.objects)
         things = [WorldObject(item.name, item.type) for item in items]
@@ -71,17 +71,17 @@ class DeclaredDomain:
             Fact(atom.predicate, tuple([index[term.name] for term in atom.arguments]))
             for atom in problem.initial
         ]
-        goals = tuple([_convert(part) for part in conjuncts(problem.goal)])
+        goals = tuple([_convert(part) for part in split_conjuncts(problem.goal)])
         return scene.state(facts), goals
 
     def _make_derived_predicate(self, name: str, axioms: Sequence[m.PddlAxiom]) -> DefinedPredicate:
         """Return the derived predicate that some axioms define, with the parameters of the first axiom."""
         first = axioms[0].parameters
         return DefinedPredicate(
-            name, first, f.Or(tuple([self._definition(axiom, first) for axiom in axioms]))
+            name, first, f.Or(tuple([self._rename_axiom_parameters(axiom, first) for axiom in axioms]))
         )
 
-    def _definition(self, axiom: m.PddlAxiom, first: Sequence[f.Variable]) -> f.Formula:
+    def _rename_axiom_parameters(self, axiom: m.PddlAxiom, first: Sequence[f.Variable]) -> f.Formula:
         """Return the condition of an axiom, with the parameters of the first axiom of its predicate."""
         places = [
             (f.Variable(a.name), f.Variable(b.name)) for a, b in zip(axiom.parameters, first, strict=True)
@@ -92,66 +92,66 @@ class DeclaredDomain:
         body: f.Formula = f.And((*typed, *same, _convert(axiom.condition)))
         return quantify(f.Exists, [mine for mine, _ in reversed(renamed)], body)
 
-    def _operator(self, action: m.PddlAction) -> Operator:
+    def _convert_operator(self, action: m.PddlAction) -> Operator:
         parameters = tuple([f.Variable(parameter.name) for parameter in action.parameters])
         kinds = [
             self._make_type_check(each) for each in action.parameters if m.get_variable_type(each) != m.OBJECT
         ]
-        checks = [self._check(part, parameters) for part in conjuncts(action.precondition)]
-        deletions, additions = (tuple(self._effects(action.effect, kind)) for kind in (Delete, Add))
+        checks = [self._make_check(part, parameters) for part in split_conjuncts(action.precondition)]
+        deletions, additions = (tuple(self._convert_effects(action.effect, kind)) for kind in (Delete, Add))
         return Operator(action.name, parameters, (*kinds, *checks), (*deletions, *additions))
 
     def _make_type_check(self, parameter: f.Variable) -> Check:
-        kinds = " or ".join(m.alternatives(m.get_variable_type(parameter)))
+        kinds = " or ".join(m.list_type_alternatives(m.get_variable_type(parameter)))
         return affordance(_make_membership(parameter), f"{{{parameter.name}}} is no {kinds}")
 
-    def _check(self, condition: f.Formula, parameters: Sequence[f.Variable]) -> Check:
+    def _make_check(self, condition: f.Formula, parameters: Sequence[f.Variable]) -> Check:
         can_change = self._changing.intersection(find_predicates(condition))
         fault = FaultKind.MISSING_STEP if can_change else FaultKind.AFFORDANCE
         return Check(_convert(condition), fault, _write_reason(condition, parameters))
 
-    def _effects(self, effect: m.PddlEffect, kind: type[Add] | type[Delete]) -> Iterator[Effect]:
+    def _convert_effects(self, effect: m.PddlEffect, kind: type[Add] | type[Delete]) -> Iterator[Effect]:
         """Yield either the additions or the deletions of an effect."""
         match effect:
             case Add() | Delete() if isinstance(effect, kind):
                 yield effect
-            case m.Both(parts):
+            case m.AndEffect(parts):
                 for part in parts:
-                    yield from self._effects(part, kind)
-            case m.Each(variable, part):
-                inner = tuple(self._effects(part, kind))
+                    yield from self._convert_effects(part, kind)
+            case m.ForAllEffect(variable, part):
+                inner = tuple(self._convert_effects(part, kind))
                 if inner:
                     yield ForEach(f.Variable(variable.name), _make_membership(variable), inner)
             case m.WhenEffect(condition, part):
-                inner = tuple(self._effects(part, kind))
+                inner = tuple(self._convert_effects(part, kind))
                 if inner:
                     yield When(_convert(condition), inner)
 
 
 def _make_membership(variable: f.Variable) -> f.Formula:
     """Return the condition that the value of a variable is of the variable's type."""
-    names = m.alternatives(m.get_variable_type(variable))
+    names = m.list_type_alternatives(m.get_variable_type(variable))
     return f.TRUE if m.OBJECT in names else is_a(f.Variable(variable.name), *names)
 
 
 def _convert(formula: f.Formula) -> f.Formula:
     """Return a formula whose quantifiers range over single types; other types become conditions."""
     match formula:
-        case f.ForAll(variable, body) if len(m.alternatives(m.get_variable_type(variable))) > 1:
+        case f.ForAll(variable, body) if len(m.list_type_alternatives(m.get_variable_type(variable))) > 1:
             kind = _make_membership(variable)
             return f.ForAll(f.Variable(variable.name), f.Implies(kind, _convert(body)))
-        case f.Exists(variable, body) if len(m.alternatives(m.get_variable_type(variable))) > 1:
+        case f.Exists(variable, body) if len(m.list_type_alternatives(m.get_variable_type(variable))) > 1:
             kind = _make_membership(variable)
             return f.Exists(f.Variable(variable.name), f.And((kind, _convert(body))))
         case _:
             return map_subformulas(formula, _convert)
 
 
-def conjuncts(formula: f.Formula) -> Iterator[f.Formula]:
+def split_conjuncts(formula: f.Formula) -> Iterator[f.Formula]:
     """Yield the conjuncts of a formula, left to right."""
     if isinstance(formula, f.And):
         for operand in formula.operands:
-            yield from conjuncts(operand)
+            yield from split_conjuncts(operand)
     else:
         yield formula
 

@@ -16,7 +16,7 @@ import eai.pddl.model as m
 from eai.logic.semantics import find_possible_values, unite_value_sets
 from eai.logic.signature import describe_arity
 from eai.logic.traversal import find_predicates
-from eai.planning.search import Effort
+from eai.planning.search import SearchEffort
 
 PddlState = frozenset[f.Atom]
 Valuation = Mapping[str, str]
@@ -78,9 +78,9 @@ class _StateEvaluation:
         state: PddlState,
         derived: DerivedPredicates,
         objects: Mapping[str, tuple[str, ...]],
-        looks: Effort | None = None,
+        looks: SearchEffort | None = None,
     ) -> None:
-        self._looks = looks or Effort()
+        self._looks = looks or SearchEffort()
         self._axioms = derived.axioms
         self._circles = derived.circles
         self._objects = objects
@@ -112,14 +112,18 @@ class _StateEvaluation:
             case f.Implies(premise, conclusion):
                 return not self.holds(premise, binding) or self.holds(conclusion, binding)
             case f.ForAll(variable, body):
-                counter = self.extensions(variable, f.Not(body), binding)
+                counter = self.generate_bindings(variable, f.Not(body), binding)
                 return all(self.holds(body, inner) for inner in counter)
             case f.Exists(variable, body):
-                return any(self.holds(body, inner) for inner in self.extensions(variable, body, binding))
+                return any(
+                    self.holds(body, inner) for inner in self.generate_bindings(variable, body, binding)
+                )
             case _:
                 raise ValueError(f"{type(formula).__name__} has no meaning in a single state")
 
-    def extensions(self, variable: f.Variable, body: f.Formula, binding: Valuation) -> Iterator[Valuation]:
+    def generate_bindings(
+        self, variable: f.Variable, body: f.Formula, binding: Valuation
+    ) -> Iterator[Valuation]:
         """Yield a binding with each value of a variable for which a condition may hold, in declared order."""
         members = self._objects[m.get_variable_type(variable)]
         inner = {name: value for name, value in binding.items() if name != variable.name}
@@ -160,7 +164,9 @@ class _StateEvaluation:
     def _derive_rows(self, axiom: m.PddlAxiom) -> Iterator[_Row]:
         bindings: list[Valuation] = [{}]
         for parameter in axiom.parameters:
-            bindings = [each for b in bindings for each in self.extensions(parameter, axiom.condition, b)]
+            bindings = [
+                each for b in bindings for each in self.generate_bindings(parameter, axiom.condition, b)
+            ]
         for binding in bindings:
             if self.holds(axiom.condition, binding):
                 yield tuple([binding[parameter.name] for parameter in axiom.parameters])
@@ -200,11 +206,11 @@ class _StateEvaluation:
         rows: Iterable[_Row] = self._rows.get(predicate, ())
         for place, value in enumerate(values):
             if value is not None:
-                rows = self._index(predicate, place).get(value, ())
+                rows = self._index_rows(predicate, place).get(value, ())
                 break
         return (row for row in rows if all(value in (None, x) for value, x in zip(values, row, strict=True)))
 
-    def _index(self, predicate: str, place: int) -> Mapping[str, list[_Row]]:
+    def _index_rows(self, predicate: str, place: int) -> Mapping[str, list[_Row]]:
         rows_by_value = self._indexed.get((predicate, place))
         if rows_by_value is None:
             rows_by_value = self._indexed[predicate, place] = {}
@@ -242,7 +248,7 @@ class PlanStep:
         return " ".join((self.action, *self.arguments))
 
 
-class Executor:
+class PddlPlanExecutor:
     """Executes plans of one domain and problem.
 
     Args:
@@ -251,7 +257,9 @@ class Executor:
         looks: the budget of objects that quantifiers may visit; unlimited by default.
     """
 
-    def __init__(self, domain: m.PddlDomain, problem: m.PddlProblem, looks: Effort | None = None) -> None:
+    def __init__(
+        self, domain: m.PddlDomain, problem: m.PddlProblem, looks: SearchEffort | None = None
+    ) -> None:
         self._looks = looks
         self._actions = {action.name: action for action in domain.actions}
         self._objects = m.group_objects_by_type(domain, problem)
@@ -260,7 +268,7 @@ class Executor:
         self._last: tuple[PddlState, _StateEvaluation] | None = None
 
     @property
-    def initial(self) -> PddlState:
+    def initial_state(self) -> PddlState:
         """The initial state."""
         return frozenset(self._problem.initial)
 
@@ -269,15 +277,15 @@ class Executor:
 
         Steps count from 0. If all steps run but the goal is missed, the index is the length of the plan.
         """
-        state = self.initial
+        state = self.initial_state
         for index, step in enumerate(plan):
-            result = self.successor(state, step)
+            result = self.execute_step(state, step)
             if isinstance(result, str):
                 return index, result
             state = result
         return None if self.holds(self._problem.goal, state, {}) else (len(plan), "goal not reached")
 
-    def successor(self, state: PddlState, step: PlanStep) -> PddlState | str:
+    def execute_step(self, state: PddlState, step: PlanStep) -> PddlState | str:
         """Return the state after a step, or the reason why the step is impossible, in words."""
         action = self._actions.get(step.action)
         if action is None:
@@ -320,14 +328,16 @@ def _find_changes(
     """
     match effect:
         case m.Add(atom):
-            yield m.Add(_ground(atom, binding))
+            yield m.Add(_ground_atom(atom, binding))
         case m.Delete(atom):
-            yield m.Delete(_ground(atom, binding))
-        case m.Both(parts):
+            yield m.Delete(_ground_atom(atom, binding))
+        case m.AndEffect(parts):
             for part in parts:
                 yield from _find_changes(part, now, binding)
-        case m.Each(variable, part):
-            for inner in now.extensions(variable, _find_necessary_condition(part, {variable.name}), binding):
+        case m.ForAllEffect(variable, part):
+            for inner in now.generate_bindings(
+                variable, _find_necessary_condition(part, {variable.name}), binding
+            ):
                 yield from _find_changes(part, now, inner)
         case m.WhenEffect(condition, part):
             if now.holds(condition, binding):
@@ -339,7 +349,7 @@ def _find_necessary_condition(effect: m.PddlEffect, bound: set[str]) -> f.Formul
     match effect:
         case m.WhenEffect(condition, part):
             return f.And((condition, _find_necessary_condition(part, bound)))
-        case m.Each(variable, part) if variable.name not in bound:
+        case m.ForAllEffect(variable, part) if variable.name not in bound:
             return f.Exists(variable, _find_necessary_condition(part, bound | {variable.name}))
         case m.Delete(atom):
             return atom
@@ -347,5 +357,5 @@ def _find_necessary_condition(effect: m.PddlEffect, bound: set[str]) -> f.Formul
             return f.TRUE
 
 
-def _ground(atom: f.Atom, binding: Valuation) -> f.Atom:
+def _ground_atom(atom: f.Atom, binding: Valuation) -> f.Atom:
     return f.Atom(atom.predicate, tuple(f.Constant(resolve_term(term, binding)) for term in atom.arguments))

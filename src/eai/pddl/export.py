@@ -17,9 +17,9 @@ from eai.logic.rewriting import rename_objects
 from eai.pddl.execute import PddlState, PlanStep
 from eai.pddl.glossary import (
     ConditionWriter,
-    Glossary,
+    ExportGlossary,
     PddlNames,
-    conjunction,
+    conjoin,
     find_hidden_predicates,
     replace_hidden_atoms,
 )
@@ -46,13 +46,17 @@ def _make_object_keys(scene: Scene) -> list[str]:
     return keys
 
 
-def _name_order_predicate(glossary: Glossary) -> str:
+def _name_order_predicate(glossary: ExportGlossary) -> str:
     """Return the predicate which states the order of the objects."""
-    return glossary.precedes(f.Variable("x"), f.Variable("y")).predicate
+    return glossary.make_order_atom(f.Variable("x"), f.Variable("y")).predicate
 
 
 def _export_problem(
-    glossary: Glossary, words: Sequence[str], header: m.PddlDomain, source: ProblemSource, goal: f.Formula
+    glossary: ExportGlossary,
+    words: Sequence[str],
+    header: m.PddlDomain,
+    source: ProblemSource,
+    goal: f.Formula,
 ) -> m.PddlProblem:
     """Return the problem of an exported domain: typed objects, the facts of a state, and added static facts.
 
@@ -64,10 +68,13 @@ def _export_problem(
         goal: the goal in PDDL.
     """
     things, constants = source.initial.scene.objects, {item.name for item in header.constants}
-    kinds = [(words[i], glossary.types[things[i].category]) for i in iterate_bits(source.kept)]
+    kinds = [(words[i], glossary.types[things[i].category]) for i in iterate_bits(source.kept_objects)]
     objects = tuple([m.TypedName(word, kind) for word, kind in kinds if word not in constants])
     facts = tuple(
-        [_export_atom(name, arguments, words) for name, arguments in _facts(glossary, header, source)]
+        [
+            _export_atom(name, arguments, words)
+            for name, arguments in _export_initial_facts(glossary, header, source)
+        ]
     )
     return m.PddlProblem(PddlNames()[source.name], header.name, objects, facts, denied=(), goal=goal)
 
@@ -76,12 +83,12 @@ def _export_atom(predicate: str, arguments: Sequence[int], words: Sequence[str])
     return f.Atom(predicate, tuple([f.Constant(words[i]) for i in arguments]))
 
 
-def _facts(
-    glossary: Glossary, header: m.PddlDomain, source: ProblemSource
+def _export_initial_facts(
+    glossary: ExportGlossary, header: m.PddlDomain, source: ProblemSource
 ) -> Iterator[tuple[str, tuple[int, ...]]]:
     """Yield the initial facts about the objects of a problem as atoms with PDDL names."""
     declared = {predicate.name for predicate in header.predicates}
-    indices = list(iterate_bits(source.kept))
+    indices = list(iterate_bits(source.kept_objects))
     among = set(indices)
     for predicate, arguments in source.initial.facts():
         name = glossary.predicates[predicate]
@@ -122,7 +129,7 @@ class ProblemSource:
     objects: int | None = None
 
     @property
-    def kept(self) -> int:
+    def kept_objects(self) -> int:
         """The objects of the problem and the agent, as a mask."""
         scene = self.initial.scene
         agent = 0 if scene.agent is None else 1 << scene.agent
@@ -154,11 +161,11 @@ class ExportedProblem:
             [_export_atom(name, things, self._words) for name, things in facts if name in declared]
         )
 
-    def step(self, action: Action) -> PlanStep:
+    def to_pddl_step(self, action: Action) -> PlanStep:
         """Return a ground action of the declared domain as a step of a plan in PDDL."""
         return PlanStep(self._operators[action.operator], tuple([self._words[i] for i in action.arguments]))
 
-    def action(self, step: PlanStep) -> Action:
+    def to_action(self, step: PlanStep) -> Action:
         """Return a step of a plan in PDDL as a ground action of the declared domain.
 
         Raises:
@@ -170,7 +177,7 @@ class ExportedProblem:
         )
 
 
-def export(
+def export_domain_and_problem(
     domain: Domain,
     initial: State,
     goals: Sequence[f.Formula],
@@ -202,12 +209,12 @@ def export_problems(
     Raises:
         DomainError: a goal is not about one state, or uses an undeclared name.
     """
-    glossary = Glossary(domain.vocabulary)
+    glossary = ExportGlossary(domain.vocabulary)
     for source in sources:
-        glossary.add_types(source.initial.scene, source.kept)
+        glossary.add_types(source.initial.scene, source.kept_objects)
     hidden = frozenset[str]() if invisible else find_hidden_predicates(domain.vocabulary)
     operators = PddlNames(operator.name for operator in domain.operators)
-    written = [_operator(each, operators, glossary, hidden) for each in domain.operators]
+    written = [_export_operator(each, operators, glossary, hidden) for each in domain.operators]
     things = [PddlNames([*glossary.things, *_make_object_keys(source.initial.scene)]) for source in sources]
     goals = [_export_goal(glossary, names, s, hidden) for names, s in zip(things, sources, strict=True)]
     header = _export_domain_header(glossary, domain.name, hidden, sources[0].initial.scene)
@@ -224,7 +231,7 @@ def export_problems(
     return tuple(problems)
 
 
-def _find_unsupported_features(glossary: Glossary) -> Iterator[str]:
+def _find_unsupported_features(glossary: ExportGlossary) -> Iterator[str]:
     for name in glossary.frozen:
         yield f"{name}: it is computed by a function and has no formula, so it keeps its initial value"
     for derived in map(glossary.vocabulary.derived_by_name.get, glossary.derived):
@@ -233,27 +240,30 @@ def _find_unsupported_features(glossary: Glossary) -> Iterator[str]:
 
 
 def _export_goal(
-    glossary: Glossary, names: PddlNames, source: ProblemSource, hidden: frozenset[str]
+    glossary: ExportGlossary, names: PddlNames, source: ProblemSource, hidden: frozenset[str]
 ) -> f.Formula:
     scene = source.initial.scene
     about = ConditionWriter(glossary, things=names, scene=scene)
     agent = {} if scene.agent is None else {scene.objects[scene.agent].name: AGENT.name}
     goals = [rename_objects(goal, agent) for goal in source.goals]
-    return conjunction([about.convert(replace_hidden_atoms(goal, hidden), {}) for goal in goals])
+    return conjoin([about.convert_formula(replace_hidden_atoms(goal, hidden), {}) for goal in goals])
 
 
-def _operator(
-    operator: Operator, names: PddlNames, glossary: Glossary, hidden: frozenset[str]
+def _export_operator(
+    operator: Operator, names: PddlNames, glossary: ExportGlossary, hidden: frozenset[str]
 ) -> m.PddlAction:
     """Return the operator without the effect that records its execution."""
     conditions = ConditionWriter(glossary)
-    scope = conditions.parameters(operator.parameters)
+    scope = conditions.name_parameters(operator.parameters)
     asked = [check.condition for check in operator.checks]
     if operator.alternatives:
         asked.append(_export_alternatives_condition(operator))
     with prefix_errors(f"operator {operator.name}", DomainError):
-        precondition = conjunction(
-            [conditions.convert(replace_hidden_atoms(condition, hidden), scope) for condition in asked]
+        precondition = conjoin(
+            [
+                conditions.convert_formula(replace_hidden_atoms(condition, hidden), scope)
+                for condition in asked
+            ]
         )
         effect = write_simultaneous_effect(operator, conditions, scope, hidden)
     return m.PddlAction(names[operator.name], tuple(scope.values()), precondition, effect)
@@ -265,17 +275,17 @@ def _export_alternatives_condition(operator: Operator) -> f.Formula:
     return f.Or((f.And(tuple([f.Not(attempt.condition) for attempt in operator.alternatives])), *succeeds))
 
 
-def _add_history_effect(action: m.PddlAction, glossary: Glossary, operators: PddlNames) -> m.PddlAction:
+def _add_history_effect(action: m.PddlAction, glossary: ExportGlossary, operators: PddlNames) -> m.PddlAction:
     """Return the operator with an effect that records its execution, if a goal asks for the record."""
     done = glossary.performed.get(operators.find_original_name(action.name))
     if done is None:
         return action
-    parts = action.effect.parts if isinstance(action.effect, m.Both) else (action.effect,)
-    return replace(action, effect=m.Both((*parts, m.Add(f.Atom(done, ())))))
+    parts = action.effect.parts if isinstance(action.effect, m.AndEffect) else (action.effect,)
+    return replace(action, effect=m.AndEffect((*parts, m.Add(f.Atom(done, ())))))
 
 
 def _export_domain_header(
-    glossary: Glossary, name: str, hidden: frozenset[str], scene: Scene
+    glossary: ExportGlossary, name: str, hidden: frozenset[str], scene: Scene
 ) -> m.PddlDomain:
     """Return the exported domain without operators: all used predicates, types and constants."""
     axioms, constants = tuple(_export_axioms(glossary)), tuple(_export_constants(glossary, scene))
@@ -301,21 +311,21 @@ def _export_domain_header(
     )
 
 
-def _export_types(glossary: Glossary) -> Iterator[m.TypedName]:
+def _export_types(glossary: ExportGlossary) -> Iterator[m.TypedName]:
     """Yield the kinds of objects with their parents. Parents that no object needs are left out."""
     for kind, written in glossary.types.items():
         parent = glossary.vocabulary.parents.get(kind, "")
         yield m.TypedName(written, glossary.types.get(parent, m.OBJECT))
 
 
-def _export_constants(glossary: Glossary, scene: Scene) -> Iterator[m.TypedName]:
+def _export_constants(glossary: ExportGlossary, scene: Scene) -> Iterator[m.TypedName]:
     """Yield the objects that operators name. Each object has the same category in all problems."""
     things = dict(zip(_make_object_keys(scene), scene.objects, strict=True))
     for name, written in glossary.things.items():
         yield m.TypedName(written, glossary.types[things[name].category] if name in things else m.OBJECT)
 
 
-def _export_axioms(glossary: Glossary) -> Iterator[m.PddlAxiom]:
+def _export_axioms(glossary: ExportGlossary) -> Iterator[m.PddlAxiom]:
     """Yield an axiom for each used derived predicate, including those that conditions of axioms use."""
     names_done: set[str] = set()
     while rest := [
@@ -326,6 +336,6 @@ def _export_axioms(glossary: Glossary) -> Iterator[m.PddlAxiom]:
         for derived in rest:
             names_done.add(derived.name)
             conditions = ConditionWriter(glossary)
-            scope = conditions.parameters(derived.parameters)
-            condition = conditions.convert(derived.definition, scope)
+            scope = conditions.name_parameters(derived.parameters)
+            condition = conditions.convert_formula(derived.definition, scope)
             yield m.PddlAxiom(glossary.predicates[derived.name], tuple(scope.values()), condition)

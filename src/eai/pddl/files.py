@@ -17,10 +17,10 @@ from eai.base.files import read_content
 from eai.logic.signature import find_line_and_column
 from eai.pddl.check import (
     MENDABLE_BY_PROBLEMS,
-    Declarations,
+    DeclaredNames,
     PddlError,
     PddlFinding,
-    Violation,
+    PddlViolationKind,
     check_domain,
     check_problem,
 )
@@ -28,7 +28,7 @@ from eai.pddl.model import OBJECT, PddlDomain, PddlProblem, TypedName
 from eai.pddl.places import find_offset_of_finding
 from eai.pddl.reader import (
     CONNECTIVES,
-    Group,
+    ExpressionList,
     PddlReader,
     SExpr,
     Symbol,
@@ -78,13 +78,13 @@ _REFUSED = {
 }
 """Mapping from the word that begins an unsupported feature of PDDL to the name of the feature."""
 _EXPECTED = {
-    Violation.UNKNOWN_PREDICATE: "a declared predicate, not {}",
-    Violation.WRONG_ARITY: "{} with as many arguments as are declared",
-    Violation.UNKNOWN_TYPE: "a declared type, not {}",
-    Violation.UNBOUND_VARIABLE: "a variable that is a parameter or quantified, not ?{}",
-    Violation.UNDECLARED_CONSTANT: "a declared object, not {}",
-    Violation.DUPLICATE: "{} once only",
-    Violation.MALFORMED: "no type above itself, as {} is",
+    PddlViolationKind.UNKNOWN_PREDICATE: "a declared predicate, not {}",
+    PddlViolationKind.WRONG_ARITY: "{} with as many arguments as are declared",
+    PddlViolationKind.UNKNOWN_TYPE: "a declared type, not {}",
+    PddlViolationKind.UNBOUND_VARIABLE: "a variable that is a parameter or quantified, not ?{}",
+    PddlViolationKind.UNDECLARED_CONSTANT: "a declared object, not {}",
+    PddlViolationKind.DUPLICATE: "{} once only",
+    PddlViolationKind.MALFORMED: "no type above itself, as {} is",
 }
 
 
@@ -105,12 +105,12 @@ def read_domain_text(text: str, path: Path) -> PddlDomain:
     """
     with prefix_errors(path):
         group = _read_definition(text, "domain")
-        _check(text, group, "domain", _read_declared_predicates(group))
+        _check_supported(text, group, "domain", _read_declared_predicates(group))
         domain = PddlReader(text, is_file=True).domain(_remove_costs(group))
         findings = [
             finding for finding in check_domain(domain) if finding.offence is not MENDABLE_BY_PROBLEMS
         ]
-        raise_for_findings(text, group, findings, Declarations.of_domain(domain))
+        raise_for_findings(text, group, findings, DeclaredNames.from_domain(domain))
     return domain
 
 
@@ -139,9 +139,9 @@ def read_problem_text(
     """Read the problem in the text of a file; raises as `read_problem_file` does."""
     with prefix_errors(path):
         group = _read_definition(text, "problem")
-        _check(text, group, "problem", [each.name for each in domain.predicates])
+        _check_supported(text, group, "problem", [each.name for each in domain.predicates])
         problem = PddlReader(text, is_file=True).problem(_remove_costs(group))
-        vocabulary = Declarations.of_domain(domain, problem.objects)
+        vocabulary = DeclaredNames.from_domain(domain, problem.objects)
         if problem.domain != domain.name:
             findings = check_problem(problem, domain)
             if any(each.offence.stops_planner for each in findings):
@@ -150,7 +150,7 @@ def read_problem_text(
                 )
                 named = f", as in {declared[0]}" if declared is not None else ""
                 expected = f"(:domain {domain.name}){named}, not (:domain {problem.domain})"
-                raise make_pddl_error(text, offset, Violation.MALFORMED, expected)
+                raise make_pddl_error(text, offset, PddlViolationKind.MALFORMED, expected)
         again = [each for each in problem.objects if each in domain.constants]
         _check_constant_types(text, group, problem, domain, declared)
         problem = replace(problem, objects=tuple([each for each in problem.objects if each not in again]))
@@ -159,7 +159,11 @@ def read_problem_text(
 
 
 def _check_constant_types(
-    text: str, group: Group, problem: PddlProblem, domain: PddlDomain, declared: tuple[Path, str] | None
+    text: str,
+    group: ExpressionList,
+    problem: PddlProblem,
+    domain: PddlDomain,
+    declared: tuple[Path, str] | None,
 ) -> None:
     """Raise an error for objects of a problem that the domain declares as constants of another type."""
     constants = {constant_item.name: constant_item for constant_item in domain.constants}
@@ -170,15 +174,15 @@ def _check_constant_types(
             if declared is not None:
                 finding = PddlFinding(MENDABLE_BY_PROBLEMS, item.name, ":constants")
                 offset = find_offset_of_finding(
-                    finding, _read_first_definition(declared[1]), Declarations.of_domain(domain)
+                    finding, _read_first_definition(declared[1]), DeclaredNames.from_domain(domain)
                 )
                 where = f"of {declared[0]}, line {find_line_and_column(declared[1], offset)[0]}"
             expected = f"{_write_typed(constant)}, as among the constants {where}, not {_write_typed(item)}"
             finding = PddlFinding(MENDABLE_BY_PROBLEMS, item.name, ":objects")
             raise make_pddl_error(
                 text,
-                find_offset_of_finding(finding, group, Declarations.of_domain(domain)),
-                Violation.DUPLICATE,
+                find_offset_of_finding(finding, group, DeclaredNames.from_domain(domain)),
+                PddlViolationKind.DUPLICATE,
                 expected,
             )
 
@@ -187,20 +191,20 @@ def _write_typed(item: TypedName) -> str:
     return item.name if item.type == OBJECT else f"{item.name} - {item.type}"
 
 
-def _read_first_definition(text: str) -> Group:
+def _read_first_definition(text: str) -> ExpressionList:
     """Return the first definition in a text. Commas may separate names."""
     text = text.replace(",", " ")
     try:
         return read_group(text)
     except PddlError as error:
-        offset = find_unclosed_section(text) if error.offence is Violation.UNBALANCED else None
+        offset = find_unclosed_section(text) if error.offence is PddlViolationKind.UNBALANCED else None
         if offset is None:
             raise
         expected = "a closing parenthesis before this section"
-        raise make_pddl_error(text, offset, Violation.UNBALANCED, expected) from error
+        raise make_pddl_error(text, offset, PddlViolationKind.UNBALANCED, expected) from error
 
 
-def _read_definition(text: str, kind: str) -> Group:
+def _read_definition(text: str, kind: str) -> ExpressionList:
     """Read the only definition in a text.
 
     Args:
@@ -215,13 +219,15 @@ def _read_definition(text: str, kind: str) -> Group:
         expected = f"the end of the file, as the definition ends at line {line}, column {column}"
         if (second := _DEFINITION.match(text, offset)) is not None:
             expected = f"one definition in a file; put this {second[1].lower()} into a file of its own"
-        raise make_pddl_error(text, offset, Violation.MALFORMED, expected)
+        raise make_pddl_error(text, offset, PddlViolationKind.MALFORMED, expected)
     match group.items[:2]:
-        case (Symbol("define"), Group((Symbol(other), Symbol(name)))) if other in _SECTIONS_OF:
+        case (Symbol("define"), ExpressionList((Symbol(other), Symbol(name)))) if other in _SECTIONS_OF:
             if other != kind:
                 expected = f"the definition of a {kind}, not of the {other} {name}"
                 order = "; the file of the domain comes first, then the problems"
-                raise make_pddl_error(text, group.items[1].offset, Violation.MALFORMED, f"{expected}{order}")
+                raise make_pddl_error(
+                    text, group.items[1].offset, PddlViolationKind.MALFORMED, f"{expected}{order}"
+                )
     return group
 
 
@@ -260,30 +266,30 @@ def read_text(path: Path) -> str:
     return text
 
 
-def _check(text: str, group: Group, kind: str, predicates: Collection[str]) -> None:
+def _check_supported(text: str, group: ExpressionList, kind: str, predicates: Collection[str]) -> None:
     """Raise an error for sections and expressions that are not supported. Costs of actions are ignored."""
     sections = _SECTIONS_OF[kind]
     for section in group.items[1:]:
-        if not isinstance(section, Group) or not (head := get_first_word(section)):
+        if not isinstance(section, ExpressionList) or not (head := get_first_word(section)):
             raise make_pddl_error(
-                text, section.offset, Violation.MALFORMED, "a section such as (:action ...)"
+                text, section.offset, PddlViolationKind.MALFORMED, "a section such as (:action ...)"
             )
         if head not in sections and head not in _REFUSED:
             expected = f"a section of a {kind}, not ({head} ...){did_you_mean(head, sorted(sections))}"
-            raise make_pddl_error(text, section.offset, Violation.UNSUPPORTED, expected)
+            raise make_pddl_error(text, section.offset, PddlViolationKind.UNSUPPORTED, expected)
         for inner in _walk_groups(section):
             refused = _find_unsupported_feature(inner, numbers=head in _NUMBERED)
             if refused is not None and get_first_word(inner) not in predicates:
                 expected = f"classical planning, without {refused}"
-                raise make_pddl_error(text, inner.offset, Violation.UNSUPPORTED, expected)
+                raise make_pddl_error(text, inner.offset, PddlViolationKind.UNSUPPORTED, expected)
 
 
-def _find_unsupported_feature(group: Group, *, numbers: bool) -> str | None:
+def _find_unsupported_feature(group: ExpressionList, *, numbers: bool) -> str | None:
     """Return the name of the unsupported feature in an expression; None if the expression is supported."""
     match group.items:
-        case (Symbol("at"), Symbol(), Group()):
+        case (Symbol("at"), Symbol(), ExpressionList()):
             return "facts that come true at a time"
-        case (Symbol("="), *terms) if not numbers and any(isinstance(item, Group) for item in terms):
+        case (Symbol("="), *terms) if not numbers and any(isinstance(item, ExpressionList) for item in terms):
             return _NUMBERS
         case (Symbol(":action"), _, *parts):
             keys = [item.text for item in parts if isinstance(item, Symbol)]
@@ -294,45 +300,48 @@ def _find_unsupported_feature(group: Group, *, numbers: bool) -> str | None:
             return None
 
 
-def _remove_costs(group: Group) -> Group:
+def _remove_costs(group: ExpressionList) -> ExpressionList:
     """Return the definition without functions, metric, increases of costs, and initial values of costs."""
     items: list[SExpr] = []
     for item in group.items:
-        if not isinstance(item, Group):
+        if not isinstance(item, ExpressionList):
             items.append(item)
         elif not _is_cost_expression(item):
             items.append(_remove_costs(item))
-    return Group(tuple(items), group.offset, group.end)
+    return ExpressionList(tuple(items), group.offset, group.end)
 
 
-def _is_cost_expression(group: Group) -> bool:
+def _is_cost_expression(group: ExpressionList) -> bool:
     match group.items:
-        case (Symbol(":functions" | ":metric" | "increase"), *_) | (Symbol("="), Group(), _):
+        case (Symbol(":functions" | ":metric" | "increase"), *_) | (Symbol("="), ExpressionList(), _):
             return True
         case _:
             return False
 
 
-def _read_declared_predicates(group: Group) -> list[str]:
+def _read_declared_predicates(group: ExpressionList) -> list[str]:
     sections = _find_sections(group, ":predicates")
     return [
-        get_first_word(item) for section in sections for item in section.items[1:] if isinstance(item, Group)
+        get_first_word(item)
+        for section in sections
+        for item in section.items[1:]
+        if isinstance(item, ExpressionList)
     ]
 
 
-def _find_sections(group: Group, head: str) -> list[Group]:
-    return [item for item in group.items if isinstance(item, Group) and get_first_word(item) == head]
+def _find_sections(group: ExpressionList, head: str) -> list[ExpressionList]:
+    return [item for item in group.items if isinstance(item, ExpressionList) and get_first_word(item) == head]
 
 
-def _walk_groups(group: Group) -> Iterator[Group]:
+def _walk_groups(group: ExpressionList) -> Iterator[ExpressionList]:
     yield group
     for item in group.items:
-        if isinstance(item, Group):
+        if isinstance(item, ExpressionList):
             yield from _walk_groups(item)
 
 
 def raise_for_findings(
-    text: str, definition: Group, findings: Sequence[PddlFinding], vocabulary: Declarations
+    text: str, definition: ExpressionList, findings: Sequence[PddlFinding], vocabulary: DeclaredNames
 ) -> None:
     """Raise an error for the first finding that stops a planner, with its position in the text.
 
@@ -346,9 +355,9 @@ def raise_for_findings(
         PddlError: a planner would not accept the text.
     """
     names = {
-        Violation.UNKNOWN_PREDICATE: (*vocabulary.predicates, *sorted(CONNECTIVES)),
-        Violation.UNKNOWN_TYPE: vocabulary.parents,
-        Violation.UNDECLARED_CONSTANT: vocabulary.constants,
+        PddlViolationKind.UNKNOWN_PREDICATE: (*vocabulary.predicates, *sorted(CONNECTIVES)),
+        PddlViolationKind.UNKNOWN_TYPE: vocabulary.parents,
+        PddlViolationKind.UNDECLARED_CONSTANT: vocabulary.constants,
     }
     for finding in findings:
         if finding.offence.stops_planner:

@@ -25,17 +25,17 @@ from eai.world.state import Scene
 from eai.world.vocabulary import DerivedPredicate, Vocabulary
 
 
-def conjunction(parts: Iterable[f.Formula]) -> f.Formula:
+def conjoin(parts: Iterable[f.Formula]) -> f.Formula:
     """Return the conjunction of some parts, each once; false if two parts are opposites."""
     return _join_formulas(f.And, parts)
 
 
-def disjunction(parts: Iterable[f.Formula]) -> f.Formula:
+def disjoin(parts: Iterable[f.Formula]) -> f.Formula:
     """Return the disjunction of some parts, each once; true if two parts are opposites."""
     return _join_formulas(f.Or, parts)
 
 
-def negation(formula: f.Formula) -> f.Formula:
+def negate(formula: f.Formula) -> f.Formula:
     """Return the negation of a formula."""
     if isinstance(formula, f.Not):
         return formula.operand
@@ -44,7 +44,7 @@ def negation(formula: f.Formula) -> f.Formula:
     return f.Not(formula)
 
 
-def equality(left: f.Term, right: f.Term) -> f.Formula:
+def make_equality(left: f.Term, right: f.Term) -> f.Formula:
     """Return the condition that two terms are equal. Constants with different names are never equal."""
     if left == right:
         return f.TRUE
@@ -53,7 +53,7 @@ def equality(left: f.Term, right: f.Term) -> f.Formula:
     )
 
 
-def substitute(formula: f.Formula, terms: Mapping[str, f.Term]) -> f.Formula:
+def replace_variables(formula: f.Formula, terms: Mapping[str, f.Term]) -> f.Formula:
     """Return a formula with free variables replaced by terms.
 
     No quantifier in the formula may bind a variable that is replaced or occurs in the new terms.
@@ -62,15 +62,15 @@ def substitute(formula: f.Formula, terms: Mapping[str, f.Term]) -> f.Formula:
         case f.Atom(predicate, arguments):
             return f.Atom(predicate, tuple([replace_variable(term, terms) for term in arguments]))
         case f.Equals(left, right):
-            return equality(replace_variable(left, terms), replace_variable(right, terms))
+            return make_equality(replace_variable(left, terms), replace_variable(right, terms))
         case f.Not(operand):
-            return negation(substitute(operand, terms))
+            return negate(replace_variables(operand, terms))
         case f.And(operands):
-            return conjunction([substitute(operand, terms) for operand in operands])
+            return conjoin([replace_variables(operand, terms) for operand in operands])
         case f.Or(operands):
-            return disjunction([substitute(operand, terms) for operand in operands])
+            return disjoin([replace_variables(operand, terms) for operand in operands])
         case f.Implies() | f.ForAll() | f.Exists():
-            return map_subformulas(formula, lambda part: substitute(part, terms))
+            return map_subformulas(formula, lambda part: replace_variables(part, terms))
         case _:
             raise ValueError(f"{type(formula).__name__} has no PDDL form")
 
@@ -83,8 +83,8 @@ def replace_variable(term: f.Term, terms: Mapping[str, f.Term]) -> f.Term:
 def _join_formulas(connective: type[f.And] | type[f.Or], parts: Iterable[f.Formula]) -> f.Formula:
     """Return a conjunction or disjunction, simplified if a part decides it or two parts are opposites."""
     unique = dict.fromkeys(chain.from_iterable(f.get_operands(part, connective) for part in parts))
-    decisive = negation(connective(()))
-    if any(part == decisive or negation(part) in unique for part in unique):
+    decisive = negate(connective(()))
+    if any(part == decisive or negate(part) in unique for part in unique):
         return decisive
     return next(iter(unique)) if len(unique) == 1 else connective(tuple(unique))
 
@@ -156,7 +156,7 @@ TermScope = Mapping[str, f.Term]
 
 
 @dataclass(slots=True)
-class Glossary:
+class ExportGlossary:
     """The PDDL names of one export. A name counts as used once a method has returned it.
 
     Attributes:
@@ -185,7 +185,7 @@ class Glossary:
         stored = [predicate.name for predicate in self.vocabulary.predicates]
         self.predicates = PddlNames([*stored, *self.vocabulary.derived_by_name])
 
-    def predicate(self, name: str) -> str:
+    def use_predicate(self, name: str) -> str:
         """Return the PDDL name of a stored or derived predicate.
 
         Raises:
@@ -216,7 +216,7 @@ class Glossary:
         """Return the predicate without arguments which states that an action was executed."""
         return self.performed.setdefault(operator, self.predicates[f"done-{operator}"])
 
-    def precedes(self, first: f.Term, second: f.Term) -> f.Atom:
+    def make_order_atom(self, first: f.Term, second: f.Term) -> f.Atom:
         """Return the atom which states that the first object has the lower index."""
         self.ordered = True
         return f.Atom(self.predicates[f" {ORDER}"], (first, second))
@@ -234,7 +234,7 @@ class ConditionWriter:
     """
 
     def __init__(
-        self, glossary: Glossary, things: PddlNames | None = None, scene: Scene | None = None
+        self, glossary: ExportGlossary, things: PddlNames | None = None, scene: Scene | None = None
     ) -> None:
         self.glossary = glossary
         self._things = glossary.things if things is None else things
@@ -242,11 +242,11 @@ class ConditionWriter:
         self._count = 0
         self._scene = scene
 
-    def parameters(self, variables: Sequence[f.Variable]) -> dict[str, f.Variable]:
+    def name_parameters(self, variables: Sequence[f.Variable]) -> dict[str, f.Variable]:
         """Return a mapping from the names of parameters to their PDDL variables, in order."""
         return {variable.name: f.Variable(self._variables[variable.name]) for variable in variables}
 
-    def fresh(self, like: str, category: str | None = None) -> f.Variable:
+    def make_unused_variable(self, like: str, category: str | None = None) -> f.Variable:
         """Return a variable with an unused name."""
         name = like
         while name in self._variables:
@@ -254,7 +254,7 @@ class ConditionWriter:
             name = f"{like}{self._count}"
         return f.Variable(self._variables[name], None if category is None else self.glossary.types[category])
 
-    def term(self, term: f.Term, scope: TermScope) -> f.Term:
+    def convert_term(self, term: f.Term, scope: TermScope) -> f.Term:
         """Return a variable or constant in PDDL.
 
         Raises:
@@ -266,7 +266,7 @@ class ConditionWriter:
             raise DomainError(f"variable {term.name} is not bound")
         return scope[term.name]
 
-    def convert(self, formula: f.Formula, scope: TermScope) -> f.Formula:
+    def convert_formula(self, formula: f.Formula, scope: TermScope) -> f.Formula:
         """Return a state formula as a condition of PDDL.
 
         Raises:
@@ -274,28 +274,32 @@ class ConditionWriter:
         """
         match formula:
             case f.Atom(predicate, arguments):
-                terms = tuple([self.term(term, scope) for term in arguments])
-                return f.Atom(self.glossary.predicate(predicate), terms)
+                terms = tuple([self.convert_term(term, scope) for term in arguments])
+                return f.Atom(self.glossary.use_predicate(predicate), terms)
             case f.Occurs(action):
                 return f.Atom(self.glossary.use_history_predicate(action), ())
             case f.Equals(left, right):
-                return equality(self.term(left, scope), self.term(right, scope))
+                return make_equality(self.convert_term(left, scope), self.convert_term(right, scope))
             case f.Not(operand):
-                return negation(self.convert(operand, scope))
+                return negate(self.convert_formula(operand, scope))
             case f.And(operands):
-                return conjunction([self.convert(operand, scope) for operand in operands])
+                return conjoin([self.convert_formula(operand, scope) for operand in operands])
             case f.Or(operands):
-                return disjunction([self.convert(operand, scope) for operand in operands])
+                return disjoin([self.convert_formula(operand, scope) for operand in operands])
             case f.Implies(premise, conclusion):
-                return disjunction([negation(self.convert(premise, scope)), self.convert(conclusion, scope)])
+                return disjoin(
+                    [negate(self.convert_formula(premise, scope)), self.convert_formula(conclusion, scope)]
+                )
             case f.Exists(f.Variable(name, str(category)), f.Equals(left, right)) if (
                 f.Variable(name) in (left, right) and left != right
             ):
                 other = right if left == f.Variable(name) else left
-                return f.Atom(self.glossary.use_category_predicate(category), (self.term(other, scope),))
+                return f.Atom(
+                    self.glossary.use_category_predicate(category), (self.convert_term(other, scope),)
+                )
             case f.ForAll(variable, body) | f.Exists(variable, body):
-                bound = self.fresh(variable.name, variable.category)
-                inner = self.convert(body, {**scope, variable.name: f.Variable(bound.name)})
+                bound = self.make_unused_variable(variable.name, variable.category)
+                inner = self.convert_formula(body, {**scope, variable.name: f.Variable(bound.name)})
                 return type(formula)(bound, inner)
             case f.Exactly(count, variable, body):
                 return self._convert_exactly(count, variable, body, scope)
@@ -310,14 +314,14 @@ class ConditionWriter:
         """Return the condition that exactly `count` different objects satisfy a body."""
         if self._scene is not None and count > self._scene.get_category_mask(variable.category).bit_count():
             return f.FALSE
-        chosen = [self.fresh(variable.name, variable.category) for _ in range(count)]
+        chosen = [self.make_unused_variable(variable.name, variable.category) for _ in range(count)]
         terms: list[f.Term] = [f.Variable(variable_of_term.name) for variable_of_term in chosen]
-        met = [self.convert(body, {**scope, variable.name: term}) for term in terms]
-        other = self.fresh(variable.name, variable.category)
-        rest = self.convert(body, {**scope, variable.name: f.Variable(other.name)})
-        among = [equality(f.Variable(other.name), term) for term in terms]
-        only = f.ForAll(other, disjunction([negation(rest), *among]))
-        return quantify(f.Exists, chosen, conjunction([*met, *_require_different(terms), only]))
+        met = [self.convert_formula(body, {**scope, variable.name: term}) for term in terms]
+        other = self.make_unused_variable(variable.name, variable.category)
+        rest = self.convert_formula(body, {**scope, variable.name: f.Variable(other.name)})
+        among = [make_equality(f.Variable(other.name), term) for term in terms]
+        only = f.ForAll(other, disjoin([negate(rest), *among]))
+        return quantify(f.Exists, chosen, conjoin([*met, *_require_different(terms), only]))
 
     def _convert_pairs(self, formula: f.ForPairs, scope: TermScope) -> f.Formula:
         """Return the condition of a pairing: enough pairs of different objects satisfy a body.
@@ -336,21 +340,21 @@ class ConditionWriter:
         members: list[f.Term] = [f.Constant(self._things[name]) for name in named]
         chosen: list[f.Variable] = []
         if count is not None and count < len(members):
-            chosen = [self.fresh(smaller.name, smaller.category) for _ in range(count)]
+            chosen = [self.make_unused_variable(smaller.name, smaller.category) for _ in range(count)]
             members = [f.Variable(each.name) for each in chosen]
-        partners = [self.fresh(larger.name, larger.category) for _ in members]
+        partners = [self.make_unused_variable(larger.name, larger.category) for _ in members]
         terms: list[f.Term] = [f.Variable(each.name) for each in partners]
         parts: list[f.Formula] = [] if not chosen else list(_require_different(members))
         for one, other in zip(members, terms, strict=True):
-            parts.append(negation(equality(one, other)))
-            parts.append(self.convert(body, {**scope, smaller.name: one, larger.name: other}))
-        return quantify(f.Exists, [*chosen, *partners], conjunction([*parts, *_require_different(terms)]))
+            parts.append(negate(make_equality(one, other)))
+            parts.append(self.convert_formula(body, {**scope, smaller.name: one, larger.name: other}))
+        return quantify(f.Exists, [*chosen, *partners], conjoin([*parts, *_require_different(terms)]))
 
 
 def _require_different(terms: Sequence[f.Term]) -> Iterator[f.Formula]:
     for index, one in enumerate(terms):
         for other in terms[:index]:
-            yield negation(equality(one, other))
+            yield negate(make_equality(one, other))
 
 
 def find_hidden_predicates(vocabulary: Vocabulary) -> frozenset[str]:
@@ -371,15 +375,11 @@ def replace_hidden_atoms(formula: f.Formula, hidden: frozenset[str], *, positive
         case f.Atom(predicate):
             return (f.TRUE if positive else f.FALSE) if predicate in hidden else formula
         case f.Not(operand):
-            return negation(replace_hidden_atoms(operand, hidden, positive=not positive))
+            return negate(replace_hidden_atoms(operand, hidden, positive=not positive))
         case f.And(operands):
-            return conjunction(
-                [replace_hidden_atoms(operand, hidden, positive=positive) for operand in operands]
-            )
+            return conjoin([replace_hidden_atoms(operand, hidden, positive=positive) for operand in operands])
         case f.Or(operands):
-            return disjunction(
-                [replace_hidden_atoms(operand, hidden, positive=positive) for operand in operands]
-            )
+            return disjoin([replace_hidden_atoms(operand, hidden, positive=positive) for operand in operands])
         case f.Implies(premise, conclusion):
             return replace_hidden_atoms(f.Or((f.Not(premise), conclusion)), hidden, positive=positive)
         case f.Exists(variable, body) | f.ForAll(variable, body):

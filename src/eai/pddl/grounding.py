@@ -19,7 +19,7 @@ import eai.logic.formula as f
 import eai.pddl.model as m
 from eai.logic.traversal import find_free_variables, find_object_names
 from eai.pddl.execute import DerivedPredicates, PlanStep
-from eai.planning.search import Effort
+from eai.planning.search import SearchEffort
 
 
 class _GroundCondition(NamedTuple):
@@ -71,8 +71,10 @@ class Grounder:
             it is exceeded, the result is incomplete.
     """
 
-    def __init__(self, domain: m.PddlDomain, problem: m.PddlProblem, looks: Effort | None = None) -> None:
-        self._looks = looks or Effort()
+    def __init__(
+        self, domain: m.PddlDomain, problem: m.PddlProblem, looks: SearchEffort | None = None
+    ) -> None:
+        self._looks = looks or SearchEffort()
         self._domain = domain
         self._problem = problem
         self._objects = m.group_objects_by_type(domain, problem)
@@ -96,9 +98,9 @@ class Grounder:
 
     def goal(self) -> _GroundCondition | None:
         """Return the ground goal, or None if it is false in every state."""
-        return self._condition(self._problem.goal, {}, negated=False)
+        return self._ground_condition(self._problem.goal, {}, negated=False)
 
-    def actions(self, allowed: frozenset[str] | None = None) -> Iterator[_GroundAction]:
+    def generate_actions(self, allowed: frozenset[str] | None = None) -> Iterator[_GroundAction]:
         """Yield all ground actions that may be possible in some state and that change something.
 
         Args:
@@ -166,7 +168,7 @@ class Grounder:
         return all(_make_atom_key(atom, binding) in self._facts for atom in tests)
 
     def _ground_action(self, action: m.PddlAction, binding: _Binding) -> _GroundAction | None:
-        precondition = self._condition(action.precondition, binding, negated=False)
+        precondition = self._ground_condition(action.precondition, binding, negated=False)
         if precondition is None:
             return None
         effects: list[_GroundEffect] = []
@@ -195,18 +197,22 @@ class Grounder:
                 found.append(_GroundEffect(condition, self._get_atom_bit(_make_atom_key(atom, binding)), 0))
             case m.Delete(atom):
                 found.append(_GroundEffect(condition, 0, self._get_atom_bit(_make_atom_key(atom, binding))))
-            case m.Both(parts):
+            case m.AndEffect(parts):
                 for part in parts:
                     self._add_ground_effects(part, binding, condition, found)
-            case m.Each(variable, part):
+            case m.ForAllEffect(variable, part):
                 for inner in self._bind_to_each_object(variable, binding):
                     self._add_ground_effects(part, inner, condition, found)
             case m.WhenEffect(premise, part):
-                combined = _conjoin_conditions((condition, self._condition(premise, binding, negated=False)))
+                combined = _conjoin_conditions(
+                    (condition, self._ground_condition(premise, binding, negated=False))
+                )
                 if combined is not None:
                     self._add_ground_effects(part, binding, combined, found)
 
-    def _condition(self, formula: f.Formula, binding: _Binding, *, negated: bool) -> _GroundCondition | None:
+    def _ground_condition(
+        self, formula: f.Formula, binding: _Binding, *, negated: bool
+    ) -> _GroundCondition | None:
         """Return the ground condition, or None if it is false in every state."""
         match formula:
             case f.Atom():
@@ -218,19 +224,19 @@ class Grounder:
                     else None
                 )
             case f.Not(operand):
-                return self._condition(operand, binding, negated=not negated)
+                return self._ground_condition(operand, binding, negated=not negated)
             case f.And(operands) | f.Or(operands):
-                parts = (self._condition(operand, binding, negated=negated) for operand in operands)
+                parts = (self._ground_condition(operand, binding, negated=negated) for operand in operands)
                 return (
                     _conjoin_conditions(parts)
                     if isinstance(formula, f.And) != negated
                     else _disjoin_conditions(parts)
                 )
             case f.Implies(premise, conclusion):
-                return self._condition(f.Or((f.Not(premise), conclusion)), binding, negated=negated)
+                return self._ground_condition(f.Or((f.Not(premise), conclusion)), binding, negated=negated)
             case f.ForAll(variable, body) | f.Exists(variable, body):
                 inners = self._bind_to_each_object(variable, binding)
-                parts = (self._condition(body, inner, negated=negated) for inner in inners)
+                parts = (self._ground_condition(body, inner, negated=negated) for inner in inners)
                 return (
                     _conjoin_conditions(parts)
                     if isinstance(formula, f.ForAll) != negated
@@ -252,7 +258,9 @@ class Grounder:
         """Return the ground condition of a derived predicate; recursive predicates are not supported."""
         names = [_find_object_name(term, binding) for term in atom.arguments]
         axioms = self._axioms[atom.predicate]
-        parts = (self._condition(axiom.condition, axiom.scope(names), negated=negated) for axiom in axioms)
+        parts = (
+            self._ground_condition(axiom.condition, axiom.scope(names), negated=negated) for axiom in axioms
+        )
         return _conjoin_conditions(parts) if negated else _disjoin_conditions(parts)
 
     def _get_atom_bit(self, key: _Key) -> int:
@@ -351,7 +359,11 @@ class GroundProblem:
     """
 
     def __init__(
-        self, grounder: Grounder, actions: Iterable[_GroundAction], goal: _GroundCondition, looks: Effort
+        self,
+        grounder: Grounder,
+        actions: Iterable[_GroundAction],
+        goal: _GroundCondition,
+        looks: SearchEffort,
     ) -> None:
         self.atoms = len(grounder.numbers)
         self.initial = grounder.initial
@@ -407,7 +419,7 @@ class GroundProblem:
                 literals |= literal
         return literals
 
-    def choose(self, needed: int, literals: int) -> int:
+    def resolve_choices(self, needed: int, literals: int) -> int:
         """Return the needed literals, with each choice replaced by its first option in a set of literals."""
         if needed >> 3 * self.atoms:
             for literal, options, _, _ in reversed(self._choices.values()):
@@ -424,7 +436,7 @@ class GroundProblem:
                     needed |= option
         return needed
 
-    def successors(self, state: int, literals: int) -> Iterator[tuple[int, int]]:
+    def generate_successors(self, state: int, literals: int) -> Iterator[tuple[int, int]]:
         """Yield the successors of a state with given literals, in the order of the actions.
 
         Before each successor stands a mask with the bit of its action's number.
@@ -434,10 +446,10 @@ class GroundProblem:
             if not literals & literal:
                 possible &= ~needing
         self._looks.used += self._price + _LOOKS_PER_SUCCESSOR * possible.bit_count()
-        for action in bits(possible):
-            yield action, self.apply(action.bit_length() - 1, state, literals)
+        for action in iterate_bit_masks(possible):
+            yield action, self.apply_action(action.bit_length() - 1, state, literals)
 
-    def apply(self, number: int, state: int, literals: int) -> int:
+    def apply_action(self, number: int, state: int, literals: int) -> int:
         """Return the state after the action with a number, whether or not the action is possible."""
         add = delete = 0
         for needs, also_add, also_delete in self.actions[number].changes:
@@ -456,7 +468,7 @@ def map_bits_to_masks(masks: Iterable[int]) -> Mapping[int, int]:
     """Return a mapping from each bit to the numbers of the masks that contain it, as a mask."""
     numbers: dict[int, list[int]] = {}
     for number, mask in enumerate(masks):
-        for bit in bits(mask):
+        for bit in iterate_bit_masks(mask):
             numbers.setdefault(bit, []).append(number)
     return {bit: _make_mask(mask_numbers) for bit, mask_numbers in numbers.items()}
 
@@ -469,7 +481,7 @@ def _make_mask(numbers: Sequence[int]) -> int:
     return int.from_bytes(octets, "little")
 
 
-def bits(mask: int) -> Iterator[int]:
+def iterate_bit_masks(mask: int) -> Iterator[int]:
     """Yield each bit of a mask as a mask, in ascending order."""
     while mask:
         bit = mask & -mask

@@ -114,7 +114,7 @@ def make_condition_clause(formula: f.Formula) -> Clause:
         case f.Not(operand):
             return _negate_clause(make_condition_clause(operand))
         case f.And(operands) | f.Or(operands):
-            return _join(type(formula), map(make_condition_clause, operands))
+            return _join_clauses(type(formula), map(make_condition_clause, operands))
         case f.Implies(premise, conclusion):
             return make_condition_clause(f.Or((f.Not(premise), conclusion)))
         case f.Atom() | f.Equals() | f.ForAll() | f.Exists():
@@ -130,9 +130,9 @@ def make_effect_clause(effect: m.PddlEffect) -> Clause:
             return atom
         case m.Delete(atom):
             return f.Not(atom)
-        case m.Both(parts):
-            return _join(f.And, map(make_effect_clause, parts))
-        case m.Each(variable, part):
+        case m.AndEffect(parts):
+            return _join_clauses(f.And, map(make_effect_clause, parts))
+        case m.ForAllEffect(variable, part):
             return f.ForAll(variable, make_effect_clause(part))
         case m.WhenEffect(condition, part):
             return f.Implies(make_condition_clause(condition), make_effect_clause(part))
@@ -144,7 +144,7 @@ def _negate_clause(clause: Clause) -> Clause:
     return clause.operand if isinstance(clause, f.Not) else f.Not(clause)
 
 
-def _join(connective: type[f.And] | type[f.Or], parts: Iterable[Clause]) -> Clause:
+def _join_clauses(connective: type[f.And] | type[f.Or], parts: Iterable[Clause]) -> Clause:
     flat: list[Clause] = []
     for part in parts:
         flat.extend(f.get_operands(part, connective))
@@ -228,10 +228,12 @@ def match_operators(predicted: m.PddlAction, gold: m.PddlAction) -> OperatorMatc
     sides = [_SidePair(ours, *theirs) for ours, theirs in zip(own, _make_gold_sides(gold), strict=True)]
     renamings = _generate_renamings(predicted, gold)
     wanted = sum(len(side.wanted) for side in sides)
-    renaming, matches = _best(sides, renamings, _match_clauses, lambda clauses: len(clauses[0]), wanted)
+    renaming, matches = _find_best_renaming(
+        sides, renamings, _match_clauses, lambda clauses: len(clauses[0]), wanted
+    )
     precondition, effect = [SideMatch(*[tuple(map(write_clause, part)) for part in side]) for side in matches]
     wanted = sum(side.size for side in sides)
-    _, matched = _best(
+    _, matched = _find_best_renaming(
         sides,
         renamings,
         lambda side, renaming: _count_matched_literals(side.ours, side.gold, renaming),
@@ -256,7 +258,7 @@ def match_missing_operator(gold: m.PddlAction) -> OperatorMatch:
     return match_operators(m.PddlAction(gold.name, (), f.TRUE, m.NO_EFFECT), gold)
 
 
-def _best(
+def _find_best_renaming(
     sides: Sequence[_SidePair],
     renamings: Iterable[Renaming],
     match: Callable[[_SidePair, Renaming], _T],

@@ -21,14 +21,14 @@ OBJECT = "object"
 
 
 @dataclass(frozen=True, slots=True)
-class Both:
+class AndEffect:
     """An effect whose parts take place together; without parts it has no effect."""
 
     parts: tuple[PddlEffect, ...]
 
 
 @dataclass(frozen=True, slots=True)
-class Each:
+class ForAllEffect:
     """An effect that takes place for every object of the variable's type."""
 
     variable: f.Variable
@@ -43,13 +43,13 @@ class WhenEffect:
     part: PddlEffect
 
 
-PddlEffect: TypeAlias = Add | Delete | Both | Each | WhenEffect
+PddlEffect: TypeAlias = Add | Delete | AndEffect | ForAllEffect | WhenEffect
 """An effect of an action, whose parts take place at once.
 
 An atom that is both added and deleted becomes true.
 """
 
-NO_EFFECT = Both(())
+NO_EFFECT = AndEffect(())
 
 
 @dataclass(frozen=True, slots=True)
@@ -130,12 +130,12 @@ def get_variable_type(variable: f.Variable) -> str:
 _EITHER = "(either "
 
 
-def either(types: Iterable[str]) -> str:
+def write_either_type(types: Iterable[str]) -> str:
     """Return the PDDL text of a type with several alternatives."""
     return f"{_EITHER}{' '.join(types)})"
 
 
-def alternatives(name: str) -> tuple[str, ...]:
+def list_type_alternatives(name: str) -> tuple[str, ...]:
     """Return the alternatives of a type ``(either ...)``, or the type itself."""
     return tuple(name[len(_EITHER) : -1].split()) if name.startswith(_EITHER) else (name,)
 
@@ -144,7 +144,7 @@ class _TypeMembers(dict[str, tuple[str, ...]]):
     """Mapping from each declared type, and from each ``either`` of types, to its objects."""
 
     def __missing__(self, name: str) -> tuple[str, ...]:
-        kinds = [self[alternative] for alternative in alternatives(name) if alternative in self]
+        kinds = [self[alternative] for alternative in list_type_alternatives(name) if alternative in self]
         return tuple(dict.fromkeys([thing for kind in kinds for thing in kind]))
 
 
@@ -153,7 +153,7 @@ def parents(types: tuple[TypedName, ...]) -> dict[str, str]:
     return {declared.name: declared.type for declared in types}
 
 
-def supertypes(above: Mapping[str, str], name: str) -> list[str]:
+def list_supertypes(above: Mapping[str, str], name: str) -> list[str]:
     """Return a type and all its supertypes, nearest first. The root is always last."""
     types: list[str] = []
     while name != OBJECT and name not in types:
@@ -167,7 +167,7 @@ def group_objects_by_type(domain: PddlDomain, problem: PddlProblem) -> Mapping[s
     above = parents(domain.types)
     members: dict[str, list[str]] = {name: [] for name in (OBJECT, *(item.name for item in domain.types))}
     for item in (*domain.constants, *problem.objects):
-        for name in supertypes(above, item.type):
+        for name in list_supertypes(above, item.type):
             members.setdefault(name, []).append(item.name)
     return _TypeMembers({name: tuple(dict.fromkeys(items)) for name, items in members.items()})
 
@@ -179,10 +179,10 @@ def split_effect(
     match effect:
         case Add() | Delete():
             yield effect, conditions
-        case Both(parts):
+        case AndEffect(parts):
             for part in parts:
                 yield from split_effect(part, conditions)
-        case Each(part=part):
+        case ForAllEffect(part=part):
             yield from split_effect(part, conditions)
         case WhenEffect(condition, part):
             yield from split_effect(part, (*conditions, condition))
@@ -193,7 +193,7 @@ def find_effect_atoms(effect: PddlEffect) -> Iterator[f.Atom]:
     return (part.atom for part, _ in split_effect(effect))
 
 
-def effect_conditions(effect: PddlEffect) -> Iterator[f.Formula]:
+def find_effect_conditions(effect: PddlEffect) -> Iterator[f.Formula]:
     """Yield the conditions of an effect's conditional parts, left to right, once for each part."""
     return (condition for _, conditions in split_effect(effect) for condition in conditions)
 
@@ -201,7 +201,7 @@ def effect_conditions(effect: PddlEffect) -> Iterator[f.Formula]:
 def find_effect_variables(effect: PddlEffect) -> frozenset[str]:
     """Return the names of the variables in an effect's atoms, and of the free variables of its conditions."""
     return frozenset[str]().union(
-        *map(find_free_variables, (*find_effect_atoms(effect), *effect_conditions(effect)))
+        *map(find_free_variables, (*find_effect_atoms(effect), *find_effect_conditions(effect)))
     )
 
 
@@ -212,10 +212,10 @@ def map_effect_parts(
 ) -> PddlEffect:
     """Return an effect with functions applied to its immediate parts and to its own condition."""
     match effect:
-        case Both(parts):
-            return Both(tuple([change(part) for part in parts]))
-        case Each(variable, part):
-            return Each(variable, change(part))
+        case AndEffect(parts):
+            return AndEffect(tuple([change(part) for part in parts]))
+        case ForAllEffect(variable, part):
+            return ForAllEffect(variable, change(part))
         case WhenEffect(premise, part):
             return WhenEffect(condition(premise), change(part))
         case _:
@@ -249,7 +249,7 @@ class OperatorText:
         return len(self.parameters) + len(self.precondition) + len(self.effect)
 
     @property
-    def pddl(self) -> str:
+    def write_pddl(self) -> str:
         """The operator as a PDDL action."""
         return (
             f"(:action {self.name} :parameters {self.parameters} "

@@ -56,7 +56,7 @@ class _EffectContext:
     place: _EffectPosition = ()
 
     def add_condition(self, condition: f.Formula) -> _EffectContext:
-        return replace(self, condition=g.conjunction((self.condition, condition)))
+        return replace(self, condition=g.conjoin((self.condition, condition)))
 
     def extend_position(self, *place: int | f.Variable) -> _EffectContext:
         return replace(self, place=(*self.place, *place))
@@ -73,7 +73,7 @@ def write_simultaneous_effect(
         scope: the operator's parameters.
         hidden: predicates that are left out.
     """
-    return _OrderedEffectsConverter(conditions, scope, hidden).convert(operator)
+    return _OrderedEffectsConverter(conditions, scope, hidden).convert_effects(operator)
 
 
 class _OrderedEffectsConverter:
@@ -85,7 +85,7 @@ class _OrderedEffectsConverter:
         self._scope = scope
         self._hidden = hidden
 
-    def convert(self, operator: Operator) -> m.PddlEffect:
+    def convert_effects(self, operator: Operator) -> m.PddlEffect:
         start = _EffectContext(self._scope)
         changes: list[_AtomChange] = []
         for number, attempt in enumerate(operator.alternatives):
@@ -95,7 +95,7 @@ class _OrderedEffectsConverter:
             changes += self._convert_sequence(attempt.effects, inside)
         changes += self._convert_sequence(operator.effects, start.extend_position(len(operator.alternatives)))
         parts = [part for change in changes for part in self._write_change(change, changes)]
-        return parts[0] if len(parts) == 1 else m.Both(tuple(parts))
+        return parts[0] if len(parts) == 1 else m.AndEffect(tuple(parts))
 
     def _convert_sequence(self, effects: Iterable[Effect], context: _EffectContext) -> Iterator[_AtomChange]:
         for number, effect in enumerate(effects):
@@ -110,7 +110,7 @@ class _OrderedEffectsConverter:
                 read = self._convert_condition(condition, context)
                 yield from self._convert_sequence(effects, context.add_condition(read).extend_position(0))
                 yield from self._convert_sequence(
-                    otherwise, context.add_condition(g.negation(read)).extend_position(1)
+                    otherwise, context.add_condition(g.negate(read)).extend_position(1)
                 )
             case ForEach(variable, condition, effects):
                 bound, inside = self._bind_variable(variable, context)
@@ -127,13 +127,13 @@ class _OrderedEffectsConverter:
     def _bind_variable(
         self, variable: f.Variable, context: _EffectContext
     ) -> tuple[f.Variable, _EffectContext]:
-        bound = self._conditions.fresh(variable.name)
+        bound = self._conditions.make_unused_variable(variable.name)
         scope = {**context.scope, variable.name: bound}
         return bound, replace(context, scope=scope, variables=(*context.variables, bound))
 
     def _convert_condition(self, condition: f.Formula, context: _EffectContext) -> f.Formula:
         """Return the PDDL condition of an effect. Parts with hidden predicates count as false."""
-        return self._conditions.convert(
+        return self._conditions.convert_formula(
             g.replace_hidden_atoms(condition, self._hidden, positive=False), context.scope
         )
 
@@ -142,14 +142,14 @@ class _OrderedEffectsConverter:
     ) -> f.Formula:
         """Return the condition that no object with a lower index satisfies a condition."""
         meets = self._convert_condition(condition, inside)
-        if meets == f.TRUE or is_single(condition, variable, self._vocabulary):
+        if meets == f.TRUE or holds_for_one_value(condition, variable, self._vocabulary):
             return meets
-        other = self._conditions.fresh(variable.name)
+        other = self._conditions.make_unused_variable(variable.name)
         as_well = self._convert_condition(
             condition, replace(inside, scope={**inside.scope, variable.name: other})
         )
-        earlier = g.conjunction((self._conditions.glossary.precedes(other, bound), as_well))
-        return g.conjunction((meets, g.negation(f.Exists(other, earlier))))
+        earlier = g.conjoin((self._conditions.glossary.make_order_atom(other, bound), as_well))
+        return g.conjoin((meets, g.negate(f.Exists(other, earlier))))
 
     def _make_atom_change(self, atom: f.Atom, context: _EffectContext, *, adds: bool) -> _AtomChange:
         """Return the change that an effect makes to an atom; a pattern changes all atoms that it matches."""
@@ -160,24 +160,24 @@ class _OrderedEffectsConverter:
         terms: list[f.Term] = []
         for term in atom.arguments:
             if term == ANYTHING:
-                variables.append(self._conditions.fresh("other"))
+                variables.append(self._conditions.make_unused_variable("other"))
                 terms.append(variables[-1])
             else:
-                terms.append(self._conditions.term(term, context.scope))
-        written = f.Atom(self._conditions.glossary.predicate(atom.predicate), tuple(terms))
+                terms.append(self._conditions.convert_term(term, context.scope))
+        written = f.Atom(self._conditions.glossary.use_predicate(atom.predicate), tuple(terms))
         return _AtomChange(adds, written, tuple(variables), context.condition, context.place)
 
     def _write_change(self, change: _AtomChange, changes: Sequence[_AtomChange]) -> Iterator[m.PddlEffect]:
         condition = change.condition
         if change.adds:
             undone = [self._write_deletion_condition(change, other) for other in changes if not other.adds]
-            condition = g.conjunction((condition, *map(g.negation, undone)))
+            condition = g.conjoin((condition, *map(g.negate, undone)))
         if condition == f.FALSE:
             return
         effect: m.PddlEffect = m.Add(change.atom) if change.adds else m.Delete(change.atom)
         if condition != f.TRUE:
             effect = m.WhenEffect(condition, effect)
-        yield quantify(m.Each, change.variables, effect)
+        yield quantify(m.ForAllEffect, change.variables, effect)
 
     def _write_deletion_condition(self, addition: _AtomChange, deletion: _AtomChange) -> f.Formula:
         """Return the condition that a later deletion removes the added atom."""
@@ -190,13 +190,13 @@ class _OrderedEffectsConverter:
             if isinstance(deleted, f.Variable) and deleted.name in own and deleted.name not in terms:
                 terms[deleted.name] = added
             else:
-                same.append(g.equality(g.replace_variable(deleted, terms), added))
+                same.append(g.make_equality(g.replace_variable(deleted, terms), added))
         rest = [variable.name for variable in deletion.variables if variable.name not in terms]
-        still_open = {name: self._conditions.fresh(name) for name in rest}
+        still_open = {name: self._conditions.make_unused_variable(name) for name in rest}
         terms |= still_open
         later = self._write_order_condition(addition.place, deletion.place, terms)
-        undoing = g.conjunction((*same, later, g.substitute(deletion.condition, terms)))
-        if g.conjunction((addition.condition, undoing)) == f.FALSE:  # the two conditions exclude each other
+        undoing = g.conjoin((*same, later, g.replace_variables(deletion.condition, terms)))
+        if g.conjoin((addition.condition, undoing)) == f.FALSE:  # the two conditions exclude each other
             return f.FALSE
         for variable in reversed(still_open.values()):
             undoing = undoing if undoing in (f.TRUE, f.FALSE) else f.Exists(variable, undoing)
@@ -215,25 +215,25 @@ class _OrderedEffectsConverter:
                 rest = self._write_order_condition(addition[depth + 1 :], deletion[depth + 1 :], terms)
                 if theirs == mine:
                     return rest
-                precedes = self._conditions.glossary.precedes(mine, theirs)
-                return g.disjunction((precedes, g.conjunction((f.Equals(mine, theirs), rest))))
+                precedes = self._conditions.glossary.make_order_atom(mine, theirs)
+                return g.disjoin((precedes, g.conjoin((f.Equals(mine, theirs), rest))))
             if isinstance(mine, int) and isinstance(other, int) and mine != other:
                 return f.TRUE if mine < other else f.FALSE
         return f.FALSE
 
 
-def is_single(condition: f.Formula, variable: f.Variable, vocabulary: Vocabulary) -> bool:
+def holds_for_one_value(condition: f.Formula, variable: f.Variable, vocabulary: Vocabulary) -> bool:
     """Whether a condition has a form that at most one value of a variable can satisfy."""
     match condition:
         case f.And(operands):
-            return any(is_single(operand, variable, vocabulary) for operand in operands)
+            return any(holds_for_one_value(operand, variable, vocabulary) for operand in operands)
         case f.Equals(left, right):
             return (left == f.Variable(variable.name)) != (right == f.Variable(variable.name))
         case f.Atom(predicate, (*others, last)) if last == f.Variable(variable.name) and last not in others:
             declared = vocabulary.find_stored(predicate) or vocabulary.derived_by_name.get(predicate)
             match declared:
                 case DefinedPredicate(parameters=parameters, definition=definition):
-                    return is_single(definition, parameters[-1], vocabulary)
+                    return holds_for_one_value(definition, parameters[-1], vocabulary)
                 case Predicate(single=single):
                     return single
                 case _:

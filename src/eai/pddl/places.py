@@ -7,8 +7,8 @@ from itertools import islice
 from typing import Final
 
 import eai.pddl.model as m
-from eai.pddl.check import Declarations, PddlFinding, Violation
-from eai.pddl.reader import Group, SExpr, Symbol, get_first_word
+from eai.pddl.check import DeclaredNames, PddlFinding, PddlViolationKind
+from eai.pddl.reader import ExpressionList, SExpr, Symbol, get_first_word
 
 _SECTIONS: Final[Mapping[str, str]] = {
     "objects": ":objects",
@@ -31,7 +31,9 @@ _NAMED: Final = frozenset({":action", ":derived"})
 _QUANTIFIERS: Final = frozenset({"forall", "exists", "forn", "forpairs", "fornpairs"})
 
 
-def find_offset_of_finding(finding: PddlFinding, definition: Group, vocabulary: Declarations) -> int:
+def find_offset_of_finding(
+    finding: PddlFinding, definition: ExpressionList, vocabulary: DeclaredNames
+) -> int:
     """Return the offset at which a definition has the mistake of a finding.
 
     A mistake without a position, such as a missing name, has the offset of its section.
@@ -45,80 +47,82 @@ def find_offset_of_finding(finding: PddlFinding, definition: Group, vocabulary: 
     offsets = (
         offset for section in sections for offset in _find_mistake_offsets(section, finding, vocabulary)
     )
-    allowed = 1 if finding.offence is Violation.DUPLICATE else 0
+    allowed = 1 if finding.offence is PddlViolationKind.DUPLICATE else 0
     return next(islice(offsets, allowed, None), sections[0].offset if sections else definition.offset)
 
 
-def _find_sections_by_location(definition: Group, place: str) -> Iterator[SExpr]:
+def _find_sections_by_location(definition: ExpressionList, place: str) -> Iterator[SExpr]:
     """Yield the expressions for which a location in words stands, such as ``effect of move``."""
     kind, _, name = place.partition(" of ")
     if not name and place not in _SECTIONS:
         kind, _, name = place.rpartition(" ")
     wanted = _SECTIONS.get(kind, place)
     for section in definition.items:
-        if not isinstance(section, Group) or get_first_word(section) != wanted:
+        if not isinstance(section, ExpressionList) or get_first_word(section) != wanted:
             continue
         if wanted not in _NAMED or not name:
             yield section
-        elif _names(section.items[1:2]) == [name]:
+        elif _list_names(section.items[1:2]) == [name]:
             parts = zip(section.items, section.items[1:], strict=False)
-            values = [value for key, value in parts if _names([key]) == [f":{kind}"]]
+            values = [value for key, value in parts if _list_names([key]) == [f":{kind}"]]
             yield from values or [section]
 
 
-def _names(items: tuple[SExpr, ...] | list[SExpr]) -> list[str]:
+def _list_names(items: tuple[SExpr, ...] | list[SExpr]) -> list[str]:
     """Return the words among some items of an expression, and the first word of each list among them."""
     return [item.text if isinstance(item, Symbol) else get_first_word(item) for item in items]
 
 
-def _find_mistake_offsets(section: SExpr, finding: PddlFinding, vocabulary: Declarations) -> Iterator[int]:
+def _find_mistake_offsets(section: SExpr, finding: PddlFinding, vocabulary: DeclaredNames) -> Iterator[int]:
     """Yield the offsets at which a section has the mistake of a finding, in the order of the text."""
     name = finding.name
     declared = vocabulary.predicates.get(name)
     arity = None if declared is None else len(declared.parameters)
-    unknown = {symbol for symbol in m.alternatives(name) if symbol not in vocabulary.parents}
+    unknown = {symbol for symbol in m.list_type_alternatives(name) if symbol not in vocabulary.parents}
     for group, bound in _walk_groups(section, frozenset()):
         head, arguments = get_first_word(group), group.items[1:]
         match finding.offence:
-            case Violation.UNKNOWN_PREDICATE if head == name:
+            case PddlViolationKind.UNKNOWN_PREDICATE if head == name:
                 yield group.items[0].offset
-            case Violation.WRONG_ARITY if head == name and len(arguments) != arity:
+            case PddlViolationKind.WRONG_ARITY if head == name and len(arguments) != arity:
                 yield group.items[0].offset
-            case Violation.UNDECLARED_CONSTANT | Violation.UNBOUND_VARIABLE:
-                spelt = {name} if finding.offence is Violation.UNDECLARED_CONSTANT else set[str]()
+            case PddlViolationKind.UNDECLARED_CONSTANT | PddlViolationKind.UNBOUND_VARIABLE:
+                spelt = {name} if finding.offence is PddlViolationKind.UNDECLARED_CONSTANT else set[str]()
                 spelt |= {f"?{name}"} - bound
                 symbols = (symbol for symbol in arguments if isinstance(symbol, Symbol))
                 yield from (symbol.offset for symbol in symbols if symbol.text in spelt)
-            case Violation.UNKNOWN_TYPE:
+            case PddlViolationKind.UNKNOWN_TYPE:
                 yield from (
-                    symbol.offset for symbol in _types(group) if symbol.text.removeprefix("-") in unknown
+                    symbol.offset
+                    for symbol in _find_type_names(group)
+                    if symbol.text.removeprefix("-") in unknown
                 )
-            case Violation.DUPLICATE | Violation.MALFORMED:
+            case PddlViolationKind.DUPLICATE | PddlViolationKind.MALFORMED:
                 yield from _find_declaration_offsets(group, name)
 
 
-def _walk_groups(expression: SExpr, bound: frozenset[str]) -> Iterator[tuple[Group, frozenset[str]]]:
+def _walk_groups(expression: SExpr, bound: frozenset[str]) -> Iterator[tuple[ExpressionList, frozenset[str]]]:
     """Yield all lists in an expression, each with the variables that quantifiers around it bind."""
-    if isinstance(expression, Group):
+    if isinstance(expression, ExpressionList):
         yield expression, bound
         inner = bound
         if get_first_word(expression) in _QUANTIFIERS:
-            lists = [item for item in expression.items[:-1] if isinstance(item, Group)]
-            inner = bound.union(*(_names(variable_list.items) for variable_list in lists))
+            lists = [item for item in expression.items[:-1] if isinstance(item, ExpressionList)]
+            inner = bound.union(*(_list_names(variable_list.items) for variable_list in lists))
         for item in expression.items:
             yield from _walk_groups(item, inner)
 
 
-def _types(group: Group) -> Iterator[Symbol]:
+def _find_type_names(group: ExpressionList) -> Iterator[Symbol]:
     """Yield the names of types in a typed list: after a hyphen, or as alternatives."""
     if get_first_word(group) == "either":
         yield from (item for item in group.items[1:] if isinstance(item, Symbol))
     for before, item in zip(group.items, group.items[1:], strict=False):
-        if isinstance(item, Symbol) and (_names([before]) == ["-"] or item.text.startswith("-")):
+        if isinstance(item, Symbol) and (_list_names([before]) == ["-"] or item.text.startswith("-")):
             yield item
 
 
-def _find_declaration_offsets(group: Group, name: str) -> Iterator[int]:
+def _find_declaration_offsets(group: ExpressionList, name: str) -> Iterator[int]:
     """Yield the offsets at which a list declares an operator, a predicate, a parameter or an object."""
     words = (name, f"?{name}")
     match group.items:
@@ -126,10 +130,10 @@ def _find_declaration_offsets(group: Group, name: str) -> Iterator[int]:
             if word == name:
                 yield symbol.offset
         case (Symbol(":predicates"), *predicates):
-            yield from (predicate.offset for predicate in predicates if _names([predicate]) == [name])
+            yield from (predicate.offset for predicate in predicates if _list_names([predicate]) == [name])
         case _:
             pairs = zip((None, *group.items), group.items, strict=False)
             for before, item in pairs:
-                is_type = before is not None and _names([before]) == ["-"]
+                is_type = before is not None and _list_names([before]) == ["-"]
                 if isinstance(item, Symbol) and item.text in words and not is_type:
                     yield item.offset

@@ -1,7 +1,7 @@
 """Planning tasks and the results of planners: the interface between scoring and planners.
 
 A planner never fails silently: every call ends in one of the outcomes of `PlannerOutcome`, and every plan is
-executed by `execute.Executor` before it counts.
+executed by `execute.PddlPlanExecutor` before it counts.
 """
 
 from __future__ import annotations
@@ -110,11 +110,11 @@ class PddlPlanner(Protocol):
 
 def execute_found_plan(task: PlanningTask, plan: Sequence[PlanStep], source: str) -> PlannerResult:
     """Return the result of a planner call that found a plan, after executing this plan."""
-    from eai.pddl.execute import Executor
-    from eai.planning.search import Effort
+    from eai.pddl.execute import PddlPlanExecutor
+    from eai.planning.search import SearchEffort
 
-    looks = Effort(_MAX_LOOKS)
-    flaw = Executor(task.domain, task.problem, looks).find_failed_step(plan)
+    looks = SearchEffort(_MAX_LOOKS)
+    flaw = PddlPlanExecutor(task.domain, task.problem, looks).find_failed_step(plan)
     if looks.is_exceeded:
         return PlannerResult(PlannerOutcome.TIME, detail=f"{source}: its plan takes too long to execute")
     if flaw is None:

@@ -20,7 +20,7 @@ import eai.pddl.model as m
 from eai.base.errors import did_you_mean
 from eai.logic.signature import find_line_and_column, join_with_or
 from eai.logic.traversal import quantify
-from eai.pddl.check import PddlError, Violation
+from eai.pddl.check import PddlError, PddlViolationKind
 
 _WORD = re.compile(r"[()]|\??[^\s();?]+|\?|;[^\n]*")
 
@@ -37,7 +37,7 @@ class Symbol:
 
 
 @dataclass(slots=True, eq=False)
-class Group:
+class ExpressionList:
     """A parenthesised list from ``offset``, its opening parenthesis, to ``end``, behind the closing one."""
 
     items: tuple[SExpr, ...]
@@ -45,32 +45,32 @@ class Group:
     end: int
 
 
-SExpr: TypeAlias = Symbol | Group
+SExpr: TypeAlias = Symbol | ExpressionList
 
 
-def make_pddl_error(text: str, offset: int, offence: Violation, expected: str) -> PddlError:
+def make_pddl_error(text: str, offset: int, offence: PddlViolationKind, expected: str) -> PddlError:
     """Return a `PddlError` that states the position of an offset in a text."""
     return PddlError(offence, *find_line_and_column(text, offset), expected)
 
 
-def read_group(text: str) -> Group:
+def read_group(text: str) -> ExpressionList:
     """Return the first expression of a text, which must be a parenthesised list.
 
     Raises:
         PddlError: the text has no such list, or the list is unbalanced.
     """
-    expression = _read(text)
-    if not isinstance(expression, Group):
+    expression = _read_expression(text)
+    if not isinstance(expression, ExpressionList):
         raise make_pddl_error(
             text,
             len(text) if expression is None else expression.offset,
-            Violation.MALFORMED,
+            PddlViolationKind.MALFORMED,
             "a parenthesised list",
         )
     return expression
 
 
-def _read(text: str) -> SExpr | None:
+def _read_expression(text: str) -> SExpr | None:
     """Return the first expression of a text, or None if no expression is left."""
     pending: list[tuple[int, list[SExpr]]] = []
     for match in _WORD.finditer(text):
@@ -80,7 +80,7 @@ def _read(text: str) -> SExpr | None:
             pending.append((place, []))
             if len(pending) > MAX_DEPTH:
                 raise make_pddl_error(
-                    text, place, Violation.MALFORMED, f"at most {MAX_DEPTH} nested parentheses"
+                    text, place, PddlViolationKind.MALFORMED, f"at most {MAX_DEPTH} nested parentheses"
                 )
             continue
         if word.startswith(";"):
@@ -89,17 +89,17 @@ def _read(text: str) -> SExpr | None:
             node = Symbol(word.lower(), place)
         elif pending:
             start, items = pending.pop()
-            node = Group(tuple(items), start, match.end())
+            node = ExpressionList(tuple(items), start, match.end())
         else:
             raise make_pddl_error(
-                text, place, Violation.UNBALANCED, "no closing parenthesis without an opening one"
+                text, place, PddlViolationKind.UNBALANCED, "no closing parenthesis without an opening one"
             )
         if not pending:
             return node
         pending[-1][1].append(node)
     if pending:
         raise make_pddl_error(
-            text, pending[-1][0], Violation.UNBALANCED, "a partner for this opening parenthesis"
+            text, pending[-1][0], PddlViolationKind.UNBALANCED, "a partner for this opening parenthesis"
         )
     return None
 
@@ -153,12 +153,14 @@ class PddlReader:
         self._text = text
         self._is_file = is_file
 
-    def _make_error(self, node: SExpr, expected: str, offence: Violation = Violation.MALFORMED) -> PddlError:
+    def _make_error(
+        self, node: SExpr, expected: str, offence: PddlViolationKind = PddlViolationKind.MALFORMED
+    ) -> PddlError:
         return make_pddl_error(self._text, node.offset, offence, expected)
 
-    def domain(self, group: Group) -> m.PddlDomain:
+    def domain(self, group: ExpressionList) -> m.PddlDomain:
         """Return the domain of ``(define (domain ...) ...)``."""
-        name, sections = self._definition(group, "domain")
+        name, sections = self._read_definition(group, "domain")
         actions = [self.action(section) for section in sections if get_first_word(section) == ":action"]
         return m.PddlDomain(
             name=name,
@@ -172,15 +174,15 @@ class PddlReader:
             ),
             actions=tuple(actions),
             axioms=tuple(
-                self._axiom(section) for section in sections if get_first_word(section) == ":derived"
+                self._read_axiom(section) for section in sections if get_first_word(section) == ":derived"
             ),
         )
 
-    def problem(self, group: Group) -> m.PddlProblem:
+    def problem(self, group: ExpressionList) -> m.PddlProblem:
         """Return the problem of ``(define (problem ...) ...)``."""
-        name, sections = self._definition(group, "problem")
+        name, sections = self._read_definition(group, "problem")
         facts = [self._read_literal(item) for item in _find_section_items(sections, ":init")]
-        goals = [self.condition(item) for item in _find_section_items(sections, ":goal")]
+        goals = [self.read_whole_condition(item) for item in _find_section_items(sections, ":goal")]
         return m.PddlProblem(
             name=name,
             domain=" ".join(
@@ -194,7 +196,7 @@ class PddlReader:
             goal=goals[0] if len(goals) == 1 else f.And(tuple(goals)),
         )
 
-    def action(self, group: Group) -> m.PddlAction:
+    def action(self, group: ExpressionList) -> m.PddlAction:
         """Return the operator of ``(:action name :parameters (...) :precondition ... :effect ...)``."""
         if get_first_word(group) != ":action" or len(group.items) < 2:
             raise self._make_error(group, "(:action NAME ...)")
@@ -204,8 +206,8 @@ class PddlReader:
         parts = self._read_action_parts(group.items[2:])
         return m.PddlAction(
             name=name.text,
-            parameters=self.variables(parts.get(":parameters", _EMPTY)),
-            precondition=self.condition(parts.get(":precondition", _EMPTY)),
+            parameters=self.read_variables(parts.get(":parameters", _EMPTY)),
+            precondition=self.read_whole_condition(parts.get(":precondition", _EMPTY)),
             effect=self.read_whole_effect(parts.get(":effect", _EMPTY)),
         )
 
@@ -225,68 +227,78 @@ class PddlReader:
             parts[word] = value
         return parts
 
-    def condition(self, expression: SExpr) -> f.Formula:
-        """Return a whole condition; like `formula`, but ``()`` is true."""
-        return f.TRUE if isinstance(expression, Group) and not expression.items else self.formula(expression)
-
-    def read_whole_effect(self, expression: SExpr) -> m.PddlEffect:
-        """Return a whole effect; like `effect`, but ``()`` is no effect."""
+    def read_whole_condition(self, expression: SExpr) -> f.Formula:
+        """Return a whole condition; like `read_formula`, but ``()`` is true."""
         return (
-            m.NO_EFFECT if isinstance(expression, Group) and not expression.items else self.effect(expression)
+            f.TRUE
+            if isinstance(expression, ExpressionList) and not expression.items
+            else self.read_formula(expression)
         )
 
-    def formula(self, expression: SExpr) -> f.Formula:
+    def read_whole_effect(self, expression: SExpr) -> m.PddlEffect:
+        """Return a whole effect; like `read_effect`, but ``()`` is no effect."""
+        return (
+            m.NO_EFFECT
+            if isinstance(expression, ExpressionList) and not expression.items
+            else self.read_effect(expression)
+        )
+
+    def read_formula(self, expression: SExpr) -> f.Formula:
         """Return the formula of a condition."""
         group, head = self._require_list(expression)
         match head:
             case "and":
-                return f.And(tuple(map(self.formula, group.items[1:])))
+                return f.And(tuple(map(self.read_formula, group.items[1:])))
             case "or":
-                return f.Or(tuple(map(self.formula, group.items[1:])))
+                return f.Or(tuple(map(self.read_formula, group.items[1:])))
             case "not":
-                return f.Not(self.formula(self._require_parts(group, 1)[0]))
+                return f.Not(self.read_formula(self._require_parts(group, 1)[0]))
             case "imply":
                 premise, conclusion = self._require_parts(group, 2)
-                return f.Implies(self.formula(premise), self.formula(conclusion))
+                return f.Implies(self.read_formula(premise), self.read_formula(conclusion))
             case "forall" | "exists":
                 names, body = self._require_parts(group, 2)
                 quantifier = f.ForAll if head == "forall" else f.Exists
-                part = self.formula(body)
-                return quantify(quantifier, self.variables(names), part)
+                part = self.read_formula(body)
+                return quantify(quantifier, self.read_variables(names), part)
             case "=":
                 left, right = self._require_parts(group, 2)
                 return f.Equals(self._read_term(left), self._read_term(right))
             case "when":
-                raise self._make_error(group, "a condition, not (when ...)", Violation.EFFECT_IN_CONDITION)
+                raise self._make_error(
+                    group, "a condition, not (when ...)", PddlViolationKind.EFFECT_IN_CONDITION
+                )
             case _:
                 return self._read_atom(group)
 
-    def effect(self, expression: SExpr) -> m.PddlEffect:
+    def read_effect(self, expression: SExpr) -> m.PddlEffect:
         """Return the effect of an expression."""
         group, head = self._require_list(expression)
         match head:
             case "and":
-                return m.Both(tuple(map(self.effect, group.items[1:])))
+                return m.AndEffect(tuple(map(self.read_effect, group.items[1:])))
             case "when":
                 condition, part = self._require_parts(group, 2)
-                return m.WhenEffect(self.condition(condition), self.effect(part))
+                return m.WhenEffect(self.read_whole_condition(condition), self.read_effect(part))
             case "forall":
                 names, body = self._require_parts(group, 2)
-                result = self.effect(body)
-                return quantify(m.Each, self.variables(names), result)
+                result = self.read_effect(body)
+                return quantify(m.ForAllEffect, self.read_variables(names), result)
             case "not":
                 negated, inner = self._require_list(self._require_parts(group, 1)[0])
                 if inner not in CONNECTIVES:
                     return m.Delete(self._read_atom(negated))
-                raise self._make_error(negated, "an atom in (not ...)", Violation.CONDITION_IN_EFFECT)
+                raise self._make_error(negated, "an atom in (not ...)", PddlViolationKind.CONDITION_IN_EFFECT)
             case "or" | "exists" | "imply" | "=":
-                raise self._make_error(group, f"an effect, not ({head} ...)", Violation.CONDITION_IN_EFFECT)
+                raise self._make_error(
+                    group, f"an effect, not ({head} ...)", PddlViolationKind.CONDITION_IN_EFFECT
+                )
             case _:
                 return m.Add(self._read_atom(group))
 
-    def variables(self, expression: SExpr) -> tuple[f.Variable, ...]:
+    def read_variables(self, expression: SExpr) -> tuple[f.Variable, ...]:
         """Return the variables of a typed list."""
-        if not isinstance(expression, Group):
+        if not isinstance(expression, ExpressionList):
             raise self._make_error(expression, "a parenthesised list of variables")
         variables = []
         for symbol, category in self._read_typed_list(expression.items):
@@ -295,31 +307,35 @@ class PddlReader:
             variables.append(f.Variable(symbol.text[1:], None if category == m.OBJECT else category))
         return tuple(variables)
 
-    def _definition(self, group: Group, kind: str) -> tuple[str, Sequence[Group]]:
+    def _read_definition(self, group: ExpressionList, kind: str) -> tuple[str, Sequence[ExpressionList]]:
         match group.items[:2]:
-            case (Symbol("define"), Group((Symbol(word), Symbol(name)))) if word == kind:
-                return name, [section for section in group.items[2:] if isinstance(section, Group)]
+            case (Symbol("define"), ExpressionList((Symbol(word), Symbol(name)))) if word == kind:
+                return name, [section for section in group.items[2:] if isinstance(section, ExpressionList)]
             case _:
                 raise self._make_error(group, f"(define ({kind} NAME) ...)")
 
     def _read_predicate(self, expression: SExpr) -> m.PddlPredicate:
         group, head = self._require_list(expression)
-        return m.PddlPredicate(head, self.variables(Group(group.items[1:], group.offset, group.end)))
+        return m.PddlPredicate(
+            head, self.read_variables(ExpressionList(group.items[1:], group.offset, group.end))
+        )
 
-    def _axiom(self, section: Group) -> m.PddlAxiom:
+    def _read_axiom(self, section: ExpressionList) -> m.PddlAxiom:
         if len(section.items) != 3:
             raise self._make_error(section, "(:derived (NAME ...) CONDITION)")
         head = self._read_predicate(section.items[1])
-        return m.PddlAxiom(head.name, head.parameters, self.condition(section.items[2]))
+        return m.PddlAxiom(head.name, head.parameters, self.read_whole_condition(section.items[2]))
 
     def _read_literal(self, expression: SExpr) -> f.Formula:
-        formula = self.formula(expression)
+        formula = self.read_formula(expression)
         if isinstance(formula.operand if isinstance(formula, f.Not) else formula, f.Atom):
             return formula
-        raise self._make_error(expression, "an atom or a negated atom in :init", Violation.UNSUPPORTED)
+        raise self._make_error(
+            expression, "an atom or a negated atom in :init", PddlViolationKind.UNSUPPORTED
+        )
 
-    def _read_atom(self, group: Group) -> f.Atom:
-        if self._is_file and any(isinstance(item, Group) for item in group.items[1:]):
+    def _read_atom(self, group: ExpressionList) -> f.Atom:
+        if self._is_file and any(isinstance(item, ExpressionList) for item in group.items[1:]):
             head = self._require_word(group.items[0])
             expected = f"a connective or a predicate of names, not ({head.text} ...)"
             raise self._make_error(head, expected + did_you_mean(head.text, sorted(CONNECTIVES)))
@@ -362,20 +378,20 @@ class PddlReader:
         match category:
             case Symbol(name):
                 return name
-            case Group((Symbol("either"), *types)) if self._is_file and of_variables and types:
-                return m.either([self._require_word(alternative).text for alternative in types])
+            case ExpressionList((Symbol("either"), *types)) if self._is_file and of_variables and types:
+                return m.write_either_type([self._require_word(alternative).text for alternative in types])
             case _:
-                raise self._make_error(category, "one type name (no either)", Violation.UNSUPPORTED)
+                raise self._make_error(category, "one type name (no either)", PddlViolationKind.UNSUPPORTED)
 
-    def _require_parts(self, group: Group, count: int) -> tuple[SExpr, ...]:
+    def _require_parts(self, group: ExpressionList, count: int) -> tuple[SExpr, ...]:
         if len(group.items) != count + 1:
             head = self._require_word(group.items[0]).text
             raise self._make_error(group, f"{count} part(s) of ({head} ...)")
         return group.items[1:]
 
-    def _require_list(self, expression: SExpr) -> tuple[Group, str]:
+    def _require_list(self, expression: SExpr) -> tuple[ExpressionList, str]:
         """Return an expression, which must be a non-empty list, with its first word."""
-        if isinstance(expression, Group) and expression.items:
+        if isinstance(expression, ExpressionList) and expression.items:
             return expression, self._require_word(expression.items[0]).text
         raise self._make_error(expression, "a non-empty parenthesised list")
 
@@ -394,7 +410,7 @@ def _add_supertypes(types: tuple[m.TypedName, ...]) -> tuple[m.TypedName, ...]:
     return (*types, *map(m.TypedName, above))
 
 
-_EMPTY = Group((), 0, 0)
+_EMPTY = ExpressionList((), 0, 0)
 _PARTS_OF_ACTION = (":parameters", ":precondition", ":effect")
 
 
@@ -402,11 +418,11 @@ def _is_variable(name: str) -> bool:
     return name.startswith("?")
 
 
-def get_first_word(group: Group) -> str:
+def get_first_word(group: ExpressionList) -> str:
     """Return the first word of a list, or an empty text."""
     return group.items[0].text if group.items and isinstance(group.items[0], Symbol) else ""
 
 
-def _find_section_items(sections: Sequence[Group], keyword: str) -> list[SExpr]:
+def _find_section_items(sections: Sequence[ExpressionList], keyword: str) -> list[SExpr]:
     """Return the items in all sections that begin with a keyword, without the keyword."""
     return [item for section in sections if get_first_word(section) == keyword for item in section.items[1:]]

@@ -12,8 +12,8 @@ from functools import reduce
 from operator import or_
 from typing import NamedTuple, TypeAlias
 
-from eai.pddl.grounding import GroundProblem, bits, estimate_test_cost, map_bits_to_masks
-from eai.planning.search import Effort
+from eai.pddl.grounding import GroundProblem, estimate_test_cost, iterate_bit_masks, map_bits_to_masks
+from eai.planning.search import SearchEffort
 
 _ALL_LITERALS = -1
 """Bit mask that contains all literals of any problem, and more bits."""
@@ -66,11 +66,11 @@ class Relaxation:
         looks: the budget of literals that estimates may test. If it is exceeded, results mean nothing.
     """
 
-    def __init__(self, problem: GroundProblem, looks: Effort) -> None:
+    def __init__(self, problem: GroundProblem, looks: SearchEffort) -> None:
         self._looks = looks
         self._problem = problem
         self._again = 2 * problem.atoms
-        self._prices = _prices(problem)
+        self._prices = _find_goal_prices(problem)
         self._rules = [
             _LiteralRule(number, action.needs | change.needs, change.add | change.delete << problem.atoms)
             for number, action in enumerate(problem.actions)
@@ -84,7 +84,7 @@ class Relaxation:
         )
         self._asked = [
             _UnreachedLiteral(literal, needing.get(literal, 0), self._making.get(literal, 0))
-            for literal in bits(asked)
+            for literal in iterate_bit_masks(asked)
         ]
 
     def estimate(self, state: int, literals: int) -> _RelaxedPlan | None:
@@ -115,7 +115,10 @@ class Relaxation:
         lacking = [
             literal_lacking for literal_lacking in self._asked if not literals & literal_lacking.literal
         ]
-        lacking += [_UnreachedLiteral(bit << self._again, 0, self._making.get(bit, 0)) for bit in bits(again)]
+        lacking += [
+            _UnreachedLiteral(bit << self._again, 0, self._making.get(bit, 0))
+            for bit in iterate_bit_masks(again)
+        ]
         layers, waiting = _RelaxedLayers([literals], []), (1 << len(self._rules)) - 1
         looks = self._looks
         while goal & ~literals and not looks.is_exceeded:
@@ -143,7 +146,7 @@ class Relaxation:
     def _extract_relaxed_plan(self, goal: int, layers: _RelaxedLayers) -> _RelaxedPlan:
         """Return the relaxed plan, found backwards: each literal counts for the first rule that makes it."""
         chosen, helpful = set[int](), 0
-        needed = self._problem.choose(goal, layers.reached[-1])
+        needed = self._problem.resolve_choices(goal, layers.reached[-1])
         for depth in range(len(layers.fired) - 1, -1, -1):
             before, fired = layers.reached[depth], layers.fired[depth]
             missing = needed & ~before
@@ -154,28 +157,28 @@ class Relaxation:
                 chosen.add(action)
                 if depth == 0:
                     helpful |= 1 << action
-                needed |= self._problem.choose(needs, before)
+                needed |= self._problem.resolve_choices(needs, before)
         return _RelaxedPlan(len(chosen), helpful)
 
-    def layers(self, literals: int) -> _RelaxedLayers:
+    def build_all_layers(self, literals: int) -> _RelaxedLayers:
         """Return the relaxed states from a set of literals on, one for each step, until they stop growing."""
         return self._build_layers(literals, _ALL_LITERALS, 0)
 
-    def makers(self, literal: int, rules: int) -> Iterator[_LiteralRule]:
+    def find_rules_making(self, literal: int, rules: int) -> Iterator[_LiteralRule]:
         """Yield the rules that make a literal, in order; `rules` are the allowed rules."""
-        for bit in bits(self._making.get(literal, 0) & rules):
+        for bit in iterate_bit_masks(self._making.get(literal, 0) & rules):
             yield self._rules[bit.bit_length() - 1]
 
     def _find_first_rule(self, missing: int, fired: int) -> _LiteralRule:
         """Return the first rule that makes any of the missing literals."""
         making = 0
-        for literal in bits(missing):
+        for literal in iterate_bit_masks(missing):
             making |= self._making.get(literal) or self._making.get(literal >> self._again, 0)
         making &= fired
         return self._rules[(making & -making).bit_length() - 1]
 
 
-def _prices(problem: GroundProblem) -> dict[int, int]:
+def _find_goal_prices(problem: GroundProblem) -> dict[int, int]:
     """Return a mapping from each atom of the goal to other atoms of the goal that must be lost for it.
 
     Every action that adds the atom makes these other atoms false.
@@ -189,7 +192,7 @@ def _prices(problem: GroundProblem) -> dict[int, int]:
             if not change.needs:
                 deletes |= change.delete
         lost = deletes & ~adds & goal
-        for bit in bits(adds & goal):
+        for bit in iterate_bit_masks(adds & goal):
             prices[bit] = prices.get(bit, goal) & lost
     return {bit: price for bit, price in prices.items() if price}
 
@@ -218,31 +221,33 @@ class _Lookahead:
         self._problem = problem
         self._relaxation = relaxation
         self._rules_left = _MAX_RULES
-        self._layers = relaxation.layers(literals)
+        self._layers = relaxation.build_all_layers(literals)
         self._state, self._start, self._held = state, literals, literals
         self._taken: list[tuple[int, int]] = []
 
     def run(self) -> Sequence[tuple[int, int]]:
         """Make missing literals of the goal true, in turn, until no more can be made true."""
         before = None
-        while (goal := self._problem.goal & ~self._held) and (missing := self._missing()) != before:
+        while (goal := self._problem.goal & ~self._held) and (
+            missing := self._count_missing_goals()
+        ) != before:
             before = missing
             for literal in self._order_missing_literals(goal, len(self._layers.fired)):
                 if not self._held & literal:
                     self._reach_goal_literal(literal)
         return self._taken
 
-    def _missing(self) -> tuple[int, int]:
+    def _count_missing_goals(self) -> tuple[int, int]:
         """Return how many goal literals are missing: those that were not true at the start, and all."""
         missing = self._problem.goal & ~self._held
         return (missing & ~self._start).bit_count(), missing.bit_count()
 
     def _reach_goal_literal(self, literal: int) -> None:
         """Make a goal literal true by the first rule that leaves less of the goal missing, if a rule does."""
-        missing, mark = self._missing(), self._make_undo_mark()
+        missing, mark = self._count_missing_goals(), self._make_undo_mark()
         for depth, fired in enumerate(self._layers.fired):
-            for rule in self._relaxation.makers(literal, fired):
-                if self._apply_rule(rule, depth) and self._missing() < missing:
+            for rule in self._relaxation.find_rules_making(literal, fired):
+                if self._apply_rule(rule, depth) and self._count_missing_goals() < missing:
                     return
                 self._undo_to_mark(mark)
 
@@ -251,7 +256,7 @@ class _Lookahead:
         self._rules_left -= 1
         if self._rules_left < 0 or not self._make_literals_true(rule.needs, depth):
             return False
-        self._state = self._problem.apply(rule.action, self._state, self._held)
+        self._state = self._problem.apply_action(rule.action, self._state, self._held)
         self._held = self._problem.find_state_literals(self._state)
         self._taken.append((rule.action, self._state))
         return True
@@ -279,17 +284,20 @@ class _Lookahead:
         If the literal was true at the start and has been lost, it is a rule of the first layer.
         """
         for before, fired in enumerate(self._layers.fired[: max(depth, int(depth > -_MAX_REPEAT_DEPTH))]):
-            for rule in self._relaxation.makers(literal, fired):
+            for rule in self._relaxation.find_rules_making(literal, fired):
                 self._apply_rule(rule, min(before, depth - 1))
                 return
 
     def _order_missing_literals(self, missing: int, depth: int) -> list[int]:
         """Return the missing literals in order: literals that take longest to reach come first."""
-        missing, ordered = self._problem.choose(missing, self._layers.reached[max(depth, 0)]), list[int]()
+        missing, ordered = (
+            self._problem.resolve_choices(missing, self._layers.reached[max(depth, 0)]),
+            list[int](),
+        )
         for reached in self._layers.reached[max(depth, 0) :: -1]:
-            ordered += bits(missing & ~reached)
+            ordered += iterate_bit_masks(missing & ~reached)
             missing &= reached
-        return [*ordered, *bits(missing)]
+        return [*ordered, *iterate_bit_masks(missing)]
 
     def _make_undo_mark(self) -> _Mark:
         return len(self._taken), self._state, self._held

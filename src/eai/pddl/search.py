@@ -7,9 +7,9 @@ leads to is visited next (`find_lookahead_actions`). Parts of operators that can
 (`restrict_to_relevant`).
 
 The search first tries actions on the objects of the goal, then all actions. If it takes long, it tests
-whether the goal's literals can hold together (`_Pairs`). Effort is bounded by a number of evaluated states,
-not by a clock, so equal input gives an equal answer on every machine. With the gold operators the default
-limits leave no problem undecided.
+whether the goal's literals can hold together (`_ReachablePairs`). Effort is bounded by a number of evaluated
+states, not by a clock, so equal input gives an equal answer on every machine. With the gold operators
+the default limits leave no problem undecided.
 
 The planner on a declared domain (`eai.planning.planner`) shares nodes, loop, limits and result with this
 search. It does not replace this search: on models' operators that planner loses 17 correct proofs and takes
@@ -36,10 +36,18 @@ import eai.logic.formula as f
 import eai.pddl.model as m
 from eai.logic.traversal import find_free_variables, find_predicates, map_subformulas
 from eai.pddl.execute import DerivedPredicates, PlanStep
-from eai.pddl.grounding import Grounder, GroundProblem, bits
+from eai.pddl.grounding import Grounder, GroundProblem, iterate_bit_masks
 from eai.pddl.planning import PddlPlanner, PlannerOutcome, PlannerResult, PlanningTask, execute_found_plan
 from eai.pddl.relaxation import Relaxation, find_lookahead_actions
-from eai.planning.search import Effort, Limits, Node, OpenList, SearchEnd, SearchResult, run_best_first_search
+from eai.planning.search import (
+    Limits,
+    OpenList,
+    SearchEffort,
+    SearchEnd,
+    SearchNode,
+    SearchResult,
+    run_best_first_search,
+)
 
 _Operator = tuple[m.PddlAction, Sequence[tuple[m.Add | m.Delete, tuple[f.Formula, ...]]]]
 """An operator with its additions and deletions, each with all conditions under which it takes place."""
@@ -127,9 +135,9 @@ def _restrict_effect(effect: m.PddlEffect, predicates: Set[str]) -> m.PddlEffect
     match m.map_effect_parts(
         effect, lambda part: _restrict_effect(part, predicates), lambda condition: condition
     ):
-        case m.Both(parts):
-            return m.Both(tuple([part for part in parts if part != m.NO_EFFECT]))
-        case m.Each(part=m.NO_EFFECT) | m.WhenEffect(part=m.NO_EFFECT):
+        case m.AndEffect(parts):
+            return m.AndEffect(tuple([part for part in parts if part != m.NO_EFFECT]))
+        case m.ForAllEffect(part=m.NO_EFFECT) | m.WhenEffect(part=m.NO_EFFECT):
             return m.NO_EFFECT
         case kept:
             return kept
@@ -144,17 +152,17 @@ def drop_unused_quantifiers(task: PlanningTask) -> PlanningTask:
     actions = [
         replace(
             action,
-            precondition=_condition(action.precondition, objects),
+            precondition=_drop_quantifiers_in_condition(action.precondition, objects),
             effect=_drop_quantifiers_in_effect(action.effect, objects),
         )
         for action in task.domain.actions
     ]
-    problem = replace(task.problem, goal=_condition(task.problem.goal, objects))
+    problem = replace(task.problem, goal=_drop_quantifiers_in_condition(task.problem.goal, objects))
     return replace(task, domain=replace(task.domain, actions=tuple(actions)), problem=problem)
 
 
-def _condition(formula: f.Formula, objects: Mapping[str, Sequence[str]]) -> f.Formula:
-    mapped = map_subformulas(formula, lambda part: _condition(part, objects))
+def _drop_quantifiers_in_condition(formula: f.Formula, objects: Mapping[str, Sequence[str]]) -> f.Formula:
+    mapped = map_subformulas(formula, lambda part: _drop_quantifiers_in_condition(part, objects))
     if isinstance(mapped, (f.ForAll, f.Exists)) and objects[m.get_variable_type(mapped.variable)]:
         return mapped if mapped.variable.name in find_free_variables(mapped.body) else mapped.body
     return mapped
@@ -164,9 +172,9 @@ def _drop_quantifiers_in_effect(effect: m.PddlEffect, objects: Mapping[str, Sequ
     mapped = m.map_effect_parts(
         effect,
         lambda part: _drop_quantifiers_in_effect(part, objects),
-        lambda condition: _condition(condition, objects),
+        lambda condition: _drop_quantifiers_in_condition(condition, objects),
     )
-    if isinstance(mapped, m.Each) and objects[m.get_variable_type(mapped.variable)]:
+    if isinstance(mapped, m.ForAllEffect) and objects[m.get_variable_type(mapped.variable)]:
         return mapped if mapped.variable.name in m.find_effect_variables(mapped.part) else mapped.part
     return mapped
 
@@ -237,27 +245,27 @@ def search(domain: m.PddlDomain, problem: m.PddlProblem, limits: Limits) -> Sear
     """
     if DerivedPredicates(domain.axioms).circles:
         return SearchResult(SearchEnd.STATES)
-    looks = Effort(_MAX_GROUNDING_LOOKS)
+    looks = SearchEffort(_MAX_GROUNDING_LOOKS)
     grounder = Grounder(restrict_to_relevant(domain, problem), problem, looks)
     goal = grounder.goal()
     if goal is None and not looks.is_exceeded:
         return SearchResult(SearchEnd.UNREACHABLE)
     objects = grounder.find_central_objects()
-    central, all_are_central = list(grounder.actions(objects)), objects >= grounder.objects
+    central, all_are_central = list(grounder.generate_actions(objects)), objects >= grounder.objects
     if goal is None or looks.is_exceeded:
         return SearchResult(SearchEnd.STATES)
-    work = Effort(limits.looks)
+    work = SearchEffort(limits.looks)
     states = limits.states if all_are_central else min(_MAX_CENTRAL_STATES, limits.states)
     result = _GroundSearch(GroundProblem(grounder, central, goal, work), work, states).run()
     if result.end is SearchEnd.SOLVED or all_are_central:
         return result
-    everything = list(grounder.actions())
+    everything = list(grounder.generate_actions())
     if looks.is_exceeded:
         return SearchResult(SearchEnd.STATES, states=result.states)
     return _GroundSearch(GroundProblem(grounder, everything, goal, work), work, limits.states).run()
 
 
-_SearchNode: TypeAlias = Node[int, PlanStep]
+_GroundSearchNode: TypeAlias = SearchNode[int, PlanStep]
 
 
 class _AlternatingQueues:
@@ -268,18 +276,18 @@ class _AlternatingQueues:
     """
 
     def __init__(self) -> None:
-        self._everything: OpenList[_SearchNode] = OpenList()
-        self._preferred: OpenList[_SearchNode] = OpenList()
+        self._everything: OpenList[_GroundSearchNode] = OpenList()
+        self._preferred: OpenList[_GroundSearchNode] = OpenList()
         self._lead = 0
         self._arrivals = 0
 
-    def push(self, estimate: int, node: _SearchNode, *, preferred: bool) -> None:
+    def push_node(self, estimate: int, node: _GroundSearchNode, *, preferred: bool) -> None:
         self._arrivals += 1
         self._everything.push(node, estimate, -self._arrivals)
         if preferred:
             self._preferred.push(node, estimate, -self._arrivals)
 
-    def pop(self) -> _SearchNode | None:
+    def pop(self) -> _GroundSearchNode | None:
         """Return the next state. A state in both lists is returned twice."""
         if self._preferred and self._lead < 0:
             self._lead += 1
@@ -295,24 +303,24 @@ class _AlternatingQueues:
 class _GroundSearch:
     """One best-first search with a given set of ground actions."""
 
-    def __init__(self, problem: GroundProblem, looks: Effort, states: int) -> None:
+    def __init__(self, problem: GroundProblem, looks: SearchEffort, states: int) -> None:
         self._problem = problem
         self._relaxation = Relaxation(problem, looks)
         self._looks = looks
         self._states = states
         self._open = _AlternatingQueues()
-        self._ahead: _SearchNode | None = Node(problem.initial)
+        self._ahead: _GroundSearchNode | None = SearchNode(problem.initial)
         self._seen, self._done = {problem.initial}, set[int]()
         self._least = inf
 
     def run(self) -> SearchResult[PlanStep]:
-        outcome = run_best_first_search(self._pop_next_node, self._visit)
-        if isinstance(outcome, Node):
-            return SearchResult(SearchEnd.SOLVED, outcome.plan(), len(self._done))
+        outcome = run_best_first_search(self._pop_next_node, self._visit_node)
+        if isinstance(outcome, SearchNode):
+            return SearchResult(SearchEnd.SOLVED, outcome.list_actions(), len(self._done))
         end = SearchEnd.STATES if self._looks.is_exceeded else outcome
         return SearchResult(end, states=len(self._done))
 
-    def _pop_next_node(self) -> _SearchNode | None:
+    def _pop_next_node(self) -> _GroundSearchNode | None:
         """Return the state that a lookahead reached, or else the next unevaluated state of the open lists."""
         node = self._ahead or self._open.pop()
         self._ahead = None
@@ -320,16 +328,16 @@ class _GroundSearch:
             node = self._open.pop()
         return node
 
-    def _visit(self, node: _SearchNode) -> _SearchNode | SearchEnd | None:
+    def _visit_node(self, node: _GroundSearchNode) -> _GroundSearchNode | SearchEnd | None:
         """Test whether a state is the goal, evaluate it and queue its successors."""
         literals = self._problem.find_state_literals(node.state)
         if not self._problem.goal & ~literals:
             return node
         if len(self._done) == self._states or self._looks.is_exceeded:
             return SearchEnd.STATES
-        if len(self._done) == _STATES_BEFORE_PAIRS and not _Pairs(self._problem, self._looks).allow(
-            self._problem.goal
-        ):
+        if len(self._done) == _STATES_BEFORE_PAIRS and not _ReachablePairs(
+            self._problem, self._looks
+        ).may_hold_together(self._problem.goal):
             return SearchEnd.UNREACHABLE
         self._done.add(node.state)
         estimate = self._relaxation.estimate(node.state, literals)
@@ -339,22 +347,22 @@ class _GroundSearch:
             self._least = estimate.length
             self._open.boost()
             self._ahead = self._follow_relaxed_plan(node, literals)
-        for action, state in self._problem.successors(node.state, literals):
+        for action, state in self._problem.generate_successors(node.state, literals):
             if state not in self._seen:
                 self._seen.add(state)
-                child = self._child(node, action.bit_length() - 1, state)
-                self._open.push(estimate.length, child, preferred=bool(action & estimate.helpful))
+                child = self._make_child_node(node, action.bit_length() - 1, state)
+                self._open.push_node(estimate.length, child, preferred=bool(action & estimate.helpful))
         if self._ahead is not None:
             self._seen.add(self._ahead.state)
         return None
 
-    def _child(self, node: _SearchNode, action: int, state: int) -> _SearchNode:
-        return Node(state, 0, node.depth + 1, node, (self._problem.actions[action].step,))
+    def _make_child_node(self, node: _GroundSearchNode, action: int, state: int) -> _GroundSearchNode:
+        return SearchNode(state, 0, node.depth + 1, node, (self._problem.actions[action].step,))
 
-    def _follow_relaxed_plan(self, node: _SearchNode, literals: int) -> _SearchNode:
+    def _follow_relaxed_plan(self, node: _GroundSearchNode, literals: int) -> _GroundSearchNode:
         """Return the node that the search reaches by carrying out the relaxed plan from a node."""
         for action, state in find_lookahead_actions(self._problem, self._relaxation, node.state, literals):
-            node = self._child(node, action, state)
+            node = self._make_child_node(node, action, state)
         return node
 
 
@@ -371,7 +379,7 @@ class _PairRule(NamedTuple):
     lost: int
 
 
-class _Pairs:
+class _ReachablePairs:
     """Reachable pairs: literals that may hold together in a reachable state.
 
     For example, a hand that holds one thing holds no other. A relaxed plan ignores such pairs. Two literals
@@ -384,28 +392,37 @@ class _Pairs:
         looks: the budget of literals that may be tested. If it is exceeded, results mean nothing.
     """
 
-    def __init__(self, problem: GroundProblem, looks: Effort) -> None:
+    def __init__(self, problem: GroundProblem, looks: SearchEffort) -> None:
         self._atoms = problem.atoms
         self._every_atom = (1 << self._atoms) - 1
         self._looks = looks
         self._reached = problem.initial | (~problem.initial & self._every_atom) << self._atoms
-        self._beside = dict.fromkeys(bits(self._reached), self._reached)
-        rules = [rule for action in problem.actions for rule in self._rules(action.needs, action.changes)]
+        self._beside = dict.fromkeys(iterate_bit_masks(self._reached), self._reached)
+        rules = [
+            rule for action in problem.actions for rule in self._make_pair_rules(action.needs, action.changes)
+        ]
         while self._add_pairs_of_rules(rules):
             pass
 
-    def allow(self, needed: int) -> bool:
+    def may_hold_together(self, needed: int) -> bool:
         """Whether no two literals of a mask exclude each other, judged by pairs."""
-        return self._looks.is_exceeded or self._find_compatible_literals(self._plain(needed)) is not None
+        return (
+            self._looks.is_exceeded
+            or self._find_compatible_literals(self._keep_atom_literals(needed)) is not None
+        )
 
-    def _rules(self, needs: int, changes: Iterable[tuple[int, int, int]]) -> Iterator[_PairRule]:
+    def _make_pair_rules(self, needs: int, changes: Iterable[tuple[int, int, int]]) -> Iterator[_PairRule]:
         """Yield the rules of an action, from the literals that it needs and its effects."""
         made = [(also, add | (delete & ~add) << self._atoms) for also, add, delete in changes]
         always = reduce(or_, [makes for also, makes in made if not also], 0)
         perhaps = reduce(or_, [makes for also, makes in made if also], 0)
         for also, makes in made:
             yield _PairRule(
-                self._plain(needs | also), makes, always, perhaps, self._negate_literals(makes | always)
+                self._keep_atom_literals(needs | also),
+                makes,
+                always,
+                perhaps,
+                self._negate_literals(makes | always),
             )
 
     def _add_pairs_of_rules(self, rules: Sequence[_PairRule]) -> bool:
@@ -424,12 +441,12 @@ class _Pairs:
             return False
         together = companions & ~rule.lost | rule.makes | rule.always | rule.perhaps & self._reached
         grew = False
-        for literal in bits(rule.makes):
+        for literal in iterate_bit_masks(rule.makes):
             new = together & ~self._beside.get(literal, 0) & ~self._negate_literals(literal)
             if new:
                 grew = True
                 self._beside[literal] = self._beside.get(literal, 0) | new
-                for other in bits(new):
+                for other in iterate_bit_masks(new):
                     self._beside[other] = self._beside.get(other, 0) | literal
                 self._reached |= new
                 self._looks.used += new.bit_count()
@@ -442,11 +459,11 @@ class _Pairs:
         """
         self._looks.used += 1 + needed.bit_count()
         companions = self._reached
-        for literal in bits(needed):
+        for literal in iterate_bit_masks(needed):
             companions &= self._beside.get(literal, 0)
         return None if needed & ~companions else companions
 
-    def _plain(self, needed: int) -> int:
+    def _keep_atom_literals(self, needed: int) -> int:
         """Return the literals of a mask that belong to atoms, without the literals of choices."""
         return needed & (1 << 2 * self._atoms) - 1
 

@@ -24,7 +24,7 @@ def write_domain(domain: m.PddlDomain) -> str:
         *map(write_axiom, domain.axioms),
         *map(write_action, domain.actions),
     ]
-    return _definition(f"(domain {domain.name})", sections)
+    return _write_definition(f"(domain {domain.name})", sections)
 
 
 def write_problem(problem: m.PddlProblem) -> str:
@@ -36,7 +36,7 @@ def write_problem(problem: m.PddlProblem) -> str:
         _write_block(":init", [*map(write_atom, problem.initial), *denied]),
         f"(:goal {write_formula(problem.goal)})",
     ]
-    return _definition(f"(problem {problem.name})", sections)
+    return _write_definition(f"(problem {problem.name})", sections)
 
 
 def write_axiom(axiom: m.PddlAxiom) -> str:
@@ -72,9 +72,9 @@ def write_effect(effect: m.PddlEffect) -> str:
             return write_atom(atom)
         case m.Delete(atom):
             return f"(not {write_atom(atom)})"
-        case m.Both(parts):
+        case m.AndEffect(parts):
             return _write_list(["and", *map(write_effect, parts)])
-        case m.Each(variable, part):
+        case m.ForAllEffect(variable, part):
             return f"(forall {_write_list(_write_variables((variable,)))} {write_effect(part)})"
         case m.WhenEffect(condition, part):
             return f"(when {write_formula(condition)} {write_effect(part)})"
@@ -137,5 +137,5 @@ def _write_block(head: str, lines: Iterable[str]) -> str:
     return "\n    ".join((f"({head}", *lines)) + ")"
 
 
-def _definition(head: str, sections: Iterable[str]) -> str:
+def _write_definition(head: str, sections: Iterable[str]) -> str:
     return "\n  ".join((f"(define {head}", *filter(None, sections))) + ")\n"

@@ -14,7 +14,7 @@ from typing import NamedTuple
 import eai.logic.formula as f
 from eai.logic.traversal import find_free_variables, find_predicates, walk_subformulas
 from eai.planning.effect_schema import EffectSchema, make_effect_schemas, make_operator_schema, match_atom
-from eai.planning.search import Effort
+from eai.planning.search import SearchEffort
 from eai.planning.subgoal import GroundAtom, find_object
 from eai.world.condition import ConditionCompiler
 from eai.world.derived import DefinedPredicate, LookupPredicate
@@ -101,12 +101,12 @@ class Achiever:
         self.is_fixed = len(self._fixed) == len(self._filters)
         self.conditions = tuple((c, self._compiler.compile_test(c)) for c in needed if c not in fixed)
 
-    def match(self, arguments: tuple[int, ...], scene: Scene) -> dict[str, int] | None:
+    def match_atom_arguments(self, arguments: tuple[int, ...], scene: Scene) -> dict[str, int] | None:
         """Return a mapping from variables to objects that fits the given atom, or None."""
         return match_atom(self.schema.atom, arguments, lambda constant: find_object(constant, scene))
 
-    def bindings(
-        self, state: State, scope: Mapping[str, int], usable: int, effort: Effort | None = None
+    def complete_bindings(
+        self, state: State, scope: Mapping[str, int], usable: int, effort: SearchEffort | None = None
     ) -> Iterator[FrameBinding]:
         """Yield the bindings that complete a match. Conditions that actions may not establish hold.
 
@@ -153,11 +153,11 @@ class Achiever:
                     return None
         return failing
 
-    def scope(self, binding: FrameBinding) -> dict[str, int]:
+    def get_object_scope(self, binding: FrameBinding) -> dict[str, int]:
         """Return a mapping from variables to their objects in a binding."""
         return dict(zip(self.schema.variables, binding[1:], strict=False))
 
-    def arguments(self, binding: FrameBinding) -> tuple[int, ...]:
+    def get_operator_arguments(self, binding: FrameBinding) -> tuple[int, ...]:
         """Return the arguments of the operator's action in a binding."""
         return tuple(binding[1 : 1 + self.schema.operator.arity])
 
@@ -173,7 +173,7 @@ class Achiever:
             bound.add(name)
             ready = [c for c in pending if find_free_variables(c) <= bound]
             pending = [c for c in pending if c not in ready]
-            plain = [c for c in ready if _is_plain(c, self._vocabulary)]
+            plain = [c for c in ready if _is_maskable(c, self._vocabulary)]
             own_conditions = [c for c in plain if find_free_variables(c) <= determined | {name}]
             step = _JoinStep(
                 scope[name],
@@ -192,7 +192,7 @@ class Achiever:
 
 
 def complete_bindings(
-    state: State, partial: _PartialBinding, usable: int, effort: Effort | None = None
+    state: State, partial: _PartialBinding, usable: int, effort: SearchEffort | None = None
 ) -> Iterator[FrameBinding]:
     """Yield the bindings of all variables that complete a match, like `Achiever.complete_bindings`.
 
@@ -215,11 +215,15 @@ def complete_bindings(
         if not mask:
             return
         values.append(mask)
-    yield from _complete_bindings_by_steps(state, binding, join.steps, values, effort or Effort())
+    yield from _complete_bindings_by_steps(state, binding, join.steps, values, effort or SearchEffort())
 
 
 def _complete_bindings_by_steps(
-    state: State, binding: FrameBinding, steps: Sequence[_JoinStep], values: Sequence[int], effort: Effort
+    state: State,
+    binding: FrameBinding,
+    steps: Sequence[_JoinStep],
+    values: Sequence[int],
+    effort: SearchEffort,
 ) -> Iterator[FrameBinding]:
     if not steps:
         yield binding
@@ -236,7 +240,7 @@ def _complete_bindings_by_steps(
     binding[step.slot] = UNBOUND
 
 
-class Achievers:
+class AchieversByPredicate:
     """The achievers of a domain: all effects of its operators, by the predicate that they change.
 
     Attributes:
@@ -251,7 +255,7 @@ class Achievers:
         self._fixed_unary = [slot for name, slot in vocabulary.unary_slots.items() if name in fixed]
         self._fixed_binary = [slot for name, slot in vocabulary.binary_slots.items() if name in fixed]
         self._fixed_tuples = [slot for name, slot in vocabulary.tuple_slots.items() if name in fixed]
-        self._compiled = cache(self._compile)
+        self._compiled = cache(self._compile_achievers)
         self.schemas = {o.name: tuple(make_effect_schemas(o)) for o in domain.operators}
         self.by_effect: dict[tuple[str, bool], list[EffectSchema]] = {}
         self._writers: dict[str, dict[str, Operator]] = {}
@@ -262,7 +266,7 @@ class Achievers:
                 self.by_effect.setdefault((schema.atom.predicate, schema.adds), []).append(schema)
                 self._writers.setdefault(schema.atom.predicate, {})[operator.name] = operator
 
-    def find(self, predicate: str, *, adding: bool, wide: bool = False) -> Sequence[Achiever]:
+    def find_achievers(self, predicate: str, *, adding: bool, wide: bool = False) -> Sequence[Achiever]:
         """Return the achievers that make atoms of a predicate true, or false, simplest first.
 
         The simplest achievers use only the objects of the atom, and have fewest conditions. Wide achievers
@@ -270,7 +274,7 @@ class Achievers:
         """
         return self._compiled(predicate, adding, wide)
 
-    def _compile(self, predicate: str, adding: bool, wide: bool) -> Sequence[Achiever]:
+    def _compile_achievers(self, predicate: str, adding: bool, wide: bool) -> Sequence[Achiever]:
         schemas = self.by_effect.get((predicate, adding), ())
         suitable = [
             schema for schema in schemas if not wide or _has_wider_conditions(schema, self._vocabulary)
@@ -294,7 +298,7 @@ class Achievers:
         """
         return [self._taking[name] for name in names if name in self._taking]
 
-    def find_matches(self, state: State, usable: int) -> _AtomMatches:
+    def get_atom_matches(self, state: State, usable: int) -> _AtomMatches:
         """Return the object that finds the matches of atoms in a state.
 
         It is cached for states with the same unchanging facts.
@@ -307,7 +311,7 @@ class Achievers:
             self._matches = _AtomMatches(self, state, usable)
         return self._matches
 
-    def find_writers(self, predicates: Iterable[str]) -> list[Operator]:
+    def find_changing_operators(self, predicates: Iterable[str]) -> list[Operator]:
         """Return the names of the operators that change any of the predicates, in a fixed order."""
         operators = {name: op for p in predicates for name, op in self._writers.get(p, {}).items()}
         return list(operators.values())
@@ -339,7 +343,7 @@ def _has_wider_conditions(schema: EffectSchema, vocabulary: Vocabulary) -> bool:
     return any(c != f.TRUE and not _is_static_formula(c, vocabulary) for c in others)
 
 
-def _is_plain(formula: f.Formula, vocabulary: Vocabulary) -> bool:
+def _is_maskable(formula: f.Formula, vocabulary: Vocabulary) -> bool:
     """Whether a formula can be evaluated by masks, for all values of a variable at once.
 
     This is so if its predicates are stored, or lookups with an inverse, and if its quantifiers are
@@ -362,7 +366,7 @@ def _is_maskable_predicate(name: str, vocabulary: Vocabulary) -> bool:
     return (
         isinstance(derived, DefinedPredicate)
         and derived.values is None
-        and _is_plain(derived.definition, vocabulary)
+        and _is_maskable(derived.definition, vocabulary)
     )
 
 
@@ -407,7 +411,9 @@ class _AtomMatch(NamedTuple):
             failing += not holds(state, binding)
         return failing >= limit
 
-    def bindings(self, state: State, usable: int, effort: Effort | None = None) -> Iterator[FrameBinding]:
+    def complete_bindings(
+        self, state: State, usable: int, effort: SearchEffort | None = None
+    ) -> Iterator[FrameBinding]:
         """Yield the bindings that complete the match in a state, as `Achiever.complete_bindings` does."""
         return (
             complete_bindings(state, self.partial, usable, effort)
@@ -425,7 +431,7 @@ class _AtomMatches:
         usable: the mask of the objects that actions may use.
     """
 
-    def __init__(self, achievers: Achievers, state: State, usable: int) -> None:
+    def __init__(self, achievers: AchieversByPredicate, state: State, usable: int) -> None:
         self._achievers = achievers
         self._state = state
         self._usable = usable
@@ -449,12 +455,12 @@ class _AtomMatches:
 
     def _match_achievers(self, atom: GroundAtom, *, wide: bool) -> Sequence[_AtomMatch]:
         matches: list[_AtomMatch] = []
-        for achiever in self._achievers.find(atom.predicate, adding=atom.truth, wide=wide):
-            scope = achiever.match(atom.arguments, self._state.scene)
+        for achiever in self._achievers.find_achievers(atom.predicate, adding=atom.truth, wide=wide):
+            scope = achiever.match_atom_arguments(atom.arguments, self._state.scene)
             if scope is not None:
                 fixed = achiever.make_partial_binding(self._state.scene, scope, fixed=True)
                 max_bindings = _MAX_CACHED_BINDINGS + 1 if achiever.is_fixed else 1
-                effort = Effort(_MAX_BINDINGS)
+                effort = SearchEffort(_MAX_BINDINGS)
                 completions = complete_bindings(self._state, fixed, self._usable, effort)
                 bindings = [tuple(b) for b in islice(completions, max_bindings)]
                 if bindings or effort.is_exceeded:

@@ -13,9 +13,9 @@ from typing import NamedTuple, TypeAlias
 
 from eai.logic.choice import AllOf, AnyOf, ExactlyOf, PairingChoice
 from eai.logic.formula import Atom, Exists, ForAll
-from eai.planning.achievers import Achiever, Achievers
-from eai.planning.search import Effort, Limits
-from eai.planning.subgoal import GroundAtom, Subgoal, SubgoalParts, Unfolding
+from eai.planning.achievers import Achiever, AchieversByPredicate
+from eai.planning.search import Limits, SearchEffort
+from eai.planning.subgoal import GroundAtom, Subgoal, SubgoalParts, SubgoalSplitter
 from eai.world.action import Action
 from eai.world.condition import FormulaEvaluator
 from eai.world.derived import DefinedPredicate
@@ -37,11 +37,11 @@ def choose_cheapest_exactly(number: int, conditions: Sequence[Subgoal], cost: Co
         return None
     opposites = [condition.negated for condition in conditions]
 
-    def loss(i: int) -> tuple[bool, float]:
+    def compute_loss(i: int) -> tuple[bool, float]:
         own_cost = cost(conditions[i])
         return own_cost == float("inf"), own_cost - cost(opposites[i])
 
-    order = sorted(range(len(conditions)), key=loss)
+    order = sorted(range(len(conditions)), key=compute_loss)
     return [*(conditions[i] for i in order[:number]), *(opposites[i] for i in order[number:])]
 
 
@@ -122,13 +122,13 @@ class AdditiveHeuristic:
 
     def __init__(self, domain: Domain) -> None:
         self.domain = domain
-        self.achievers = Achievers(domain)
+        self.achievers = AchieversByPredicate(domain)
         self.readings = FormulaEvaluator(domain.vocabulary)
         self.derived = domain.vocabulary.derived_by_name
         self.static = frozenset(p.name for p in domain.vocabulary.predicates if p.static)
 
 
-class Estimates:
+class CostEstimates:
     """Estimates of the number of actions from one state until a condition holds.
 
     Args:
@@ -153,20 +153,20 @@ class Estimates:
         state: State,
         objects: Sequence[int],
         protected: Sequence[Subgoal] = (),
-        looks: Effort | None = None,
-        bindings: Effort | None = None,
+        looks: SearchEffort | None = None,
+        bindings: SearchEffort | None = None,
     ) -> None:
         self.state = state
         self.objects = objects
-        self.bindings = bindings or Effort(Limits().bindings)
+        self.bindings = bindings or SearchEffort(Limits().bindings)
         self._heuristic = heuristic
-        self._looks = looks or Effort()
-        self._unfolding = Unfolding(heuristic.readings, state, objects)
+        self._looks = looks or SearchEffort()
+        self._unfolding = SubgoalSplitter(heuristic.readings, state, objects)
         self.holds = self._unfolding.holds
-        self.atom = self._unfolding.atom
+        self.atom = self._unfolding.ground_atom
         self._protected = [condition for condition in protected if self.holds(condition)]
         self._usable = make_mask(objects)
-        self._matches = heuristic.achievers.find_matches(state, self._usable)
+        self._matches = heuristic.achievers.get_atom_matches(state, self._usable)
         self._supporters: dict[GroundAtom, tuple[_Supporter, float]] = {}
         self._costs: dict[_Key, tuple[float, float]] = {}
         self._undone: dict[Action, int] = {}
@@ -185,7 +185,7 @@ class Estimates:
             best = _Supporter(limit, None, ())
             for achiever in self._heuristic.achievers.make_operator_achievers(names):
                 best = self._improve_by_effect(
-                    achiever, achiever.bindings(self.state, {}, self._usable, self.bindings), best
+                    achiever, achiever.complete_bindings(self.state, {}, self._usable, self.bindings), best
                 )
             if best.action is not None:
                 return best
@@ -205,7 +205,7 @@ class Estimates:
         if isinstance(subgoal.formula, Atom):
             definition = self._find_definition(self.atom(subgoal.formula, subgoal))
             return None if definition is None else (definition,)
-        parts = self._unfolding.split(subgoal)
+        parts = self._unfolding.split_into_parts(subgoal)
         return None if parts is None else self._choose_cheapest_parts(parts)
 
     def find_prerequisites(self, subgoal: Subgoal) -> Sequence[Subgoal]:
@@ -221,7 +221,7 @@ class Estimates:
 
     def find_alternatives(self, subgoal: Subgoal) -> Sequence[Subgoal]:
         """Return the operands of a disjunction that have the lowest cost; () for other conditions."""
-        parts = None if isinstance(subgoal.formula, Atom) else self._unfolding.split(subgoal)
+        parts = None if isinstance(subgoal.formula, Atom) else self._unfolding.split_into_parts(subgoal)
         costs = [(part, self.estimate(part)) for part in parts.parts] if isinstance(parts, AnyOf) else []
         least = min((cost for _, cost in costs), default=INFINITE)
         return [part for part, cost in costs if cost == least < INFINITE]
@@ -254,7 +254,7 @@ class Estimates:
             if match.fails_at_least(self.state, best.cost - _MIN_COST):
                 continue
             best = self._improve_by_effect(
-                match.achiever, match.bindings(self.state, self._usable, self.bindings), best
+                match.achiever, match.complete_bindings(self.state, self._usable, self.bindings), best
             )
             if best.cost <= _MIN_COST:
                 break
@@ -301,7 +301,7 @@ class Estimates:
             if definition is not None:
                 return self._compute_cost(definition, limit)
             return OPAQUE_COST if limit > OPAQUE_COST else INFINITE
-        parts = self._unfolding.split(subgoal)
+        parts = self._unfolding.split_into_parts(subgoal)
         if isinstance(parts, AnyOf):
             return self._find_least_cost(parts.parts, limit)
         conditions = None if parts is None else self._choose_cheapest_parts(parts)
@@ -374,9 +374,9 @@ class Estimates:
             failing = achiever.find_failing_conditions(self.state, binding, best.cost - _MIN_COST)
             if failing is None:
                 continue
-            scope = achiever.scope(binding) if failing else {}
+            scope = achiever.get_object_scope(binding) if failing else {}
             prerequisites = tuple([Subgoal(condition, scope, True) for condition in failing])
-            action = Action(achiever.schema.operator.name, achiever.arguments(binding))
+            action = Action(achiever.schema.operator.name, achiever.get_operator_arguments(binding))
             cost = _MIN_COST + (
                 self._sum_costs(prerequisites, best.cost - _MIN_COST)
                 if prerequisites

@@ -13,7 +13,7 @@ from typing import TypeAlias
 
 import eai.logic.formula as f
 from eai.logic.traversal import find_free_variables, find_predicates
-from eai.planning.achievers import Achievers, complete_bindings
+from eai.planning.achievers import AchieversByPredicate, complete_bindings
 from eai.planning.effect_schema import (
     EffectSchema,
     FactChange,
@@ -21,7 +21,7 @@ from eai.planning.effect_schema import (
     find_predicates_without_schema,
     match_atom,
 )
-from eai.planning.search import Effort
+from eai.planning.search import SearchEffort
 from eai.planning.subgoal import find_argument_indices, find_object
 from eai.planning.successor_generator import ACTION_BINDINGS
 from eai.world.action import Action
@@ -58,7 +58,9 @@ class ConflictChanges:
         achievers: the achievers of the domain.
     """
 
-    def __init__(self, domain: Domain, initial: State, objects: Sequence[int], achievers: Achievers) -> None:
+    def __init__(
+        self, domain: Domain, initial: State, objects: Sequence[int], achievers: AchieversByPredicate
+    ) -> None:
         self._domain = domain
         self._initial = initial
         self._usable = make_mask(objects)
@@ -96,7 +98,9 @@ class ConflictChanges:
         all_makers = self._writers.get(change)
         if all_makers is None:
             unread = [
-                a for name in self._find_operators_without_schema(change) for a in self.actions_of(name)
+                a
+                for name in self._find_operators_without_schema(change)
+                for a in self.get_actions_of_operator(name)
             ]
             makers = [action for _, _, actions in self._find_schemas_making(change) for action in actions]
             all_makers = self._writers[change] = tuple(dict.fromkeys([*unread, *makers]))
@@ -109,7 +113,9 @@ class ConflictChanges:
 
         Each group is a pair: the actions, and the conditions of the effect that makes the change.
         """
-        yield from ((self.actions_of(name), []) for name in self._find_operators_without_schema(change))
+        yield from (
+            (self.get_actions_of_operator(name), []) for name in self._find_operators_without_schema(change)
+        )
         for schema, scope, actions in self._find_schemas_making(change):
             conditions = [(condition, self.names(condition)) for condition in schema.conditions]
             open_names = {name for _, names in conditions for name in names if name not in scope}
@@ -142,30 +148,30 @@ class ConflictChanges:
 
     def _select_actions_by_arguments(self, name: str, bound: Sequence[tuple[int, int]]) -> Sequence[Action]:
         if not bound:
-            return self.actions_of(name)
+            return self.get_actions_of_operator(name)
         position, index = bound[0]
         by_object = self._indices.get((name, position))
         if by_object is None:
             by_object = self._indices[name, position] = {}
-            for action in self.actions_of(name):
+            for action in self.get_actions_of_operator(name):
                 by_object.setdefault(action.arguments[position], []).append(action)
         actions = by_object.get(index, [])
         return (
             [a for a in actions if all(a.arguments[i] == o for i, o in bound[1:])] if bound[1:] else actions
         )
 
-    def actions_of(self, name: str) -> tuple[Action, ...]:
+    def get_actions_of_operator(self, name: str) -> tuple[Action, ...]:
         """Return all actions by an operator that the facts that never change allow."""
         all_actions = self._taking.get(name)
         if all_actions is None:
             actions: dict[Action, None] = {}
             for achiever in self._achievers.make_operator_achievers([name]):
                 partial = achiever.make_partial_binding(self._initial.scene, {}, fixed=True)
-                effort = Effort(_MAX_BINDINGS)
+                effort = SearchEffort(_MAX_BINDINGS)
                 for binding in complete_bindings(self._initial, partial, self._usable, effort):
                     if effort.spend(ACTION_BINDINGS):
                         break
-                    actions[Action(name, achiever.arguments(binding))] = None
+                    actions[Action(name, achiever.get_operator_arguments(binding))] = None
             all_actions = self._taking[name] = tuple(actions)
         return all_actions
 
@@ -179,7 +185,7 @@ class ConflictChanges:
         )
 
     def _has_too_many_actions(self, name: str) -> bool:
-        effort = Effort(_MAX_BINDINGS)
+        effort = SearchEffort(_MAX_BINDINGS)
         for achiever in self._achievers.make_operator_achievers([name]):
             partial = achiever.make_partial_binding(self._initial.scene, {}, fixed=True)
             for _ in complete_bindings(self._initial, partial, self._usable, effort):
@@ -189,15 +195,15 @@ class ConflictChanges:
 
     def may_make_change(self, action: Action, change: FactChange) -> bool:
         """Whether an action may make a change."""
-        return next(self.effect_conditions(action, change), None) is not None
+        return next(self.find_effect_conditions(action, change), None) is not None
 
-    def preconditions(self, action: Action) -> list[ScopedCondition]:
+    def find_preconditions(self, action: Action) -> list[ScopedCondition]:
         """Return the conditions of an action's checks, with the objects of their variables."""
         operator = self._domain.compiled_operators[action.operator].operator
         scope = operator.map_parameters(action.arguments)
         return [(simplify_check_condition(check, operator.checks), scope) for check in operator.checks]
 
-    def effect_conditions(self, action: Action, change: FactChange) -> Iterator[list[ScopedCondition]]:
+    def find_effect_conditions(self, action: Action, change: FactChange) -> Iterator[list[ScopedCondition]]:
         """Yield, for each effect by which an action may make a change, the effect's known conditions."""
         if change.predicate in self._unread.get(action.operator, ()):
             yield []
@@ -207,7 +213,7 @@ class ConflictChanges:
             if scope is not None:
                 conditions = self._schema_conditions.get(id(schema))
                 if conditions is None:
-                    conditions = self._schema_conditions[id(schema)] = _schema_conditions(schema)
+                    conditions = self._schema_conditions[id(schema)] = _find_schema_conditions(schema)
                 yield [(condition, scope) for condition, names in conditions if names <= scope.keys()]
 
     def find_changes_before_step(
@@ -411,7 +417,7 @@ class ConflictChanges:
                 yield from (FactChange(name, anything, truth) for truth in (True, False))
 
 
-def _schema_conditions(schema: EffectSchema) -> list[tuple[f.Formula, frozenset[str]]]:
+def _find_schema_conditions(schema: EffectSchema) -> list[tuple[f.Formula, frozenset[str]]]:
     conditions = (*schema.checks[len(schema.operator.checks) :], *schema.conditions)
     return [(condition, find_free_variables(condition)) for condition in conditions]
 

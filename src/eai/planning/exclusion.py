@@ -103,7 +103,7 @@ class _ExclusionProver:
         self.holds_at_start = lru_cache(_MAX_CACHED_FACTS)(self._holds_at_start)
         self._initial = initial
 
-    def excludes(self, literals: Iterable[GroundAtom]) -> bool:
+    def are_exclusive(self, literals: Iterable[GroundAtom]) -> bool:
         """Whether it is proved that no reachable state meets all the literals."""
         conditions = []
         for literal in literals:
@@ -111,7 +111,7 @@ class _ExclusionProver:
             atom = f.Atom(literal.predicate, variables)
             scope = {v.name: i for v, i in zip(variables, literal.arguments, strict=True)}
             conditions.append((atom if literal.truth else f.Not(atom), scope))
-        return _InductionProof(self).proves(conditions)
+        return _InductionProof(self).proves_exclusive(conditions)
 
     def _holds_at_start(self, fact: _FactPattern) -> bool:
         match fact:
@@ -129,13 +129,13 @@ class _ExclusionProver:
             case _:
                 return self._initial.has(fact.predicate, *[i for i in fact.arguments if isinstance(i, int)])
 
-    def match(
+    def match_atom_to_fact(
         self, atom: f.Atom, fact: _FactPattern, bound: _ArgumentScope
     ) -> dict[str, _FactArgument] | None:
         """Return a mapping from variables to objects that makes an effect's atom fit a fact, or None."""
         return match_atom(atom, fact.arguments, self.index, bound)
 
-    def deletes(
+    def deletes_fact(
         self, effect: EffectSchema, schema: EffectSchema, fact: _FactPattern, scope: _ArgumentScope
     ) -> bool:
         """Whether an effect deletes a fact whenever another effect of the same operator takes place."""
@@ -144,12 +144,12 @@ class _ExclusionProver:
             and effect.atom.predicate == fact.predicate
             and {*effect.conditions} <= {*schema.conditions}
             and all(
-                term == ANYTHING or self.term(term, scope) == argument
+                term == ANYTHING or self.resolve_term(term, scope) == argument
                 for term, argument in zip(effect.atom.arguments, fact.arguments, strict=True)
             )
         )
 
-    def term(self, term: f.Term, scope: _ArgumentScope) -> _FactArgument:
+    def resolve_term(self, term: f.Term, scope: _ArgumentScope) -> _FactArgument:
         """Return the object of a term: an index, the name of an unknown object, or None for any object."""
         return scope.get(term.name) if isinstance(term, f.Variable) else self.index(term)
 
@@ -174,7 +174,7 @@ class _InductionProof:
         self._dependents: dict[_FactPair, dict[_FactPair, None]] = {}
         self._judged: _FactPair | None = None
 
-    def proves(self, conditions: Sequence[tuple[f.Formula, _ArgumentScope]]) -> bool:
+    def proves_exclusive(self, conditions: Sequence[tuple[f.Formula, _ArgumentScope]]) -> bool:
         """Whether it is proved that no state meets all the conditions.
 
         A pair of facts is assumed to be exclusive when it is first needed. If an action breaks the
@@ -236,14 +236,16 @@ class _InductionProof:
 
     def _preserves_exclusion(self, schema: EffectSchema, added: _FactPattern, other: _FactPattern) -> bool:
         """Whether an effect that adds one fact guarantees that the other fact is false afterwards."""
-        scope = self.exclusion.match(schema.atom, added, {})
+        scope = self.exclusion.match_atom_to_fact(schema.atom, added, {})
         if scope is None:
             return True
         full = {**{name: f"{name}?" for name in schema.variables}, **scope}
         terms = [f"{i}?" if condition is None else condition for i, condition in enumerate(other.arguments)]
         other_instance = other._replace(arguments=tuple(terms))
         effects = self.exclusion.rules.effects[schema.operator.name]
-        if not any(self.exclusion.deletes(condition, schema, other_instance, full) for condition in effects):
+        if not any(
+            self.exclusion.deletes_fact(condition, schema, other_instance, full) for condition in effects
+        ):
             check_conditions = [check.condition for check in schema.operator.checks]
             if _SupposedState(self, other_instance).may_hold_together(
                 [(condition, full) for condition in (*schema.conditions, *check_conditions)]
@@ -259,7 +261,7 @@ class _InductionProof:
         self, schema: EffectSchema, first: _ArgumentScope, second: EffectSchema, other: _FactPattern
     ) -> bool:
         parameters = [p.name for p in schema.operator.parameters]
-        second_scope = self.exclusion.match(
+        second_scope = self.exclusion.match_atom_to_fact(
             second.atom, other, {n: first[n] for n in parameters if n in first}
         )
         if second_scope is None:
@@ -304,13 +306,16 @@ class _SupposedState:
         """Return the truth of a formula, or None if it is unknown."""
         match formula:
             case f.Atom(predicate, terms):
-                arguments = tuple([self._exclusion.term(term, scope) for term in terms])
+                arguments = tuple([self._exclusion.resolve_term(term, scope) for term in terms])
                 if predicate not in self._exclusion.rules.vocabulary.derived_by_name:
                     return self._evaluate_fact(_FactPattern(predicate, arguments))
                 inner = None if predicate in within else self._unfold_definition(predicate, arguments)
                 return None if inner is None else self._evaluate_formula(*inner, within | {predicate})
             case f.Equals(left, right):
-                one, other = self._exclusion.term(left, scope), self._exclusion.term(right, scope)
+                one, other = (
+                    self._exclusion.resolve_term(left, scope),
+                    self._exclusion.resolve_term(right, scope),
+                )
                 are_known = isinstance(one, int) and isinstance(other, int)
                 return one == other if are_known or (one == other and one is not None) else None
             case f.Not(operand):
@@ -350,7 +355,7 @@ class _SupposedState:
             return value is truth
         match formula:
             case f.Atom(predicate, terms):
-                arguments = tuple([self._exclusion.term(term, scope) for term in terms])
+                arguments = tuple([self._exclusion.resolve_term(term, scope) for term in terms])
                 if predicate not in self._exclusion.rules.vocabulary.derived_by_name:
                     return self._add_fact(_FactPattern(predicate, arguments), truth=truth)
                 inner = None if predicate in within else self._unfold_definition(predicate, arguments)

@@ -11,8 +11,8 @@ from collections.abc import Iterator, Sequence
 from typing import NamedTuple
 
 from eai.logic.formula import Atom
-from eai.planning.additive_heuristic import INFINITE, AdditiveHeuristic, Estimates
-from eai.planning.search import Effort, Limits, OpenList, SearchEnd, run_best_first_search
+from eai.planning.additive_heuristic import INFINITE, AdditiveHeuristic, CostEstimates
+from eai.planning.search import Limits, OpenList, SearchEffort, SearchEnd, run_best_first_search
 from eai.planning.subgoal import GroundAtom, Subgoal
 from eai.planning.successor_generator import PlanNode, SuccessorGenerator, generate_applicable_of_operator
 from eai.world.action import Action
@@ -46,18 +46,18 @@ class GreedySearch:
     def __init__(self, heuristic: AdditiveHeuristic, successors: SuccessorGenerator, limits: Limits) -> None:
         self.heuristic = heuristic
         self.successors = successors
-        self.effort = Effort(limits.states)
-        self.bindings = Effort(limits.bindings)
-        self._looks = Effort(limits.looks)
+        self.effort = SearchEffort(limits.states)
+        self.bindings = SearchEffort(limits.bindings)
+        self._looks = SearchEffort(limits.looks)
 
     @property
     def is_over(self) -> bool:
         """Whether any limit of all searches together is reached."""
         return self.effort.is_used_up or self._looks.is_exceeded or self.bindings.is_exceeded
 
-    def make_estimates(self, node: PlanNode, protected: Sequence[Subgoal] = ()) -> Estimates:
+    def make_estimates(self, node: PlanNode, protected: Sequence[Subgoal] = ()) -> CostEstimates:
         """Return the estimates from a node's state. Actions that undo a protected condition cost more."""
-        return Estimates(
+        return CostEstimates(
             self.heuristic, node.state, self.successors.objects, protected, self._looks, self.bindings
         )
 
@@ -75,7 +75,7 @@ class GreedySearch:
         """
         if self.is_over:
             return SearchEnd.STATES
-        effort = Effort(min(limits.states, self.effort.limit - self.effort.used))
+        effort = SearchEffort(min(limits.states, self.effort.limit - self.effort.used))
         end = _SingleGreedySearch(self, start, (subgoals, taken), effort, thorough=limits.thorough).search()
         self.effort.used += effort.used
         return end
@@ -115,7 +115,7 @@ class _SingleGreedySearch:
         searches: GreedySearch,
         start: PlanNode,
         target: tuple[tuple[Subgoal, ...], int],
-        effort: Effort,
+        effort: SearchEffort,
         *,
         thorough: bool,
     ) -> None:
@@ -140,11 +140,11 @@ class _SingleGreedySearch:
         node, rank, actions = expansion
         if actions is not None and self._thorough:
             self._open.push(expansion._replace(actions=None), _EXPANDED, *rank)
-        applicable = self._successors.applicable(node, self._searches.bindings)
+        applicable = self._successors.generate_applicable_actions(node, self._searches.bindings)
         for action in applicable if actions is None else actions:
             if self._is_over:
                 break
-            after = self._successors.successor(node, action)
+            after = self._successors.make_successor(node, action)
             if after is None or (after.state, after.met) in self._seen:
                 continue
             self._seen.add((after.state, after.met))
@@ -180,7 +180,7 @@ class _PreferredActions:
         actions: the collected actions, each once, in order.
     """
 
-    def __init__(self, heuristic: AdditiveHeuristic, estimates: Estimates) -> None:
+    def __init__(self, heuristic: AdditiveHeuristic, estimates: CostEstimates) -> None:
         self._heuristic = heuristic
         self._estimates = estimates
         self._seen: set[GroundAtom] = set()
@@ -220,7 +220,7 @@ class _PreferredActions:
             self._collect_for_subgoal(part)
 
     def _find_actions_changing(self, predicates: tuple[str, ...]) -> Iterator[Action]:
-        for operator in self._heuristic.achievers.find_writers(predicates):
+        for operator in self._heuristic.achievers.find_changing_operators(predicates):
             yield from generate_applicable_of_operator(
                 self._heuristic.domain,
                 operator,

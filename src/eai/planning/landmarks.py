@@ -19,7 +19,7 @@ from typing import TypeAlias
 import eai.logic.formula as f
 from eai.planning.conflict_changes import ConflictChanges, make_change_sort_key
 from eai.planning.effect_schema import FactChange
-from eai.planning.search import Effort
+from eai.planning.search import SearchEffort
 from eai.planning.subgoal import Subgoal, find_argument_indices
 from eai.world.action import Action
 from eai.world.condition import Scope
@@ -77,7 +77,9 @@ class _RelaxationGraph:
         self._initial = initial
         self._actions = [*dict.fromkeys(steps)]
         self._others = [
-            step for step in self._actions if step not in conflict_changes.actions_of(step.operator)
+            step
+            for step in self._actions
+            if step not in conflict_changes.get_actions_of_operator(step.operator)
         ]
         self._parts: list[tuple[int, ...]] = [(), ()]
         self._missing = [0, 1]
@@ -101,7 +103,7 @@ class _RelaxationGraph:
         """Number of conditions in the graph."""
         return len(self._parts)
 
-    def cut(self, actions: Collection[Action]) -> list[Action] | None:
+    def find_cut(self, actions: Collection[Action]) -> list[Action] | None:
         """Return a cut between some actions and the goals; None if the actions may reach the goals."""
         self._actions += sorted({*actions}.difference(self._actions))
         while True:
@@ -193,7 +195,7 @@ class _RelaxationGraph:
         Return whether any conditions were added.
         """
         alternatives: list[int] = []
-        for conditions in self._conflict_changes.effect_conditions(action, self._changes[number]):
+        for conditions in self._conflict_changes.find_effect_conditions(action, self._changes[number]):
             condition_numbers = [self._get_condition_node(*part, True) for part in conditions]
             condition = self._add_conjunction_node([*self._find_preconditions(action), *condition_numbers])
             if condition != _FALSE:
@@ -206,7 +208,7 @@ class _RelaxationGraph:
     def _find_preconditions(self, action: Action) -> list[int]:
         numbers = self._needs.get(action)
         if numbers is None:
-            needs = self._conflict_changes.preconditions(action)
+            needs = self._conflict_changes.find_preconditions(action)
             numbers = self._needs[action] = [
                 self._get_condition_node(*condition, True) for condition in needs
             ]
@@ -386,7 +388,7 @@ class Landmarks:
         """Return the minimum number of actions that hit all cuts in a bit mask."""
         return self._get_min_hitting_set(mask)[0]
 
-    def find_more_cuts(self, steps: frozenset[Action], effort: Effort) -> None:
+    def find_more_cuts(self, steps: frozenset[Action], effort: SearchEffort) -> None:
         """Find cuts until the lower bound for a plan rises, or no further cut exists.
 
         Args:
@@ -406,7 +408,7 @@ class Landmarks:
                 len(self.cuts),
             )
             while not effort.is_used_up:
-                cut = self._relaxation_graph.cut(actions)
+                cut = self._relaxation_graph.find_cut(actions)
                 effort.used += 1 + self._relaxation_graph.size // _CONDITIONS_PER_EFFORT
                 if not cut or (self.cuts and len(cut) > _MAX_CUT_SIZE):
                     break

@@ -15,9 +15,9 @@ from dataclasses import dataclass, replace
 from functools import lru_cache
 
 from eai.logic.formula import Formula
-from eai.planning.additive_heuristic import INFINITE, AdditiveHeuristic, Estimates
+from eai.planning.additive_heuristic import INFINITE, AdditiveHeuristic, CostEstimates
 from eai.planning.greedy_search import GreedySearch
-from eai.planning.search import Limits, Node, SearchEnd, SearchResult
+from eai.planning.search import Limits, SearchEnd, SearchNode, SearchResult
 from eai.planning.subgoal import Subgoal, make_subgoals
 from eai.planning.successor_generator import PlanNode, SuccessorGenerator
 from eai.world.action import Action
@@ -74,11 +74,15 @@ def drop_needless_actions(
         actions: operators that must be taken, as in `PlanningGoal`.
     """
     successors = SuccessorGenerator(domain, (), actions)
-    start: PlanNode = Node(initial)
+    start: PlanNode = SearchNode(initial)
     end = start
     for action in plan:
-        end = successors.successor(end, action) or end
-    return successors.remove_needless_actions(start, end, reached).plan() if reached(end) else tuple(plan)
+        end = successors.make_successor(end, action) or end
+    return (
+        successors.remove_needless_actions(start, end, reached).list_actions()
+        if reached(end)
+        else tuple(plan)
+    )
 
 
 class Planner:
@@ -116,10 +120,10 @@ class Planner:
         False is no proof that there are no such actions, but the planner does not search for such a
         condition. ``scope`` gives the objects of free variables.
         """
-        estimates = Estimates(self.heuristic, state, objects)
+        estimates = CostEstimates(self.heuristic, state, objects)
         return estimates.estimate(Subgoal(condition, scope, True)) < INFINITE
 
-    def plan(
+    def find_plan(
         self,
         initial: State,
         goal: PlanningGoal,
@@ -135,10 +139,10 @@ class Planner:
             limits: the limits of the search.
         """
         limits = limits or Limits()
-        search = self._search(objects, goal.actions, limits)
-        return _search_plan(search, Node(initial), goal, limits)
+        search = self._make_search(objects, goal.actions, limits)
+        return _search_plan(search, SearchNode(initial), goal, limits)
 
-    def reach(
+    def find_actions_towards(
         self, initial: State, conditions: tuple[Subgoal, ...], objects: Sequence[int], limits: Limits
     ) -> tuple[Action, ...] | None:
         """Return actions that establish conditions together, by one greedy search; None if it fails.
@@ -149,10 +153,10 @@ class Planner:
             objects: the objects that actions may use, by index.
             limits: the limits of the search.
         """
-        end = self._search(objects, (), limits).search(Node(initial), conditions, 0, limits)
-        return None if isinstance(end, SearchEnd) else end.plan()
+        end = self._make_search(objects, (), limits).search(SearchNode(initial), conditions, 0, limits)
+        return None if isinstance(end, SearchEnd) else end.list_actions()
 
-    def _search(
+    def _make_search(
         self, objects: Sequence[int], actions: Sequence[Sequence[str]], limits: Limits
     ) -> GreedySearch:
         successors = SuccessorGenerator(self.domain, objects, actions, self._allowed)
@@ -175,7 +179,7 @@ def _search_plan(
         return node.met == len(goal.actions) and all(holds(c, {}, node.state) for c in goal.conditions)
 
     goals = make_subgoals(goal.conditions, start.state.scene)
-    agenda = _Agenda(search, goals)
+    agenda = _GoalAgenda(search, goals)
     node, allowed, effort = start, _FIRST_LIMITS, search.effort
     while not is_reached(node):
         further = agenda.reach_next_goal(node, allowed)
@@ -192,10 +196,10 @@ def _search_plan(
                 return SearchResult(end, states=effort.used)
             node = node if isinstance(end, SearchEnd) else end
     last_node = search.successors.remove_needless_actions(start, node, is_reached)
-    return SearchResult(SearchEnd.SOLVED, last_node.plan(), effort.used)
+    return SearchResult(SearchEnd.SOLVED, last_node.list_actions(), effort.used)
 
 
-class _Agenda:
+class _GoalAgenda:
     """Reaches the goals of one task one by one. Each search keeps the goals that were reached before.
 
     Goals with such an order are called serialisable (Korf 1987). The goal with the lowest estimated cost
@@ -223,9 +227,9 @@ class _Agenda:
             pending.append(_NEXT_ACTION)
         for i in self._sort_goals_by_cost(node, pending):
             if i == _NEXT_ACTION:
-                further = self._reach(node, reached, node.met + 1, limits)
+                further = self._search_subgoals(node, reached, node.met + 1, limits)
             else:
-                further = self._achieve(node, self._goals[i], reached, limits)
+                further = self._reach_goal_by_parts(node, self._goals[i], reached, limits)
             if further is not None:
                 return further
         self._failed = set(pending)
@@ -262,13 +266,13 @@ class _Agenda:
             self._estimate_cost(i, node, estimates)
             heapq.heappush(queue, (is_easy, self._costs[i], i, True))
 
-    def _estimate_cost(self, i: int, node: PlanNode, estimates: Estimates) -> None:
+    def _estimate_cost(self, i: int, node: PlanNode, estimates: CostEstimates) -> None:
         if i == _NEXT_ACTION:
             self._costs[i] = estimates.find_cheapest_action(self._search.successors.goals[node.met]).cost
         else:
             self._costs[i] = estimates.estimate(self._goals[i])
 
-    def _achieve(
+    def _reach_goal_by_parts(
         self, node: PlanNode, goal: Subgoal, protected: tuple[Subgoal, ...], limits: Limits
     ) -> PlanNode | None:
         """Reach the parts of a goal one after the other. If this fails, search for the whole goal."""
@@ -276,7 +280,7 @@ class _Agenda:
             further = self._reach_one_more_part(node, goal, protected, limits)
             if further is None:
                 whole_limits = replace(limits, states=_WHOLE_GOAL_FACTOR * limits.states)
-                return self._reach(node, (*protected, goal), node.met, whole_limits)
+                return self._search_subgoals(node, (*protected, goal), node.met, whole_limits)
             node = further
             if self._search.make_estimates(node).estimate(goal) == 0.0:
                 return node
@@ -301,14 +305,14 @@ class _Agenda:
         for i in sorted(range(len(parts)), key=lambda i: costs[i], reverse=is_far):
             further = None
             if costs[i] > _MAX_DIRECT_COST:
-                further = self._achieve(node, parts[i], reached, limits)
+                further = self._reach_goal_by_parts(node, parts[i], reached, limits)
             elif costs[i] > 0.0:
-                further = self._reach(node, (*reached, parts[i]), node.met, limits)
+                further = self._search_subgoals(node, (*reached, parts[i]), node.met, limits)
             if further is not None:
                 return further
         return None
 
-    def _reach(
+    def _search_subgoals(
         self, node: PlanNode, subgoals: tuple[Subgoal, ...], taken: int, limits: Limits
     ) -> PlanNode | None:
         end = self._search.search(node, subgoals, taken, limits)

@@ -15,7 +15,7 @@ from typing import TypeAlias
 
 import eai.logic.formula as f
 from eai.logic.traversal import find_free_variables, find_predicates
-from eai.planning.search import Effort
+from eai.planning.search import SearchEffort
 from eai.planning.subgoal import find_object
 from eai.world.condition import Scope
 from eai.world.derived import DefinedPredicate, find_stored_predicates
@@ -51,8 +51,10 @@ class PossibleFacts:
         self._assumed: dict[_GroundLiteral, bool] = {}
         self._denied: set[_GroundLiteral] = set()
         self._done: set[tuple[int, tuple[int | None, ...]]] = set()
-        self._effort = Effort(_MAX_LOOKS)
-        self._pending = {o.name: list(self._possible_actions(o, initial, usable)) for o in domain.operators}
+        self._effort = SearchEffort(_MAX_LOOKS)
+        self._pending = {
+            o.name: list(self._generate_possible_scopes(o, initial, usable)) for o in domain.operators
+        }
         before = -1
         while self.count_literals() > before and self.is_complete:
             before = self.count_literals()
@@ -67,7 +69,9 @@ class PossibleFacts:
         """Return the number of facts that may be true plus the number of facts that may be false."""
         return len(self.possibly_true) + len(self.possibly_false)
 
-    def _possible_actions(self, operator: Operator, initial: State, usable: Sequence[int]) -> Iterator[Scope]:
+    def _generate_possible_scopes(
+        self, operator: Operator, initial: State, usable: Sequence[int]
+    ) -> Iterator[Scope]:
         """Yield the arguments of an operator, by parameter, that the facts that never change allow."""
         static = tuple([check for check in operator.checks if self._is_static(check)])
         unchanging = replace(operator, checks=static, effects=(), alternatives=())
@@ -138,14 +142,14 @@ class PossibleFacts:
         literal = predicate, arguments, truth
         if literal in self._proved or literal in self._denied:
             return literal in self._proved
-        is_possible = self.atom(predicate, arguments, truth)
+        is_possible = self.may_atom_hold(predicate, arguments, truth)
         if is_possible:
             self._proved.add(literal)
         elif not self._assumed:
             self._denied.add(literal)
         return is_possible
 
-    def atom(self, predicate: str, arguments: tuple[int, ...], truth: bool) -> bool:
+    def may_atom_hold(self, predicate: str, arguments: tuple[int, ...], truth: bool) -> bool:
         """Whether an atom may ever be true, or (not ``truth``) false."""
         derived = self.domain.vocabulary.derived_by_name.get(predicate)
         if derived is None:
@@ -197,17 +201,17 @@ class PossibleFacts:
 
     def _apply_action(self, operator: Operator, scope: Scope) -> bool:
         """Apply an action. Return whether applying it again later can have no further effect."""
-        if self._effort.spend(_ACTION_LOOKS) or not self._passes(operator.checks, scope):
+        if self._effort.spend(_ACTION_LOOKS) or not self._may_pass_checks(operator.checks, scope):
             return False
         self._apply_effects(operator.effects, scope)
         for attempt in operator.alternatives:
-            if self.holds(attempt.condition, scope) and self._passes(attempt.checks, scope):
+            if self.holds(attempt.condition, scope) and self._may_pass_checks(attempt.checks, scope):
                 self._apply_effects(attempt.effects, scope)
         return not operator.alternatives and all(
             isinstance(effect, Add | Delete) for effect in operator.effects
         )
 
-    def _passes(self, checks: Iterable[Check], scope: Scope) -> bool:
+    def _may_pass_checks(self, checks: Iterable[Check], scope: Scope) -> bool:
         return all(self.holds(check.condition, scope) for check in checks)
 
     def _apply_effects(self, effects: Iterable[Effect], scope: Scope) -> None:
@@ -224,7 +228,7 @@ class PossibleFacts:
                         )
                     )
                 case Delete(atom):
-                    self._delete(atom, scope)
+                    self._mark_deletable(atom, scope)
                 case When(condition, inner, otherwise):
                     if self.holds(condition, scope):
                         self._apply_effects(inner, scope)
@@ -239,7 +243,7 @@ class PossibleFacts:
         """Record that a fact may be true."""
         self.possibly_true.add(fact)
 
-    def _delete(self, atom: f.Atom, scope: Scope) -> None:
+    def _mark_deletable(self, atom: f.Atom, scope: Scope) -> None:
         pattern = [
             None if term == ANYTHING else self._find_object_index(term, scope) for term in atom.arguments
         ]

@@ -20,7 +20,7 @@ T = TypeVar("T")
 """Type of an item of an open list: a node, or a node with the actions by which it is expanded."""
 
 
-class Effort:
+class SearchEffort:
     """Counts the operations of a search: applied actions, estimated states, tried objects.
 
     Callers add to `used`. If the limit is exceeded, `take_within_limit` yields no more objects, so that every
@@ -96,7 +96,7 @@ class SearchEnd(str, Enum):
 
 
 @dataclass(frozen=True, slots=True, eq=False)
-class Node(Generic[S, A]):
+class SearchNode(Generic[S, A]):
     """A state that a search has reached, and the path to this state.
 
     Attributes:
@@ -111,17 +111,17 @@ class Node(Generic[S, A]):
     state: S
     met: int = 0
     depth: int = 0
-    parent: Node[S, A] | None = None
+    parent: SearchNode[S, A] | None = None
     actions: tuple[A, ...] = ()
 
-    def plan(self) -> tuple[A, ...]:
+    def list_actions(self) -> tuple[A, ...]:
         """Return the actions on the path to this node."""
-        return tuple(chain.from_iterable([node.actions for node in self.path()]))
+        return tuple(chain.from_iterable([node.actions for node in self.list_path_nodes()]))
 
-    def path(self) -> list[Node[S, A]]:
+    def list_path_nodes(self) -> list[SearchNode[S, A]]:
         """Return the nodes on the path to this node, the start first."""
         nodes = []
-        node: Node[S, A] | None = self
+        node: SearchNode[S, A] | None = self
         while node is not None:
             nodes.append(node)
             node = node.parent
@@ -162,8 +162,8 @@ class OpenList(Generic[T]):
 
 
 def run_best_first_search(
-    following: Callable[[], T | None], visit: Callable[[T], Node[S, A] | SearchEnd | None]
-) -> Node[S, A] | SearchEnd:
+    following: Callable[[], T | None], visit: Callable[[T], SearchNode[S, A] | SearchEnd | None]
+) -> SearchNode[S, A] | SearchEnd:
     """Visit items until the search ends. Return the goal's node, or the reason why no goal was found.
 
     Args:

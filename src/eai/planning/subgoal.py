@@ -38,7 +38,7 @@ SubgoalParts: TypeAlias = AllOf[Subgoal] | AnyOf[Subgoal] | ExactlyOf[Subgoal] |
 """Choice among the parts of a condition: all, any, a number of them, or pairs. See `eai.logic.choice`."""
 
 
-class Unfolding:
+class SubgoalSplitter:
     """Splits conditions into their parts, given one state.
 
     Args:
@@ -57,12 +57,12 @@ class Unfolding:
         formula, scope, truth = subgoal
         return self._evaluator.holds(formula, scope, self._state) == truth
 
-    def atom(self, atom: f.Atom, subgoal: Subgoal) -> GroundAtom:
+    def ground_atom(self, atom: f.Atom, subgoal: Subgoal) -> GroundAtom:
         """Return a subgoal's atom with the objects of its terms."""
         arguments = find_argument_indices(atom, subgoal.scope, self._state.scene)
         return GroundAtom(atom.predicate, arguments, subgoal.truth)
 
-    def split(self, subgoal: Subgoal) -> SubgoalParts | None:
+    def split_into_parts(self, subgoal: Subgoal) -> SubgoalParts | None:
         """Return the choice among the parts of a compound condition; None for other conditions."""
         formula, scope, truth = subgoal
         match formula:
@@ -81,19 +81,19 @@ class Unfolding:
                         if truth
                         else self._find_usable_values(variable)
                     )
-                    return AnyOf(self._instances(variable, body, scope, truth, values))
+                    return AnyOf(self._make_instances(variable, body, scope, truth, values))
                 violating = self._find_violating_values(variable, body, scope, truth)
-                return AllOf(self._instances(variable, body, scope, truth, violating))
+                return AllOf(self._make_instances(variable, body, scope, truth, violating))
             case f.Exactly(count, variable, body) if truth:
                 return ExactlyOf(
-                    count, self._instances(variable, body, scope, truth, self._find_all_values(variable))
+                    count, self._make_instances(variable, body, scope, truth, self._find_all_values(variable))
                 )
             case f.ForPairs() if truth:
-                return self._pairs(formula, scope)
+                return self._make_pairing(formula, scope)
             case _:
                 return None
 
-    def _instances(
+    def _make_instances(
         self, variable: f.Variable, body: f.Formula, scope: Scope, truth: bool, values: Sequence[int]
     ) -> tuple[Subgoal, ...]:
         return tuple([Subgoal(body, {**scope, variable.name: value}, truth) for value in values])
@@ -126,7 +126,7 @@ class Unfolding:
         held = set(holding)
         return [i for i in self._find_all_values(variable) if i not in held]
 
-    def _pairs(self, formula: f.ForPairs, scope: Scope) -> PairingChoice[Subgoal]:
+    def _make_pairing(self, formula: f.ForPairs, scope: Scope) -> PairingChoice[Subgoal]:
         first, second, body = formula.first, formula.second, formula.body
         rows, columns = self._find_all_values(first), self._find_all_values(second)
         count = min(len(rows), len(columns)) if formula.count is None else formula.count
@@ -159,21 +159,21 @@ def find_object(constant: f.Constant, scene: Scene) -> int:
 def make_subgoals(conditions: Iterable[f.Formula], scene: Scene) -> tuple[Subgoal, ...]:
     """Return the conjuncts of closed conditions as subgoals, in order."""
     return tuple(
-        [part for condition in conditions for part in conjuncts(Subgoal(condition, {}, True), scene)]
+        [part for condition in conditions for part in split_conjuncts(Subgoal(condition, {}, True), scene)]
     )
 
 
-def conjuncts(subgoal: Subgoal, scene: Scene) -> Iterator[Subgoal]:
+def split_conjuncts(subgoal: Subgoal, scene: Scene) -> Iterator[Subgoal]:
     """Yield the parts of a subgoal that must all be reached, each as a subgoal."""
     formula, scope, truth = subgoal
     match formula:
         case f.Not(operand):
-            yield from conjuncts(Subgoal(operand, scope, not truth), scene)
+            yield from split_conjuncts(Subgoal(operand, scope, not truth), scene)
         case f.And(operands) | f.Or(operands) if isinstance(formula, f.And) == truth:
             for part in operands:
-                yield from conjuncts(Subgoal(part, scope, truth), scene)
+                yield from split_conjuncts(Subgoal(part, scope, truth), scene)
         case f.ForAll(variable, body) | f.Exists(variable, body) if isinstance(formula, f.ForAll) == truth:
             for value in iterate_bits(scene.get_category_mask(variable.category)):
-                yield from conjuncts(Subgoal(body, {**scope, variable.name: value}, truth), scene)
+                yield from split_conjuncts(Subgoal(body, {**scope, variable.name: value}, truth), scene)
         case _:
             yield subgoal

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable, Iterator, Sequence
 from typing import TypeAlias
 
-from eai.planning.search import Effort, Node
+from eai.planning.search import SearchEffort, SearchNode
 from eai.world.action import Action
 from eai.world.domain import Domain
 from eai.world.operator import Operator
@@ -14,7 +14,7 @@ from eai.world.state import State
 ACTION_BINDINGS = 10
 """Number of tried values as which an action counts, since handling an action takes longer."""
 
-PlanNode: TypeAlias = Node[State, Action]
+PlanNode: TypeAlias = SearchNode[State, Action]
 """Node of a search on a declared domain; ``met`` is the number of required operators taken so far."""
 
 
@@ -40,7 +40,7 @@ class SuccessorGenerator:
         self.objects = objects
         self.goals = goals
 
-    def successor(self, node: PlanNode, action: Action) -> PlanNode | None:
+    def make_successor(self, node: PlanNode, action: Action) -> PlanNode | None:
         """Return the node after an action; None if the action is impossible or leads to a forbidden state."""
         compiled = self._domain.compiled_operators[action.operator]
         binding = compiled.bind(node.state, action.arguments)
@@ -50,9 +50,11 @@ class SuccessorGenerator:
         if self._allowed is not None and not self._allowed(after):
             return None
         counts = node.met < len(self.goals) and action.operator in self.goals[node.met]
-        return Node(after, node.met + counts, node.depth + 1, node, (action,))
+        return SearchNode(after, node.met + counts, node.depth + 1, node, (action,))
 
-    def applicable(self, node: PlanNode, bindings: Effort | None = None) -> Iterator[Action]:
+    def generate_applicable_actions(
+        self, node: PlanNode, bindings: SearchEffort | None = None
+    ) -> Iterator[Action]:
         """Yield all actions that are possible in a node, until the limit of bindings is exceeded."""
         for operator in self._domain.operators:
             yield from generate_applicable_of_operator(
@@ -67,16 +69,16 @@ class SuccessorGenerator:
         This is action elimination (Nakhost and Mueller 2010). Each action in turn is left out, together with
         the later actions that become impossible, until all remaining actions are needed.
         """
-        path = end.path()[start.depth + 1 :]
+        path = end.list_path_nodes()[start.depth + 1 :]
         position, needed = 0, 0
         while needed < len(path):
             position %= len(path)
             node = start if position == 0 else path[position - 1]
             for later in path[position + 1 :]:
                 for action in later.actions:
-                    node = self.successor(node, action) or node
+                    node = self.make_successor(node, action) or node
             if reached(node):
-                end, path, needed = node, node.path()[start.depth + 1 :], 0
+                end, path, needed = node, node.list_path_nodes()[start.depth + 1 :], 0
             else:
                 position, needed = position + 1, needed + 1
         return end
@@ -87,7 +89,7 @@ def generate_applicable_of_operator(
     operator: Operator,
     state: State,
     objects: Sequence[int],
-    bindings: Effort | None = None,
+    bindings: SearchEffort | None = None,
 ) -> Iterator[Action]:
     """Yield the actions by an operator that are possible in a state.
 
@@ -99,7 +101,7 @@ def generate_applicable_of_operator(
         bindings: counter of values of parameters; each action counts as `ACTION_BINDINGS` values. If its
             limit is exceeded, no more actions follow. None for no limit.
     """
-    bindings = bindings or Effort()
+    bindings = bindings or SearchEffort()
     compiled = domain.compiled_operators[operator.name]
     for arguments in domain.argument_finders[operator.name](state, objects, bindings.spend):
         if bindings.spend(ACTION_BINDINGS):

@@ -18,7 +18,7 @@ from eai.base.files import parse_toml
 from eai.benchmarks.benchmark import Benchmark
 from eai.benchmarks.features import TaskStatistics, compute_features
 from eai.logic.traversal import find_predicates
-from eai.pddl.model import effect_conditions, find_effect_atoms
+from eai.pddl.model import find_effect_atoms, find_effect_conditions
 from eai.pddl.reader import read_action
 from eai.results.table import Column, NamedCells, Plain, Table
 from eai.tasks.operator_task import OperatorLibrary, TransitionTask
@@ -221,10 +221,10 @@ def _count_objects(tasks: Sequence[_TaskProfile]) -> Iterator[_DataSetFigure]:
 
 
 def _count_operators(library: OperatorLibrary) -> Iterator[_DataSetFigure]:
-    gold = [read_action(text.pddl) for text in library.operators.values()]
+    gold = [read_action(text.write_pddl) for text in library.operators.values()]
     condition_predicates = [{*find_predicates(action.precondition)} for action in gold]
     effect_predicates = [
-        {*find_predicates(*effect_conditions(action.effect))}
+        {*find_predicates(*find_effect_conditions(action.effect))}
         | {atom.predicate for atom in find_effect_atoms(action.effect)}
         for action in gold
     ]

@@ -70,7 +70,7 @@ class TaskLookup:
     @cached_property
     def _actions_of_goals(self) -> frozenset[str]:
         """Names of the actions that are goals of at least one task of the benchmark."""
-        goals = (goal for task in self._tasks.values() for goal in task.goals_of(GoalKind.ACTION))
+        goals = (goal for task in self._tasks.values() for goal in task.get_goals_of_kind(GoalKind.ACTION))
         return frozenset(action for goal in goals for action in find_alternative_actions(goal))
 
     def _find_plan_states(self, task_id: str) -> tuple[State, ...]:

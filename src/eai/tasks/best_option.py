@@ -76,14 +76,14 @@ class _BestOptionFinder:
         root = _number_conditions(AllOf(tuple(parts)), numbers)
         self.atoms = tuple(numbers)
         self._others = others
-        self._positive = _positive(len(self.atoms))
+        self._positive = _make_positive_mask(len(self.atoms))
         members = root.parts if isinstance(root, AllOf) else (root,)
         self._fixed = _make_condition_mask([part for part in members if isinstance(part, int)])
         choices = tuple([part for part in members if not isinstance(part, int)])
         compiler = _OptionCompiler(choices, self._fixed, self._positive)
         self._table: _FindSets = _find_no_sets
         if not _contradicts(self._fixed, self._positive):
-            self._table = compiler.table(AllOf(choices))
+            self._table = compiler.compile_part(AllOf(choices))
 
     def __call__(self, true: int, others_met: int = 0) -> _ShareOfMetConditions:
         """Return the largest share of met conditions; 0 of 1 if there is no option.
@@ -193,7 +193,7 @@ def _make_condition_mask(numbers: Iterable[int]) -> int:
     return reduce(or_, [1 << number for number in numbers], 0)
 
 
-def _positive(atoms: int) -> int:
+def _make_positive_mask(atoms: int) -> int:
     """Return the bit mask of all conditions that are not negations."""
     return ((1 << 2 * atoms) - 1) // 3
 
@@ -246,7 +246,7 @@ class _OptionCompiler:
             total.update(inner)
         return total
 
-    def table(self, part: _Counted) -> _FindSets:
+    def compile_part(self, part: _Counted) -> _FindSets:
         """Return the function that finds the best sets of a part's common conditions that are still open."""
         match part:
             case int():
@@ -254,13 +254,17 @@ class _OptionCompiler:
             case AllOf(parts):
                 return self._compile_all_of(parts)
             case AnyOf(parts):
-                return self._close_found_sets(_compile_any_of([self.table(member) for member in parts]), part)
+                return self._close_found_sets(
+                    _compile_any_of([self.compile_part(member) for member in parts]), part
+                )
             case ExactlyOf(count, parts):
                 return self._close_found_sets(
-                    self._compile_exactly_of(count, [self.table(member) for member in parts]), part
+                    self._compile_exactly_of(count, [self.compile_part(member) for member in parts]), part
                 )
             case PairingChoice(count, cells):
-                tables = [[None if cell is None else self.table(cell) for cell in row] for row in cells]
+                tables = [
+                    [None if cell is None else self.compile_part(cell) for cell in row] for row in cells
+                ]
                 return self._close_found_sets(self._compile_pairing(count, tables), part)
             case _:
                 assert_never(part)
@@ -283,7 +287,7 @@ class _OptionCompiler:
         alone: list[tuple[_FindSets, Counter[int]]] = []
         joined: list[tuple[_FindSets, Counter[int]]] = []
         for part, count in zip(others, counts, strict=True):
-            (joined if self._find_shared_atoms(count) else alone).append((self.table(part), count))
+            (joined if self._find_shared_atoms(count) else alone).append((self.compile_part(part), count))
         steps = self._order_members(joined)
 
         def table(search: _OptionSearch) -> _SetValues:

@@ -23,7 +23,7 @@ FILE = "english.toml"
 
 
 @dataclass(frozen=True, slots=True)
-class Hazard:
+class HazardEvent:
     """A process constraint that people take for granted: an event that must not happen.
 
     Attributes:
@@ -54,7 +54,7 @@ class Hazard:
 
 
 @dataclass(frozen=True, slots=True)
-class English:
+class EnglishWords:
     """The English words of a benchmark. A predicate or category without an entry goes by its name.
 
     Attributes:
@@ -81,11 +81,11 @@ class English:
     nouns: Mapping[str, str] = field(default_factory=dict)
     odd: Sequence[str] = ()
     sound: Sequence[str] = ()
-    hazards: Sequence[Hazard] = ()
+    hazards: Sequence[HazardEvent] = ()
     may_lack: Sequence[str] = ()
     role: str = "an agent"
 
-    def is_odd(self, predicate: str, categories: Sequence[str]) -> bool:
+    def is_unlikely_request(self, predicate: str, categories: Sequence[str]) -> bool:
         """Whether nobody would request a predicate for objects with these categories."""
         phrase = " ".join((predicate, *categories))
         return any(fnmatchcase(phrase, pattern) for pattern in self.odd) and not any(
@@ -93,14 +93,14 @@ class English:
         )
 
 
-PLAIN_ENGLISH = English()
+PLAIN_ENGLISH = EnglishWords()
 """English whose words are the names of predicates and categories. No goal is implausible."""
 
 
-def read_english_words(package: str) -> English:
+def read_english_words(package: str) -> EnglishWords:
     """Read the file ``english.toml`` of a package."""
     text = (files(package) / FILE).read_text(encoding="utf-8")
-    return TypeAdapter(English).validate_python(parse_toml(text))
+    return TypeAdapter(EnglishWords).validate_python(parse_toml(text))
 
 
 OPENINGS = (
@@ -161,7 +161,7 @@ USUAL_STYLE = PhraseStyle()
 """The style that always picks the usual wording."""
 
 
-def make_predicate_sentences(predicate: str, arity: int, english: English) -> Sequence[str]:
+def make_predicate_sentences(predicate: str, arity: int, english: EnglishWords) -> Sequence[str]:
     """Return sentences that state a predicate, the usual one first, as in ``{x} is on top of {y}``."""
     sentences = english.says.get(predicate)
     if sentences is not None:
@@ -176,7 +176,9 @@ def make_predicate_sentences(predicate: str, arity: int, english: English) -> Se
     return (f"{{x}} {verb} {{y}}" if arity == 2 else f"{{x}} {verb}",)
 
 
-def inflect(sentence: str, *, negated: bool = False, several: bool = False, never: bool = False) -> str:
+def inflect_sentence(
+    sentence: str, *, negated: bool = False, several: bool = False, never: bool = False
+) -> str:
     """Return a sentence changed on request: negated, with "never", or in the plural."""
     first, verb, *rest = sentence.split(" ")
     is_short = verb in ("is", "has")

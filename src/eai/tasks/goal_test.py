@@ -88,7 +88,9 @@ class GoalTest:
             ]
         )
         self._state_tests = tuple([test for i, test in enumerate(self._tests) if i not in passed_over])
-        self._actions = tuple([find_alternative_actions(goal) for goal in task.goals_of(GoalKind.ACTION)])
+        self._actions = tuple(
+            [find_alternative_actions(goal) for goal in task.get_goals_of_kind(GoalKind.ACTION)]
+        )
         shares = [_count_half_goals(goal) for goal in task.goals_without_hazards]
         shares += [(0, 0, 0)] * (len(task.goals) - len(shares))
         self._shares = tuple([tuple([share[kind] for share in shares]) for kind in range(3)])
@@ -107,7 +109,7 @@ class GoalTest:
             trajectory: the whole execution; None if nothing was executed.
         """
         reached = [test.truth(final, test.binding.copy()) for test in self._tests]
-        for number in self._find_met_actions(self._actions, actions) if self._actions else ():
+        for number in self._find_met_action_goals(self._actions, actions) if self._actions else ():
             reached[self._action_indices[number]] = True
         if self._over_time:
             trace = to_trace(trajectory or Trajectory((final,), ()))
@@ -165,7 +167,9 @@ class GoalTest:
             tallies = self._tally_cache[reached] = GoalTallies(*map(Share, satisfied, self._totals))
         return tallies
 
-    def _find_met_actions(self, goals: Sequence[tuple[str, ...]], actions: Sequence[str]) -> Sequence[int]:
+    def _find_met_action_goals(
+        self, goals: Sequence[tuple[str, ...]], actions: Sequence[str]
+    ) -> Sequence[int]:
         """Return the indices of the action goals that the actions meet.
 
         The argument has the alternative actions of each goal.
@@ -231,7 +235,7 @@ def _make_goal_choice(goal: Goal, scene: Scene) -> Choice | None:
         return None
 
 
-def solves(domain: Domain, task: Task, plan: Sequence[Action]) -> bool:
+def solves_task(domain: Domain, task: Task, plan: Sequence[Action]) -> bool:
     """Whether a plan runs to its end from the start of a task and reaches all goals."""
     trajectory = execute_plan(domain, task.initial, plan)
     operators = [action.operator for action in trajectory.executed_actions]
@@ -251,7 +255,7 @@ def find_remaining_goals(task: Task, actions: Sequence[str]) -> tuple[Goal, ...]
     An action goal is met by one of its alternative actions. The action goals are met in order, each by the
     first such action after the one that met the goal before.
     """
-    wanted = list(task.goals_of(GoalKind.ACTION))
+    wanted = list(task.get_goals_of_kind(GoalKind.ACTION))
     for name in actions:
         if wanted and name in find_alternative_actions(wanted[0]):
             del wanted[0]

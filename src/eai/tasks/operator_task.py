@@ -82,9 +82,9 @@ class TransitionTask:
         return read_problem(self.problem_text)
 
     @cached_property
-    def gold(self) -> Mapping[str, PddlAction]:
+    def gold_operators(self) -> Mapping[str, PddlAction]:
         """The gold operators to write, as the data set states them."""
-        return {name: _gold(self.domain.operators[name].pddl) for name in self.operators}
+        return {name: _gold(self.domain.operators[name].write_pddl) for name in self.operators}
 
 
 _gold = lru_cache(maxsize=256)(read_action)
@@ -143,7 +143,7 @@ def _find_exported_actions(
     actions = []
     for step in steps:
         try:
-            actions.append(exported.action(step))
+            actions.append(exported.to_action(step))
         except KeyError:
             break
     return actions
@@ -184,7 +184,7 @@ def _find_plan_operators(
     plan: Sequence[Action], exported: ExportedProblem, library: OperatorLibrary
 ) -> Iterator[str]:
     """Return the operators in a plan, in the order of the domain; all operators if the plan is empty."""
-    used = {exported.step(action).action for action in plan} or set(library.operators)
+    used = {exported.to_pddl_step(action).action for action in plan} or set(library.operators)
     return (name for name in library.operators if name in used)
 
 

@@ -25,13 +25,13 @@ def to_planning_goal(task: Task) -> PlanningGoal:
     task = task.without_goals_over_time
     return PlanningGoal(
         conditions=tuple(goal.formula for goal in task.goals if goal.kind is not GoalKind.ACTION),
-        actions=tuple(map(find_alternative_actions, task.goals_of(GoalKind.ACTION))),
+        actions=tuple(map(find_alternative_actions, task.get_goals_of_kind(GoalKind.ACTION))),
     )
 
 
 def find_plan(task: Task, planner: Planner, limits: Limits | None = None) -> SearchResult[Action]:
     """Search for a plan that reaches all goals of a task with the objects that an answer may name."""
-    return planner.plan(task.initial, to_planning_goal(task), task.planning_objects, limits)
+    return planner.find_plan(task.initial, to_planning_goal(task), task.planning_objects, limits)
 
 
 def explain_missing_plan(end: SearchEnd) -> str:

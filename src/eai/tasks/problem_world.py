@@ -15,7 +15,7 @@ from eai.base.files import find_files_below
 from eai.logic.rewriting import map_terms
 from eai.logic.traversal import map_subformulas
 from eai.pddl.declaration import DeclaredDomain
-from eai.pddl.export import export
+from eai.pddl.export import export_domain_and_problem
 from eai.pddl.files import (
     ProblemFile,
     begins_with_domain,
@@ -25,7 +25,7 @@ from eai.pddl.files import (
     read_problem_file,
     read_text,
 )
-from eai.pddl.glossary import Glossary, PddlNames
+from eai.pddl.glossary import ExportGlossary, PddlNames
 from eai.pddl.model import OBJECT, PddlDomain, PddlPredicate, PddlProblem, TypedName
 from eai.pddl.writer import write_formula
 from eai.tasks.source import TaskSet
@@ -101,7 +101,7 @@ def _find_problem_files(domain_file: Path, problems: Path) -> Sequence[Path]:
 
 
 def _make_problem_task(name: str, file: ProblemFile, declaration: DeclaredDomain) -> Task:
-    initial, goals = declaration.problem(file.problem)
+    initial, goals = declaration.convert_problem(file.problem)
     wanted = "; ".join(map(write_formula, goals))
     return Task(
         id=name,
@@ -236,17 +236,19 @@ def make_bddl_world(domain: Domain, tasks: Iterable[Task]) -> ProblemWorld:
 
 def make_pddl_world(domain: Domain, tasks: Iterable[Task]) -> ProblemWorld:
     """Return the world of a domain for problems in PDDL, with names as `eai.pddl.export` writes them."""
-    glossary = Glossary(domain.vocabulary)
+    glossary = ExportGlossary(domain.vocabulary)
     spelt = {written: name for name, written in glossary.predicates.items()}
     tasks = list(tasks)
     declared = _read_declaration(domain, tasks, lambda name: PddlNames()[name], spelt)
-    named = [export(domain, task.initial, (), objects=0).domain.constants for task in tasks[:1]]
+    named = [
+        export_domain_and_problem(domain, task.initial, (), objects=0).domain.constants for task in tasks[:1]
+    ]
     constants = dict.fromkeys([*declared.header.constants, *(item for items in named for item in items)])
     kinds = {glossary.use_category_predicate(name): name for name in declared.categories.values()}
     performed = {
         glossary.use_history_predicate(operator.name): operator.name for operator in domain.operators
     }
-    order = glossary.precedes(f.Variable("x"), f.Variable("y")).predicate
+    order = glossary.make_order_atom(f.Variable("x"), f.Variable("y")).predicate
     arities = {**dict.fromkeys(kinds, 1), **dict.fromkeys(performed, 0), order: 2}
     predicates = (*declared.header.predicates, *make_domain_header("", {}, {}, arities).predicates)
     header = replace(declared.header, constants=tuple(constants), predicates=predicates)

@@ -69,7 +69,7 @@ class DomainRules:
         return frozenset([p.name for p in predicates if not p.visible and not p.static])
 
     @cached_property
-    def fluents(self) -> frozenset[str]:
+    def visible_changing_predicates(self) -> frozenset[str]:
         """The visible stored predicates that can change."""
         predicates = self.domain.vocabulary.predicates
         return frozenset([p.name for p in predicates if p.visible and not p.static])
@@ -83,7 +83,7 @@ class DomainRules:
             for operator in self.operators
         }
 
-    def find_predicates(
+    def find_used_predicates(
         self, operators: Collection[str], formulas: Iterable[f.Formula] = ()
     ) -> frozenset[str]:
         """Return the stored predicates that operators read or change, or that formulas depend on."""
@@ -115,7 +115,7 @@ class DomainRules:
         ]
         return "\n".join(lines)
 
-    def summarize(self, operator: Operator) -> str | None:
+    def write_operator_rule(self, operator: Operator) -> str | None:
         """Return an operator's conditions and effects as text; None if prompts must not state its rules."""
         if operator.name not in self.operator_names:
             return None
@@ -124,7 +124,7 @@ class DomainRules:
             checks = [c for c in operator.checks if (c.fault is FaultKind.ADDITIONAL_STEP) is of_needless]
             conditions = dict.fromkeys([_write_formula(check.condition) for check in checks])
             lines += [f"{_INDENT}{heading}: {'; '.join(conditions)}"] if conditions else []
-        return "\n".join([*lines, *self._changes(operator)])
+        return "\n".join([*lines, *self._write_changes(operator)])
 
     def write_definitions(self) -> list[str]:
         """Return the definitions of derived predicates that depend on no hidden predicate."""
@@ -183,9 +183,9 @@ class DomainRules:
                 f"{_INDENT}requirement {number}: {_write_formula(check.condition)}"
                 f'   [otherwise "{check.reason.format_map(names)}"]'
             )
-        return "\n".join([*lines, *self._changes(operator)])
+        return "\n".join([*lines, *self._write_changes(operator)])
 
-    def _changes(self, operator: Operator) -> list[str]:
+    def _write_changes(self, operator: Operator) -> list[str]:
         return [*self._write_effects(operator.effects, _INDENT)] or [f"{_INDENT}changes nothing"]
 
     def _write_effects(self, effects: Sequence[Effect], indent: str) -> Iterator[str]:

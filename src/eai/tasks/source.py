@@ -19,7 +19,7 @@ from eai.world.vocabulary import require_tuple
 
 
 @dataclass(frozen=True, slots=True)
-class Finding:
+class DataFinding:
     """A mistake in a task file or in the data of a benchmark.
 
     Attributes:

@@ -18,7 +18,7 @@ if TYPE_CHECKING:
 TaskExclusion = NewType("TaskExclusion", str)
 """Reason for leaving a task out of all statistics.
 
-It depends on the task (`Task.exclude`), never on an answer.
+It depends on the task (`Task.find_exclusion`), never on an answer.
 """
 
 NO_GOALS = "the task has no goals"
@@ -132,7 +132,7 @@ class Task:
         return not isinstance(self.special, Ambiguous)
 
     @property
-    def prompted(self) -> Task:
+    def with_prompted_goals(self) -> Task:
         """The task with only the goals that prompts state."""
         if not self.prompts_state_goals:
             return replace(self, goals=())
@@ -150,7 +150,7 @@ class Task:
         special = None if isinstance(self.special, Hazards) else self.special
         return replace(self, goals=goals, special=special)
 
-    def exclude(self, reason: str) -> TaskExclusion:
+    def find_exclusion(self, reason: str) -> TaskExclusion:
         """Return the reason for leaving this task out of all statistics, or None. Answers do not matter."""
         return TaskExclusion(reason)
 
@@ -161,13 +161,13 @@ class Task:
         None if they include it.
         """
         reason = self.unsolvable if self.goals else NO_GOALS
-        return None if reason is None else self.exclude(reason)
+        return None if reason is None else self.find_exclusion(reason)
 
     def find_named_objects(self, goals: Iterable[Goal]) -> set[int]:
         """Return the indices of the objects that some goals of the task name."""
         return {self.scene.index[name] for goal in goals for name in find_object_names(goal.formula)}
 
-    def goals_of(self, kind: GoalKind) -> tuple[Goal, ...]:
+    def get_goals_of_kind(self, kind: GoalKind) -> tuple[Goal, ...]:
         """Return the goals of one kind, in order."""
         return tuple(goal for goal in self.goals if goal.kind is kind)
 

@@ -18,7 +18,7 @@ from eai.logic.ltl_printer import print_ltl
 from eai.logic.start import is_refuted_by_initial_state
 from eai.tasks.goal_test import GoalTest
 from eai.tasks.planning import is_impossible
-from eai.tasks.source import Finding, TaskSet
+from eai.tasks.source import DataFinding, TaskSet
 from eai.tasks.special import Impossible
 from eai.tasks.task import Task
 from eai.tasks.task_lines import make_task_from_line, read_task_line
@@ -60,7 +60,7 @@ class _TaskFiles:
     lines: Mapping[str, _TaskFileLine]
     sha256: str
 
-    def tasks(self, domain: Domain) -> TaskSet[Task]:
+    def open_tasks(self, domain: Domain) -> TaskSet[Task]:
         """Return the tasks of the files.
 
         `domain` is the declaration of the benchmark in whose world they are.
@@ -117,7 +117,7 @@ def write_task_file(file: Path, lines: Iterable[str]) -> None:
     write_files_atomically({file: gzip.compress(content, mtime=0) if file.suffix == ".gz" else content})
 
 
-def check_task_files(path: Path, domain_of: Callable[[str], Domain]) -> Iterator[Finding]:
+def check_task_files(path: Path, domain_of: Callable[[str], Domain]) -> Iterator[DataFinding]:
     """Yield all mistakes in task files: lines that are not tasks, and tasks with false statements.
 
     Args:
@@ -131,7 +131,7 @@ def check_task_files(path: Path, domain_of: Callable[[str], Domain]) -> Iterator
     seen: dict[str, _TaskFileLine] = {}
     places = list(read_task_file_lines(path))
     if not places:
-        yield Finding(str(path), "expected at least one task")
+        yield DataFinding(str(path), "expected at least one task")
     for place in places:
         try:
             line = read_task_line(place.content)
@@ -142,7 +142,7 @@ def check_task_files(path: Path, domain_of: Callable[[str], Domain]) -> Iterator
             problems: Iterable[str] = find_false_statements(make_task_from_line(line, domain), domain)
         except InputError as error:
             problems = [str(error)]
-        yield from (Finding(str(place), problem) for problem in problems)
+        yield from (DataFinding(str(place), problem) for problem in problems)
 
 
 def find_false_statements(task: Task, domain: Domain) -> Iterator[str]:

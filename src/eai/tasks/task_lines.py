@@ -86,7 +86,7 @@ class _TaskLine(BaseModel):
     about: dict[str, JsonValue] = {}
 
 
-def json_schema() -> dict[str, JsonValue]:
+def make_task_line_schema() -> dict[str, JsonValue]:
     """Return the JSON Schema of a line of a task file."""
     return {"$schema": "https://json-schema.org/draft/2020-12/schema", **_TaskLine.model_json_schema()}
 

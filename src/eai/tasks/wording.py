@@ -35,7 +35,7 @@ def find_declared_name(task: Task, index: int) -> str:
 
 
 @dataclass(frozen=True)
-class Wording:
+class SuiteWording:
     """The words of one suite.
 
     Attributes:
@@ -65,18 +65,21 @@ class Wording:
     states_instruction: bool = False
 
     @staticmethod
-    def of_domain(domain: Domain) -> Wording:
+    def from_domain(domain: Domain) -> SuiteWording:
         """Return the wording of any domain: every visible predicate, every declared name, every rule."""
         said = [p for p in domain.vocabulary.predicates if p.visible and not is_property(p)]
         changeable = tuple([p.name for p in said if not p.static])
         static = tuple([p.name for p in said if p.static])
-        return Wording(domain, changeable, static=static, rules=DomainRules(domain), states_instruction=True)
+        return SuiteWording(
+            domain, changeable, static=static, rules=DomainRules(domain), states_instruction=True
+        )
 
     def describe_vocabulary(self) -> str:
         """Return the predicates of objects with their parameters, one a line."""
+        arities = [(name, self._find_predicate_arity(name)) for name in (*self.predicates, *self.static)]
         return _join_lines(
-            f"{self._get_predicate_word(name)}({', '.join(make_parameter_names(self._arity(name)))})"
-            for name in (*self.predicates, *self.static)
+            f"{self._get_predicate_word(name)}({', '.join(make_parameter_names(arity))})"
+            for name, arity in arities
         )
 
     def describe_operators(self) -> str:
@@ -87,7 +90,7 @@ class Wording:
         rules = "\n".join([listed, *self.rules.write_definitions()])
         return f"{explain_rule_notation(rules)}\n{rules}"
 
-    def describe_rules_of(self, each: str) -> str:
+    def write_operators_heading(self, each: str) -> str:
         """Return the heading above `describe_operators`.
 
         `each` is the singular of the heading's word for actions.
@@ -98,7 +101,7 @@ class Wording:
 
     def describe_operator(self, operator: Operator) -> str:
         """Return one action with its rules, or with the meanings of its checks."""
-        exact = None if self.rules is None else self.rules.summarize(operator)
+        exact = None if self.rules is None else self.rules.write_operator_rule(operator)
         return exact or _describe_checks(operator)
 
     def describe_objects(self, task: Task) -> str:
@@ -140,14 +143,14 @@ class Wording:
     @cached_property
     def goal_fact_listers(self) -> tuple[FactLister, ...]:
         """The listings of facts for predicates of goals: how a prompt writes the facts of each predicate."""
-        return self._listings(self.predicates)
+        return self._make_fact_listers(self.predicates)
 
     @cached_property
     def state_fact_listers(self) -> tuple[FactLister, ...]:
         """The listing of facts for each predicate in descriptions of states."""
-        return (*self.goal_fact_listers, *self._listings(self.static))
+        return (*self.goal_fact_listers, *self._make_fact_listers(self.static))
 
-    def _listings(self, names: Iterable[str]) -> tuple[FactLister, ...]:
+    def _make_fact_listers(self, names: Iterable[str]) -> tuple[FactLister, ...]:
         """Return the listings of facts for predicates.
 
         With exact rules, both objects of a fact may be equal.
@@ -175,12 +178,14 @@ class Wording:
         names = {
             task.scene.objects[i].name: self.object_name(task, i) for i in range(len(task.scene.objects))
         }
-        return _join_lines(write_goal(rename_objects(goal.formula, names)) for goal in task.prompted.goals)
+        return _join_lines(
+            write_goal(rename_objects(goal.formula, names)) for goal in task.with_prompted_goals.goals
+        )
 
     def _get_predicate_word(self, predicate: str) -> str:
         return self.answer_names.get(predicate, predicate)
 
-    def _arity(self, predicate: str) -> int:
+    def _find_predicate_arity(self, predicate: str) -> int:
         return self.domain.vocabulary.find_arity(predicate) or 0
 
 

@@ -21,7 +21,7 @@ from eai.results.codec import record_from_json, record_to_json
 from eai.results.options import ScoringOptions
 from eai.results.responses import Response, ResponseFile
 from eai.tasks.prompts.own import explain_goal_notation
-from eai.tasks.prompts.template import Templates
+from eai.tasks.prompts.template import PromptTemplates
 from eai.tasks.special import Ambiguous, Impossible
 
 WHY = "lit(lamp)"
@@ -84,7 +84,7 @@ def test_a_refusal_is_read_only_if_the_task_allows_it() -> None:
 def _told(**changes: object) -> list[str]:
     task = suite(**changes).tasks["t"]
     assert isinstance(task, Task)
-    return explain_goal_notation("action_sequencing", [task], Templates())
+    return explain_goal_notation("action_sequencing", [task], PromptTemplates())
 
 
 def test_a_plan_is_scored_even_if_a_refusal_is_allowed() -> None:

@@ -119,7 +119,7 @@ def test_in_virtualhome_gold_answers_state_the_goals(virtualhome_tasks: VirtualH
         read = read_stated_goals(answer, task, benchmark.domain, benchmark.notation.goals)
         lasting = [{g for g in goals if g.kind is not GoalKind.ACTION} for goals in (read.goals, task.goals)]
         assert lasting[0] == lasting[1], task.id
-        actions = [find_alternative_actions(goal)[0] for goal in task.goals_of(GoalKind.ACTION)]
+        actions = [find_alternative_actions(goal)[0] for goal in task.get_goals_of_kind(GoalKind.ACTION)]
         assert [find_alternative_actions(g) for g in read.goals if g.kind is GoalKind.ACTION] == [
             (a,) for a in actions
         ]

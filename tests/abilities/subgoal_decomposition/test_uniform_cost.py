@@ -14,7 +14,7 @@ from eai.abilities.subgoal_decomposition.uniform_cost import (
     _MovementFinder,
     _UniformCostSearch,
 )
-from eai.planning.search import Effort
+from eai.planning.search import SearchEffort
 from eai.world.action import Action
 from eai.world.execution import execute_plan
 from eai.world.state import State
@@ -46,8 +46,8 @@ ACTIONS = [
 ]
 
 
-def movement(allowed: int) -> tuple[_MovementFinder, Effort]:
-    known, effort = OperatorIndex(DOMAIN).operators, Effort(allowed)
+def movement(allowed: int) -> tuple[_MovementFinder, SearchEffort]:
+    known, effort = OperatorIndex(DOMAIN).operators, SearchEffort(allowed)
     moves = [CandidateAction.create(action, known[action.operator], SITTING) for action in ACTIONS]
     return _MovementFinder(moves, effort), effort
 
@@ -89,7 +89,7 @@ def test_movement_paths_are_explored_once_and_lazily() -> None:
 
 
 def test_a_domain_without_movement_has_no_movement_paths() -> None:
-    assert not _MovementFinder([], Effort(9))
+    assert not _MovementFinder([], SearchEffort(9))
     assert movement(0)[0]
 
 

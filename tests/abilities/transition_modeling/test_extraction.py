@@ -11,7 +11,7 @@ from eai.abilities.answer_text import ParsedAnswer
 from eai.abilities.transition_modeling.extraction import ResultCache, WrittenOperator, read_operators
 from eai.abilities.verdict import Unreadable
 from eai.logic.formula import TRUE
-from eai.pddl.check import Violation
+from eai.pddl.check import PddlViolationKind
 from eai.pddl.model import NO_EFFECT, PddlAction
 from eai.pddl.reader import read_action
 
@@ -105,7 +105,7 @@ def test_a_truncated_answer_or_one_with_other_parts_is_unreadable(answer: str) -
 
 
 HEAD = "(:action open :parameters (?o)"
-EFFECT = Violation.EFFECT_IN_CONDITION
+EFFECT = PddlViolationKind.EFFECT_IN_CONDITION
 BEFORE = ":precondition (and (shut ?o) (near ?o))"
 AFTER = ":effect (and (wide ?o))"
 OPENED = read_action(f"{HEAD} {BEFORE} {AFTER})")
@@ -131,16 +131,26 @@ def test_missing_and_stray_parentheses_are_repaired(text: str, repairs: tuple[st
 @pytest.mark.parametrize(
     ("text", "lost", "offence"),
     [
-        (f"{HEAD} :precondition (shut ?o) :effect (or (wide ?o)))", "effect", Violation.CONDITION_IN_EFFECT),
-        (f"{HEAD} :precondition (and ((shut ?o)) :effect (wide ?o))", "precondition", Violation.MALFORMED),
+        (
+            f"{HEAD} :precondition (shut ?o) :effect (or (wide ?o)))",
+            "effect",
+            PddlViolationKind.CONDITION_IN_EFFECT,
+        ),
+        (
+            f"{HEAD} :precondition (and ((shut ?o)) :effect (wide ?o))",
+            "precondition",
+            PddlViolationKind.MALFORMED,
+        ),
         (
             f"{HEAD} :precondition (when (a) (b)) :effect (wide ?o))",
             "precondition",
-            Violation.EFFECT_IN_CONDITION,
+            PddlViolationKind.EFFECT_IN_CONDITION,
         ),
     ],
 )
-def test_an_unreadable_side_leaves_the_other_side_readable(text: str, lost: str, offence: Violation) -> None:
+def test_an_unreadable_side_leaves_the_other_side_readable(
+    text: str, lost: str, offence: PddlViolationKind
+) -> None:
     operators, _ = read(wrapped(text))
     (operator,) = operators
     assert [(each.offence, each.place) for each in operator.unread] == [(offence, f"{lost} of open")]

@@ -55,7 +55,7 @@ def score(task: TransitionTask, text: str, rules: Callable[[PddlPlanner], Operat
 def operator(
     precondition: str = OPEN.precondition, effect: str = OPEN.effect, parameters: str = OPEN.parameters
 ) -> str:
-    return OperatorText("open", parameters, precondition, effect).pddl
+    return OperatorText("open", parameters, precondition, effect).write_pddl
 
 
 def offences(verdict: Verdict) -> set[str]:
@@ -137,7 +137,7 @@ EACH_MUTATION = pytest.mark.parametrize(
 
 def mutate_operator(name: str) -> str:
     """Return an answer with a mutated operator ``open``."""
-    return json.dumps({"output": f"{MUTATIONS[name][0]}\n{LIGHT.pddl}"})
+    return json.dumps({"output": f"{MUTATIONS[name][0]}\n{LIGHT.write_pddl}"})
 
 
 @EACH_MUTATION
@@ -159,8 +159,8 @@ WHOLE_ANSWERS = [
     (json.dumps({"output": ""}), U),
     (operator(), U),
     (f"{operator()[:-30]}", X),
-    (f"{operator()} {LIGHT.pddl}", S),
-    (f"{operator()} {LIGHT.pddl} (:action fly :parameters () :precondition () :effect (lit lamp))", S),
+    (f"{operator()} {LIGHT.write_pddl}", S),
+    (f"{operator()} {LIGHT.write_pddl} (:action fly :parameters () :precondition () :effect (lit lamp))", S),
     (f"{operator()} (:action light", X),
 ]
 

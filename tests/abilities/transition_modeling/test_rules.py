@@ -35,7 +35,7 @@ def write_all_true_operators(task: TransitionTask, *, with_parameters: bool) -> 
     """Return operators without precondition that make every atom true, with or without gold parameters."""
     effect = everything(task.domain.header.predicates)
     operators = []
-    for name, gold in task.gold.items():
+    for name, gold in task.gold_operators.items():
         taken = gold.parameters if with_parameters else ()
         parameters = " ".join(f"?{each.name} - {get_variable_type(each)}" for each in taken)
         operators.append(f"(:action {name} :parameters ({parameters}) :precondition () :effect {effect})")

@@ -55,7 +55,7 @@ TASK = TransitionTask(
 
 
 def answer(*operators: OperatorText) -> str:
-    return json.dumps({"output": "\n".join(operator.pddl for operator in operators)})
+    return json.dumps({"output": "\n".join(operator.write_pddl for operator in operators)})
 
 
 MakeRules: TypeAlias = Callable[[PddlPlanner | None], OperatorRules]
@@ -198,9 +198,9 @@ def test_an_explanation_names_the_defects_and_shows_the_plan() -> None:
 
 
 def test_an_unreadable_side_misses_only_its_own_clauses() -> None:
-    half = OPEN.pddl.replace(OPEN.effect, "(or (lit ?o) (shut ?o))")
+    half = OPEN.write_pddl.replace(OPEN.effect, "(or (lit ?o) (shut ?o))")
     scorer = TransitionModeling(TASK, PaperOperatorRules(BuiltInPlanner()))
-    text = json.dumps({"output": f"{half}\n{LIGHT.pddl}"})
+    text = json.dumps({"output": f"{half}\n{LIGHT.write_pddl}"})
     verdict = scorer.score(text)
     assert isinstance(verdict, OperatorVerdict)
     lost = {**GOLD_COUNTS["effect"], "object_states": (1, 0, 1)}
@@ -215,8 +215,8 @@ def test_an_unreadable_side_misses_only_its_own_clauses() -> None:
 
 def test_an_explanation_names_renamed_parameters() -> None:
     scorer = TransitionModeling(TASK, PaperOperatorRules(BuiltInPlanner()))
-    other = OPEN.pddl.replace("?o", "?thing")
-    notes = scorer.explain(json.dumps({"output": f"{other}\n{LIGHT.pddl}"})).notes
+    other = OPEN.write_pddl.replace("?o", "?thing")
+    notes = scorer.explain(json.dumps({"output": f"{other}\n{LIGHT.write_pddl}"})).notes
     assert [note for note in notes if "compared so" in note] == [
         "open: compared so that its ?thing is the data set's ?o; "
         "clauses that it lacks have the data set's names, additional ones its own"
@@ -248,8 +248,8 @@ def test_an_explanation_says_what_an_unreadable_side_lacks() -> None:
 
 def test_an_explanation_names_the_repairs_of_each_operator() -> None:
     scorer = TransitionModeling(TASK, PaperOperatorRules(BuiltInPlanner()))
-    short = OPEN.pddl.replace("(near ?o))", "(near ?o)")
-    text = f"{short}\n{LIGHT.pddl}"
+    short = OPEN.write_pddl.replace("(near ?o))", "(near ?o)")
+    text = f"{short}\n{LIGHT.write_pddl}"
     notes = scorer.explain(text).notes
     assert notes[0] == "the answer: read with repair: no_json"
     assert "open: read with repair: closing_parenthesis" in notes

@@ -204,7 +204,7 @@ def test_prompts_of_transition_modeling_show_the_facts_of_their_operators_and_li
         facts = question.partition("Your task")[2]
         read = {
             formula.predicate
-            for operator in task.gold.values()
+            for operator in task.gold_operators.values()
             for formula in walk_subformulas(operator.precondition)
             if isinstance(formula, Atom)
         }

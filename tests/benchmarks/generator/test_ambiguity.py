@@ -22,7 +22,7 @@ from eai.agents.setting import STANDARD
 from eai.benchmarks.generator.spec import GeneratedTask, TaskKind
 from eai.benchmarks.prompt_library import PromptLibrary
 from eai.benchmarks.registry import find_benchmark
-from eai.tasks.goal_test import solves
+from eai.tasks.goal_test import solves_task
 from eai.tasks.source import Source
 from eai.tasks.special import Ambiguous
 from eai.tasks.task import Task
@@ -75,7 +75,7 @@ def test_the_tasks_of_a_pair_differ_in_the_place_of_the_second_object(like: str)
         assert changed
         assert all(second in fact.arguments for fact in changed)
         for task in (clear, unclear):
-            assert solves(domain, task, task.script)
+            assert solves_task(domain, task, task.script)
             assert list(find_false_statements(task, domain)) == []
             line = write_task_line(task, like, domain)
             assert write_task_line(make_task_from_line(read_task_line(line), domain), like, domain) == line
@@ -94,9 +94,9 @@ def test_a_plan_with_the_other_object_or_both_fails(like: str) -> None:
     domain = find_benchmark(like).domain
     for _, unclear in pairs(like):
         other = of_the_other(unclear, unclear.script)
-        assert solves(domain, replace(unclear, goals=unclear.goals[:-1]), unclear.script)
-        assert not solves(domain, unclear, other)
-        assert not solves(domain, unclear, [*unclear.script, *other])
+        assert solves_task(domain, replace(unclear, goals=unclear.goals[:-1]), unclear.script)
+        assert not solves_task(domain, unclear, other)
+        assert not solves_task(domain, unclear, [*unclear.script, *other])
 
 
 @pytest.mark.parametrize("like", HOUSEHOLDS)

@@ -24,7 +24,7 @@ from eai.benchmarks.generator.twins import Balance, make_possible_pair
 from eai.benchmarks.registry import find_benchmark
 from eai.planning.planner import Planner
 from eai.planning.search import Limits
-from eai.tasks.goal_test import solves
+from eai.tasks.goal_test import solves_task
 from eai.tasks.planning import find_plan, is_impossible
 from eai.tasks.special import Impossible
 from eai.tasks.task_files import find_false_statements
@@ -40,7 +40,7 @@ def test_one_task_of_a_pair_has_a_plan_and_the_other_provably_has_no_plan(like: 
     for made in pairs(like):
         assert made.paired is not None
         solved, unsolved = made.task, made.paired.task
-        assert solves(domain, solved, solved.script)
+        assert solves_task(domain, solved, solved.script)
         assert not is_impossible(solved, domain)
         assert (solved.special, unsolved.script) == (Impossible(()), ())
 
@@ -110,7 +110,7 @@ def test_the_category_does_not_reveal_the_impossible_task(like: str) -> None:
     assert made.paired is not None
     facts = {*made.task.initial.facts(), *made.paired.task.initial.facts()}
     whole = replace(made.task, initial=made.task.scene.state(facts))
-    assert solves(find_benchmark(like).domain, whole, whole.script)
+    assert solves_task(find_benchmark(like).domain, whole, whole.script)
     planner, leaning = Planner(find_benchmark(like).domain), Balance()
     found = [
         make_possible_pair(GeneratedTask(whole, {}), planner, (), leaning, random.Random(seed))

@@ -12,7 +12,7 @@ from eai.benchmarks.generator import walk as walking
 from eai.benchmarks.generator.walk import GoalByGoalPlan, _make_trajectory, make_short_plan
 from eai.logic.formula import Always, Atom, Constant, Formula, Not, Occurs, Or
 from eai.planning.planner import Planner
-from eai.planning.search import Limits, Node
+from eai.planning.search import Limits, SearchNode
 from eai.planning.successor_generator import PlanNode
 from eai.tasks.source import Source
 from eai.world.action import Action
@@ -24,9 +24,9 @@ def test_the_execution_of_a_node_follows_its_plan(lamps: Benchmark) -> None:
     lamp = task.scene.index["lamp_1"]
     plan = (Action("GO", (lamp,)), Action("PRESS", (lamp,)))
     way = execute_plan(lamps.domain, task.initial, plan)
-    node: PlanNode = Node(way.states[0])
+    node: PlanNode = SearchNode(way.states[0])
     for action, state in zip(plan, way.states[1:], strict=True):
-        node = Node(state, depth=node.depth + 1, parent=node, actions=(action,))
+        node = SearchNode(state, depth=node.depth + 1, parent=node, actions=(action,))
     course = _make_trajectory(node)
     assert course.states == way.states
     assert course.executed_actions == plan == way.executed_actions

@@ -16,7 +16,7 @@ from eai.benchmarks.generator.words import InstructionWriter, _InstructionReader
 from eai.benchmarks.registry import find_benchmark
 from eai.logic.ltl import read_formula
 from eai.logic.signature import Signature
-from eai.tasks.english import English, PhraseStyle, pluralize
+from eai.tasks.english import EnglishWords, PhraseStyle, pluralize
 from eai.world import Predicate, Scene, Vocabulary, WorldObject
 from eai.world.state import Fact
 from sweeps import swept
@@ -38,7 +38,7 @@ WORDS = InstructionWriter(
         [WorldObject(name, category) for name, category in THINGS.items()],
         agent=0,
     ),
-    English(
+    EnglishWords(
         says={"ON": ["{x} is switched on", "{x} is turned on"], "on_top": ["{x} is on top of {y}"]},
         asks={"ON": ["switch {x} on", "turn {x} on"], "inside": ["put {x} inside {y}", "put {x} into {y}"]},
         denies={"ON": ["switch {x} off"], "inside": ["take {x} out of {y}"]},
@@ -247,7 +247,7 @@ def test_categories_with_equal_nouns_keep_their_names() -> None:
         "cup.n.01": "cup",
         "can__of__soda": "can of soda",
     }
-    called = replace(WORDS, scene=scene, english=English(nouns={"gift_box": "case"}))
+    called = replace(WORDS, scene=scene, english=EnglishWords(nouns={"gift_box": "case"}))
     assert called.nouns["gift_box"] == "case"
 
 

@@ -111,8 +111,8 @@ def test_a_gold_answer_that_is_right_proves_a_plan_without_a_search(
         searched.append(args)
         return plan(self, *args, **kwargs)
 
-    plan = Planner.plan
-    monkeypatch.setattr(Planner, "plan", search)
+    plan = Planner.find_plan
+    monkeypatch.setattr(Planner, "find_plan", search)
     flags = make_flag_reader(Source(data_store))
     for protocol, looks in (("strict", 0), ("eai-1.0.5", 1)):
         suite = SuiteKey(protocol, "behavior", "subgoal_decomposition")

@@ -67,7 +67,7 @@ def test_frames_of_spark_get_the_same_columns_with_their_types(suite: Suite, ans
     pandas = pytest.importorskip("pandas")
     few = [*answers[:3], Response(answers[3].task_id, "no plan")]
     given = [pandas.DataFrame(columns(part)) for part in (few[:2], few[2:])]
-    written = pandas.concat(BatchScorer(suite, "my-model").frames(given))
+    written = pandas.concat(BatchScorer(suite, "my-model").score_frames(given))
     assert list(written) == ["identifier", "llm_output", *RECORD_COLUMNS]
     assert written["record"].tolist() == lines(suite, few)
     assert written["outcome"].tolist()[-1] == "parsing"

@@ -226,11 +226,11 @@ WORLD = DomainRules(w.Domain("world", w.Vocabulary((on, near, hidden, tag), (rea
 def test_rules_leave_out_inexpressible_operators() -> None:
     assert [operator.name for operator in WORLD.operators] == ["START", "LOOK"]
     assert WORLD.hidden_changing_predicates == {"hidden"}
-    assert WORLD.fluents == {"on", "near"}
+    assert WORLD.visible_changing_predicates == {"on", "near"}
     assert WORLD.changed_predicates["START"] == {"on", "near"}
-    assert WORLD.find_predicates({"START"}) == {"on", "near", "tag"}
-    assert WORLD.find_predicates({"LOOK"}) == frozenset()
-    assert WORLD.find_predicates({"LOOK"}, [ready(x)]) == {"on", "near"}
+    assert WORLD.find_used_predicates({"START"}) == {"on", "near", "tag"}
+    assert WORLD.find_used_predicates({"LOOK"}) == frozenset()
+    assert WORLD.find_used_predicates({"LOOK"}, [ready(x)]) == {"on", "near"}
 
 
 def test_rules_state_conditions_of_effects_and_each_definition_once() -> None:

@@ -14,7 +14,7 @@ from eai.extensions.questions.command import questions as command
 from eai.extensions.questions.question import QuestionForm, QuestionKind, questions_to_bytes
 from eai.extensions.questions.shortcuts import compute_answer_entropy
 from eai.extensions.questions.writer import QuestionGenerator
-from eai.tasks.prompts.template import Templates, list_template_names
+from eai.tasks.prompts.template import PromptTemplates, list_template_names
 from eai.tasks.source import Source
 from sweeps import swept
 
@@ -114,7 +114,7 @@ def test_every_kind_and_form_has_words_and_own_ones_take_their_place(
     assert {f"questions/{kind.value}.{form.value}.txt" for kind, form in CELLS} <= list_template_names()
     (tmp_path / "questions").mkdir()
     (tmp_path / "questions" / "answer.yes_no.txt").write_text("Ja oder nein?")
-    (question,) = QuestionGenerator(lamps, templates=Templates(tmp_path)).write_questions(
+    (question,) = QuestionGenerator(lamps, templates=PromptTemplates(tmp_path)).write_questions(
         (QuestionKind.FORWARD,), (QuestionForm.YES_NO,), 1
     )
     assert question.prompt.endswith("Ja oder nein?")

@@ -5,7 +5,7 @@ from __future__ import annotations
 import pytest
 
 from eai.extensions.reference.planner_of_2024 import normalise, read_operator
-from eai.pddl.check import PddlFinding, Violation
+from eai.pddl.check import PddlFinding, PddlViolationKind
 from eai.pddl.model import OperatorText, PddlAction, PddlDomain
 from eai.pddl.planning import PlanningTask
 from eai.pddl.reader import read_domain, read_problem
@@ -46,29 +46,29 @@ def solvable(*actions: PddlAction, init: str = "", goal: str = "(goal)") -> bool
 @pytest.mark.parametrize(
     ("precondition", "effect", "offence"),
     [
-        ("(and (at ?x)", "(goal)", Violation.UNBALANCED),
-        ("(at ?x))", "(goal)", Violation.UNBALANCED),
-        ("(at ?é)", "(goal)", Violation.MALFORMED),
-        ("(dark ?x)", "(goal)", Violation.UNKNOWN_PREDICATE),
-        ("(at ?x)", "(dark)", Violation.UNKNOWN_PREDICATE),
-        ("(at ?x ?x)", "(goal)", Violation.WRONG_ARITY),
-        ("(at (at ?x))", "(goal)", Violation.MALFORMED),
-        ("(and ())", "(goal)", Violation.MALFORMED),
-        ("(not ())", "(goal)", Violation.MALFORMED),
-        ("(and ready)", "(goal)", Violation.MALFORMED),
-        ("(when (ready) (goal))", "(goal)", Violation.EFFECT_IN_CONDITION),
-        ("(ready)", "(or (goal) (ready))", Violation.CONDITION_IN_EFFECT),
-        ("(ready)", "(not (not (goal)))", Violation.CONDITION_IN_EFFECT),
-        ("(ready)", "(not (and (goal)))", Violation.CONDITION_IN_EFFECT),
-        ("(ready)", "(room ?x)", Violation.UNKNOWN_PREDICATE),
-        ("(not (ready) (goal))", "(goal)", Violation.MALFORMED),
-        ("(exists (?y - (either room thing)) (at ?y))", "(goal)", Violation.UNSUPPORTED),
-        ("(exists (?y -) (at ?y))", "(goal)", Violation.MALFORMED),
-        ("(forall (?y) (in ?y ?z))", "(goal)", Violation.UNBOUND_VARIABLE),
-        ("(not (exists (?y) (in ?y ?z)))", "(goal)", Violation.UNBOUND_VARIABLE),
+        ("(and (at ?x)", "(goal)", PddlViolationKind.UNBALANCED),
+        ("(at ?x))", "(goal)", PddlViolationKind.UNBALANCED),
+        ("(at ?é)", "(goal)", PddlViolationKind.MALFORMED),
+        ("(dark ?x)", "(goal)", PddlViolationKind.UNKNOWN_PREDICATE),
+        ("(at ?x)", "(dark)", PddlViolationKind.UNKNOWN_PREDICATE),
+        ("(at ?x ?x)", "(goal)", PddlViolationKind.WRONG_ARITY),
+        ("(at (at ?x))", "(goal)", PddlViolationKind.MALFORMED),
+        ("(and ())", "(goal)", PddlViolationKind.MALFORMED),
+        ("(not ())", "(goal)", PddlViolationKind.MALFORMED),
+        ("(and ready)", "(goal)", PddlViolationKind.MALFORMED),
+        ("(when (ready) (goal))", "(goal)", PddlViolationKind.EFFECT_IN_CONDITION),
+        ("(ready)", "(or (goal) (ready))", PddlViolationKind.CONDITION_IN_EFFECT),
+        ("(ready)", "(not (not (goal)))", PddlViolationKind.CONDITION_IN_EFFECT),
+        ("(ready)", "(not (and (goal)))", PddlViolationKind.CONDITION_IN_EFFECT),
+        ("(ready)", "(room ?x)", PddlViolationKind.UNKNOWN_PREDICATE),
+        ("(not (ready) (goal))", "(goal)", PddlViolationKind.MALFORMED),
+        ("(exists (?y - (either room thing)) (at ?y))", "(goal)", PddlViolationKind.UNSUPPORTED),
+        ("(exists (?y -) (at ?y))", "(goal)", PddlViolationKind.MALFORMED),
+        ("(forall (?y) (in ?y ?z))", "(goal)", PddlViolationKind.UNBOUND_VARIABLE),
+        ("(not (exists (?y) (in ?y ?z)))", "(goal)", PddlViolationKind.UNBOUND_VARIABLE),
     ],
 )
-def test_what_every_planner_refuses(precondition: str, effect: str, offence: Violation) -> None:
+def test_what_every_planner_refuses(precondition: str, effect: str, offence: PddlViolationKind) -> None:
     found = read(precondition, effect)
     assert isinstance(found, PddlFinding), found
     assert found.offence is offence

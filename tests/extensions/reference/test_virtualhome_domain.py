@@ -5,7 +5,7 @@ import pytest
 from benchmarks.test_export import draw_tasks
 from eai.benchmarks.virtualhome.tasks import VirtualHomeTasks
 from eai.extensions.reference.virtualhome_quirks import make_reference_domain
-from eai.pddl.export import export
+from eai.pddl.export import export_domain_and_problem
 from eai.world.domain import Domain
 from world.test_conformance import test_virtualhome_conforms
 from world.test_effect import test_the_engine_equals_plain_sets_in_virtualhome
@@ -22,6 +22,6 @@ def domain() -> Domain:
 def test_what_is_not_exported_exactly_is_named(virtualhome_tasks: VirtualHomeTasks) -> None:
     (task,) = draw_tasks(virtualhome_tasks, 1)
     reason = "its formula leaves open which of several objects is the first"
-    assert export(make_reference_domain(), task.initial, ()).unsupported == tuple(
+    assert export_domain_and_problem(make_reference_domain(), task.initial, ()).unsupported == tuple(
         f"{name}: {reason}" for name in ("room_of", "lies_on", "lies_in", "lies_next_to")
     )

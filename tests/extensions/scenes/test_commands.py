@@ -24,7 +24,7 @@ from eai.results.batch import Scoring
 from eai.results.responses import Response, ResponseFile
 from eai.studies.perception.choice import SceneOptions
 from eai.studies.perception.scenes import state_scenes
-from eai.tasks.prompts.template import Templates
+from eai.tasks.prompts.template import PromptTemplates
 from eai.tasks.source import Source
 from extensions.scenes.rooms import kitchen, task_of
 from extensions.scenes.test_questions import must_ask_with_pictures
@@ -71,7 +71,7 @@ def test_what_numbers_and_pixels_stand_for_is_told(scene: str, told: str, data_s
     can_draw()
     suite = open_suite("behavior", Ability.ACTION_SEQUENCING)
     tasks = {JARS: suite.tasks[JARS]}
-    believed = state_scenes(SceneOptions(scene=scene), suite.benchmark, tasks, Templates())
+    believed = state_scenes(SceneOptions(scene=scene), suite.benchmark, tasks, PromptTemplates())
     belief = believed.beliefs[JARS]
     assert belief.initial is not None
     assert re.search(told, belief.initial)

@@ -17,7 +17,7 @@ from eai.abilities.verdict import Unreadable
 from eai.planning.planner import Planner
 from eai.planning.repair.edits import PlanEdit, PlanSteps
 from eai.planning.repair.search import Repairer
-from eai.planning.search import Effort, SearchResult
+from eai.planning.search import SearchEffort, SearchResult
 from eai.planning.successor_generator import generate_applicable_of_operator
 from eai.tasks.goal_test import GoalTest
 from eai.tasks.planning import to_planning_goal
@@ -136,7 +136,7 @@ def test_the_fewest_edits_agree_with_brute_force(name: str, number: int) -> None
     cases = (draw(name, random) for _ in count())
     for scorer, plan, actions in islice((case for case in cases if len(case[1]) <= 5), number):
         repairer = restricted(scorer, plan, actions)
-        at_least, _ = repairer.repair(plan, Effort(30_000))
+        at_least, _ = repairer.repair(plan, SearchEffort(30_000))
         expected = by_brute_force(scorer.domain, scorer.task, plan, actions)
         assert min(at_least, MAX_BRUTE_FORCE_EDITS) == expected, (scorer.task.id, plan, actions)
         seen.add(expected)
@@ -163,7 +163,7 @@ def test_a_reported_repair_succeeds_and_bounds_tighten_with_effort(name: str) ->
         at_least, at_most = 0, float("inf")
         for limit in (1, 100, 1_000, 10_000):
             before = at_least
-            at_least, edits = repairer.repair(plan, Effort(limit))
+            at_least, edits = repairer.repair(plan, SearchEffort(limit))
             assert before <= at_least <= at_most
             assert edits is not None or at_most == float("inf")
             if edits is not None:
@@ -180,15 +180,15 @@ def test_a_reported_repair_succeeds_and_bounds_tighten_with_effort(name: str) ->
 def test_a_plan_from_the_initial_state_is_searched_for_once(monkeypatch: pytest.MonkeyPatch) -> None:
     scorer, _ = good_plans("virtualhome")[0]
     task, calls = scorer.task, []
-    plan = Planner.plan
+    plan = Planner.find_plan
 
     def counted(*given: Any) -> SearchResult[Action]:
         calls.append(given)
         return plan(*given)
 
-    monkeypatch.setattr(Planner, "plan", counted)
+    monkeypatch.setattr(Planner, "find_plan", counted)
     repairer = Repairer(planner(scorer.domain), task.initial, to_planning_goal(task), task.relevant)
-    repairer.repair((), Effort(1))
+    repairer.repair((), SearchEffort(1))
     assert len(calls) == 2, "from where the plan leads, and from the start"
-    repairer.repair((), Effort(1))
+    repairer.repair((), SearchEffort(1))
     assert len(calls) == 3

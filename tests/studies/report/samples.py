@@ -19,7 +19,7 @@ from eai.abilities.transition_modeling.verdict import (
     classify_clause,
 )
 from eai.abilities.verdict import Confusion, ErrorReport, PlanVerdict, Verdict
-from eai.pddl.check import PddlFinding, Violation
+from eai.pddl.check import PddlFinding, PddlViolationKind
 from eai.pddl.matching import SideMatch
 from eai.pddl.planning import PlannerOutcome
 from eai.results.rate import Rate
@@ -164,7 +164,7 @@ def subgoal_run() -> list[Record]:
 def operator_run() -> list[Record]:
     """Operators with missing and additional predicates."""
     side = SideMatch(("(closed ?o)",), ("(not (near ?o))",), ("(can_open ?o)",))
-    offence = PddlFinding(Violation.UNKNOWN_PREDICATE, "near", "precondition")
+    offence = PddlFinding(PddlViolationKind.UNKNOWN_PREDICATE, "near", "precondition")
     verdict = OperatorVerdict(
         success=True,
         counts={

@@ -41,7 +41,7 @@ S, U, X = (o.value for o in (PlannerOutcome.SOLVED, PlannerOutcome.UNSOLVABLE, P
 
 
 def answer(*operators: OperatorText) -> str:
-    return json.dumps({"output": "\n".join(operator.pddl for operator in operators)})
+    return json.dumps({"output": "\n".join(operator.write_pddl for operator in operators)})
 
 
 MakeRules: TypeAlias = Callable[[PddlPlanner | None], OperatorRules]

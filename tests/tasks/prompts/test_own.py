@@ -11,17 +11,17 @@ import pytest
 from eai.abilities.protocol import PAPER_ABILITIES, Ability
 from eai.base.store import Store
 from eai.logic.formula import Constant, Exists, Occurs, Or, Variable
-from eai.tasks.prompts.own import Questions, render
-from eai.tasks.prompts.template import Templates
+from eai.tasks.prompts.own import PromptMaterial, render_prompts
+from eai.tasks.prompts.template import PromptTemplates
 from eai.tasks.task import Goal, GoalKind, Task
-from eai.tasks.wording import Wording
+from eai.tasks.wording import SuiteWording
 from suites import official_prompts, own_prompts
 from world import toy
 
 GOLDEN = Path(__file__).parent / "golden"
 
 
-def toy_questions() -> Questions:
+def toy_questions() -> PromptMaterial:
     """Two tasks of the toy domain; each lends its answer to the other."""
     state = toy.initial()
     goals = (
@@ -33,9 +33,9 @@ def toy_questions() -> Questions:
     light = Task("1", "Light", "Make it light.", state, goals, relevant)
     carry = replace(light, id="2", title="Carry", instruction="Carry $5.", goals=goals[1:])
     answers = {"1": "GO(shed), PRESS(lamp)", "2": "LIFT(red), GO(shed)"}
-    return Questions(
+    return PromptMaterial(
         Ability.ACTION_SEQUENCING.value,
-        Wording.of_domain(toy.DOMAIN),
+        SuiteWording.from_domain(toy.DOMAIN),
         "a robot",
         {"1": light, "2": carry},
         "The answer is a list of actions with their arguments.",
@@ -44,7 +44,7 @@ def toy_questions() -> Questions:
 
 
 def test_any_declared_domain_has_prompts() -> None:
-    prompts = render(toy_questions(), Templates())
+    prompts = render_prompts(toy_questions(), PromptTemplates())
     assert prompts["1"].user == (GOLDEN / "toy_action_sequencing.txt").read_text()
     assert list(prompts) == ["1", "2"]
     assert prompts["2"].user != prompts["1"].user
@@ -52,7 +52,7 @@ def test_any_declared_domain_has_prompts() -> None:
 
 def test_the_example_is_another_task() -> None:
     questions = toy_questions()
-    for task_id, prompt in render(questions, Templates()).items():
+    for task_id, prompt in render_prompts(questions, PromptTemplates()).items():
         assert questions.example(task_id) not in prompt.user
         assert all(questions.example(other) in prompt.user for other in {"1", "2"} - {task_id})
 
@@ -60,7 +60,7 @@ def test_the_example_is_another_task() -> None:
 def test_without_another_task_there_is_no_example() -> None:
     questions = toy_questions()
     alone = replace(questions, tasks={"1": questions.tasks["1"]})
-    assert "example" not in render(alone, Templates())["1"].user
+    assert "example" not in render_prompts(alone, PromptTemplates())["1"].user
 
 
 SUITES = [(domain, ability) for domain in ("virtualhome", "behavior") for ability in PAPER_ABILITIES]

@@ -18,13 +18,13 @@ from eai.agents.rules import TRAINING
 from eai.benchmarks.benchmark import Benchmark
 from eai.benchmarks.prompt_library import PromptLibrary
 from eai.benchmarks.registry import find_benchmark
-from eai.tasks.english import English
+from eai.tasks.english import EnglishWords
 from eai.tasks.problem_world import open_pddl
-from eai.tasks.prompts.own import Questions, render
-from eai.tasks.prompts.template import Templates
+from eai.tasks.prompts.own import PromptMaterial, render_prompts
+from eai.tasks.prompts.template import PromptTemplates
 from eai.tasks.source import Source, given
 from eai.tasks.task import Task
-from eai.tasks.wording import Wording
+from eai.tasks.wording import SuiteWording
 from eai.world.domain import Domain
 from eai.world.operator import Operator
 from eai.world.state import Fact, Scene
@@ -51,9 +51,9 @@ def world(name: str) -> tuple[Domain, Task]:
 
 def told(ability: Ability, domain: Domain, task: Task) -> str:
     """The question about a task that stands alone."""
-    wording = Wording.of_domain(domain)
-    questions = Questions(ability.value, wording, "an agent", {task.id: task}, "", lambda task_id: "")
-    return render(questions, Templates())[task.id].user
+    wording = SuiteWording.from_domain(domain)
+    questions = PromptMaterial(ability.value, wording, "an agent", {task.id: task}, "", lambda task_id: "")
+    return render_prompts(questions, PromptTemplates())[task.id].user
 
 
 def observed(domain: Domain, task: Task) -> str:
@@ -136,7 +136,7 @@ def test_prompts_speak_of_the_domain_at_hand_alone(ability: Ability) -> None:
     folder = FOLDER / "courier"
     benchmark = find_benchmark(f"pddl:{folder / 'domain.pddl'},{folder}")
     dispatcher = "the dispatcher of a courier"
-    robot = replace(benchmark, notation=Notation(english=English(role=dispatcher)))
+    robot = replace(benchmark, notation=Notation(english=EnglishWords(role=dispatcher)))
     for found, role in ((benchmark, "an agent"), (robot, dispatcher)):
         for prompt in PromptLibrary("eai").open(found, ability).values():
             assert ability is Ability.TRANSITION_MODELING or f" {role}" in prompt.user
@@ -155,7 +155,7 @@ def test_prompts_speak_of_the_domain_at_hand_alone(ability: Ability) -> None:
 
 def test_conventions_and_who_the_agent_is_are_both_told() -> None:
     domain, task = world("toy")
-    wording = replace(Wording.of_domain(domain), conventions=lambda task: "A lamp that is on is warm.")
+    wording = replace(SuiteWording.from_domain(domain), conventions=lambda task: "A lamp that is on is warm.")
     assert wording.describe_objects(task).split("\n\n")[1:] == [
         "A lamp that is on is warm.",
         "The agent is robot.",

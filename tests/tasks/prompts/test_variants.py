@@ -16,7 +16,7 @@ from eai.benchmarks.prompt_library import PromptLibrary
 from eai.benchmarks.registry import find_benchmark
 from eai.run.spec import read_spec
 from eai.tasks.prompts.prompt import VARIANTS, PromptSet
-from eai.tasks.prompts.template import Templates
+from eai.tasks.prompts.template import PromptTemplates
 from eai.tasks.source import Source
 from sweeps import every
 from tasks.prompts.long_form import write_long_form
@@ -31,7 +31,7 @@ SIDES = ("and", "or", "not", "exists", "forall", "when")
 @pytest.mark.parametrize("variant", WORDINGS)
 def test_a_wording_has_every_place_but_the_example(variant: PromptSet, ability: Ability) -> None:
     """The values of placeholders are the rules and facts; only an example may be left out."""
-    plain, other = (Templates(variant=name).read(f"{ability.value}.txt") for name in ("eai", variant))
+    plain, other = (PromptTemplates(variant=name).read(f"{ability.value}.txt") for name in ("eai", variant))
     assert plain != other
     assert set(PLACE.findall(plain)) - set(PLACE.findall(other)) <= {"example"}
     assert set(PLACE.findall(other)) <= set(PLACE.findall(plain))
@@ -40,7 +40,7 @@ def test_a_wording_has_every_place_but_the_example(variant: PromptSet, ability: 
 @pytest.mark.parametrize("ability", PAPER_ABILITIES)
 def test_short_prompts_have_every_place_in_short_form(ability: Ability) -> None:
     """Only plans need no list of predicates, because their answers name none."""
-    plain, short = (Templates(variant=name).read(f"{ability.value}.txt") for name in ("eai", "short"))
+    plain, short = (PromptTemplates(variant=name).read(f"{ability.value}.txt") for name in ("eai", "short"))
     unneeded = {"example", "of_each"} | ({"vocabulary"} if ability is Ability.ACTION_SEQUENCING else set())
     places = {place.removeprefix("short_") for place in PLACE.findall(short)}
     assert set(PLACE.findall(plain)) - unneeded == places
@@ -48,8 +48,8 @@ def test_short_prompts_have_every_place_in_short_form(ability: Ability) -> None:
 
 @pytest.mark.parametrize("ability", PAPER_ABILITIES)
 def test_facts_have_no_instruction(ability: Ability) -> None:
-    assert Templates(variant="facts").read(f"{ability.value}.txt") == "$task"
-    question = Templates(variant="facts").read(f"{ability.value}_task.txt")
+    assert PromptTemplates(variant="facts").read(f"{ability.value}.txt") == "$task"
+    question = PromptTemplates(variant="facts").read(f"{ability.value}_task.txt")
     stated = {"instruction"} if ability is Ability.GOAL_INTERPRETATION else {"goals"}
     facts = {"short_problem", "short_heads"}
     if ability is not Ability.TRANSITION_MODELING:
@@ -115,7 +115,7 @@ def test_a_question_states_what_the_plain_one_states(
 
 @pytest.mark.parametrize("variant", [*WORDINGS, "short"])
 def test_rules_of_operators_are_in_every_wording(variant: PromptSet) -> None:
-    text = Templates(variant=variant).read("transition_modeling.txt")
+    text = PromptTemplates(variant=variant).read("transition_modeling.txt")
     assert all(re.search(rf"\b{word}\b", text) for word in SIDES)
     filled = Template(text.replace("$short_", "$")).safe_substitute(
         predicates="P", format="F", task="T", example="E"

@@ -9,11 +9,11 @@ from typing import TYPE_CHECKING
 from eai.abilities.notation.goals import GoalNotation, JsonGoals
 from eai.abilities.notation.plans import JsonPlans, PlanNotation
 from eai.abilities.protocol import Ability
-from eai.tasks.english import PLAIN_ENGLISH, English
+from eai.tasks.english import PLAIN_ENGLISH, EnglishWords
 
 if TYPE_CHECKING:
     from eai.abilities.notation.subgoals import SubgoalNotation
-    from eai.tasks.wording import Wording
+    from eai.tasks.wording import SuiteWording
 
 
 @dataclass(frozen=True, eq=False, slots=True)
@@ -38,6 +38,6 @@ class Notation:
     subgoals: SubgoalNotation | None = None
     formats: Mapping[Ability, str] = field(default_factory=dict)
     short_texts: Mapping[str, str] = field(default_factory=dict)
-    wordings: Callable[[Ability], Wording] | None = None
+    wordings: Callable[[Ability], SuiteWording] | None = None
     also_observed: tuple[str, ...] = ()
-    english: English = PLAIN_ENGLISH
+    english: EnglishWords = PLAIN_ENGLISH

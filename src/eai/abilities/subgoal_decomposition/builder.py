@@ -284,7 +284,7 @@ class ProgramCompiler:
             sizes = [*map(len, alternatives)]
             if min(sizes, default=0) < 2 or sum(sizes) > _MAX_EXCLUSION_LITERALS:
                 return None
-            return make_check(_EXCLUDED) if all(map(self._exclusion().excludes, alternatives)) else None
+            return make_check(_EXCLUDED) if all(map(self._exclusion().are_exclusive, alternatives)) else None
 
         effort = self.extent.count_literals(formula) // _LITERALS_PER_ACTION
         return _StateRequirement(

@@ -27,7 +27,7 @@ from eai.planning.effect_schema import (
     match_atom,
 )
 from eai.planning.role import infer_operator_role
-from eai.planning.search import Effort, Limits
+from eai.planning.search import Limits, SearchEffort
 from eai.planning.subgoal import GroundAtom
 from eai.world.action import Action
 from eai.world.condition import ConditionCompiler, conjoin_tests
@@ -244,10 +244,10 @@ class OperatorIndex:
         usable = make_mask(objects)
         partial, effort = (
             taken.make_partial_binding(state.scene, scope, fixed=True),
-            Effort(Limits().bindings),
+            SearchEffort(Limits().bindings),
         )
         bindings = complete_bindings(state, partial, usable, effort)
-        return [taken.arguments(binding) for binding in islice(bindings, _MAX_FITTING_ACTIONS)]
+        return [taken.get_operator_arguments(binding) for binding in islice(bindings, _MAX_FITTING_ACTIONS)]
 
     def _find_operator_patterns(self, shape: GroundAtom) -> Sequence[_OperatorPattern]:
         changes = find_changes_for_literal(shape, self._domain.vocabulary, _find_agent_number)

@@ -131,7 +131,7 @@ class SubgoalDecomposition(Scorer):
         )
 
     def _make_goal_progress(self) -> GoalProgress:
-        actions = Then(tuple([goal.formula for goal in self.task.goals_of(GoalKind.ACTION)]))
+        actions = Then(tuple([goal.formula for goal in self.task.get_goals_of_kind(GoalKind.ACTION)]))
         on_course = self.goals.meets_goals_over_time if self.goals.has_goals_over_time else None
         return GoalProgress(
             self.temporal_goal or actions, self.task.scene, self.goals.meets_goals_about_states, on_course

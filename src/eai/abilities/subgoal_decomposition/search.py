@@ -35,7 +35,7 @@ from eai.abilities.subgoal_decomposition.program import (
 from eai.base.errors import InputError
 from eai.logic.rewriting import rewrite_leaves
 from eai.logic.traversal import is_state_formula, walk_subformulas
-from eai.planning.search import Effort
+from eai.planning.search import SearchEffort
 from eai.tasks.goal_test import ACTION_ARGUMENTS, StateTest
 from eai.world.action import Action, Fault
 from eai.world.domain import Domain
@@ -329,8 +329,8 @@ class _Exploration:
         self._goal = goal
         self._limits = limits
         self._waiting: list[list[ExecutionBranch]] = [[] for _ in program]
-        self._attempts = Effort(limits.attempts)
-        self._effort = Effort(limits.effort)
+        self._attempts = SearchEffort(limits.attempts)
+        self._effort = SearchEffort(limits.effort)
         self._end: ExplorationEnd = "complete"
         self._is_cut = False
         self._successful: list[ExecutionBranch] = []

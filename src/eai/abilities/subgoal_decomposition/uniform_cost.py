@@ -16,7 +16,7 @@ from typing import NamedTuple, TypeAlias
 
 from eai.abilities.subgoal_decomposition.program import MAX_ACTIONS, TOO_FAR, ActionSequence, SubgoalPlans
 from eai.abilities.subgoal_decomposition.repertoire import CandidateAction, Holds, select_distinguished
-from eai.planning.search import Effort, Node, OpenList, SearchEnd, run_best_first_search
+from eai.planning.search import OpenList, SearchEffort, SearchEnd, SearchNode, run_best_first_search
 from eai.planning.successor_generator import PlanNode
 from eai.world.action import Action
 from eai.world.state import State
@@ -116,7 +116,7 @@ class _MovementFinder:
         effort: the limit of applied actions.
     """
 
-    def __init__(self, moves: Sequence[CandidateAction], effort: Effort) -> None:
+    def __init__(self, moves: Sequence[CandidateAction], effort: SearchEffort) -> None:
         self._moves = moves
         self._effort = effort
         self._ways: dict[State, Iterator[MovementPath]] = {}
@@ -133,11 +133,11 @@ class _MovementFinder:
     def _explore_paths(self, start: State) -> Iterator[MovementPath]:
         moves = [candidate for candidate in self._moves if candidate.is_ever_possible(start)]
         seen = {start}
-        ways: list[MovementPath] = [Node(start)]
+        ways: list[MovementPath] = [SearchNode(start)]
         for _ in range(_MAX_MOVEMENTS):
             farther: list[MovementPath] = []
             for way in ways:
-                taken = [action.operator for action in way.plan()]
+                taken = [action.operator for action in way.list_actions()]
                 for candidate in moves:
                     if candidate.action.operator in taken or self._effort.is_used_up:
                         continue
@@ -148,7 +148,7 @@ class _MovementFinder:
                         after = candidate.compute_result(way.state)
                         if after not in seen:
                             seen.add(after)
-                            farther.append(Node(after, 0, way.depth + 1, way, (candidate.action,)))
+                            farther.append(SearchNode(after, 0, way.depth + 1, way, (candidate.action,)))
                             yield farther[-1]
             ways = farther
 
@@ -176,7 +176,7 @@ class _UniformCostSearch:
     def __init__(self, goal: SearchGoal, permitted: PermittedActions, budget: int) -> None:
         self.goal = goal
         self.permitted = permitted
-        self.effort = Effort(budget)
+        self.effort = SearchEffort(budget)
         self.movement = _MovementFinder(permitted.movement, self.effort)
         self.nodes: list[PlanNode] = []
         self.out_of_reach: set[tuple[State, Action]] = set()
@@ -194,9 +194,9 @@ class _UniformCostSearch:
         """
         actions = (*self.permitted.achievers, *self.permitted.helping)
         self._candidates = [candidate for candidate in actions if candidate.is_ever_possible(start)]
-        self._push_node(Node(start, self.goal.at_start))
+        self._push_node(SearchNode(start, self.goal.at_start))
         run_best_first_search(self._open.pop, self._visit_node)
-        return [node.plan() for node in self._found.values()]
+        return [node.list_actions() for node in self._found.values()]
 
     def _push_node(self, node: PlanNode) -> None:
         self._lengths[node.state] = node.depth
@@ -220,7 +220,7 @@ class _UniformCostSearch:
         if node.depth < self._best:
             self._best = node.depth
             self._found = {}
-        distinguished = select_distinguished(node.plan(), self.goal.distinguished)
+        distinguished = select_distinguished(node.list_actions(), self.goal.distinguished)
         self._found.setdefault((node.state, distinguished), node)
 
     def _meets_goal(self, state: State) -> bool:
@@ -248,7 +248,7 @@ class _UniformCostSearch:
                 continue
             met = gained | self.goal.met(after, touched & ~parts if is_achiever else touched, node.met)
             depth = node.depth + way.depth + 1
-            yield Node(after, met, depth, node, (*way.plan(), candidate.action))
+            yield SearchNode(after, met, depth, node, (*way.list_actions(), candidate.action))
         if self.permitted.moving:
             for way in self.movement.list_paths(node.state):
                 depth = node.depth + way.depth
@@ -256,7 +256,7 @@ class _UniformCostSearch:
                     break
                 met = self.goal.met(way.state, self.permitted.touched, node.met)
                 if met & ~node.met:
-                    yield Node(way.state, met, depth, node, way.plan())
+                    yield SearchNode(way.state, met, depth, node, way.list_actions())
 
     def _find_approach(self, node: PlanNode, candidate: CandidateAction) -> MovementPath | None:
         """Return the shortest movement that makes an action possible; None if no short movement does."""
@@ -264,7 +264,7 @@ class _UniformCostSearch:
         if before > self._best:
             return None
         if candidate.is_possible_now(state):
-            return Node(state)
+            return SearchNode(state)
         if not self.movement or not candidate.can_movement_enable(state):
             return None
         for way in self.movement.list_paths(state):
@@ -332,7 +332,7 @@ def _find_best_failed_attempt(searches: Sequence[_UniformCostSearch]) -> Subgoal
         )
     nodes = [node for search in searches for node in search.nodes]
     most = max(nodes, key=lambda node: (node.met.bit_count(), -node.depth))
-    return SubgoalPlans((most.plan(),), effort, has_failed=True)
+    return SubgoalPlans((most.list_actions(),), effort, has_failed=True)
 
 
 class _FailedSearch:
@@ -414,7 +414,7 @@ class _FailedSearch:
         """Try an action after the movement with which fewest of its checks fail."""
         self.effort += 1
         failing = candidate.find_failing_checks(node.state)
-        best = _TriedAction(node, candidate, (*node.plan(), candidate.action), node.state, failing)
+        best = _TriedAction(node, candidate, (*node.list_actions(), candidate.action), node.state, failing)
         least = self._find_min_failing_checks(
             node, candidate, sum([not candidate.info.movable[i] for i in failing])
         )
@@ -423,7 +423,7 @@ class _FailedSearch:
                 self.effort += 1
                 failing = candidate.find_failing_checks(way.state)
                 if len(failing) < len(best.failing):
-                    plan = (*node.plan(), *way.plan(), candidate.action)
+                    plan = (*node.list_actions(), *way.list_actions(), candidate.action)
                     best = _TriedAction(node, candidate, plan, way.state, failing)
                     if len(failing) == least:
                         break

@@ -28,9 +28,9 @@ from eai.abilities.answer_text import ANY_VALUE, AnswerFormat, JsonObject, Parse
 from eai.abilities.reasoning import blank_out_thoughts, find_thoughts
 from eai.abilities.verdict import Span, SpanKind, Unreadable
 from eai.logic.formula import TRUE
-from eai.pddl.check import PddlError, PddlFinding, Violation
+from eai.pddl.check import PddlError, PddlFinding, PddlViolationKind
 from eai.pddl.model import NO_EFFECT, PddlAction
-from eai.pddl.reader import Group, PddlReader, make_pddl_error, read_group
+from eai.pddl.reader import ExpressionList, PddlReader, make_pddl_error, read_group
 
 K = TypeVar("K", bound=Hashable)
 V = TypeVar("V")
@@ -293,9 +293,9 @@ def _split_parts(text: str, name: str, offset: int) -> list[_OperatorPart]:
     keywords = list(_PART.finditer(text, offset))
     between = text[offset : keywords[0].start() if keywords else len(text)].strip()
     if not name or name.startswith(":") or (keywords and between):
-        raise make_pddl_error(text, 0, Violation.MALFORMED, "(:action NAME ...)")
+        raise make_pddl_error(text, 0, PddlViolationKind.MALFORMED, "(:action NAME ...)")
     if not keywords and not between.startswith(")"):
-        raise make_pddl_error(text, 0, Violation.UNBALANCED, "a partner for this opening parenthesis")
+        raise make_pddl_error(text, 0, PddlViolationKind.UNBALANCED, "a partner for this opening parenthesis")
     bounds = [*(match.start() for match in keywords), len(text)]
     return [
         _OperatorPart(match.group(1).lower(), text[match.end() : end], match is keywords[-1])
@@ -303,7 +303,7 @@ def _split_parts(text: str, name: str, offset: int) -> list[_OperatorPart]:
     ]
 
 
-def _read_list(part: _OperatorPart) -> tuple[Group, tuple[str, ...]]:
+def _read_list(part: _OperatorPart) -> tuple[ExpressionList, tuple[str, ...]]:
     """Return the list in a part of an operator, and the names of the repairs of this list.
 
     Raises:
@@ -313,7 +313,11 @@ def _read_list(part: _OperatorPart) -> tuple[Group, tuple[str, ...]]:
         group = read_group(part.text)
     except PddlError as error:
         closed = part.text.rstrip() + ")"
-        if part.last or error.offence is not Violation.UNBALANCED or len(_CONNECTIVE.findall(closed)) > 1:
+        if (
+            part.last
+            or error.offence is not PddlViolationKind.UNBALANCED
+            or len(_CONNECTIVE.findall(closed)) > 1
+        ):
             raise
         return read_group(closed), (_CLOSING,)
     rest = part.text[group.end :].strip()
@@ -324,10 +328,10 @@ def _read_list(part: _OperatorPart) -> tuple[Group, tuple[str, ...]]:
         return group, (_STRAY,) if ")" in rest[1:] else ()
     if not part.last and _STRAYS.fullmatch(rest):
         return group, (_STRAY,) if rest else ()
-    raise make_pddl_error(part.text, group.end, Violation.MALFORMED, "one list behind a keyword")
+    raise make_pddl_error(part.text, group.end, PddlViolationKind.MALFORMED, "one list behind a keyword")
 
 
-def _add_part(action: PddlAction, part: _OperatorPart, group: Group) -> PddlAction:
+def _add_part(action: PddlAction, part: _OperatorPart, group: ExpressionList) -> PddlAction:
     """Return an operator with one more part.
 
     Raises:
@@ -336,8 +340,8 @@ def _add_part(action: PddlAction, part: _OperatorPart, group: Group) -> PddlActi
     reader = PddlReader(part.text)
     match part.keyword:
         case "precondition":
-            return replace(action, precondition=reader.condition(group))
+            return replace(action, precondition=reader.read_whole_condition(group))
         case "effect":
             return replace(action, effect=reader.read_whole_effect(group))
         case _:
-            return replace(action, parameters=reader.variables(group))
+            return replace(action, parameters=reader.read_variables(group))

@@ -23,8 +23,8 @@ from eai.abilities.transition_modeling.extraction import (
 )
 from eai.abilities.transition_modeling.verdict import OperatorReport, OperatorStatus
 from eai.abilities.verdict import Confusion, ErrorReport, Span, Unreadable, add_confusions
-from eai.pddl.check import Declarations, PddlFinding, check_action
-from eai.pddl.execute import Executor, PlanStep
+from eai.pddl.check import DeclaredNames, PddlFinding, check_action
+from eai.pddl.execute import PddlPlanExecutor, PlanStep
 from eai.pddl.matching import OperatorMatch, match_missing_operator, match_operators
 from eai.pddl.model import PddlAction
 from eai.pddl.planning import PddlPlanner, PlannerOutcome, PlannerResult, PlanningTask, make_violation_result
@@ -51,15 +51,15 @@ def find_plan_flaw(
         The number of the step that fails, from 0, and the reason; the number after the last step if the goal
             is missed.
     """
-    domain = replace(task.domain.header, actions=tuple(task.gold.values()))
-    return Executor(domain, task.problem).find_failed_step(to_gold_steps(task, written, plan))
+    domain = replace(task.domain.header, actions=tuple(task.gold_operators.values()))
+    return PddlPlanExecutor(domain, task.problem).find_failed_step(to_gold_steps(task, written, plan))
 
 
 def to_gold_steps(
     task: TransitionTask, written: Mapping[str, PddlAction], plan: Sequence[PlanStep]
 ) -> list[PlanStep]:
     """Return the steps of a plan as steps of gold operators. Parameters correspond as in `find_plan_flaw`."""
-    return [_to_gold_step(step, written[step.action], task.gold[step.action]) for step in plan]
+    return [_to_gold_step(step, written[step.action], task.gold_operators[step.action]) for step in plan]
 
 
 def _to_gold_step(step: PlanStep, written: PddlAction, gold: PddlAction) -> PlanStep:
@@ -259,14 +259,16 @@ class PaperOperatorRules(OperatorRules):
         written = read_operators(text, self.readings)
         by_name = {} if isinstance(written, Unreadable) else written.value
         return {
-            name: self._plan_with_operator(task, _replace_part(by_name[name], task.gold[name], replaced))
+            name: self._plan_with_operator(
+                task, _replace_part(by_name[name], task.gold_operators[name], replaced)
+            )
             if name in by_name
             else None
             for name in task.operators
         }
 
     def _plan_with_operator(self, task: TransitionTask, tried: WrittenOperator) -> PlannerResult:
-        actions = [tried.action if name == tried.name else gold for name, gold in task.gold.items()]
+        actions = [tried.action if name == tried.name else gold for name, gold in task.gold_operators.items()]
         readable = tuple(action for action in actions if action is not None)
         return self._solve_with_actions(task, readable, self._find_operator_defects(task, tried), tried.size)
 
@@ -308,7 +310,7 @@ class PaperOperatorRules(OperatorRules):
 
 
 def _compare_operator(task: TransitionTask, name: str, read: _ReadOperator | None) -> _OperatorComparison:
-    gold = task.gold[name]
+    gold = task.gold_operators[name]
     action, findings = read or (None, ())
     if action is not None:
         status, match = OperatorStatus.COMPARED, match_operators(action, gold)
@@ -320,7 +322,7 @@ def _compare_operator(task: TransitionTask, name: str, read: _ReadOperator | Non
 
 
 def _check_operator(task: TransitionTask, action: PddlAction) -> tuple[PddlFinding, ...]:
-    return check_action(action, Declarations.of_domain(task.domain.header))
+    return check_action(action, DeclaredNames.from_domain(task.domain.header))
 
 
 def _replace_part(written: WrittenOperator, gold: PddlAction, replaced: ReplacedPart) -> WrittenOperator:

@@ -17,7 +17,7 @@ from eai.abilities.transition_modeling.verdict import (
     classify_clause,
 )
 from eai.abilities.verdict import ALL, Confusion
-from eai.pddl.check import Violation
+from eai.pddl.check import PddlViolationKind
 from eai.pddl.matching import OperatorMatch, SideMatch
 from eai.pddl.planning import PlannerOutcome, PlannerResult
 from eai.tasks.operator_task import TransitionTask
@@ -193,7 +193,7 @@ def _describe_unbound_variables(report: OperatorReport, side: str) -> str:
     A clause with such a variable may resemble a gold clause.
     """
     place = f"{side} of {report.name}"
-    kind = Violation.UNBOUND_VARIABLE
+    kind = PddlViolationKind.UNBOUND_VARIABLE
     names = [
         f"?{finding.name}"
         for finding in report.offences

@@ -18,7 +18,7 @@ from eai.abilities.verdict import (
     compute_parts_credit,
 )
 from eai.base.json_value import Json
-from eai.pddl.check import PddlFinding, Violation
+from eai.pddl.check import PddlFinding, PddlViolationKind
 from eai.pddl.matching import NO_MATCH, SideMatch, find_predicates_in_text
 from eai.pddl.planning import PlannerOutcome
 from eai.tasks.task import Category
@@ -154,12 +154,12 @@ _STATUS_FAULTS = {
 
 
 _OFFENCE_FAULTS = {
-    Violation.UNKNOWN_PREDICATE: FaultKind.HALLUCINATION,
-    Violation.UNKNOWN_TYPE: FaultKind.HALLUCINATION,
-    Violation.UNBOUND_VARIABLE: FaultKind.HALLUCINATION,
-    Violation.UNDECLARED_CONSTANT: FaultKind.HALLUCINATION,
-    Violation.WRONG_ARITY: FaultKind.ARGUMENT_NUMBER,
-    Violation.WRONG_ARGUMENT_TYPE: FaultKind.AFFORDANCE,
+    PddlViolationKind.UNKNOWN_PREDICATE: FaultKind.HALLUCINATION,
+    PddlViolationKind.UNKNOWN_TYPE: FaultKind.HALLUCINATION,
+    PddlViolationKind.UNBOUND_VARIABLE: FaultKind.HALLUCINATION,
+    PddlViolationKind.UNDECLARED_CONSTANT: FaultKind.HALLUCINATION,
+    PddlViolationKind.WRONG_ARITY: FaultKind.ARGUMENT_NUMBER,
+    PddlViolationKind.WRONG_ARGUMENT_TYPE: FaultKind.AFFORDANCE,
 }
 """Kind of fault for some kinds of defects of an operator. All other defects are parsing errors."""
 

@@ -30,15 +30,15 @@ from eai.benchmarks.published import make_prompt_reader, open_behavior_operators
 from eai.benchmarks.reference_wheel import find_published_id
 from eai.benchmarks.registry import TITLES
 from eai.tasks.english import read_english_words
-from eai.tasks.prompts.prompt import Belief, GoalSection
+from eai.tasks.prompts.prompt import GoalSection, TaskBelief
 from eai.tasks.source import open_once_per_store
 from eai.tasks.task import Task
-from eai.tasks.wording import ObjectName, Wording, find_declared_name
+from eai.tasks.wording import ObjectName, SuiteWording, find_declared_name
 
 _NOTATION = BehaviorGoals()
 
 
-def _format_plan_goals(belief: Belief) -> str:
+def _format_plan_goals(belief: TaskBelief) -> str:
     """Return each goal of an answer as a flat list with objects by name: ``['not', 'open', 'jar_0']``."""
     spelling = _map_instance_names(belief)
     entries = [
@@ -47,7 +47,7 @@ def _format_plan_goals(belief: Belief) -> str:
     return "\n".join([str(words) for words in entries if words])
 
 
-def _format_subgoal_goals(belief: Belief) -> str:
+def _format_subgoal_goals(belief: TaskBelief) -> str:
     """Return each goal of an answer as a formula: ``forall(jar_n_01, (not open(jar_n_01)))``."""
     names = _map_instance_names(belief)
     categories = {obj.category for obj in belief.task.scene.objects}
@@ -68,13 +68,13 @@ GOAL_SECTIONS: Mapping[Ability, GoalSection] = {
 """Section of the official prompts that states the goals, by ability."""
 
 
-def _read_goal_entries(belief: Belief) -> Iterator[object]:
+def _read_goal_entries(belief: TaskBelief) -> Iterator[object]:
     """Yield the goals in an answer, goals about states first. An unreadable answer has no goals."""
     entries = _NOTATION.read_entries(belief.answer)
     return iter(() if isinstance(entries, Unreadable) else [_unwrap_entry(entry) for _, entry in entries])
 
 
-def _map_instance_names(belief: Belief) -> Mapping[str, str]:
+def _map_instance_names(belief: TaskBelief) -> Mapping[str, str]:
     objects = belief.task.scene.objects
     return {
         instance: obj.name
@@ -150,20 +150,20 @@ _HANDS = {"in_right_hand": "holds_rh", "in_left_hand": "holds_lh"}
 NAME = "behavior"
 
 
-def make_wording(ability: Ability) -> Wording:
+def make_wording(ability: Ability) -> SuiteWording:
     """Return the names of objects and predicates that prompts of an ability use.
 
     Prompts of subgoal decomposition also name hands. Prompts of goal interpretation name objects as problem
     files do.
     """
     if ability is Ability.GOAL_INTERPRETATION:
-        return Wording(domain_in_paper_order(), _GOAL_PREDICATES, {}, _get_instance_name)
+        return SuiteWording(domain_in_paper_order(), _GOAL_PREDICATES, {}, _get_instance_name)
     predicates, written_as, names = _GOAL_PREDICATES, dict[str, str](), find_declared_name
     if ability is Ability.SUBGOAL_DECOMPOSITION:
         predicates, names = (*_GOAL_PREDICATES, *_HANDS), _write_dotted_name
         written_as = {**_HANDS, "toggled_on": "toggledon"}
     halves = partial(_describe_halves, names)
-    return Wording(
+    return SuiteWording(
         domain_in_paper_order(), predicates, written_as, names, conventions=halves, unchanging=(part_of.name,)
     )
 

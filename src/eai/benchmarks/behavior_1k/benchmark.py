@@ -17,11 +17,11 @@ from eai.benchmarks.behavior_1k.conventions import describe_conventions, describ
 from eai.benchmarks.behavior_1k.operators import build_domain
 from eai.benchmarks.behavior_1k.tasks import load_subsets, open_tasks
 from eai.benchmarks.benchmark import Benchmark, DataSet, read_short_texts
-from eai.tasks.english import English, read_english_words
+from eai.tasks.english import EnglishWords, read_english_words
 from eai.tasks.operator_task import TransitionTask, make_transition_tasks
 from eai.tasks.source import OpenTasks, Source, TaskSet, open_once_per_store
 from eai.tasks.task import Category, Task
-from eai.tasks.wording import Wording
+from eai.tasks.wording import SuiteWording
 
 NAME, UNTOLD = "behavior-1k", "behavior-1k-untold"
 CHALLENGE, OF_100 = "behavior-1k-challenge-2025", "behavior-1k-behavior-100"
@@ -33,16 +33,16 @@ _UNCHANGING = tuple(
 
 
 @cache
-def _load_english() -> English:
+def _load_english() -> EnglishWords:
     return read_english_words("eai.benchmarks.behavior_1k")
 
 
-def _make_wording(describe: Callable[[Task], str], ability: Ability) -> Wording:
+def _make_wording(describe: Callable[[Task], str], ability: Ability) -> SuiteWording:
     """Return the names that prompts of an ability use.
 
     Prompts for plans also state hidden facts of the scene.
     """
-    plain = Wording(build_domain(), p.GOAL_PREDICATES)
+    plain = SuiteWording(build_domain(), p.GOAL_PREDICATES)
     takes_plans = ability in (Ability.ACTION_SEQUENCING, Ability.SUBGOAL_DECOMPOSITION)
     return replace(plain, conventions=describe, unchanging=_UNCHANGING) if takes_plans else plain
 

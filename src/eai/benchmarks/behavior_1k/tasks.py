@@ -17,7 +17,7 @@ from eai.benchmarks.behavior_1k.kinds import ACTIVITIES, KINDS, PACK, PLANS, RUL
 from eai.benchmarks.behavior_1k.operators import READING
 from eai.benchmarks.behavior_1k.scene import RECIPE, SetUp, make_scene_setup
 from eai.benchmarks.packs import open_pack
-from eai.tasks.english import NUMBERS, English, inflect, make_predicate_sentences, pluralize
+from eai.tasks.english import NUMBERS, EnglishWords, inflect_sentence, make_predicate_sentences, pluralize
 from eai.tasks.source import Source, TaskSet
 from eai.tasks.task import Task, goal
 from eai.world.action import Action
@@ -46,7 +46,7 @@ def load_subsets() -> Mapping[str, tuple[str, ...]]:
     }
 
 
-def open_tasks(english: English, source: Source | None = None) -> TaskSet[Task]:
+def open_tasks(english: EnglishWords, source: Source | None = None) -> TaskSet[Task]:
     """Return the tasks in alphabetical order; download them first if they are missing.
 
     The digest of the tasks covers the data, the plans, the evidence and the name of the decisions
@@ -114,7 +114,7 @@ def _get_category_noun(category: str) -> str:
 
 
 def _write_instruction(
-    title: str, goals: Sequence[f.Formula], objects: Mapping[str, str], english: English
+    title: str, goals: Sequence[f.Formula], objects: Mapping[str, str], english: EnglishWords
 ) -> str:
     """Return an instruction: the title of an activity, and a clause for each goal.
 
@@ -132,7 +132,7 @@ def _write_instruction(
 class _SentenceWriter:
     """Writes the goals of one activity as English clauses."""
 
-    def __init__(self, objects: Mapping[str, str], english: English) -> None:
+    def __init__(self, objects: Mapping[str, str], english: EnglishWords) -> None:
         self._objects = objects
         self._categories = list(objects.values())
         self._english = english
@@ -206,7 +206,7 @@ class _SentenceWriter:
     def _write_sentence(self, atom: f.Atom, names: PhraseOfVariable, *, negated: bool = False) -> str:
         sentence = make_predicate_sentences(atom.predicate, len(atom.arguments), self._english)[0]
         phrases = [self.name_term(term, names) for term in atom.arguments]
-        return inflect(sentence, negated=negated).format(**dict(zip("xy", phrases, strict=False)))
+        return inflect_sentence(sentence, negated=negated).format(**dict(zip("xy", phrases, strict=False)))
 
 
 def _get_variable_noun(variable: f.Variable) -> str:

@@ -132,7 +132,7 @@ def count_prior(benchmark: Benchmark, tasks: Iterable[Task]) -> UsualGoals:
     usual = (((p.predicate, p.truth), (p, weight)) for p, weight in weights.items() if weight > 0)
     patterns = {key: dict(known) for key, known in group_pairs(usual).items() if key in wanted}
     is_odd = (
-        benchmark.notation.english.is_odd
+        benchmark.notation.english.is_unlikely_request
     )  # a literal that makes no sense as a goal makes sense when negated
     sound = filter_patterns(patterns, lambda p: not (p.truth and is_odd(p.predicate, p.categories)))
     roles = {operator.name: infer_operator_role(operator) for operator in domain.operators}

@@ -61,7 +61,7 @@ from eai.benchmarks.generator.walk import (
 from eai.benchmarks.generator.words import InstructionWriter
 from eai.logic.traversal import find_object_names
 from eai.planning.planner import Planner
-from eai.tasks.goal_test import GoalTest, solves
+from eai.tasks.goal_test import GoalTest, solves_task
 from eai.tasks.goal_text import make_task
 from eai.tasks.source import Source
 from eai.tasks.task import Task, goal
@@ -144,7 +144,7 @@ class _RejectionFinder:
         reached = zip(task.goals, GoalTest(task).find_reached(task.initial, ()), strict=True)
         if any(holds for task_goal, holds in reached if not task_goal.is_over_time):
             return RejectionReason.HOLDS_ALREADY
-        if not solves(self._domain, task, task.script):
+        if not solves_task(self._domain, task, task.script):
             return RejectionReason.NO_CERTIFICATE
         if (reason := self._find_instruction_problem(task, words)) is not None:
             return reason

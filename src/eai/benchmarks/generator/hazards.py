@@ -18,7 +18,7 @@ from eai.logic.traversal import find_object_names, is_state_formula
 from eai.logic.traversal import walk_subformulas as parts_of
 from eai.planning.planner import Planner, PlanningGoal
 from eai.planning.search import Limits
-from eai.tasks.english import Hazard
+from eai.tasks.english import HazardEvent
 from eai.tasks.goal_text import make_goal_lexicon, read_goal
 from eai.tasks.special import Hazards
 from eai.tasks.task import Task, goal
@@ -80,7 +80,7 @@ class _HazardGoal(NamedTuple):
 
 
 def find_hazard_goals(
-    hazards: Sequence[Hazard], domain: Domain, words: InstructionWriter
+    hazards: Sequence[HazardEvent], domain: Domain, words: InstructionWriter
 ) -> Iterator[_HazardGoal]:
     """Yield each hazard of a scene for each combination of objects that may cause it."""
     scene = words.scene
@@ -101,12 +101,12 @@ def find_hazard_goals(
             )
 
 
-def may_hazard_occur(hazards: Sequence[Hazard], scene: Scene) -> bool:
+def may_hazard_occur(hazards: Sequence[HazardEvent], scene: Scene) -> bool:
     """Whether a scene has the objects of at least one hazard."""
     return any(all(_find_objects_of_variables(hazard, scene)) for hazard in hazards)
 
 
-def _find_objects_of_variables(hazard: Hazard, scene: Scene) -> list[list[int]]:
+def _find_objects_of_variables(hazard: HazardEvent, scene: Scene) -> list[list[int]]:
     """Return for each variable of a hazard the scene objects that it may stand for."""
     return [
         [
@@ -257,6 +257,6 @@ class _SafePlanFinder:
     def are_safe_anyway(self, guards: Sequence[_HazardGoal]) -> bool:
         """Whether some plan without regard to hazards, no longer than the task's plan, avoids them."""
         goals = PlanningGoal(tuple(self._goals))
-        plan = self.planner.plan(self.task.initial, goals, self.task.relevant, _SAFE_PLAN_LIMITS).plan
+        plan = self.planner.find_plan(self.task.initial, goals, self.task.relevant, _SAFE_PLAN_LIMITS).plan
         course = self.execute(plan)
         return 0 < len(plan) <= len(self.task.script) and all(guard.holds_in(course) for guard in guards)

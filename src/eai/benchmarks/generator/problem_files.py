@@ -15,7 +15,7 @@ from eai.benchmarks.benchmark import Benchmark
 from eai.benchmarks.generator.words import InstructionWriter
 from eai.logic.ltl_printer import print_ltl
 from eai.pddl.bddl import parse_problem
-from eai.pddl.check import Declarations, check_problem
+from eai.pddl.check import DeclaredNames, check_problem
 from eai.pddl.files import ProblemFile, is_domain_file, raise_for_findings, read_problem_file, read_text
 from eai.pddl.model import PddlDomain
 from eai.pddl.reader import read_group
@@ -131,7 +131,7 @@ def _read_problem_file(path: Path, header: PddlDomain) -> ProblemFile:
     text = read_text(path)
     with prefix_errors(path):
         problem = parse_problem(text)
-        vocabulary = Declarations.of_domain(header, problem.objects)
+        vocabulary = DeclaredNames.from_domain(header, problem.objects)
         raise_for_findings(text, read_group(text), check_problem(problem, header), vocabulary)
     return ProblemFile(problem, path, text)
 

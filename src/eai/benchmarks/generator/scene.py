@@ -79,7 +79,7 @@ def hide_object(
         shown = f.Atom(lid.predicate, (f.Constant(container),))
         wanted.append(f.Not(shown) if lid.reveals else shown)
     for number in range(1, len(wanted) + 1):
-        search = planner.plan(state, PlanningGoal(tuple(wanted[:number])), objects, _LIMITS)
+        search = planner.find_plan(state, PlanningGoal(tuple(wanted[:number])), objects, _LIMITS)
         if search.end is not SearchEnd.SOLVED:
             return None
         state = execute_plan(planner.domain, state, search.plan).final_state

@@ -220,7 +220,9 @@ def read_other_sets(folder: Path, base: str, domain: Domain, *, without: Path) -
     others = [file for file in files if file.name.endswith(ENDINGS) and file != without]
     read = [open_task_files(file) for file in others if file.stat().st_size]
     return {
-        task_file.name: list(task_file.tasks(domain).values()) for task_file in read if task_file.base == base
+        task_file.name: list(task_file.open_tasks(domain).values())
+        for task_file in read
+        if task_file.base == base
     }
 
 

@@ -37,7 +37,7 @@ from eai.logic.rewriting import rename_objects
 from eai.logic.traversal import find_object_names, get_bound_variables, walk_subformulas
 from eai.planning.planner import Planner
 from eai.planning.search import Limits
-from eai.tasks.goal_test import solves
+from eai.tasks.goal_test import solves_task
 from eai.tasks.planning import find_plan, is_impossible
 from eai.tasks.special import Ambiguous, Impossible
 from eai.tasks.task import Goal, Task, goal
@@ -74,7 +74,7 @@ def make_possible_pair(
     properties = _find_removable_facts(task, domain, may_lack)
     facts = [fact for fact in properties if holds(presence_condition, {"x": fact.arguments[0]}, task.initial)]
     rng.shuffle(facts)
-    needed = [fact for fact in facts if not solves(domain, _remove_fact(task, fact), task.script)]
+    needed = [fact for fact in facts if not solves_task(domain, _remove_fact(task, fact), task.script)]
     others = [fact for fact in facts if fact not in needed]
     sorts = {fact: _get_goal_role_of_fact(fact, task) for fact in facts}
     for fact in needed:
@@ -256,5 +256,5 @@ def _are_both_objects_possible(clear: Task, unclear: Task, thing: int, planner: 
     """Whether the plan solves both tasks, and the ambiguous task also has a plan for its second object."""
     names = [unclear.scene.objects[i].name for i in (thing, -1)]
     other = replace(unclear, goals=_exchange_in_goals(unclear.goals, names))
-    each_solves = (solves(planner.domain, task, task.script) for task in (clear, unclear))
+    each_solves = (solves_task(planner.domain, task, task.script) for task in (clear, unclear))
     return all(each_solves) and bool(find_plan(other, planner, _LIMITS).plan)

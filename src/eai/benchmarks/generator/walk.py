@@ -21,7 +21,7 @@ from eai.benchmarks.generator.goals import GoalProposals
 from eai.logic.trace import Trace
 from eai.logic.traversal import find_object_names
 from eai.planning.planner import Planner, PlanningGoal, drop_needless_actions
-from eai.planning.search import Limits, Node, SearchEnd
+from eai.planning.search import Limits, SearchEnd, SearchNode
 from eai.planning.successor_generator import PlanNode, SuccessorGenerator
 from eai.tasks.goal_test import GoalTest
 from eai.tasks.task import GoalKind, Task
@@ -99,7 +99,7 @@ class GoalByGoalPlan:
             return False
         else:
             planning_goal = PlanningGoal((*self.conditions, wanted))
-        search = self.planner.plan(self.state, planning_goal, self.objects, _GOAL_LIMITS)
+        search = self.planner.find_plan(self.state, planning_goal, self.objects, _GOAL_LIMITS)
         if search.end is not SearchEnd.SOLVED:
             return False
         for action in search.plan:
@@ -139,7 +139,7 @@ def make_short_plan(walk: GoalByGoalPlan, over_time: f.Formula | None = None) ->
     walked = _drop_needless_actions(walk, planning_goal, over_time)
     if len(walked) < _MIN_STEPS_TO_SHORTEN or over_time is not None:
         return walked
-    plan = walk.planner.plan(walk.start, planning_goal, walk.objects, _SHORTENING_LIMITS).plan
+    plan = walk.planner.find_plan(walk.start, planning_goal, walk.objects, _SHORTENING_LIMITS).plan
     return plan if 0 < len(plan) < len(walked) else walked
 
 
@@ -158,8 +158,8 @@ def _drop_needless_actions(
 
 
 def _make_trajectory(node: PlanNode) -> Trajectory:
-    steps = [Step(action, None) for action in node.plan()]
-    return Trajectory(tuple([ancestor.state for ancestor in node.path()]), tuple(steps))
+    steps = [Step(action, None) for action in node.list_actions()]
+    return Trajectory(tuple([ancestor.state for ancestor in node.list_path_nodes()]), tuple(steps))
 
 
 def find_min_plan_length(task: Task, domain: Domain, depth: int) -> int:
@@ -170,16 +170,16 @@ def find_min_plan_length(task: Task, domain: Domain, depth: int) -> int:
     """
     test, at_the_end = GoalTest(task), GoalTest(task.without_goals_over_time)
     generator = SuccessorGenerator(domain, range(len(task.scene.objects)))
-    nodes: list[PlanNode] = [Node(task.initial)]
+    nodes: list[PlanNode] = [SearchNode(task.initial)]
     seen = {task.initial}
-    forgetful = not test.has_goals_over_time and not task.goals_of(GoalKind.ACTION)
+    forgetful = not test.has_goals_over_time and not task.get_goals_of_kind(GoalKind.ACTION)
     for length in range(1, depth + 1):
         nodes, parents = [], nodes
         for parent in parents:
-            for action in generator.applicable(parent):
+            for action in generator.generate_applicable_actions(parent):
                 after = domain.apply(parent.state, action)
-                node = Node(after, depth=length, parent=parent, actions=(action,))
-                operators = [step.operator for step in node.plan()]
+                node = SearchNode(after, depth=length, parent=parent, actions=(action,))
+                operators = [step.operator for step in node.list_actions()]
                 if all(at_the_end.find_reached(after, operators)) and (
                     not test.has_goals_over_time
                     or all(test.find_reached(after, operators, _make_trajectory(node)))
@@ -250,7 +250,7 @@ class TemporalGoalFinder:
 
     def find_temporal_goal(self) -> _TemporalGoal | None:
         """Return a goal over time with a solving plan and a temptation, or None if no such goal is found."""
-        if self.task.goals_of(GoalKind.ACTION):
+        if self.task.get_goals_of_kind(GoalKind.ACTION):
             return None
         ways = [self._find_goal_of_detour, self._find_goal_of_tidiness, self._find_goal_of_order]
         candidates = (way() for way in self.rng.sample(ways, len(ways)))

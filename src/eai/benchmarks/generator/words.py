@@ -44,7 +44,7 @@ class InstructionWriter:
 
     arities: Mapping[str, int]
     scene: Scene
-    english: e.English
+    english: e.EnglishWords
     initial_facts: Sequence[Fact] = ()
 
     @staticmethod
@@ -239,7 +239,7 @@ class InstructionWriter:
         self, atom: f.Atom, values: Mapping[str, str], voice: e.PhraseStyle, **form: bool
     ) -> str:
         sentence = voice.choose(self.get_sentences(atom.predicate))
-        return self._fill_in_objects(e.inflect(sentence, **form), atom, values)
+        return self._fill_in_objects(e.inflect_sentence(sentence, **form), atom, values)
 
     def _fill_in_objects(self, sentence: str, atom: f.Atom, values: Mapping[str, str]) -> str:
         words = [
@@ -362,7 +362,7 @@ class _InstructionReader:
         for predicate in self._words.arities:
             for sentence in self._words.get_sentences(predicate):
                 for negated, several in forms:
-                    form = e.inflect(sentence, negated=negated, several=several, never=never)
+                    form = e.inflect_sentence(sentence, negated=negated, several=several, never=never)
                     for words in _match_sentence(form, text):
                         yield from self._interpret_sentence(
                             predicate, words, negated=negated, several=several

@@ -37,13 +37,13 @@ from eai.benchmarks.virtualhome.tasks import open_tasks as open_virtualhome_task
 from eai.logic.formula import Atom, Formula
 from eai.tasks.english import read_english_words
 from eai.tasks.goal_test import find_alternative_actions
-from eai.tasks.prompts.prompt import Belief, GoalSection
+from eai.tasks.prompts.prompt import GoalSection, TaskBelief
 from eai.tasks.source import Source, TaskSet, open_once_per_store
 from eai.tasks.task import GoalKind, Task
 from eai.world.relation import iterate_bits
 
 if TYPE_CHECKING:
-    from eai.tasks.wording import Wording
+    from eai.tasks.wording import SuiteWording
 
 _LINE = "-----------------"
 _ACTIONS_HEADING = (
@@ -53,24 +53,24 @@ _ACTIONS_HEADING = (
 _RELATIONS = {predicate: name for name, predicate in PREDICATE_OF_RELATION.items()}
 
 
-def _format_plan_goals(belief: Belief) -> str:
+def _format_plan_goals(belief: TaskBelief) -> str:
     """Return the goals as text, with classes of objects and relations of scene graphs.
 
     Action goals appear twice.
     """
     task = belief.task
     classes = {obj.name: obj.category for obj in task.scene.objects}
-    actions = [find_alternative_actions(goal) for goal in task.goals_of(GoalKind.ACTION)]
+    actions = [find_alternative_actions(goal) for goal in task.get_goals_of_kind(GoalKind.ACTION)]
     required = ["There is no action requirement."]
     if actions:
         lines = [line for names in actions for line in (" or ".join(names), "|".join(names))]
         required = ["The following action(s) should be included:", *lines, _LINE]
     return "\n".join(
         [
-            *(_format_sentence(goal.formula, classes) for goal in task.goals_of(GoalKind.STATE)),
+            *(_format_sentence(goal.formula, classes) for goal in task.get_goals_of_kind(GoalKind.STATE)),
             _LINE,
             "\n\nEdge goals are:",
-            *(_format_sentence(goal.formula, classes) for goal in task.goals_of(GoalKind.RELATION)),
+            *(_format_sentence(goal.formula, classes) for goal in task.get_goals_of_kind(GoalKind.RELATION)),
             _LINE,
             "\n\nAction goals are:",
             *required,
@@ -78,11 +78,13 @@ def _format_plan_goals(belief: Belief) -> str:
     )
 
 
-def _format_subgoal_goals(belief: Belief) -> str:
+def _format_subgoal_goals(belief: TaskBelief) -> str:
     """Return the goals as text, with class and id of each object, and whether actions are required."""
     task = belief.task
     lasting = [goal.formula for goal in task.goals if goal.kind is not GoalKind.ACTION]
-    actions = [" or ".join(find_alternative_actions(goal)) for goal in task.goals_of(GoalKind.ACTION)]
+    actions = [
+        " or ".join(find_alternative_actions(goal)) for goal in task.get_goals_of_kind(GoalKind.ACTION)
+    ]
     return "\n".join(
         [
             "[States]",
@@ -225,17 +227,17 @@ def _find_surroundings(task: Task) -> Iterator[int]:
             yield from action.arguments
 
 
-def make_wording(ability: Ability) -> Wording:
+def make_wording(ability: Ability) -> SuiteWording:
     """Return the names of objects and predicates that prompts of an ability use.
 
     Prompts of goal interpretation use classes of objects, and relations as in scene graphs.
     """
-    from eai.tasks.wording import Wording
+    from eai.tasks.wording import SuiteWording
 
-    predicates = Wording.of_domain(domain_in_paper_order()).predicates
+    predicates = SuiteWording.from_domain(domain_in_paper_order()).predicates
     if ability is not Ability.GOAL_INTERPRETATION:
-        return Wording(domain_in_paper_order(), predicates, surroundings=_find_surroundings)
-    return Wording(
+        return SuiteWording(domain_in_paper_order(), predicates, surroundings=_find_surroundings)
+    return SuiteWording(
         domain_in_paper_order(),
         predicates,
         _RELATIONS,

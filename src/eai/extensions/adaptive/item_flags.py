@@ -79,6 +79,6 @@ def _has_ambiguous_goals(task: Task, benchmark: Benchmark) -> bool:
     """Whether two state goals are equal if objects are replaced by their names in answers."""
     names = (thing.name for thing in task.scene.objects)
     called = dict(zip(names, benchmark.notation.goals.list_object_names(task), strict=True))
-    goals = dict.fromkeys(goal.formula for goal in task.goals_of(GoalKind.STATE))
+    goals = dict.fromkeys(goal.formula for goal in task.get_goals_of_kind(GoalKind.STATE))
     asked = Counter(print_ltl(rename_objects(goal, called)) for goal in goals)
     return any(times > 1 for times in asked.values())

@@ -28,9 +28,9 @@ from eai.base.files import read_content
 from eai.benchmarks.benchmark import Benchmark, DataSet
 from eai.logic.rewriting import map_terms, rename_objects, substitute_terms
 from eai.logic.traversal import find_free_variables, find_object_names, map_subformulas
-from eai.pddl.declaration import DeclaredDomain, conjuncts
+from eai.pddl.declaration import DeclaredDomain, split_conjuncts
 from eai.pddl.files import read_domain_text, read_problem_text
-from eai.tasks.english import English
+from eai.tasks.english import EnglishWords
 from eai.tasks.source import TaskSet
 from eai.tasks.task import Task, goal
 from eai.world.action import Action
@@ -92,7 +92,7 @@ def open_alfworld_games(reference: str) -> Benchmark:
         Notation(
             plans,
             formats={Ability.ACTION_SEQUENCING: plans.explain(declaration.domain)},
-            english=English(role="a household robot"),
+            english=EnglishWords(role="a household robot"),
         ),
         DataSet("ALFWorld"),
     )
@@ -149,7 +149,7 @@ def _build_task(
         name for atom in problem.initial if atom.predicate != _CAN_CONTAIN for name in find_object_names(atom)
     }
     relevant = {names[name] for name in relevant.union(find_object_names(problem.goal))}
-    initial, goals = declaration.problem(_rename_problem(problem, names))
+    initial, goals = declaration.convert_problem(_rename_problem(problem, names))
     instruction = _INSTRUCTION.search(game["grammar"])
     return Task(
         id=task_id,
@@ -215,7 +215,7 @@ def _merge_actions(template: str, actions: Sequence[m.PddlAction]) -> m.PddlActi
         values: dict[f.Term, f.Term] = dict(zip(old, parameters, strict=True))
         conditions.append(substitute_terms(action.precondition, values))
         effects.append(m.WhenEffect(conditions[-1], _substitute_in_effect(action.effect, values)))
-    return m.PddlAction(template.split()[0], parameters, f.Or(tuple(conditions)), m.Both(tuple(effects)))
+    return m.PddlAction(template.split()[0], parameters, f.Or(tuple(conditions)), m.AndEffect(tuple(effects)))
 
 
 def _substitute_in_effect(effect: m.PddlEffect, values: Mapping[f.Term, f.Term]) -> m.PddlEffect:
@@ -233,7 +233,7 @@ def _bind_other_parameters(action: m.PddlAction, kept: Sequence[str]) -> m.PddlA
     typed = {parameter.name: parameter for parameter in action.parameters}
     agents: dict[f.Term, f.Term] = {f.Variable(n): _AGENT for n, v in typed.items() if v.category == "agent"}
     bound = {name: v for name, v in typed.items() if name not in kept and f.Variable(name) not in agents}
-    needed = [*conjuncts(substitute_terms(action.precondition, agents))]
+    needed = [*split_conjuncts(substitute_terms(action.precondition, agents))]
     locations = [f.Variable(name) for name, variable in bound.items() if variable.category == "location"]
     needed += [f.Not(f.Equals(location, locations[-1])) for location in locations[:-1]]
     groups = [_ConditionGroup(frozenset(), ())]
@@ -243,10 +243,10 @@ def _bind_other_parameters(action: m.PddlAction, kept: Sequence[str]) -> m.PddlA
     changes = _substitute_in_effect(action.effect, agents)
     effects = [
         _quantify_effect(change, groups, bound)
-        for change in (changes.parts if isinstance(changes, m.Both) else [changes])
+        for change in (changes.parts if isinstance(changes, m.AndEffect) else [changes])
     ]
     parameters = tuple([typed[name] for name in kept])
-    return m.PddlAction(action.name, parameters, f.And(tuple(conditions)), m.Both(tuple(effects)))
+    return m.PddlAction(action.name, parameters, f.And(tuple(conditions)), m.AndEffect(tuple(effects)))
 
 
 class _ConditionGroup(NamedTuple):
@@ -283,7 +283,7 @@ def _quantify_effect(
         if group.names & names:
             effect = m.WhenEffect(f.And(group.parts), effect)
             for name in sorted(group.names):
-                effect = m.Each(bound[name], effect)
+                effect = m.ForAllEffect(bound[name], effect)
     return effect
 
 

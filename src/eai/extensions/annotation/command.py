@@ -365,7 +365,7 @@ def _read_published_operators(benchmark: Benchmark, source: Source) -> PddlDomai
     if benchmark.data.problem_of is None:
         return None
     library = next(iter(benchmark.operators(source).values())).domain
-    return make_published_domain([text.pddl for text in library.operators.values()], library.header)
+    return make_published_domain([text.write_pddl for text in library.operators.values()], library.header)
 
 
 def _write_problem_files(folder: Path, made: list[DrawnProblem]) -> None:

@@ -34,7 +34,7 @@ from eai.base.grouping import group_pairs
 from eai.logic.formula import Atom, Constant, Occurs, Or
 from eai.logic.ltl_printer import print_ltl
 from eai.tasks.options import Options
-from eai.tasks.source import Finding
+from eai.tasks.source import DataFinding
 from eai.tasks.task import Goal, GoalKind, Task
 from eai.world.domain import Domain
 from eai.world.execution import execute_plan
@@ -568,16 +568,16 @@ def annotate(
             )
 
 
-def check_goals(annotations: Iterable[Annotation]) -> Iterator[Finding]:
+def check_goals(annotations: Iterable[Annotation]) -> Iterator[DataFinding]:
     """Yield a finding about each task whose goals are not the goals that follow from the decisions."""
     for difference, candidate, goals in annotations:
         task = difference.task
         ours, theirs = set(goals), set(task.goals)
         if candidate is None and theirs:
-            yield Finding(task.title, f"{task.id}: has goals, but its plan meets no candidate")
+            yield DataFinding(task.title, f"{task.id}: has goals, but its plan meets no candidate")
         elif ours != theirs:
             lacks = [f"lacks {print_ltl(goal.formula)}" for goal in goals if goal not in theirs]
             more = [
                 f"has the further goal {print_ltl(goal.formula)}" for goal in task.goals if goal not in ours
             ]
-            yield Finding(task.title, f"{task.id}: {', '.join([*lacks, *more])}")
+            yield DataFinding(task.title, f"{task.id}: {', '.join([*lacks, *more])}")

@@ -26,14 +26,14 @@ from eai.base.grouping import group_pairs
 from eai.benchmarks.benchmark import Benchmark
 from eai.benchmarks.names import OBFUSCATED, WITH_RULES
 from eai.benchmarks.registry import find_benchmark
-from eai.tasks.english import PLAIN_ENGLISH, English, make_predicate_sentences
+from eai.tasks.english import PLAIN_ENGLISH, EnglishWords, make_predicate_sentences
 from eai.tasks.lexicon import FormulaLexicon
 from eai.tasks.operator_task import TransitionTask
 from eai.tasks.prompts.short import RULES
 from eai.tasks.rules import DomainRules, explain_rule_notation
 from eai.tasks.source import USUAL_SOURCE, TaskSet
 from eai.tasks.task import Task
-from eai.tasks.wording import Wording, is_property
+from eai.tasks.wording import SuiteWording, is_property
 from eai.world.action import Action
 from eai.world.domain import Domain
 from eai.world.effect import When
@@ -112,7 +112,7 @@ def _find_stems(tasks: Iterable[Task]) -> Mapping[str, tuple[str, ...]]:
 
 
 @dataclass(frozen=True)
-class _ObfuscatedWording(Wording):
+class _ObfuscatedWording(SuiteWording):
     """A wording of prompts with swapped names and exact rules.
 
     Attributes:
@@ -121,7 +121,7 @@ class _ObfuscatedWording(Wording):
     """
 
     words: Mapping[str, str] = field(default_factory=dict)
-    english: English = PLAIN_ENGLISH
+    english: EnglishWords = PLAIN_ENGLISH
 
     @cached_property
     def _exact_rules(self) -> DomainRules:
@@ -140,7 +140,7 @@ class _ObfuscatedWording(Wording):
 
     @cached_property
     def _predicates_of_rules(self) -> frozenset[str]:
-        return self._exact_rules.find_predicates(self._exact_rules.operator_names)
+        return self._exact_rules.find_used_predicates(self._exact_rules.operator_names)
 
     def describe_vocabulary(self) -> str:
         names = (*self.predicates, *self.static)
@@ -150,7 +150,7 @@ class _ObfuscatedWording(Wording):
         )
 
     def _explain_predicate(self, predicate: str) -> str:
-        arity = self._arity(predicate)
+        arity = self._find_predicate_arity(predicate)
         return make_predicate_sentences(predicate, arity, self.english)[0].format(
             **{x: x for x in make_parameter_names(arity)}
         )
@@ -162,11 +162,11 @@ class _ObfuscatedWording(Wording):
         rules = "\n".join([*map(self.describe_operator, self._exact_rules.operators), *definitions])
         return f"{explain_rule_notation(rules)}\n{rules}"
 
-    def describe_rules_of(self, each: str) -> str:
+    def write_operators_heading(self, each: str) -> str:
         return f"what {each} requires and changes"
 
     def describe_operator(self, operator: Operator) -> str:
-        return _replace_words(self.words, self._exact_rules.summarize(operator) or "")
+        return _replace_words(self.words, self._exact_rules.write_operator_rule(operator) or "")
 
     def describe_object(self, task: Task, index: int) -> str:
         properties = [p for p in self.domain.vocabulary.predicates if is_property(p) and not p.visible]
@@ -277,7 +277,7 @@ def open_with_rules(name: str) -> Benchmark:
 
 
 def _open_with_exact_rules(benchmark: Benchmark, words: Mapping[str, str], suffix: str) -> Benchmark:
-    def make_wording(ability: Ability) -> Wording:
+    def make_wording(ability: Ability) -> SuiteWording:
         plain = benchmark.wording(ability)
         twin = _ObfuscatedWording(
             plain.domain,

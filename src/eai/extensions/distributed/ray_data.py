@@ -67,7 +67,7 @@ class BatchScorer:
             **{column: [row[index] for row in scored] for index, column in enumerate(RECORD_COLUMNS)},
         }
 
-    def frames(self, frames: Iterable[Any]) -> Iterator[Any]:
+    def score_frames(self, frames: Iterable[Any]) -> Iterator[Any]:
         """Yield data frames with the columns `RECORD_COLUMNS`, as a function for ``mapInPandas`` of Spark."""
         for frame in frames:
             scored = self({column: frame[column].tolist() for column in COLUMNS})

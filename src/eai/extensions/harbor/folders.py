@@ -21,7 +21,7 @@ from eai.benchmarks.gold_answers import open_answer_book
 from eai.benchmarks.names import TaskReference
 from eai.benchmarks.registry import PDDL, list_benchmarks
 from eai.benchmarks.suite import Suite
-from eai.extensions.harbor.verify import is_right
+from eai.extensions.harbor.verify import is_right_answer
 from eai.tasks.prompts.prompt import Prompt
 from eai.tasks.task_files import read_task_file_lines
 
@@ -119,9 +119,9 @@ def _find_reason_to_leave_out(suite: Suite, task_id: str, prompt: Prompt, soluti
     """
     if prompt.images:
         raise InputError(f"{suite.domain} {suite.ability}: Harbor's instructions have no pictures")
-    if not is_right(suite, suite.score(task_id, solution)):
+    if not is_right_answer(suite, suite.score(task_id, solution)):
         return NO_SOLUTION
-    free = any(is_right(suite, suite.score(task_id, text)) for text in (*_EMPTY_ANSWERS, prompt.user))
+    free = any(is_right_answer(suite, suite.score(task_id, text)) for text in (*_EMPTY_ANSWERS, prompt.user))
     return FREE if free else None
 
 
@@ -136,7 +136,7 @@ class _HarborFolderMaker:
     is_shared: bool
 
     @property
-    def acts(self) -> bool:
+    def expects_episodes(self) -> bool:
         """Whether answers are episodes (actions in a world that the verifier serves) instead of texts."""
         return get_declaration(self.suite.ability).takes_turns
 
@@ -149,11 +149,17 @@ class _HarborFolderMaker:
             "task_id": json.dumps(task_id),
             "task": json.dumps(str(TaskReference(reference, self.suite.ability, task_id))),
             "question": "\n\n".join(filter(None, [prompt.system, prompt.user])),
-            "solution": _write_episode_commands(solution) if self.acts else _write_answer_command(solution),
-            "world": _write_world_command(reference, task_id) if self.acts else "",
+            "solution": _write_episode_commands(solution)
+            if self.expects_episodes
+            else _write_answer_command(solution),
+            "world": _write_world_command(reference, task_id) if self.expects_episodes else "",
         }
         tests = _fill_templates(["script"], values) | (self.wheels | tasks if self.is_shared else {})
-        groups = ["every", "acting" if self.acts else "answer", *([] if self.is_shared else ["separate"])]
+        groups = [
+            "every",
+            "acting" if self.expects_episodes else "answer",
+            *([] if self.is_shared else ["separate"]),
+        ]
         return _fill_templates(groups, values) | {f"tests/{name}": content for name, content in tests.items()}
 
     def make_image_files(self, task_ids: Collection[str]) -> _Files:
@@ -165,7 +171,7 @@ class _HarborFolderMaker:
 
     def _make_template_values(self, reference: str) -> dict[str, str]:
         """Return the values of the placeholders in the templates of all folders, by placeholder."""
-        extra = "[mcp]" if self.acts else ""
+        extra = "[mcp]" if self.expects_episodes else ""
         requirements = [f"./{wheel}{extra}" for wheel in self.wheels] or [f"{_PACKAGE}{extra}=={__version__}"]
         mode = "shared" if self.is_shared else "separate"
         own = (

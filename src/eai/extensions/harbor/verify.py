@@ -30,7 +30,7 @@ WORLD = Path("/journal")
 """Folder in which the server of a world writes the journal (the list of actions) of an episode."""
 
 
-def is_right(suite: Suite, verdict: Verdict) -> bool:
+def is_right_answer(suite: Suite, verdict: Verdict) -> bool:
     """Whether an answer is right and its task is not excluded."""
     outcome = get_declaration(suite.ability).outcome(verdict)
     return verdict.excluded is None and outcome is AnswerOutcome.SUCCESS
@@ -60,7 +60,7 @@ def _compute_goal_shares(suite: Suite, verdict: Verdict) -> dict[str, float]:
     rates = compute_metric_rates([verdict], suite.ability)
     shares = {name: rates[name].share for name in get_declaration(suite.ability).overview_headings}
     rated = {name: float(share) for name, share in shares.items() if share is not None}
-    return {"reward": float(is_right(suite, verdict)), **rated}
+    return {"reward": float(is_right_answer(suite, verdict)), **rated}
 
 
 def read_answer(file: Path) -> str:

@@ -70,7 +70,7 @@ def make_goal_pattern(benchmark: Benchmark, source: Source) -> Json:
     goals.
     """
     patterns = [WrittenGoal(PREDICATE, (FIRST,)), WrittenGoal(PREDICATE, (FIRST, SECOND))]
-    if any(task.goals_of(GoalKind.ACTION) for task in benchmark.tasks(source).values()):
+    if any(task.get_goals_of_kind(GoalKind.ACTION) for task in benchmark.tasks(source).values()):
         patterns.append(WrittenGoal(PREDICATE, is_action=True))
     notation = benchmark.notation.goals
     pattern: Json = json.loads(notation.join(notation.write(patterns)))

@@ -63,11 +63,13 @@ def play(
     answers = _EpisodeFile(out, suite)
     tasks_left, total = _begin_unfinished_tasks(chosen, suite, setting, answers), len(chosen)
     if page is None:
-        finished = _play_in_terminal(tasks_left, total, answers.put)
+        finished = _play_in_terminal(tasks_left, total, answers.save_episode)
     else:
         from eai.extensions.people.page import serve_page
 
-        serve_page(page, tasks_left, total, answers.put, lambda address: print_note(f"open {address}"))
+        serve_page(
+            page, tasks_left, total, answers.save_episode, lambda address: print_note(f"open {address}")
+        )
         finished = total
     if not out.exists():
         print_result_line(
@@ -93,11 +95,11 @@ class _EpisodeFile:
         self._texts = {response.task_id: response.text for response in responses}
         self._written = self._read_file()
 
-    def text(self, task_id: str) -> str:
+    def get_episode_text(self, task_id: str) -> str:
         """Return the episode of a task so far, or an empty text if the task was not begun."""
         return self._texts.get(task_id, "")
 
-    def put(self, play: RecordedGame) -> None:
+    def save_episode(self, play: RecordedGame) -> None:
         """Save an episode.
 
         Raises:
@@ -119,12 +121,12 @@ def _begin_unfinished_tasks(
 ) -> Iterator[tuple[int, RecordedGame, Sequence[str]]]:
     """Yield each task that is not over: its number, its episode, and the observations so far."""
     from eai.agents.play import EpisodeFactory
-    from eai.extensions.people.person import begin
+    from eai.extensions.people.person import begin_episode
 
     arena = EpisodeFactory(suite.benchmark, setting)
     for number, task_id in enumerate(task_ids, 1):
         stage = arena.make_setup(suite.tasks[task_id])
-        play, observations = begin(stage, setting.slip_seed, answers.text(task_id))
+        play, observations = begin_episode(stage, setting.slip_seed, answers.get_episode_text(task_id))
         if not play.over:
             yield number, play, observations
 
@@ -148,7 +150,7 @@ def _play_in_terminal(
 
 def _play_task(play: RecordedGame, save: Callable[[RecordedGame], None]) -> None:
     """Execute the lines that a person types until the task is over or the person stops."""
-    from eai.extensions.people.person import complete_words, enter
+    from eai.extensions.people.person import complete_words, execute_line
 
     _enable_completion(partial(complete_words, play))
     while not play.over:
@@ -156,7 +158,7 @@ def _play_task(play: RecordedGame, save: Callable[[RecordedGame], None]) -> None
         if line is None or line.strip() == _QUIT:
             return
         if line.strip():
-            reply = enter(play, line)
+            reply = execute_line(play, line)
             save(play)
             print_result_line(f"{reply}\n")
 

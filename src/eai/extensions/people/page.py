@@ -18,7 +18,7 @@ from typing import Any, TypeAlias
 from eai.agents.play import RecordedGame
 from eai.base.errors import EaiError, InputError
 from eai.base.json_value import Json
-from eai.extensions.people.person import RULES, complete_words, enter
+from eai.extensions.people.person import RULES, complete_words, execute_line
 from eai.results.page import build_page, encode_for_script
 
 MAX_REQUEST_BYTES = 65_536
@@ -63,7 +63,7 @@ def _run_tasks(
             line = yield content
             if line.strip() and not play.over:
                 turn = len(play.turns)
-                reply = enter(play, line)
+                reply = execute_line(play, line)
                 save(play)
                 is_turn = len(play.turns) > turn
                 log.append(_make_log_entry(play, turn, reply) if is_turn else [line, reply, "aside"])

@@ -39,7 +39,7 @@ _LINE = re.compile(r"\s*([\w-]+)\s*(?:(\(.*\))|([^()\[\]{}]*?))\s*")
 """Regular expression for an action and its objects, with or without brackets."""
 
 
-def begin(stage: GameSetup, seed: int, answer: str = "") -> tuple[RecordedGame, Sequence[str]]:
+def begin_episode(stage: GameSetup, seed: int, answer: str = "") -> tuple[RecordedGame, Sequence[str]]:
     """Return a new or resumed episode of a person, and its observations so far.
 
     Args:
@@ -71,7 +71,7 @@ def complete_words(play: RecordedGame, before: str) -> list[str]:
     return [wording.object_name(stage.task, index) for index in sorted(play.memory.known)]
 
 
-def enter(play: RecordedGame, line: str) -> str:
+def execute_line(play: RecordedGame, line: str) -> str:
     """Execute a typed line and return the observation. If the line is a question, return its answer."""
     stage = play.stage
     command = normalize_command(line, _list_operator_names(stage))

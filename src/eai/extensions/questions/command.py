@@ -28,7 +28,7 @@ from eai.results.rate import Rate
 from eai.results.table import Cell, Column, Estimate, NamedCells
 from eai.results.table import Table as Shown
 from eai.results.terminal import print_table
-from eai.tasks.prompts.template import Templates
+from eai.tasks.prompts.template import PromptTemplates
 
 
 def questions(
@@ -66,7 +66,7 @@ def questions(
         prompts: Folder of your own templates; each replaces the packaged template of its name.
     """
     with open_data_source(data) as source:
-        writer = QuestionGenerator(find_benchmark(domain), source, Templates(prompts))
+        writer = QuestionGenerator(find_benchmark(domain), source, PromptTemplates(prompts))
         written_questions = list(
             writer.write_questions(
                 kind or tuple(QuestionKind), form or tuple(QuestionForm), n, seed, rules=rules

@@ -12,7 +12,7 @@ from eai.extensions.questions.setting import (
     find_texts_with_counterpart,
     format_list,
 )
-from eai.planning.search import Effort
+from eai.planning.search import SearchEffort
 from eai.planning.successor_generator import generate_applicable_of_operator
 from eai.world.action import Action
 from eai.world.state import Fact, State
@@ -236,7 +236,7 @@ def _make_which_action_item(
     wrong action shares its name or its objects with a right action or with another wrong action. Some wrong
     actions are possible.
     """
-    bindings, all_objects = Effort(_MAX_BINDINGS), range(len(setting.scene.objects))
+    bindings, all_objects = SearchEffort(_MAX_BINDINGS), range(len(setting.scene.objects))
     tried = [
         candidate
         for operator in setting.rules.operators

@@ -117,7 +117,11 @@ class QuestionSetting:
 
     def find_added_facts(self, before: State, after: State) -> list[Fact]:
         """Return the facts that hold only in the second state, without facts that no action can change."""
-        return [fact for fact in compare_states(before, after).added if fact.predicate in self.rules.fluents]
+        return [
+            fact
+            for fact in compare_states(before, after).added
+            if fact.predicate in self.rules.visible_changing_predicates
+        ]
 
     def format_changes(self, before: State, after: State) -> tuple[str, ...]:
         """Return the differences between two states as texts, such as ``lit(lamp)`` and ``not lit(lamp)``."""
@@ -130,7 +134,7 @@ class QuestionSetting:
 
     def list_changeable_facts(self, state: State) -> list[Fact]:
         """Return the facts of a state that actions can change."""
-        return [fact for fact in state.facts() if fact.predicate in self.rules.fluents]
+        return [fact for fact in state.facts() if fact.predicate in self.rules.visible_changing_predicates]
 
     def format_element(self, fact_or_action: Fact | Action) -> str:
         """Return a fact or an action as text, such as ``lit(lamp)``."""

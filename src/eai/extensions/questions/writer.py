@@ -23,7 +23,7 @@ from eai.extensions.questions.setting import (
 )
 from eai.extensions.questions.shortcuts import LETTERS, ClosedQuestion, ShortcutLedger, draw_closed_question
 from eai.planning.planner import Planner
-from eai.tasks.prompts.template import Templates
+from eai.tasks.prompts.template import PromptTemplates
 from eai.tasks.rules import DomainRules
 from eai.tasks.source import USUAL_SOURCE, Source
 
@@ -107,11 +107,11 @@ class QuestionGenerator:
     """
 
     def __init__(
-        self, benchmark: Benchmark, source: Source = USUAL_SOURCE, templates: Templates | None = None
+        self, benchmark: Benchmark, source: Source = USUAL_SOURCE, templates: PromptTemplates | None = None
     ) -> None:
         self._benchmark = benchmark
         self._tasks = benchmark.tasks_for(Ability.ACTION_SEQUENCING, source)
-        self._templates = templates or Templates()
+        self._templates = templates or PromptTemplates()
         self._rules = DomainRules(benchmark.domain)
         self._planner = Planner(benchmark.domain)
         self._setting = cache(self._open_setting)
@@ -226,12 +226,12 @@ class QuestionGenerator:
             form=form,
             depth=item.depth,
             options=2 if form is QuestionForm.YES_NO else len(shown),
-            prompt=self._templates.fill("question.txt", values),
+            prompt=self._templates.fill_template("question.txt", values),
             answer=answer,
             accept=accept,
         )
         needs_rules = (cell.kind, form) in _NEED_RULES
-        return question, None if needs_rules else self._templates.fill("closed_book.txt", values)
+        return question, None if needs_rules else self._templates.fill_template("closed_book.txt", values)
 
     def _make_template_values(
         self, draft: _QuestionDraft, cell: _KindAndFormState, choices: str, accept: Accept
@@ -259,12 +259,12 @@ def _format_question_text(
     item: QuestionContent,
     setting: QuestionSetting,
     cell: _KindAndFormState,
-    templates: Templates,
+    templates: PromptTemplates,
     choices: str = "",
 ) -> str:
-    fluents = ", ".join(sorted(setting.rules.fluents))
+    fluents = ", ".join(sorted(setting.rules.visible_changing_predicates))
     values = {**item.values, "statement": choices, "choices": choices, "fluents": fluents}
-    return templates.fill(f"questions/{cell.kind.value}.{cell.form.value}.txt", values)
+    return templates.fill_template(f"questions/{cell.kind.value}.{cell.form.value}.txt", values)
 
 
 def _format_objects(setting: QuestionSetting) -> str:
@@ -283,7 +283,9 @@ def _format_facts(setting: QuestionSetting, item: QuestionContent, operators: Co
     They are all facts that actions can change, and the other facts that the rules refer to. ``p(a, {b, c})``
     stands for ``p(a, b)`` and ``p(a, c)``.
     """
-    shown = setting.rules.fluents | setting.rules.find_predicates(operators, item.formulas)
+    shown = setting.rules.visible_changing_predicates | setting.rules.find_used_predicates(
+        operators, item.formulas
+    )
     names = [thing.name for thing in setting.scene.objects]
     lines: dict[str, list[str]] = {}
     facts = [fact for fact in item.state.facts() if fact.predicate in shown]

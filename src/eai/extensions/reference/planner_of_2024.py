@@ -33,10 +33,10 @@ import eai.logic.formula as f
 import eai.pddl.model as m
 from eai.logic.rewriting import map_leaves, push_negations_inwards
 from eai.logic.traversal import get_bound_variables, get_terms, map_subformulas, quantify
-from eai.pddl.check import Declarations, PddlError, PddlFinding, Violation, check_action
+from eai.pddl.check import DeclaredNames, PddlError, PddlFinding, PddlViolationKind, check_action
 from eai.pddl.model import OperatorText
 from eai.pddl.planning import PlanningTask
-from eai.pddl.reader import Group, PddlReader, SExpr, Symbol, read_group
+from eai.pddl.reader import ExpressionList, PddlReader, SExpr, Symbol, read_group
 
 UNBOUND_ADDED = f.Atom("eai--unbound-added")
 """Atom that replaces every atom with an unbound variable in additions."""
@@ -64,7 +64,9 @@ def bind_loose_variables(action: m.PddlAction) -> m.PddlAction | PddlFinding:
         effect=binder.bind_effect(action.effect, scope),
     )
     if binder.refused:
-        return PddlFinding(Violation.UNBOUND_VARIABLE, binder.refused[0], f"condition of {action.name}")
+        return PddlFinding(
+            PddlViolationKind.UNBOUND_VARIABLE, binder.refused[0], f"condition of {action.name}"
+        )
     return bound
 
 
@@ -104,10 +106,10 @@ class _Binder:
                 return m.Add(UNBOUND_ADDED) if _list_unbound_names(atom.arguments, scope) else effect
             case m.Delete(atom):
                 return m.NO_EFFECT if _list_unbound_names(atom.arguments, scope) else effect
-            case m.Both(parts):
-                return m.Both(tuple(self.bind_effect(part, scope) for part in parts))
-            case m.Each(variable, part):
-                return m.Each(variable, self.bind_effect(part, scope | {variable.name}))
+            case m.AndEffect(parts):
+                return m.AndEffect(tuple(self.bind_effect(part, scope) for part in parts))
+            case m.ForAllEffect(variable, part):
+                return m.ForAllEffect(variable, self.bind_effect(part, scope | {variable.name}))
             case m.WhenEffect():
                 return self._bind_when(effect, scope)
 
@@ -118,14 +120,16 @@ class _Binder:
         bound: m.PddlEffect = m.WhenEffect(
             self.bind_condition(condition, inner), self.bind_effect(effect.part, inner)
         )
-        return quantify(m.Each, leaked, bound)
+        return quantify(m.ForAllEffect, leaked, bound)
 
 
 def _list_unbound_names(terms: tuple[f.Term, ...], scope: Names) -> list[str]:
     return [term.name for term in terms if isinstance(term, f.Variable) and term.name not in scope]
 
 
-_REFUSED = frozenset({Violation.UNKNOWN_PREDICATE, Violation.WRONG_ARITY, Violation.UNSUPPORTED})
+_REFUSED = frozenset(
+    {PddlViolationKind.UNKNOWN_PREDICATE, PddlViolationKind.WRONG_ARITY, PddlViolationKind.UNSUPPORTED}
+)
 
 
 def read_operator(source: OperatorText, header: m.PddlDomain) -> m.PddlAction | PddlFinding | None:
@@ -177,31 +181,33 @@ def _read_checked(source: OperatorText, header: m.PddlDomain) -> m.PddlAction | 
     location = f"operator {source.name}"
     texts = (source.parameters, source.precondition, source.effect)
     if not all(text.isascii() for text in (source.name, *texts)):
-        return PddlFinding(Violation.MALFORMED, "ASCII text", location)
+        return PddlFinding(PddlViolationKind.MALFORMED, "ASCII text", location)
     groups = [read_group(text) for text in texts]
     if any(text[group.end :].strip() for text, group in zip(texts, groups, strict=True)):
-        return PddlFinding(Violation.UNBALANCED, "nothing behind a list", location)
-    precondition = _falsify_types(PddlReader(texts[1]).condition(_mark_bound_names(groups[1])), header)
+        return PddlFinding(PddlViolationKind.UNBALANCED, "nothing behind a list", location)
+    precondition = _falsify_types(
+        PddlReader(texts[1]).read_whole_condition(_mark_bound_names(groups[1])), header
+    )
     effect = PddlReader(texts[2]).read_whole_effect(_mark_bound_names(groups[2]))
     effect = m.map_effect(effect, lambda condition: _falsify_types(condition, header), lambda atom: atom)
     parameters = _read_parameters(texts[0], groups[0])
     action = m.PddlAction(source.name.lower(), parameters or (), precondition, effect)
-    findings = check_action(action, Declarations.of_domain(header))
+    findings = check_action(action, DeclaredNames.from_domain(header))
     for finding in findings:
         if finding.offence in _REFUSED:
             return finding
     if parameters is None or next(m.find_effect_atoms(effect), None) is None:
         return None
-    is_loose = any(finding.offence is Violation.UNBOUND_VARIABLE for finding in findings)
+    is_loose = any(finding.offence is PddlViolationKind.UNBOUND_VARIABLE for finding in findings)
     return bind_loose_variables(action) if is_loose else action
 
 
-def _read_parameters(text: str, group: Group) -> tuple[f.Variable, ...] | None:
+def _read_parameters(text: str, group: ExpressionList) -> tuple[f.Variable, ...] | None:
     """Return an operator's parameters, each name once; None if a parameter has several types."""
     try:
-        variables = PddlReader(text).variables(group)
+        variables = PddlReader(text).read_variables(group)
     except PddlError as error:
-        if error.offence is Violation.UNSUPPORTED:
+        if error.offence is PddlViolationKind.UNSUPPORTED:
             return None
         raise
     return tuple({parameter.name: parameter for parameter in variables}.values())
@@ -213,10 +219,10 @@ def _mark_bound_names(expression: SExpr, bare: frozenset[str] = frozenset()) -> 
         text = expression.text
         return Symbol(f"?{text}--bare", expression.offset) if text in bare else expression
     match expression.items:
-        case (Symbol("forall" | "exists"), Group(names), _):
+        case (Symbol("forall" | "exists"), ExpressionList(names), _):
             bare |= {name for name in _list_bound_words(names) if not name.startswith("?")}
     items = tuple([_mark_bound_names(item, bare) for item in expression.items])
-    return Group(items, expression.offset, expression.end)
+    return ExpressionList(items, expression.offset, expression.end)
 
 
 def _list_bound_words(names: tuple[SExpr, ...]) -> list[str]:

@@ -81,7 +81,7 @@ class VirtualHomeGoalInterpretation(GoalInterpretation):
             options = dict.fromkeys(map(self.lexicon.to_ground_goal, literals))
             self._options.append((" or ".join(map(str, options)), frozenset(options)))
         self._needed = frozenset().union(*[options for _, options in self._options])
-        self._totals = tuple((kind, len(task.goals_of(kind))) for kind in GoalKind)
+        self._totals = tuple((kind, len(task.get_goals_of_kind(kind))) for kind in GoalKind)
 
     def judge_unreadable(self, goals: Unreadable) -> GoalVerdict:
         """Return a verdict that counts neither predictions nor missing goals."""

@@ -76,7 +76,9 @@ class _VirtualHomeGoalTest(GoalTest):
         reached = self.find_reached(final, ())
         return all(reached[i] for i in range(len(reached)) if i not in self._action_indices)
 
-    def _find_met_actions(self, goals: Sequence[tuple[str, ...]], actions: Sequence[str]) -> Sequence[int]:
+    def _find_met_action_goals(
+        self, goals: Sequence[tuple[str, ...]], actions: Sequence[str]
+    ) -> Sequence[int]:
         """Return the indices of the action goals before the first goal without a match."""
         text = " ".join(actions)
         position = 0
@@ -151,7 +153,7 @@ class VirtualHomeActionSequencing(ActionSequencing):
         super().__init__(task, _make_domain(), _VirtualHomePlanNotation(with_ids=with_ids), goals)
         final = task.annotated_final
         passes = final is not None and goals.passes_gold_test(final)
-        self.excluded = None if passes else task.exclude(GOLD_TEST)
+        self.excluded = None if passes else task.find_exclusion(GOLD_TEST)
         self._summary_goals = _VirtualHomeGoalTest(task, in_data_set_order=True) if goals.reorders else goals
 
     def assess(self, text: str) -> Assessment:

@@ -177,6 +177,8 @@ class VirtualHomeSubgoalDecomposition(ReferenceSubgoals):
 class _UnorderedGoalTest(GoalTest):
     """Tests action goals in any order of actions, up to the first unmet goal (``my_scene_evaluate``)."""
 
-    def _find_met_actions(self, goals: Sequence[tuple[str, ...]], actions: Sequence[str]) -> Sequence[int]:
+    def _find_met_action_goals(
+        self, goals: Sequence[tuple[str, ...]], actions: Sequence[str]
+    ) -> Sequence[int]:
         met = [not set(wanted).isdisjoint(actions) for wanted in goals]
         return range((*met, False).index(False))

@@ -50,9 +50,9 @@ class PlanStates:
         self.goal = goal
         self.conflict_changes = conflict_changes
         self._goals = make_subgoals(goal.conditions, initial.scene)
-        self.forget()
+        self.forget_states()
 
-    def forget(self) -> None:
+    def forget_states(self) -> None:
         """Remove all states except the initial state."""
         self.by_number = [self.initial]
         self._numbers = {self.initial: 0}
@@ -105,7 +105,7 @@ class PlanStates:
             missed = self._missed[number] = tuple(lacking)
         return missed
 
-    def find_path(self, plan: EditedPlan, begin: PlanPath, at: int) -> PlanPath:
+    def compute_path(self, plan: EditedPlan, begin: PlanPath, at: int) -> PlanPath:
         """Return the path of a plan: the moments before its entries.
 
         Args:
@@ -132,7 +132,7 @@ class PlanStates:
         number, taken = moment
         return failed + len(self.find_missed_goals(number)) + len(self.goal.actions) - taken
 
-    def succeeds(self, plan: EditedPlan, path: PlanPath) -> bool:
+    def plan_succeeds(self, plan: EditedPlan, path: PlanPath) -> bool:
         """Whether a plan with this path succeeds."""
         number, taken = path[-1]
         return (
@@ -141,7 +141,7 @@ class PlanStates:
 
     def reaches_goal(self, plan: EditedPlan, start: PlanMoment = START[0]) -> bool:
         """Whether a plan reaches the goal from ``start`` on."""
-        return self.succeeds(plan, self.find_path(plan, (start,), 0))
+        return self.plan_succeeds(plan, self.compute_path(plan, (start,), 0))
 
 
 HelpingEdits: TypeAlias = tuple[int, tuple[Action | None, ...]]
@@ -152,9 +152,9 @@ EditsFinder: TypeAlias = "Callable[[EditedPlan, PlanPath], list[HelpingEdits]]"
 """Function from an edited plan and its path to edits. Every repair contains at least one such edit."""
 
 
-def helping_edits(states: PlanStates) -> EditsFinder:
+def make_edits_finder(states: PlanStates) -> EditsFinder:
     """Return a function that finds the edits that may resolve the conflicts of plans for one task."""
-    return _ConflictFinder(states).find_edits
+    return _ConflictFinder(states).find_helping_edits
 
 
 class _ConflictFinder:
@@ -170,7 +170,7 @@ class _ConflictFinder:
         self._fatal: dict[tuple[int, Action], ChangeSet] = {}
         self._lacking: dict[int, list[ChangeSet]] = {}
 
-    def find_edits(self, plan: EditedPlan, path: PlanPath) -> list[HelpingEdits]:
+    def find_helping_edits(self, plan: EditedPlan, path: PlanPath) -> list[HelpingEdits]:
         """Return edits of a plan, so that every repair contains at least one edit among them."""
         at = len(path) - 1
         number, taken = path[at]
@@ -236,7 +236,7 @@ class _ConflictFinder:
         helping_edits: list[HelpingEdits] = []
         actions = {
             **self._conflict_changes.find_actions_making_any(changes),
-            **{a: None for n in sorted(names) for a in self._conflict_changes.actions_of(n)},
+            **{a: None for n in sorted(names) for a in self._conflict_changes.get_actions_of_operator(n)},
         }
         insertions = tuple(actions)
         for position in range(len(path) - 1, -1, -1):

@@ -1,6 +1,6 @@
 """Edits of a plan: inserted, deleted and replaced steps.
 
-`align` converts one plan to another by fewest edits.
+`align_plans` converts one plan to another by fewest edits.
 """
 
 from __future__ import annotations
@@ -55,7 +55,7 @@ def make_plan_entries(plan: PlanSteps) -> EditedPlan:
     return tuple([PlanEntry(i, action) for i, action in enumerate(plan)])
 
 
-def align(plan: PlanSteps, other: Sequence[Action]) -> EditedPlan:
+def align_plans(plan: PlanSteps, other: Sequence[Action]) -> EditedPlan:
     """Return the edits that turn a plan into another plan, with fewest edits (Levenshtein 1966)."""
     rows = [[*range(len(other) + 1)]]
     for i, step in enumerate(plan, 1):
@@ -155,7 +155,7 @@ def count_edits(plan: EditedPlan | None) -> float:
     return inf if plan is None else compute_edit_cost(plan).edits
 
 
-def replaceable(plan: EditedPlan) -> Iterator[int]:
+def find_replaceable_steps(plan: EditedPlan) -> Iterator[int]:
     """Yield the positions of unchanged steps whose deletion costs no further edit.
 
     More insertions than deletions come just before such a step, so that its deletion makes a replacement.
@@ -191,7 +191,7 @@ def list_plan_edits(plan: EditedPlan) -> tuple[PlanEdit, ...]:
     return tuple(edits)
 
 
-def normalize(plan: EditedPlan) -> EditedPlan:
+def put_insertions_before_deletions(plan: EditedPlan) -> EditedPlan:
     """Return an edited plan with inserted before deleted steps, between every two unchanged steps."""
     entries_in_order: list[PlanEntry] = []
     for is_kept, entries in groupby(plan, key=lambda entry: entry.is_kept):
@@ -203,8 +203,8 @@ def normalize(plan: EditedPlan) -> EditedPlan:
 def apply_edit(plan: EditedPlan, position: int, action: Action | None) -> tuple[EditedPlan, int]:
     """Return a plan after one more edit, and the number of its first entry that differs.
 
-    Inserted and deleted steps are in the order of `normalize`. If ``action`` is None, the entry at
-    ``position`` is deleted.
+    Inserted and deleted steps are in the order of `put_insertions_before_deletions`. If ``action`` is None,
+    the entry at ``position`` is deleted.
     """
     start = position
     while start and plan[start - 1].step >= 0 and plan[start - 1].action is None:

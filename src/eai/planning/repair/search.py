@@ -14,24 +14,31 @@ from typing import NamedTuple
 from eai.planning.conflict_changes import ConflictChanges
 from eai.planning.landmarks import Landmarks
 from eai.planning.planner import Planner, PlanningGoal
-from eai.planning.repair.conflicts import START, HelpingEdits, PlanMoment, PlanPath, PlanStates, helping_edits
+from eai.planning.repair.conflicts import (
+    START,
+    HelpingEdits,
+    PlanMoment,
+    PlanPath,
+    PlanStates,
+    make_edits_finder,
+)
 from eai.planning.repair.edits import (
     EditCost,
     EditedPlan,
     PlanEdit,
     PlanEntry,
     PlanSteps,
-    align,
+    align_plans,
     apply_edit,
     compute_edit_cost,
     count_edits,
+    find_replaceable_steps,
     list_plan_edits,
     make_plan_entries,
-    normalize,
-    replaceable,
+    put_insertions_before_deletions,
     undo_one_edit,
 )
-from eai.planning.search import Effort, Limits, OpenList, SearchEnd
+from eai.planning.search import Limits, OpenList, SearchEffort, SearchEnd
 from eai.planning.subgoal import Subgoal
 from eai.planning.successor_generator import generate_applicable_of_operator
 from eai.world.action import Action
@@ -99,7 +106,7 @@ class Repairer:
         self._plans: dict[int, tuple[Action, ...] | None] = {}
         self._enabling_actions: dict[tuple[int, Action], tuple[Action, ...] | None] = {}
 
-    def repair(self, plan: PlanSteps, effort: Effort) -> tuple[int, tuple[PlanEdit, ...] | None]:
+    def repair(self, plan: PlanSteps, effort: SearchEffort) -> tuple[int, tuple[PlanEdit, ...] | None]:
         """Return the proved minimum number of edits, and the edits of the smallest repair found, or None.
 
         Args:
@@ -107,7 +114,7 @@ class Repairer:
             effort: counter of effort with an approximate limit. Earlier calls do not change the result.
         """
         if len(self.states.by_number) > _MAX_CACHED_STATES:
-            self.states.forget()
+            self.states.forget_states()
             self._enabling_actions.clear()
         if self.conflict_changes.is_partial:
             return self._repair_by_planner(plan, effort)
@@ -119,7 +126,9 @@ class Repairer:
         effort.used += search.effort.used
         return search.min_edits, None if best is None else list_plan_edits(best)
 
-    def _repair_by_planner(self, plan: PlanSteps, effort: Effort) -> tuple[int, tuple[PlanEdit, ...] | None]:
+    def _repair_by_planner(
+        self, plan: PlanSteps, effort: SearchEffort
+    ) -> tuple[int, tuple[PlanEdit, ...] | None]:
         """Return bounds like `repair`, computed only from plans of the planner.
 
         There are too many actions to prove a minimum number of edits.
@@ -129,7 +138,7 @@ class Repairer:
         best = self._find_best_planner_repair(plan, effort)
         return 1, None if best is None else list_plan_edits(best)
 
-    def _find_best_planner_repair(self, plan: PlanSteps, effort: Effort) -> EditedPlan | None:
+    def _find_best_planner_repair(self, plan: PlanSteps, effort: SearchEffort) -> EditedPlan | None:
         looks = int(min(effort.limit, Limits().looks))
         repairs = [
             self._remove_needless_edits(repair, plan, effort)
@@ -137,7 +146,7 @@ class Repairer:
         ]
         return min(repairs, key=count_edits, default=None)
 
-    def find_min_steps(self, effort: Effort) -> int:
+    def find_min_steps(self, effort: SearchEffort) -> int:
         """Return the proved minimum number of steps of plans that succeed."""
         if self.conflict_changes.is_partial:
             return int(bool(self.states.find_missed_goals(0) or self.states.goal.actions))
@@ -146,23 +155,27 @@ class Repairer:
         effort.used += search.effort.used
         return search.min_edits
 
-    def _generate_planner_repairs(self, plan: PlanSteps, looks: int, effort: Effort) -> Iterator[EditedPlan]:
+    def _generate_planner_repairs(
+        self, plan: PlanSteps, looks: int, effort: SearchEffort
+    ) -> Iterator[EditedPlan]:
         """Yield up to two repairs by the planner.
 
         One continues after the plan's possible steps. The other is a plan from the initial state. ``looks``
         limits the actions that the planner tests for the first.
         """
-        walk_effort = Effort(0 if self.conflict_changes.is_partial else effort.limit * _ENABLING_SHARE)
+        walk_effort = SearchEffort(0 if self.conflict_changes.is_partial else effort.limit * _ENABLING_SHARE)
         actions, moment = self._execute_possible_steps(plan, walk_effort)
         effort.used += walk_effort.used
         further = self._plan_from(moment, looks)
         if further is not None:
-            yield normalize(align(plan, (*actions, *further)))
+            yield put_insertions_before_deletions(align_plans(plan, (*actions, *further)))
         whole = self._plan_from_start(_START_FACTOR * looks)
         if whole is not None:
-            yield normalize(align(plan, whole))
+            yield put_insertions_before_deletions(align_plans(plan, whole))
 
-    def _execute_possible_steps(self, plan: PlanSteps, effort: Effort) -> tuple[list[Action], PlanMoment]:
+    def _execute_possible_steps(
+        self, plan: PlanSteps, effort: SearchEffort
+    ) -> tuple[list[Action], PlanMoment]:
         """Return a plan's possible steps with inserted actions that make steps possible.
 
         The second value is the moment after these actions.
@@ -182,7 +195,7 @@ class Repairer:
         return actions, moment
 
     def _take_enabled_step(
-        self, moment: PlanMoment, step: Action, rest: PlanSteps, skipped: int, effort: Effort
+        self, moment: PlanMoment, step: Action, rest: PlanSteps, skipped: int, effort: SearchEffort
     ) -> tuple[Sequence[Action], PlanMoment] | None:
         """Return a step with actions before it that make it possible, and the moment after the step.
 
@@ -201,7 +214,7 @@ class Repairer:
         before = None if effort.is_used_up else self._find_enabling_actions(moment[0], step)
         if before is None:
             return None
-        path = self.states.find_path(make_plan_entries((*before, step)), (moment,), 0)
+        path = self.states.compute_path(make_plan_entries((*before, step)), (moment,), 0)
         if len(path) < len(before) + 2:  # the step is impossible even after these actions
             return None
         after = path[-1]
@@ -216,14 +229,16 @@ class Repairer:
             scope = operator.map_parameters(action.arguments)
             checks = [c.condition for c in operator.checks if c.fault is not FaultKind.ADDITIONAL_STEP]
             goals = tuple([Subgoal(condition, scope, True) for condition in checks])
-            self._enabling_actions[key] = self._planner.reach(
+            self._enabling_actions[key] = self._planner.find_actions_towards(
                 self.states.by_number[number], goals, self._objects, _ENABLING_LIMITS
             )
         return self._enabling_actions[key]
 
-    def _remove_needless_edits(self, plan: EditedPlan, original: PlanSteps, effort: Effort) -> EditedPlan:
+    def _remove_needless_edits(
+        self, plan: EditedPlan, original: PlanSteps, effort: SearchEffort
+    ) -> EditedPlan:
         """Remove needless edits from a repair, until the share of effort for this is used up."""
-        undo_effort = Effort(effort.limit * _UNDOING_SHARE)
+        undo_effort = SearchEffort(effort.limit * _UNDOING_SHARE)
         trials = undo_one_edit(plan, original)
         while (trial := next(trials, None)) is not None and not undo_effort.is_used_up:
             undo_effort.used += 1 + len(trial) // _STEPS_PER_EFFORT
@@ -242,7 +257,7 @@ class Repairer:
     def _plan_from(self, moment: PlanMoment, looks: int) -> tuple[Action, ...] | None:
         number, taken = moment
         goal = PlanningGoal(self.states.goal.conditions, self.states.goal.actions[taken:])
-        result = self._planner.plan(
+        result = self._planner.find_plan(
             self.states.by_number[number], goal, self._objects, Limits(_MAX_PLANNER_STATES, looks=looks)
         )
         return result.plan if result.end is SearchEnd.SOLVED else None
@@ -251,22 +266,22 @@ class Repairer:
         """Yield all single edits that make a plan succeed."""
         entries, find_edits, landmarks = (
             make_plan_entries(plan),
-            helping_edits(self.states),
+            make_edits_finder(self.states),
             self.make_landmarks(plan),
         )
-        path = self.states.find_path(entries, START, 0)
+        path = self.states.compute_path(entries, START, 0)
         if None not in plan:
             helping = find_edits(entries, path)
         else:  # an unreadable step must be deleted
             helping = [(position, (None,)) for position in (plan.index(None),) if position < len(path)]
         if sum([len(actions) for _, actions in helping]) > _MANY_EDITS:
-            landmarks.find_more_cuts(frozenset(filter(None, plan)), Effort(_LANDMARK_EFFORT))
+            landmarks.find_more_cuts(frozenset(filter(None, plan)), SearchEffort(_LANDMARK_EFFORT))
         for position, actions in helping:
             if actions == (None,):
                 without = apply_edit(entries, position, None)[0]
-                path_without = self.states.find_path(without, path, position)
-                candidates: Iterable[Action | None] = self._possible_actions(path[position])
-                if self.states.succeeds(without, path_without):
+                path_without = self.states.compute_path(without, path, position)
+                candidates: Iterable[Action | None] = self._find_useful_actions(path[position])
+                if self.states.plan_succeeds(without, path_without):
                     yield PlanEdit(position, position, None)
                 else:
                     candidates = dict(find_edits(without, path_without)).get(position, ())
@@ -302,12 +317,12 @@ class Repairer:
             ):
                 yield edit._replace(action=action)
 
-    def _possible_actions(self, moment: PlanMoment) -> Iterator[Action]:
+    def _find_useful_actions(self, moment: PlanMoment) -> Iterator[Action]:
         """Yield the possible actions that change the world, or that the goal requires."""
         names = {name for names in self.states.goal.actions for name in names}
         for operator in self.states.domain.operators:
             if operator.effects or operator.alternatives or operator.name in names:
-                state, bindings = self.states.by_number[moment[0]], Effort(Limits().bindings)
+                state, bindings = self.states.by_number[moment[0]], SearchEffort(Limits().bindings)
                 yield from generate_applicable_of_operator(
                     self.states.domain, operator, state, self._objects, bindings
                 )
@@ -329,7 +344,7 @@ class Repairer:
             names for names in self.states.goal.actions if not any(step.operator in names for step in steps)
         ]
         taking = [
-            frozenset([a for name in names for a in self.conflict_changes.actions_of(name)])
+            frozenset([a for name in names for a in self.conflict_changes.get_actions_of_operator(name)])
             for names in untaken
         ]
         return Landmarks(
@@ -386,16 +401,16 @@ class _RepairSearch:
 
     def __init__(self, repairer: Repairer, plan: PlanSteps) -> None:
         self._states = repairer.states
-        self._find_edits = helping_edits(repairer.states)
+        self._find_edits = make_edits_finder(repairer.states)
         self._landmarks = repairer.make_landmarks(plan)
         self._steps = frozenset([step for step in plan if step is not None])
-        self.effort = Effort()
+        self.effort = SearchEffort()
         self.min_edits = 0
         self._waiting: OpenList[_RepairNode] = OpenList()
         self._seen: set[tuple[EditedPlan, bool]] = set()
         self._pushed = 0
         start = make_plan_entries(plan)
-        self._push(_RepairNode(start, START, 0, 0, compute_edit_cost(start), 0, -1, 0))
+        self._push_node(_RepairNode(start, START, 0, 0, compute_edit_cost(start), 0, -1, 0))
 
     def run(self, limit: float, known_edits: float = inf) -> EditedPlan | None:
         """Search for a repair with fewest edits, or continue the search. Return the repair, or None.
@@ -415,13 +430,13 @@ class _RepairSearch:
                 self._push_executed(updated)
                 break
             if node.first_unknown < 0:
-                self._expand(updated)
-            elif self._execute(updated):
+                self._expand_node(updated)
+            elif self._execute_plan_of(updated):
                 return node.plan
         self.min_edits = int(min(self.min_edits, known_edits))
         return None
 
-    def _push(self, node: _RepairNode) -> None:
+    def _push_node(self, node: _RepairNode) -> None:
         """Put a plan into the queue, once before and once after its execution."""
         if (node.plan, node.first_unknown < 0) not in self._seen:
             self._seen.add((node.plan, node.first_unknown < 0))
@@ -433,28 +448,28 @@ class _RepairSearch:
         self.effort.used += self._pushed % _PUSHES_PER_EFFORT == 0
         self._waiting.push(node, node.at_least, node.failures, -self._pushed)
 
-    def _execute(self, node: _RepairNode) -> bool:
+    def _execute_plan_of(self, node: _RepairNode) -> bool:
         """Execute a plan, and return whether it succeeds.
 
         If it fails, queue it again, and queue each plan in which one more insertion becomes a replacement.
         """
         self.effort.used += 1 + len(node.plan) // _STEPS_PER_EFFORT
-        path = self._states.find_path(node.plan, node.path, node.first_unknown)
-        if self._states.succeeds(node.plan, path):
+        path = self._states.compute_path(node.plan, node.path, node.first_unknown)
+        if self._states.plan_succeeds(node.plan, path):
             return True
         rest = [action for _, action in node.plan[len(path) - 1 :]]
         lacks = self._states.count_failures(rest, path[-1])
-        self._push(
+        self._push_node(
             node._replace(
                 path=path, first_unknown=-1, failures=lacks, min_edits=node.cost.count_min_edits_with(1)
             )
         )
-        for position in replaceable(node.plan):
+        for position in find_replaceable_steps(node.plan):
             if position < len(path):
-                self._push(self._delete(node._replace(path=path, failures=lacks), position))
+                self._push_node(self._make_deletion_node(node._replace(path=path, failures=lacks), position))
         return False
 
-    def _expand(self, node: _RepairNode) -> None:
+    def _expand_node(self, node: _RepairNode) -> None:
         """Queue the edited plan for each helping edit that costs no more, and postpone costlier edits.
 
         Most postponed edits are never needed (partial expansion, Yoshizumi, Miura and Ishida 2000).
@@ -468,10 +483,10 @@ class _RepairSearch:
                 self._push_executed(node)
                 return
             if actions == (None,):
-                child = self._delete(node, position)
+                child = self._make_deletion_node(node, position)
                 max_cost = max(max_cost, child.at_least)
                 if child.at_least <= node.at_least:
-                    self._push(child)
+                    self._push_node(child)
             elif actions:
                 max_cost = max(max_cost, self._push_insertions(node, position, actions, lacking))
         if max_cost > node.at_least:
@@ -504,20 +519,20 @@ class _RepairSearch:
             max_cost = max(max_cost, rank)
             if first <= rank <= last:
                 child = (*plan[:at], PlanEntry(-1, action), *plan[at + 1 :])
-                self._push(self._child(node, child, at, costs, lacked))
+                self._push_node(self._make_child_node(node, child, at, costs, lacked))
         return max_cost
 
-    def _delete(self, node: _RepairNode, position: int) -> _RepairNode:
+    def _make_deletion_node(self, node: _RepairNode, position: int) -> _RepairNode:
         plan, at = apply_edit(node.plan, position, None)
         lacked = node.missed_cuts
         if self._landmarks.find_hit_cuts(node.plan[position].action):
             lacked = self._landmarks.find_missed_cuts([e.action for e in plan if e.action is not None])
-        return self._child(node, plan, at, compute_edit_cost(plan), lacked)
+        return self._make_child_node(node, plan, at, compute_edit_cost(plan), lacked)
 
     def _update_bounds(self, node: _RepairNode) -> _RepairNode:
         """Search for more landmarks. Return the node with bounds by all known landmarks."""
         landmarks = self._landmarks
-        search_effort = self.effort if self.effort.used > _EASY_EFFORT else Effort(0)
+        search_effort = self.effort if self.effort.used > _EASY_EFFORT else SearchEffort(0)
         landmarks.find_more_cuts(self._steps, search_effort)
         if node.first_unknown >= 0 and node.known_cuts == len(landmarks.cuts):
             return node
@@ -531,7 +546,7 @@ class _RepairSearch:
             missing_steps=landmarks.count_min_actions(lacked),
         )
 
-    def _child(
+    def _make_child_node(
         self, node: _RepairNode, plan: EditedPlan, at: int, costs: EditCost, lacked: int
     ) -> _RepairNode:
         at = min(at, len(node.path) - 1)

@@ -13,7 +13,7 @@ from eai.abilities.answer_text import AnswerFormat, JsonObject, contains_json_st
 from eai.abilities.verdict import Unreadable
 from eai.planning.role import find_spatial_predicates
 from eai.tasks.task import Task
-from eai.tasks.wording import Wording, list_objects_in_prompt
+from eai.tasks.wording import SuiteWording, list_objects_in_prompt
 from eai.world.derived import find_definition
 from eai.world.state import Fact, State
 from eai.world.vocabulary import Vocabulary
@@ -163,7 +163,7 @@ class SceneWords:
             arguments.
     """
 
-    def __init__(self, wording: Wording) -> None:
+    def __init__(self, wording: SuiteWording) -> None:
         vocabulary = wording.domain.vocabulary
         self.wording = wording
         forms = {name: find_stored_form(vocabulary, name) for name in wording.predicates}

@@ -26,8 +26,8 @@ from eai.studies.perception.errors import find_perception_errors
 from eai.studies.perception.noise import perceive_with_noise
 from eai.studies.perception.scene_graph import SCENE, SceneGraph, SceneWords, read_scene_graph
 from eai.studies.variation import Endpoint, FirstStage
-from eai.tasks.prompts.prompt import INITIAL_PLACEHOLDER, Belief, Image
-from eai.tasks.prompts.template import Templates
+from eai.tasks.prompts.prompt import INITIAL_PLACEHOLDER, Image, TaskBelief
+from eai.tasks.prompts.template import PromptTemplates
 from eai.tasks.task import Task
 from eai.tasks.wording import list_objects_in_prompt
 from eai.world.relation import iterate_bits
@@ -41,7 +41,7 @@ _MEDIA_TYPES = {".png": "image/png", ".jpg": "image/jpeg", ".jpeg": "image/jpeg"
 _MAX_OTHERS_PER_OBJECT: Mapping[Clutter, int] = {"none": 0, "some": 1, "many": 4}
 
 
-def _make_stated_scenes(label: str, beliefs: Mapping[str, Belief], **more: Any) -> StatedBeliefs:
+def _make_stated_scenes(label: str, beliefs: Mapping[str, TaskBelief], **more: Any) -> StatedBeliefs:
     """Return the scenes that questions state, as beliefs; ``label`` names the format of the scene."""
     lacking = "there is no scene graph or picture that would tell of the scene"
     experiment = Experiment({STUDY: make_named_settings("scene", "scene", label, _PLACE)})
@@ -59,7 +59,7 @@ def make_scene_beliefs(
         words: how scene graphs name facts.
         graphs: the scene graphs by task id; tasks without a graph are left out.
     """
-    beliefs = {i: Belief(apply_scene_graph(tasks[i], words, graph)) for i, graph in graphs.items()}
+    beliefs = {i: TaskBelief(apply_scene_graph(tasks[i], words, graph)) for i, graph in graphs.items()}
     errors = {
         i: dataclass_to_json(find_perception_errors(tasks[i], words, graph)) for i, graph in graphs.items()
     }
@@ -77,7 +77,7 @@ def read_scene_beliefs(label: str, suite: Suite, texts: Mapping[str, str]) -> St
 
 
 def state_scenes(
-    choice: SceneOptions, benchmark: Benchmark, tasks: Mapping[str, Task], templates: Templates
+    choice: SceneOptions, benchmark: Benchmark, tasks: Mapping[str, Task], templates: PromptTemplates
 ) -> StatedBeliefs:
     """Return the scenes that questions state, as beliefs, if no second model lists them from pictures.
 
@@ -96,24 +96,24 @@ def state_scenes(
 
 
 def _state_true_scenes(
-    choice: SceneOptions, benchmark: Benchmark, tasks: Mapping[str, Task], templates: Templates
-) -> dict[str, Belief]:
+    choice: SceneOptions, benchmark: Benchmark, tasks: Mapping[str, Task], templates: PromptTemplates
+) -> dict[str, TaskBelief]:
     """Return the true scene of each task as a belief: as the facts or pictures that questions show."""
     if choice.scene == "text":
         said = {
             i: _add_scene_context(INITIAL_PLACEHOLDER, choice, task, benchmark, templates)
             for i, task in tasks.items()
         }
-        return {i: Belief(task, initial=said[i]) for i, task in tasks.items()}
+        return {i: TaskBelief(task, initial=said[i]) for i, task in tasks.items()}
     images = _load_task_pictures(choice, benchmark, tasks)
     texts = {i: _describe_pictures(choice.scene, tasks[i], benchmark, templates) for i in images}
     said = {i: _add_scene_context(text, choice, tasks[i], benchmark, templates) for i, text in texts.items()}
-    return {i: Belief(tasks[i], initial=said[i], images=shown) for i, shown in images.items()}
+    return {i: TaskBelief(tasks[i], initial=said[i], images=shown) for i, shown in images.items()}
 
 
 def _perceive_changed_scene(
-    choice: SceneOptions, benchmark: Benchmark, templates: Templates, task: Task, attempt: int
-) -> tuple[Belief, Mapping[str, str]]:
+    choice: SceneOptions, benchmark: Benchmark, templates: PromptTemplates, task: Task, attempt: int
+) -> tuple[TaskBelief, Mapping[str, str]]:
     """Return the belief about a changed scene before a further attempt, and the metadata of the question.
 
     A noisy scene gets newly drawn errors.
@@ -122,18 +122,18 @@ def _perceive_changed_scene(
         return _state_true_scenes(choice, benchmark, {task.id: task}, templates)[task.id], {}
     words = open_scene_words(benchmark)
     seen = perceive_with_noise(task, words, choice.noise, str(attempt))
-    return Belief(apply_scene_graph(task, words, seen)), {SCENE: seen.json_text}
+    return TaskBelief(apply_scene_graph(task, words, seen)), {SCENE: seen.json_text}
 
 
 def _add_scene_context(
-    text: str, choice: SceneOptions, task: Task, benchmark: Benchmark, templates: Templates
+    text: str, choice: SceneOptions, task: Task, benchmark: Benchmark, templates: PromptTemplates
 ) -> str:
     if choice.context in (None, "none"):
         return text
     return f"{text}\n\n{write_context(task, open_scene_words(benchmark), choice.context, templates)}"
 
 
-def write_context(task: Task, words: SceneWords, much: Clutter, templates: Templates) -> str:
+def write_context(task: Task, words: SceneWords, much: Clutter, templates: PromptTemplates) -> str:
     """Return a text on objects and untrue states that the list of facts in a question leaves out.
 
     Args:
@@ -161,7 +161,7 @@ def write_context(task: Task, words: SceneWords, much: Clutter, templates: Templ
         "facts": "\n".join([str(fact) for fact in around.facts if fact not in told]) or "-",
         "untrue": "\n".join(untrue) or "-",
     }
-    return templates.fill("scene_context.txt", values)
+    return templates.fill_template("scene_context.txt", values)
 
 
 def choose_other_objects(task: Task, words: SceneWords, shown: Sequence[int], clutter: Clutter) -> list[int]:
@@ -177,7 +177,9 @@ def choose_other_objects(task: Task, words: SceneWords, shown: Sequence[int], cl
     return ranked[: _MAX_OTHERS_PER_OBJECT[clutter] * len(shown)]
 
 
-def _describe_pictures(scene: SceneFormat, task: Task, benchmark: Benchmark, templates: Templates) -> str:
+def _describe_pictures(
+    scene: SceneFormat, task: Task, benchmark: Benchmark, templates: PromptTemplates
+) -> str:
     text = templates.read(f"scene_{scene}.txt")
     names = open_scene_words(benchmark).list_object_names(task)
     if scene == "numbered":

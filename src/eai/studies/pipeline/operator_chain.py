@@ -119,13 +119,13 @@ class _OperatorChain:
         actions = {name: item.action for name, item in by_name.items() if item.action is not None}
         plan = [PlanStep(name, tuple(objects)) for name, *objects in map(str.split, verdict.plan)]
         task, transition = self.plans.tasks[task_id], scorer.task
-        if any(step.action not in actions or step.action not in transition.gold for step in plan):
+        if any(step.action not in actions or step.action not in transition.gold_operators for step in plan):
             raise InputError(
                 f"task {task_id}: the plan in the record has operators that the answer "
                 "lacks; score the answer again"
             )
         steps = to_gold_steps(transition, actions, plan)
-        arities = [len(transition.gold[step.action].parameters) for step in plan]
+        arities = [len(transition.gold_operators[step.action].parameters) for step in plan]
         if arities != [len(step.arguments) for step in steps]:
             return None
         meant = transition.actions_of(task, steps)

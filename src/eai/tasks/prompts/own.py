@@ -19,7 +19,7 @@ from eai.logic.traversal import find_predicates, walk_subformulas
 from eai.pddl.model import OBJECT, PddlDomain, get_variable_type
 from eai.pddl.writer import write_atom, write_axiom, write_domain, write_formula, write_problem, write_term
 from eai.tasks.operator_task import TransitionTask
-from eai.tasks.prompts.prompt import Belief, Prompt
+from eai.tasks.prompts.prompt import Prompt, TaskBelief
 from eai.tasks.prompts.short import (
     RULES,
     explain_lists,
@@ -28,10 +28,10 @@ from eai.tasks.prompts.short import (
     shorten_state,
     shorten_vocabulary,
 )
-from eai.tasks.prompts.template import Templates, Text
+from eai.tasks.prompts.template import PromptTemplates, Text
 from eai.tasks.special import Ambiguous, Impossible
 from eai.tasks.task import GoalKind, Task
-from eai.tasks.wording import Wording
+from eai.tasks.wording import SuiteWording
 from eai.world.vocabulary import make_parameter_names
 
 MAX_SHOWN_TYPES = 300
@@ -55,7 +55,7 @@ Example: TypeAlias = Callable[[str], str]
 
 
 @dataclass(frozen=True, slots=True)
-class Questions:
+class PromptMaterial:
     """The material for the prompts of one ability in any declared domain.
 
     Attributes:
@@ -73,12 +73,12 @@ class Questions:
     """
 
     template: str
-    wording: Wording
+    wording: SuiteWording
     role: str
     tasks: Mapping[str, Task]
     answer_format: str
     example: Example
-    beliefs: Mapping[str, Belief] = field(default_factory=dict)
+    beliefs: Mapping[str, TaskBelief] = field(default_factory=dict)
     examples: Mapping[str, Task] | None = None
     short_texts: Mapping[str, str] = field(default_factory=dict)
 
@@ -88,7 +88,7 @@ class Questions:
         return next((task for task in examples.values() if task.title != title), None)
 
 
-def describe_rules(wording: Wording, short_texts: Mapping[str, str]) -> Mapping[str, str]:
+def describe_rules(wording: SuiteWording, short_texts: Mapping[str, str]) -> Mapping[str, str]:
     """Return texts on the predicates and actions of a domain, by placeholder.
 
     Args:
@@ -101,11 +101,11 @@ def describe_rules(wording: Wording, short_texts: Mapping[str, str]) -> Mapping[
         "short_vocabulary": shorten_vocabulary(vocabulary),
         "operators": operators,
         "short_operators": short_texts.get(RULES) or shorten_rules(operators),
-        "of_each": wording.describe_rules_of("each"),
+        "of_each": wording.write_operators_heading("each"),
     }
 
 
-def render(questions: Questions, templates: Templates) -> dict[str, Prompt]:
+def render_prompts(questions: PromptMaterial, templates: PromptTemplates) -> dict[str, Prompt]:
     """Return a mapping from ids of tasks to their prompts.
 
     The example in each prompt is the first task whose title differs.
@@ -121,40 +121,42 @@ def render(questions: Questions, templates: Templates) -> dict[str, Prompt]:
     others = {title: questions.find_example(title) for title in {task.title for task in tasks.values()}}
 
     @cache
-    def example(title: str) -> str:
+    def render_example(title: str) -> str:
         if (other := others[title]) is None:
             return ""
-        question = _render_question(name, wording, Belief(other), templates)
-        return templates.fill("example.txt", {"task": question, "answer": questions.example(other.id)})
+        question = _render_question(name, wording, TaskBelief(other), templates)
+        return templates.fill_template(
+            "example.txt", {"task": question, "answer": questions.example(other.id)}
+        )
 
     prompts = {}
     for task_id, task in tasks.items():
-        belief, other = questions.beliefs.get(task_id) or Belief(task), others[task.title]
+        belief, other = questions.beliefs.get(task_id) or TaskBelief(task), others[task.title]
         about = [belief.task] if other is None else [belief.task, other]
         explained = explain_goal_notation(name, about, templates) if tells_goals else []
         values = {
             **shared,
             "explained": "".join([f"\n\n{explanation}" for explanation in explained]),
-            "example": example(task.title),
+            "example": render_example(task.title),
             "task": _render_question(name, wording, belief, templates),
         }
-        prompts[task_id] = Prompt(templates.fill(f"{name}.txt", values), images=belief.images)
+        prompts[task_id] = Prompt(templates.fill_template(f"{name}.txt", values), images=belief.images)
     return prompts
 
 
-def render_task_prompt(questions: Questions, belief: Belief, templates: Templates) -> Prompt:
+def render_task_prompt(questions: PromptMaterial, belief: TaskBelief, templates: PromptTemplates) -> Prompt:
     """Return the prompt about a task as the model believes it to be.
 
-    The belief may differ from the belief in `Questions`.
+    This belief may differ from the belief in `PromptMaterial`.
     """
     task = belief.task
     other = questions.find_example(task.title)
     examples = {} if other is None else {other.id: other}
     material = replace(questions, tasks={task.id: task}, beliefs={task.id: belief}, examples=examples)
-    return render(material, templates)[task.id]
+    return render_prompts(material, templates)[task.id]
 
 
-def _render_question(name: str, wording: Wording, belief: Belief, templates: Templates) -> str:
+def _render_question(name: str, wording: SuiteWording, belief: TaskBelief, templates: PromptTemplates) -> str:
     task = belief.task
     objects, initial = wording.describe_objects(task), write_initial_state(wording, belief)
 
@@ -172,23 +174,25 @@ def _render_question(name: str, wording: Wording, belief: Belief, templates: Tem
         "lists": lambda: explain_lists(write_short_state()),
         "goals": _write_goals(wording, belief, templates),
     }
-    return templates.fill(f"{name}_task.txt", values)
+    return templates.fill_template(f"{name}_task.txt", values)
 
 
-def _write_goals(wording: Wording, belief: Belief, templates: Templates) -> str:
+def _write_goals(wording: SuiteWording, belief: TaskBelief, templates: PromptTemplates) -> str:
     """Return the text of a task's goals, and of the subgoals on the way to them if there are any."""
     goals = wording.describe_goals(belief.task)
     if not belief.subgoals:
         return goals
-    return f"{goals}\n\n{templates.fill('subgoals.txt', {'subgoals': chr(10).join(belief.subgoals)})}"
+    return (
+        f"{goals}\n\n{templates.fill_template('subgoals.txt', {'subgoals': chr(10).join(belief.subgoals)})}"
+    )
 
 
-def write_initial_state(wording: Wording, belief: Belief) -> str:
+def write_initial_state(wording: SuiteWording, belief: TaskBelief) -> str:
     """Return the text that states the initial state of a task as the model believes it to be."""
     return Template(belief.initial).safe_substitute(initial=wording.describe_initial(belief.task))
 
 
-def explain_goal_notation(name: str, tasks: Iterable[Task], templates: Templates) -> list[str]:
+def explain_goal_notation(name: str, tasks: Iterable[Task], templates: PromptTemplates) -> list[str]:
     """Return explanations of the elements in the goals of tasks: actions, quantifiers, goals over time.
 
     Args:
@@ -196,7 +200,7 @@ def explain_goal_notation(name: str, tasks: Iterable[Task], templates: Templates
         tasks: the tasks.
         templates: the templates.
     """
-    about = [task.prompted for task in tasks]
+    about = [task.with_prompted_goals for task in tasks]
     goals = [goal for task in about for goal in task.goals]
     forms = {type(part) for goal in goals for part in walk_subformulas(goal.formula)}
     used = {
@@ -212,7 +216,7 @@ def explain_goal_notation(name: str, tasks: Iterable[Task], templates: Templates
     ]
 
 
-def make_format_samples(wording: Wording) -> Mapping[str, str]:
+def make_format_samples(wording: SuiteWording) -> Mapping[str, str]:
     """Return examples that explain the answer's format: predicates and actions with their parameters."""
     arity = wording.domain.vocabulary.find_arity
     names = {name: wording.answer_names.get(name, name) for name in wording.predicates}
@@ -234,7 +238,7 @@ def make_format_samples(wording: Wording) -> Mapping[str, str]:
 
 
 def render_operator_prompts(
-    tasks: Mapping[str, TransitionTask], templates: Templates, *, has_example: bool = True
+    tasks: Mapping[str, TransitionTask], templates: PromptTemplates, *, has_example: bool = True
 ) -> dict[str, Prompt]:
     """Return a mapping from ids of tasks to their prompts.
 
@@ -259,7 +263,7 @@ def render_operator_prompts(
             "example": example,
             "task": question,
         }
-        prompts[task_id] = Prompt(templates.fill("transition_modeling.txt", values))
+        prompts[task_id] = Prompt(templates.fill_template("transition_modeling.txt", values))
     return prompts
 
 
@@ -270,7 +274,7 @@ def _find_mentioned_names(
     header = task.domain.header
     if len(header.types) <= MAX_SHOWN_TYPES:
         return None
-    texts = [task.domain.operators[name].pddl for name in operators]
+    texts = [task.domain.operators[name].write_pddl for name in operators]
     names = set(
         _WORD.findall(
             " ".join((*texts, *(each.problem_text.partition("(:goal")[2] for each in (task, other))))
@@ -299,7 +303,7 @@ def _restrict_header(header: PddlDomain, names: Set[str] | None, text: str) -> P
 
 
 def _render_operator_question(
-    task: TransitionTask, operators: Sequence[str], names: Set[str] | None, templates: Templates
+    task: TransitionTask, operators: Sequence[str], names: Set[str] | None, templates: PromptTemplates
 ) -> str:
     """Return the text of the problem, with initial facts of some predicates, and the operators' heads."""
     heads = "\n".join(
@@ -321,7 +325,7 @@ def _render_operator_question(
             [f"(:action {name} :parameters {_join_words(task, name)})" for name in operators]
         ),
     }
-    return templates.fill("transition_modeling_task.txt", values)
+    return templates.fill_template("transition_modeling_task.txt", values)
 
 
 def _join_words(task: TransitionTask, operator: str) -> str:
@@ -376,11 +380,11 @@ def _choose_example_operators(
 
 
 def _render_operator_example(
-    other: TransitionTask, operators: Sequence[str], names: Set[str] | None, templates: Templates
+    other: TransitionTask, operators: Sequence[str], names: Set[str] | None, templates: PromptTemplates
 ) -> str:
     """Return the example: some operators of another task with the answer; an empty text without operators."""
     if not operators:
         return ""
-    answer = json.dumps({"output": "\n".join(other.domain.operators[name].pddl for name in operators)})
+    answer = json.dumps({"output": "\n".join(other.domain.operators[name].write_pddl for name in operators)})
     question = _render_operator_question(other, operators, names, templates)
-    return templates.fill("example.txt", {"task": question, "answer": answer})
+    return templates.fill_template("example.txt", {"task": question, "answer": answer})

@@ -85,7 +85,7 @@ def read_prompt_file(path: Path) -> dict[str, str]:
     Raises:
         InputError: the file cannot be read, or does not have this format.
     """
-    rows = _read(path, TypeAdapter(list[_PromptRow]), 'a list of {"identifier", "llm_prompt"}')
+    rows = _read_json_file(path, TypeAdapter(list[_PromptRow]), 'a list of {"identifier", "llm_prompt"}')
     return {row["identifier"]: row["llm_prompt"] for row in rows}
 
 
@@ -95,7 +95,7 @@ def read_system_file(path: Path) -> str:
     Raises:
         InputError: the file cannot be read, or does not have this format.
     """
-    return _read(path, TypeAdapter(_SystemMessage), '{"system_prompt"}')["system_prompt"]
+    return _read_json_file(path, TypeAdapter(_SystemMessage), '{"system_prompt"}')["system_prompt"]
 
 
 class _PromptRow(TypedDict):
@@ -107,7 +107,7 @@ class _SystemMessage(TypedDict):
     system_prompt: str
 
 
-def _read(path: Path, adapter: TypeAdapter[Shape], shape: str) -> Shape:
+def _read_json_file(path: Path, adapter: TypeAdapter[Shape], shape: str) -> Shape:
     try:
         return adapter.validate_json(read_content(path))
     except ValidationError as error:
@@ -139,7 +139,7 @@ class PromptFiles:
         settings = None if system is None else json.dumps({"system_prompt": system}, indent=4).encode()
         return PromptFiles(json.dumps(rows, indent=4).encode(), settings)
 
-    def correct(self, correct: Callable[[str, str], str]) -> PromptFiles:
+    def correct_questions(self, correct: Callable[[str, str], str]) -> PromptFiles:
         """Return the files with corrected questions.
 
         Args:
@@ -163,7 +163,7 @@ INITIAL_PLACEHOLDER = "$initial"
 
 
 @dataclass(frozen=True, slots=True)
-class Belief:
+class TaskBelief:
     """A belief about a task.
 
     Attributes:
@@ -181,7 +181,7 @@ class Belief:
     images: tuple[Image, ...] = ()
     subgoals: tuple[str, ...] = ()
 
-    def adopt_goals(self, other: Belief) -> Belief:
+    def adopt_goals(self, other: TaskBelief) -> TaskBelief:
         """Return this belief with the goals and subgoals of another belief."""
         task, answer = replace(self.task, goals=other.task.goals), other.answer or self.answer
         return replace(self, task=task, answer=answer, subgoals=other.subgoals or self.subgoals)
@@ -199,9 +199,9 @@ class GoalSection:
 
     before: str
     after: str
-    write: Callable[[Belief], str]
+    write: Callable[[TaskBelief], str]
 
-    def find(self, question: str) -> str:
+    def find_section(self, question: str) -> str:
         """Return the section of a question that states the goals.
 
         Raises:
@@ -210,7 +210,7 @@ class GoalSection:
         start, end = self._find_range(question)
         return question[start:end]
 
-    def replace(self, question: str, belief: Belief) -> str:
+    def rewrite_section(self, question: str, belief: TaskBelief) -> str:
         """Return the question with this section rewritten for a belief.
 
         Raises:

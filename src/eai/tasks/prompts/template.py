@@ -47,7 +47,7 @@ class _Texts(dict[str, Text]):
 
 
 @dataclass(frozen=True, slots=True)
-class Templates:
+class PromptTemplates:
     """The packaged templates. The user may replace single templates.
 
     Attributes:
@@ -81,7 +81,7 @@ class Templates:
         except UnicodeDecodeError as error:
             raise InputError(f"{file}: cannot be read ({error})") from error
 
-    def fill(self, name: str, values: Mapping[str, Text]) -> str:
+    def fill_template(self, name: str, values: Mapping[str, Text]) -> str:
         """Return a template with its placeholders replaced. Only functions of needed texts are called.
 
         Raises:
