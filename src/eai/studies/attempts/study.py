@@ -236,8 +236,9 @@ def _make_feedback_table(arms: Sequence[_AttemptsArm]) -> Iterator[Row]:
 def _make_outcomes_table(arms: Sequence[_AttemptsArm]) -> Iterator[Row]:
     """The outcomes of tasks by that of the first answer.
 
-    Tasks by the error of their first answer: the percentage solved in the end, the number that ended with the
-    same error, and the number with another. The share that the resampling arm solves is due to chance.
+    Tasks by the error of their first answer: percentage solved in the end, number that ended with the same
+    error, and number that ended with another error. The percentage that the arm without feedback (resampling)
+    solves is due to chance.
     """
     for arm in arms:
         by_kind = group_pairs(

@@ -175,9 +175,10 @@ def _make_additional_steps_table(answers: Sequence[AnswerLine]) -> Iterator[Row]
 def _make_clauses_table(clauses: Sequence[ClauseLine]) -> Iterator[Row]:
     """Over- and understatement of operators.
 
-    Clauses of operators by side and category: those that are written and right (matched), written and wrong
-    (additional), and not written (missing). written: how many are written for each hundred of the data set's
-    own; above 100 the model says too much, below too little.
+    Clauses of operators by side (precondition or effect) and category. matched: right clauses in answers.
+    additional: wrong clauses in answers. missing: right clauses that answers lack. written: number of clauses
+    in answers for each hundred clauses of the data set's own operators; above 100 the model says too much,
+    below 100 too little.
     """
     for key, lines in group_by_run(clauses):
         groups = group_pairs(
@@ -202,7 +203,7 @@ def _estimate_ratio_to_gold(lines: Iterable[ClauseLine]) -> Estimate:
 def _make_predicates_table(clauses: Sequence[ClauseLine]) -> Iterator[Row]:
     """Predicates of operators that are missing, or too much.
 
-    Clauses that lack or are wrong, by the predicates in them.
+    Clauses that answers lack or state wrongly, counted by the predicates in them.
     """
     for key, lines in group_by_run([c for c in clauses if c.verdict != "matched"]):
         counts = Counter(
@@ -243,8 +244,8 @@ def _link_task(answer: AnswerLine, explorer: str | None) -> Cell:
 def _make_errors_table(answers: Sequence[AnswerLine]) -> Iterator[Row]:
     """Every error.
 
-    A line an answer that an error ended: its leaf, the check, the objects, the step (from 0), and how many
-    steps the data set's own plan has.
+    One line for each answer that an error ended: its leaf of the taxonomy, the failed check, the objects, the
+    number of the step (from 0), and the number of steps of the data set's own plan.
     """
     for answer in answers:
         if answer.error_kind is not None:

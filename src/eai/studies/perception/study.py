@@ -235,8 +235,8 @@ def _make_rates_table(runs: _ComparedRuns) -> Iterator[Row]:
 def _make_kinds_table(runs: _ComparedRuns) -> Iterator[Row]:
     """{runs.metric} by kind of error.
 
-    A row of answers whose scene graphs have errors of this kind and no other, however many. That facts about
-    an unseen object are missing belongs to `unseen object`.
+    One row per kind of error: the answers whose scene graphs have errors of this kind only, however many. A
+    missing fact about an unseen object counts as part of `unseen object`, not as a missing fact.
     """
     kinds = sorted({kind for task in runs.perceived_tasks for kind in task.error_kinds})
     groups = {"none": [task for task in runs.perceived_tasks if not task.error_kinds]}
@@ -249,9 +249,10 @@ def _make_kinds_table(runs: _ComparedRuns) -> Iterator[Row]:
 def _make_predicates_table(runs: _ComparedRuns) -> Iterable[Row]:
     """Which facts cost most when they are lost.
 
-    A row a predicate: of its described facts how many were lost or misplaced (`lost`, in percent), then
-    {runs.metric} of the answers in which facts of this predicate and of no other are lost, and nothing else
-    is wrong. `all_cases`: answers in which such facts are lost, whatever else is. Sorted by cost.
+    One row per predicate. `lost`: percentage of its described facts that are lost or misplaced. Then
+    {runs.metric} of the answers in which only facts of this predicate are lost and nothing else is wrong.
+    `all_cases`: number of answers in which facts of this predicate are lost, whatever else is wrong. Sorted
+    by cost.
     """
     names = sorted({name for task in runs.perceived_tasks for name in task.lost_predicates})
     return sorted([_make_predicate_row(name, runs) for name in names], key=_make_cost_sort_key)

@@ -143,9 +143,9 @@ class _PipelinePair:
     def _make_stages_table(self) -> Iterator[Row]:
         """Modular and pipeline.
 
-        Percent, and pipeline minus modular in points, with 95 % intervals whose units are the names of tasks;
-        p is of the exact test in which the tasks of a name share a coin (McNemar's where each task has its
-        own).{self._paper_remark}
+        Rates in percent, and pipeline minus modular run in percentage points, with 95 % intervals whose units
+        are the names of tasks. p is the p value of the exact test that exchanges the two runs' answers to all
+        tasks of a name together; it is McNemar's test if each task has its own name.{self._paper_remark}
         """
         declared = get_declaration(self.modular[0].ability)
         differences = compare_runs(self.modular, self.pipeline).differences
@@ -166,9 +166,9 @@ class _PipelinePair:
     def _make_goals_table(self) -> Iterator[Row]:
         """Where the loss comes from.
 
-        Tasks by the goals that their questions stated, success in both runs, and how many tasks only one of
-        them solves. Goals are judged under strict; others are wrong goals, ill-formed ones and such as name
-        what does not exist.{self._search_remark}
+        Tasks by the goals that their questions stated, with success in both runs, and the number of tasks
+        that only one run solves. Goals are judged under strict. Wrong goals include ill-formed goals and
+        goals with names that do not exist.{self._search_remark}
         """
         kinds = {
             record.task_id: _classify_stated_goals(record)

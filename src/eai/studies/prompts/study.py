@@ -295,8 +295,8 @@ def _make_bootstrap_estimate(value: float | None, again: Sequence[float | None])
 def _make_variance_table(matrix: _PromptMatrix) -> Iterable[Row]:
     """Where the variance of the matrix lies.
 
-    Shares of the variance of the cells, two-way without replication: between models, between prompts, and
-    what neither explains, which is interaction and chance. Empty where nothing varies.
+    Shares of the variance of the cells, by a two-way analysis without replication: between models, between
+    prompts, and the rest (interaction and chance). Empty if nothing varies.
     """
     shares = compute_variance_shares([matrix.compute_metrics_of_model(model) for model in matrix.models])
     return zip(("model", "prompt", "rest"), shares or (None, None, None), strict=True)

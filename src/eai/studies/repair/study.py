@@ -120,8 +120,9 @@ def _make_edit_kinds_table(repairs: _RepairsByRun) -> Iterator[Row]:
 def _make_causes_table(repairs: _RepairsByRun) -> Iterator[Row]:
     """Where the cause lies.
 
-    Answers that one edit makes right, by what all such edits share: a step, the place of an inserted action
-    (interval), or nothing (several). earlier: percent of shared steps that come before the failed step.
+    Answers that one edit makes right, by what all such edits have in common: the same step, the same place of
+    an inserted action (interval), or nothing (several). earlier: percentage of the answers with a common step
+    in which this step comes before the failed step.
     """
     for key, answers in repairs:
         near = [(record, repair) for record, repair in answers if repair.blame is not None]

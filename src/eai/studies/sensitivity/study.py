@@ -183,8 +183,8 @@ def _make_sensitivity_table(trials: Sequence[OperatorReplacement]) -> Iterator[R
 def _make_outcomes_table(trials: Sequence[OperatorReplacement]) -> Iterator[Row]:
     """How trials ended.
 
-    Trials of each operator by how the planner ended: with a plan, without one, because the operator is no
-    acceptable PDDL, at a limit; or because the answer does not have the operator.
+    Trials of each operator by the planner's result: a plan, no plan, an operator that is not acceptable PDDL,
+    a limit that was reached, or an operator that the answer does not have.
     """
     for key, of_key, order in _group_replacements(trials):
         counts = Counter((trial.operator, trial.outcome) for trial in of_key)
@@ -202,10 +202,10 @@ def _make_outcomes_table(trials: Sequence[OperatorReplacement]) -> Iterator[Row]
 def _make_errors_table(trials: Sequence[OperatorReplacement]) -> Iterator[Row]:
     """Which error breaks plans.
 
-    Operators that are written, by a predicate that is missing or too much on one of their sides: the tasks
-    that are not solved with such an operator, and those that are not solved with the same one without this
-    error, in percent. Errors come together, so that one may stand for another; those that stand beside most
-    failures come first.
+    Operators in answers that have an error: on one side, a predicate is missing or additional. unsolved_with:
+    percentage of the tasks with such an operator that are not solved. unsolved_without: this percentage for
+    operators of the same name without the error. Errors occur together, so one error may stand for another.
+    Errors with most failures come first.
     """
     for key, of_key, order in _group_replacements(
         [trial for trial in trials if trial.outcome != NOT_WRITTEN]
@@ -233,8 +233,8 @@ def _make_error_rows(trials: Sequence[OperatorReplacement]) -> Iterator[Row]:
 def _make_trials_table(trials: Sequence[OperatorReplacement]) -> Iterable[Row]:
     """Every trial.
 
-    A line an operator of an answer: how the planner ended, the task's categories, and what is wrong with the
-    operator, as side, verdict and predicate.
+    One line for each operator of an answer: how the planner ended, the categories of the task, and the errors
+    of the operator, each as side, verdict and predicate.
     """
     return map(astuple, trials)
 
