@@ -2,9 +2,13 @@
 
 from __future__ import annotations
 
+from time import process_time
+
 import pytest
 
+from eai.abilities.answer_text import MAX_LENGTH
 from eai.abilities.explanation import Explanation
+from eai.abilities.notation.plans import JsonPlans
 from eai.abilities.protocol import Ability
 from eai.abilities.unread_cause import find_cause, find_loop, mark_as_cut_off
 from eai.abilities.verdict import ErrorReport, PlanVerdict
@@ -87,8 +91,17 @@ def test_a_loop_is_the_same_text_again_and_again(text: str, unit: str) -> None:
     assert bool(unit) is (cause_of(text) == "loop")
 
 
-def test_a_loop_in_a_long_text_takes_time_in_proportion_to_the_text() -> None:
-    assert find_loop("ab " * 300_000).split()[0] == "ab"
+HOSTILE = ["\n", " ", "(", "a(", "1.", "WALK(", '"', "{", "</a", "[WALK] <", "WALK soap\n", "- "]
+
+
+@pytest.mark.parametrize("piece", HOSTILE)
+def test_a_cause_takes_time_in_proportion_to_the_text(piece: str) -> None:
+    """A quadratic search would take minutes on a text of the maximum length."""
+    text = f"so {piece * (MAX_LENGTH // len(piece) - 3)} it"
+    started = process_time()
+    find_cause(text, ACTIONS, lambda: None)
+    JsonPlans().read(text, ACTIONS)
+    assert process_time() - started < 20
 
 
 @pytest.mark.parametrize(

@@ -69,7 +69,7 @@ _MAX_BEFORE_REFUSAL = 200
 
 _TOKENS = re.compile(r"<\|[\w-]+\|>|</?s>|```[\w-]*")
 _KEY = re.compile(r"""["'][^"'\n]*["']\s*:""")
-_LIST_NUMBER = re.compile(r"^\s*\d+[.):]\s*", re.MULTILINE)
+_LIST_NUMBER = re.compile(r"^[ \t]*\d+[.):][ \t]*", re.MULTILINE)
 _JSON = re.compile(r"""[{\[]\s*["'“{\[]""")
 _QUOTE = re.compile(r'(?<!\\)"')
 _APPENDED = "]}`\n\t "
@@ -83,11 +83,11 @@ _REFUSAL = re.compile(
 )
 _OPERATOR = re.compile(r"\(\s*:action\b")
 _UNQUOTED_LISP = re.compile(r"""["']\s*:\s*\(""")
-_LABEL = r"""^[\s*>•"'\[(-]*(?:(?i:step)\s*)?(?:\d+\s*[.):]+)?[\s*"'\[(`-]*"""
+_LABEL = r"""^[ \t*>•"'`\[(-]*(?:(?i:step)[ \t]*)?(?:\d+[ \t]*[.):]+[ \t*"'`\[(-]*)?"""
 _CALL_LINE = re.compile(_LABEL + r"(?P<call>[A-Za-z_][\w.]*\([^()\n]*\))", re.MULTILINE)
-_LISP_LINE = re.compile(r"^\s*\(\s*:?[\w-]+(?:\s[^\n]*)?\)?\s*$", re.MULTILINE)
+_LISP_LINE = re.compile(r"^[ \t]*\([ \t]*:?[\w-]+(?:[ \t)][^\n]*)?$", re.MULTILINE)
 _XML = re.compile(r"</[A-Za-z]\w*>")
-_CODE = re.compile(r"^\s*(?:def \w+\(|import \w|from \w+ import |print\()", re.MULTILINE)
+_CODE = re.compile(r"^[ \t]*(?:def \w+\(|import \w|from \w+ import |print\()", re.MULTILINE)
 
 
 def find_cause(

@@ -140,14 +140,15 @@ def read_plan_lines(
         return WrittenPlan((), tuple(repairs), tuple(spans)) if not lines and comment.search(body) else None
     block = max((line.block for line in steps if line.block % 2), default=0)
     plan = [line for line in steps if line.block == block or not block]
+    starts = {line.start for line in plan}
     names = {name.casefold() for name in actions}
     for line in lines:
-        if line not in plan and (block == 0 or line.block == block or line.block % 2 == 0):
+        if line.start not in starts and (block == 0 or line.block == block or line.block % 2 == 0):
             is_between = plan[0].start < line.start < plan[-1].start
             if line.text and (is_between or _is_line_of_plan(line, names) or looks_like_step(line.text)):
                 return _report_unreadable_line(body, line, spans)
             repairs["prose" if line.text else "numbered"] = None
-        spans.append(Span(line.start, line.end, SpanKind.READ if line in plan else SpanKind.PROSE))
+        spans.append(Span(line.start, line.end, SpanKind.READ if line.start in starts else SpanKind.PROSE))
     repairs |= dict.fromkeys(["code_fence"] if block else [])
     repairs |= dict.fromkeys(["numbered"] if any(line.has_label for line in plan) else [])
     taken = tuple([line.step for line in plan if line.step is not None])
