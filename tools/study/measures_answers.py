@@ -281,6 +281,22 @@ def format_of_families(evidence: Evidence) -> Finding:
     )
 
 
+def format_of_commercial(evidence: Evidence) -> Finding:
+    """Count the proprietary models with at most five unreadable answers with goals."""
+    totals = {
+        name: sum(_unreadable(evidence, domain, GI, name)[0] for domain in (V, B))
+        for name in evidence.names
+        if name not in OPEN_MODELS
+    }
+    rest = ", ".join(f"{name} {n}" for name, n in totals.items() if n > 5)
+    few = sum(n <= 5 for n in totals.values())
+    return all_of(
+        (few, len(totals)),
+        text=f"of 442 answers with goals at most 5 cannot be read in {few} of {len(totals)} proprietary "
+        f"models (else {rest or 'none'})",
+    )
+
+
 def grammar_in_behavior(evidence: Evidence) -> Finding:
     free = {
         kind: sum(

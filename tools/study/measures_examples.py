@@ -132,19 +132,25 @@ def needs_of_soak(evidence: Evidence) -> Finding:
 
 
 def doubled_characters(evidence: Evidence) -> Finding:
-    """Look for a doubled dot in a name and a doubled bracket, in answers that cannot be read."""
-    texts = [
-        record.response
+    """Look in unreadable answers for a doubled dot in VirtualHome, a doubled bracket in BEHAVIOR."""
+    first, second = (
+        [
+            record.response
+            for records in evidence.suites[Suite(domain, SD)].values()
+            for record in records
+            if record.verdict.error is not None and record.verdict.error.kind.value == "parsing"
+        ]
         for domain in (V, B)
-        for records in evidence.suites[Suite(domain, SD)].values()
-        for record in records
-        if record.verdict.error is not None and record.verdict.error.kind.value == "parsing"
-    ]
+    )
     counts = {
-        "a name with two dots": sum(re.search(r"\w\.\.\w", text) is not None for text in texts),
-        "an uneven number of brackets": sum(text.count("(") != text.count(")") for text in texts),
+        f"a name with two dots, of {len(first)} in VirtualHome": sum(
+            re.search(r"\w\.\.\w", text) is not None for text in first
+        ),
+        f"a subgoal with more closing than opening brackets, of {len(second)} in BEHAVIOR": sum(
+            any(part.count("(") < part.count(")") for part in text.split('"')) for text in second
+        ),
     }
-    return _each_occurs(counts, f"of {len(texts)} unreadable answers with subgoals")
+    return _each_occurs(counts, "unreadable answers with subgoals")
 
 
 def washing_of_plans(evidence: Evidence) -> Finding:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import json
 import re
 from collections import Counter
 from collections.abc import Iterator, Mapping, Sequence
@@ -10,14 +11,14 @@ from statistics import fmean
 from claim import Finding, by_degree
 from evidence import NAMED, B, Evidence, Suite, V
 from measures_rates import OPEN_WEIGHT
-from rates import all_of, if_so
+from rates import DIGIT, all_of, if_so, most_of
 
 from eai.abilities.protocol import PAPER_ABILITIES, Ability, Protocol
 from eai.benchmarks.gold_answers import open_answer_book
 from eai.benchmarks.registry import find_benchmark
 from eai.benchmarks.suite import open_suite
 from eai.results.model_cards import make_model_table
-from eai.results.paper_tables import read_paper_models
+from eai.results.paper_tables import read_paper_models, read_paper_table
 from eai.tasks.prompts.prompt import Prompt, TaskBelief
 
 PLANNING = (Ability.SUBGOAL_DECOMPOSITION, Ability.ACTION_SEQUENCING)
@@ -33,6 +34,19 @@ _SCENE = re.compile(r"_0_([A-Z]\w*?_\d_(?:int|garden))_")
 
 _DATE = re.compile(r"(20\d\d)-?(\d\d)-?(\d\d)$")
 """A date at the end of a model's id."""
+
+BATHROOM = (
+    ("RIGHT_GRASP", "rag_0"),
+    ("RIGHT_PLACE_INSIDE", "sink_7"),
+    ("TOGGLE_ON", "sink_7"),
+    ("SOAK", "rag_0"),
+    ("TOGGLE_OFF", "sink_7"),
+    ("LEFT_GRASP", "rag_0"),
+    ("CLEAN", "sink_7"),
+    ("CLEAN", "bathtub_4"),
+    ("LEFT_PLACE_INSIDE", "bucket_0"),
+)
+"""The plan of the paper's printed question, after its first step, which opens a cabinet."""
 
 BEGINNING = 40
 """Number of characters of an instruction that are looked for in a question."""
@@ -77,6 +91,84 @@ def rooms_of_scenes(evidence: Evidence) -> Finding:
         counts.append((several, len(rooms)))
         text.append(f"{NAMED[domain]} {several} of {len(rooms)}, {max(map(len, rooms.values()))} at most")
     return all_of(*counts, text=f"scenes of which questions name more than one room: {'; '.join(text)}")
+
+
+def f1_of_the_table(evidence: Evidence) -> Finding:
+    """Recompute the F1 of goals from printed precision and recall, within the rounding of all three."""
+    table = read_paper_table("goal_interpretation")
+    places = {(column.domain, column.metric.partition(".")[0]) for column in table.columns}
+    wrong, number = [], 0
+    for model, row in table.rows.items():
+        for domain, kind in sorted(places):
+            figures = [
+                value
+                for name in ("precision", "recall", "f1")
+                for column, value in row.items()
+                if (column.domain, column.metric) == (domain, f"{kind}.{name}") and value is not None
+            ]
+            if len(figures) == 3:
+                number += 1
+                precision, recall, printed = figures
+                low, high = (
+                    2 * (precision + by) * (recall + by) / (precision + recall + 2 * by) + by
+                    for by in (-DIGIT, DIGIT)
+                )
+                if not low - 1e-9 <= printed <= high + 1e-9:
+                    mean = 2 * precision * recall / (precision + recall)
+                    wrong.append(f"{model}, {kind} {printed} in place of {mean:.1f}")
+    return all_of(
+        (number - len(wrong), number),
+        text=f"the harmonic mean of both in {number - len(wrong)} of {number} printed figures; "
+        f"else {'; '.join(wrong) or 'none'}",
+    )
+
+
+def plans_of_several_actions(evidence: Evidence) -> Finding:
+    lengths = [len(task.script) for task in find_benchmark(B).tasks(evidence.published).values()]
+    several = sum(length > 1 for length in lengths)
+    return most_of(
+        (several, len(lengths)),
+        text=f"{several} of {len(lengths)} annotated plans of BEHAVIOR have more than one action, "
+        f"{fmean(lengths):.1f} on average",
+    )
+
+
+def joined_effects(evidence: Evidence) -> Finding:
+    """Count the annotated operators with several effects under one ``and``."""
+    counts, text = [], []
+    for domain in (V, B):
+        library = next(iter(find_benchmark(domain).operators(evidence.published).values())).domain
+        effects = [operator.effect.strip() for operator in library.operators.values()]
+        several = sum(effect.startswith("(and") and _parts(effect) > 1 for effect in effects)
+        none = sum(not re.search(r"\w", effect.replace("and", "")) for effect in effects)
+        counts.append((several, len(effects)))
+        text.append(f"{NAMED[domain]} {several} of {len(effects)}, without any {none}")
+    return most_of(*counts, text=f"operators with several effects: {'; '.join(text)}")
+
+
+def plan_of_the_bathroom(evidence: Evidence) -> Finding:
+    """Run the plan of the printed question in the released task, which has no cabinet around the rag."""
+    suite = open_suite(B, Ability.ACTION_SEQUENCING, Protocol("eai-1.0.5"), source=evidence.published)
+    (task_id,) = (name for name, task in suite.tasks.items() if task.title == "cleaning_bathrooms")
+    verdict = suite.score(
+        task_id, json.dumps([{"action": action, "object": thing} for action, thing in BATHROOM])
+    )
+    error = verdict.error
+    stop = "runs" if error is None else f"stops at {BATHROOM[error.step or 0][0]}: {error.detail}"
+    return if_so(
+        bool(verdict.executable),
+        f"without its first step, as the rag is in no cabinet there, the plan {stop}",
+    )
+
+
+def _parts(text: str) -> int:
+    """Return how many bracketed parts stand directly inside the outer brackets."""
+    depth = parts = 0
+    for character in text:
+        if character == "(":
+            parts += depth == 1
+        depth += (character == "(") - (character == ")")
+    return parts
 
 
 def operators_asked_for(evidence: Evidence) -> Finding:

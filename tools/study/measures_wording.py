@@ -62,12 +62,24 @@ def alternative_formulas(evidence: Evidence) -> Finding:
 
 
 def options_in_general(evidence: Evidence) -> Finding:
+    several, number, text = _options(evidence)
+    return most_of((several, number), text=text)
+
+
+def options_at_times(evidence: Evidence) -> Finding:
+    several, _, text = _options(evidence)
+    return if_so(several > 0, text)
+
+
+def _options(evidence: Evidence) -> tuple[int, int, str]:
+    """Return how many tasks of BEHAVIOR have several goal options, the number of tasks, and a text."""
     lines = {each.task: each for each in evidence.of(evidence.tables.answers, Suite(B, GI))}.values()
     several = sum((each.goal_options or 1) > 1 for each in lines)
     largest = max(each.goal_options or 1 for each in lines)
-    return most_of(
-        (several, len(lines)),
-        text=f"{several} of {len(lines)} BEHAVIOR tasks have more than one option; one task has {largest:,}",
+    return (
+        several,
+        len(lines),
+        f"{several} of {len(lines)} BEHAVIOR tasks have more than one option; one task has {largest:,}",
     )
 
 
