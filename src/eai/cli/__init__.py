@@ -275,7 +275,7 @@ def main() -> None:
 
     signal.signal(signal.SIGTERM, raise_interrupt)
     if isinstance(sys.stdout, TextIOWrapper):
-        # the encoding of the locale may lack characters
+        # the encoding of the locale may lack characters of the output
         sys.stdout.reconfigure(errors="backslashreplace")
     try:
         try:
@@ -290,7 +290,7 @@ def main() -> None:
     except OSError as error:
         if error.errno not in (errno.EPIPE, *_FULL):
             raise
-        os.dup2(os.open(os.devnull, os.O_WRONLY), 1)  # otherwise Python tries to write the rest at exit
+        os.dup2(os.open(os.devnull, os.O_WRONLY), 1)  # else Python tries to write the rest at exit
         if error.errno == errno.EPIPE:  # the reader closed the pipe
             sys.exit(1)
         from eai.cli.console import print_note

@@ -143,7 +143,7 @@ class _ComparedSuite(NamedTuple):
 def _read_runs_by_suite(path: Path) -> Mapping[_ComparedSuite, Run]:
     """Return the runs in a folder by suite and rules of the game.
 
-    Raise InputError if two runs share a key.
+    Raise InputError if two runs have the same suite and rules.
     """
     runs: dict[_ComparedSuite, Run] = {}
     for run in read_runs([path]):
@@ -156,7 +156,7 @@ def _read_runs_by_suite(path: Path) -> Mapping[_ComparedSuite, Run]:
 
 
 def _match_by_tasks(runs: Mapping[_ComparedSuite, Run]) -> Mapping[_ComparedSuite, Run]:
-    """Return the runs by suites with plain benchmark names, so that variants of a benchmark match.
+    """Return the runs by suite, named after the plain benchmark, so that runs on its variants match.
 
     A run keeps its suite if another run would have the new suite as well.
 

@@ -44,12 +44,12 @@ class _SafeConsole(Console):
 
 
 def get_output_console() -> Console:
-    """Return the console for results."""
+    """Return the console on standard output, for results."""
     return _SafeConsole(markup=False)
 
 
 def get_error_console() -> Console:
-    """Return the console for everything but results."""
+    """Return the console on standard error, for notes, progress and errors."""
     return _SafeConsole(stderr=True, markup=False)
 
 
@@ -127,7 +127,7 @@ def print_findings_and_exit(findings: Sequence[DataFinding], fine: str, *, as_js
 
 
 def choose_default_abilities(benchmark: Benchmark, abilities: Iterable[Ability]) -> list[Ability]:
-    """Return the abilities of a benchmark that are asked if none is named; note why others are left out."""
+    """Return the abilities that a command uses if the user names none; print a note on abilities left out."""
     abilities, reasons = list(abilities), benchmark.data.only_by_name
     for each in abilities:
         if each in reasons:
@@ -152,7 +152,7 @@ inspect_needed = partial(require_extra, "run", "model runs and their logs need")
 
 
 def require_inspect() -> None:
-    """Raise at once if Inspect is missing, before a command fetches data.
+    """Raise EaiError if Inspect is not installed, before a command fetches data.
 
     Raises:
         EaiError: Inspect is not installed.

@@ -64,7 +64,9 @@ def make_run_flag(parameter: str, panel: str, *names: str, **more: Any) -> Any:
 def read_run_specification(
     command: typer.Context, file: Path | None, model_args: Sequence[str], settings: Sequence[str]
 ) -> RunSpec:
-    """Return the specification of a run from a file, flags and settings. Later ones override earlier ones.
+    """Return the specification of a run from a file, flags and settings.
+
+    Flags override the file, and settings override flags.
 
     Raises:
         InputError: The file cannot be read, or an option or its value is unknown.
@@ -99,7 +101,7 @@ def _put_nested_value(table: dict[str, Any], places: Sequence[str], value: objec
 
 
 def _parse_json_or_text(text: str) -> Json:
-    """Return the JSON value of a text, or the text if it is no JSON."""
+    """Return the JSON value of a text, or the text itself if it is not JSON."""
     try:
         value: Json = json.loads(text)
     except json.JSONDecodeError:

@@ -39,7 +39,7 @@ from eai.world.domain import Domain
 
 
 def validate_with_val(val: Path, domain: Domain, task: Task, plan: Sequence[Action]) -> str:
-    """Return the verdict of VAL on a plan.
+    """Return the verdict of the plan validator VAL on a plan, as text.
 
     Raises:
         DomainError: A goal is about the course of the plan, which PDDL goals cannot express.

@@ -1,4 +1,4 @@
-"""``eai new``: write a small example domain to start one's own."""
+"""``eai new``: write a small example domain, to be changed into a domain of your own."""
 
 from __future__ import annotations
 

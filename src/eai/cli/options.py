@@ -70,7 +70,7 @@ Wide = Annotated[bool, make_flag("--wide", help="All columns in one table, howev
 
 
 def _set_data_folder(command: typer.Context, folder: Path | None) -> Path | None:
-    """Make a folder the data set's default folder for a command, and for the processes that it starts."""
+    """Make a folder the default folder of data sets, for this command and the processes that it starts."""
     if folder is not None:
         before = {name: os.environ[name] for name in (FOLDER_VARIABLE,) if name in os.environ}
 
@@ -150,7 +150,7 @@ AgentSettings = Annotated[
 
 
 def read_outside_agent_setting(settings: Sequence[str]) -> AgentSetting:
-    """Return the acting setting for a person or an agent outside this program.
+    """Return the setting of episodes that a person or another program plays.
 
     Raises:
         InputError: An option is only for models.

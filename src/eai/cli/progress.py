@@ -30,7 +30,7 @@ LONGEST_SILENCE = 60
 """Maximum seconds without a line of progress, once some work is done."""
 
 LINES = 10
-"""Maximum number of progress lines without a terminal, apart from slow work."""
+"""Maximum number of progress lines without a terminal; slow work may have more."""
 
 BESIDE_THE_TITLE = 42
 """Columns of a progress line next to its title: bar, count, rate, time left."""
