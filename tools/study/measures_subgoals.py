@@ -1,4 +1,4 @@
-"""Measures of statements about errors in subgoals and plans, and about what their goals ask for."""
+"""Measures of statements about errors in subgoals and plans, and about the conditions in their goals."""
 
 from __future__ import annotations
 
