@@ -30,7 +30,10 @@ _CONVERGENCE_LOGITS = 1e-9
 
 
 def load_task_difficulties(domain: str, ability: Ability) -> Mapping[str, float]:
-    """Return the difficulty of each task of a suite, in the order of the data set; empty if unpublished."""
+    """Return a mapping from task id to difficulty in logits, in the order of the data set.
+
+    It is empty if no difficulties are published for the suite.
+    """
     difficulties: Mapping[str, float] = (
         _load_tables().get(f"{domain}/{ability.value}", {}).get("difficulties", {})
     )
@@ -38,9 +41,9 @@ def load_task_difficulties(domain: str, ability: Ability) -> Mapping[str, float]
 
 
 def load_variance_between_names(domain: str, ability: Ability) -> float:
-    """Return how much a model's ability varies between the names of tasks in a suite; 0 if unknown.
+    """Return the variance of a model's ability between differently named tasks of a suite; 0 if unknown.
 
-    The unit of this variance is squared logits.
+    Its unit is squared logits.
     """
     return float(_load_tables().get(f"{domain}/{ability.value}", {}).get("variance_between_names", 0.0))
 
@@ -75,9 +78,10 @@ def estimate_ability(
     Args:
         scores: the scores, from 0 to 1, of the tasks that were asked.
         difficulties: difficulties of at least these tasks.
-        names: name of each task. Near copies share a name and are less informative together. This raises the
-            squared standard error by ``variance``, times the sum of the squared shares of names in the
-            information.
+        names: name of each task. Near copies share a name, so their scores depend on each other and the
+            standard error
+            is larger: its square rises by ``variance`` times the sum of the squared shares of names in the
+            Fisher information.
         variance: how much one model's ability varies between names, in squared logits
             (`eai.extensions.adaptive.rasch.estimate_variance_between_names`); 0 if tasks are independent.
     """
@@ -96,9 +100,10 @@ def estimate_ability(
 def _compute_information_concentration(
     ability: float, scores: Mapping[str, float], difficulties: Mapping[str, float], names: Mapping[str, str]
 ) -> float:
-    """Return how far the information comes from few names: the sum of the squared shares of names.
+    """Return how concentrated the Fisher information is: the sum of the squared shares of names.
 
-    It is 1 for a single name, and 1/n for n names with equal shares.
+    The share of a name is the part of the information that comes from the tasks of this name. The result is 1
+    for a single name, and 1/n for n names with equal shares.
     """
     informed: defaultdict[str, float] = defaultdict(float)
     for task in scores:
@@ -111,10 +116,10 @@ def _compute_information_concentration(
 def choose_next_tasks(
     number: int, asked: Mapping[str, float], difficulties: Mapping[str, float], names: Mapping[str, str]
 ) -> tuple[str, ...]:
-    """Return the tasks to ask next; fewer than ``number`` if fewer are left.
+    """Return the ids of the most informative tasks to ask next; fewer than ``number`` if fewer are left.
 
     Args:
-        number: number of tasks.
+        number: number of tasks to return.
         asked: scores of the tasks that were already asked.
         difficulties: difficulties of all tasks that may be asked.
         names: name of each task. Near copies share a name.

@@ -17,8 +17,8 @@ Flag: TypeAlias = Literal[
 - unsolved: no plan: the built-in planner proves that no plan exists.
 - unsolved: plan exists: the gold answer or an answer made from the built-in planner's plan is right.
 - negative: models that are better on other tasks are worse on this task.
-- ambiguous names: its goals require the same of several objects that share a name in answers.
+- ambiguous names: the task's goals require the same of several objects that have one name in answers.
 """
 
 FlagReader = Callable[[SuiteKey, str, bool], Iterator[Flag]]
-"""Yields the flags of a task. The arguments are its suite, its id, and whether no model solves it."""
+"""Yields the flags of a task. The arguments are the task's suite, its id, and whether no model solves it."""

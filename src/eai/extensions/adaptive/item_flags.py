@@ -28,8 +28,9 @@ from eai.world.action import Action
 def make_flag_reader(source: Source) -> FlagReader:
     """Return a function that reads the flags of a task from the data set.
 
-    It searches a plan for unsolved tasks. A plan exists if an answer is right under the protocol of the
-    models' answers: the gold answer, or an answer made from a plan of the built-in planner.
+    For a task that no model solves, the function looks for a plan. A plan exists if the gold answer is right,
+    or an answer made from a plan of the built-in planner. Both are scored under the protocol of the models'
+    answers.
 
     Args:
         source: access to the data set.
@@ -46,7 +47,7 @@ def make_flag_reader(source: Source) -> FlagReader:
 
     @cache
     def open_suite_and_answers(key: SuiteKey) -> tuple[Suite, tuple[AnswerBook, ...]]:
-        """Return a suite, its gold answers, and its answers made from plans of the built-in planner."""
+        """Return a suite, its gold answers, and answers made from the planner's plans."""
         benchmark, ability = find_benchmark(key.domain), Ability(key.ability)
         gold = open_answer_book(benchmark, ability, source)
         planned = open_planned_book(
@@ -76,7 +77,7 @@ def make_flag_reader(source: Source) -> FlagReader:
 
 
 def _has_ambiguous_goals(task: Task, benchmark: Benchmark) -> bool:
-    """Whether two state goals are equal if objects are replaced by their names in answers."""
+    """Whether two state goals of a task become equal when each object is replaced by its name in answers."""
     names = (thing.name for thing in task.scene.objects)
     called = dict(zip(names, benchmark.notation.goals.list_object_names(task), strict=True))
     goals = dict.fromkeys(goal.formula for goal in task.get_goals_of_kind(GoalKind.STATE))

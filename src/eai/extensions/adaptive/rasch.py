@@ -2,8 +2,8 @@
 
 A model of ability t solves a task of difficulty b with probability 1 / (1 + exp(b - t)). Estimates have the
 highest posterior density. Abilities have a standard normal prior. Difficulties have a normal prior with
-standard deviation 2, so tasks that all models solve, or no model, also get a difficulty. A score between 0
-and 1 counts as a fractional success. With few models, a second parameter for each task (its discrimination)
+standard deviation 2, so a task that every model solves, or no model, also gets a difficulty. A score between
+0 and 1 counts as a fractional success. With few models, a second parameter for each task (its discrimination)
 does not improve predictions. The item-rest correlation measures the agreement of a task with all other tasks.
 """
 
@@ -33,7 +33,8 @@ class RaschModel:
     Attributes:
         abilities: ability of each model, in logits.
         difficulties: difficulty of each task, in logits.
-        difficulty_errors: standard errors of the difficulties, in logits, if models are independent.
+        difficulty_errors: standard errors of the difficulties, in logits. They assume that models are
+            independent.
     """
 
     abilities: Matrix
@@ -41,7 +42,7 @@ class RaschModel:
     difficulty_errors: Matrix
 
     def predict_success(self) -> Matrix:
-        """Return the probabilities that models (rows) solve tasks (columns)."""
+        """Return the probability that each model (row) solves each task (column)."""
         return compute_success_probability(self.abilities[:, None], self.difficulties[None, :])
 
 
@@ -86,9 +87,9 @@ def _compute_information(p: Matrix) -> Matrix:
 
 
 def compute_item_rest_correlations(scores: Matrix) -> Matrix:
-    """Return the item-rest correlation of each task: of its score with the sum of all other scores.
+    """Return for each task the correlation of its score with the sum of the scores of all other tasks.
 
-    The correlation is over models. It is NaN if the score or the sum does not vary.
+    The correlation is computed over models. It is NaN if all models have the same score, or the same sum.
 
     Args:
         scores: a row for each model and a column for each task, without NaN.
@@ -106,7 +107,7 @@ def compute_item_rest_correlations(scores: Matrix) -> Matrix:
 
 
 def estimate_reliability(scores: Matrix) -> float | None:
-    """Return Cronbach's alpha (reliability) of tasks over models; None if the sums of scores do not vary."""
+    """Return Cronbach's alpha, the reliability of a test; None if all models have the same total score."""
     number = scores.shape[1]
     whole = float(scores.sum(axis=1).var(ddof=1))
     if number < 2 or not whole:
@@ -116,12 +117,12 @@ def estimate_reliability(scores: Matrix) -> float | None:
 
 
 def estimate_variance_between_names(scores: Matrix, fitted: RaschModel, names: Sequence[str]) -> float:
-    """Return how much a model's ability varies between names of tasks, as a variance in squared logits.
+    """Return the variance of a model's ability between differently named tasks, in squared logits.
 
-    If a name is unexpectedly difficult for a model, the scores of two of its tasks deviate together from the
-    expected scores. To first order, the product of both deviations is the variance times the information of
-    both tasks. The estimate averages over such pairs (method of moments). It is 0 if no name has two tasks,
-    or if tasks of one name do not deviate together.
+    If a name is unexpectedly difficult for a model, the scores of two tasks of this name deviate together
+    from the expected scores. To first order, the product of both deviations is the variance times the
+    information of both tasks. The estimate averages over such pairs of tasks (method of moments). It is 0 if
+    no name has two tasks, or if tasks of one name do not deviate together.
 
     Args:
         scores: the scores that the Rasch model was fitted to.

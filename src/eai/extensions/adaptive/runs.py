@@ -32,7 +32,7 @@ _FILE = "adaptive.json"
 
 
 _Difficulties: TypeAlias = tuple[Mapping[str, float], float, str]
-"""Difficulties by task, the variance of a model's ability between names of tasks, and words for the models.
+"""Difficulty of each task, variance of a model's ability, and a phrase that names the models of the estimate.
 
 See `_estimate_difficulties`.
 """
@@ -47,11 +47,11 @@ def open_runs(
 
     Args:
         suites: the suites that the user asks for.
-        named: the abilities that the user named, if any.
+        named: the abilities that the user chose with an option; empty if all were taken by default.
         folder: folder of runs from which difficulties are estimated; None for the published difficulties.
 
     Raises:
-        InputError: a suite of a named ability has no difficulties, or no suite has difficulties.
+        InputError: a suite of an ability that the user chose has no difficulties, or no suite has any.
     """
     if folder is None and any(suite.protocol is not DEFAULT_PROTOCOL for suite in suites):
         raise InputError(
@@ -76,8 +76,8 @@ def _estimate_difficulties(suite: Suite, folder: Path | None) -> _Difficulties:
 
     Returns:
         the difficulty by task, in logits from the mean ability of the models used (empty if unknown); the
-        variance of a model's ability between names of tasks, in squared logits; a phrase that names these
-        models.
+        variance of a model's ability between differently named tasks, in squared logits; a phrase that names
+        these models.
 
     Raises:
         InputError: the folder has too few runs of the suite.
@@ -120,14 +120,15 @@ def request_informative_tasks(
     run resumes. Rounds end early if a task cannot be answered, or if no task is left.
 
     Args:
-        estimates: the difficulties of tasks by domain and ability.
-        ask: asks a model the questions (prompts by task id), and scores the answers.
+        estimates: the difficulties of tasks, and what `_estimate_difficulties` returns with them, by domain
+            and ability.
+        ask: a function that asks a model the questions (prompts by task id) and scores the answers.
         prompts: the questions of all tasks that may be asked, by task id.
         suite: the suite.
         target: the standard error at which to stop, in logits.
 
     Returns:
-        the result of the last round, and a remark on the model's ability.
+        the result of the last round, and sentences that report the model's ability.
     """
     known, variance, models = estimates[suite.domain, suite.ability]
     difficulties = {task_id: known[task_id] for task_id in prompts if task_id in known}

@@ -85,7 +85,7 @@ class SuiteScores:
 
     @cached_property
     def item_rest(self) -> Matrix:
-        """Item-rest correlation of each task: correlation of its score with the sum of other scores."""
+        """Correlation of each task's score with the sum of the scores of all other tasks."""
         return compute_item_rest_correlations(self.matrix)
 
 
@@ -145,7 +145,7 @@ def predict_held_out(scores: SuiteScores) -> tuple[float | None, float | None]:
 
 
 def _compute_area_under_curve(success: Matrix, predicted: Matrix) -> float | None:
-    """Return the probability that a success was predicted with a higher value than a failure."""
+    """Return the probability that a random success has a higher prediction than a random failure."""
     from scipy.stats import rankdata
 
     yes = success.ravel() == 1
@@ -157,10 +157,14 @@ def _compute_area_under_curve(success: Matrix, predicted: Matrix) -> float | Non
 
 
 def estimate_relative_ability(scores: SuiteScores, place: int) -> Estimate:
-    """Return the ability of a model relative to the mean of all models, with its interval.
+    """Return a model's ability minus the mean of all models, in logits, with its confidence interval.
 
-    The variance is a first-order jackknife over names of tasks, for which difficulties count as exact. If the
-    variance for independent tasks is larger, that variance is used instead.
+    The variance comes from a first-order jackknife that leaves out the tasks of one name at a time. It takes
+    difficulties as exact. If the variance for independent tasks is larger, the larger one is used.
+
+    Args:
+        scores: the scores of all models.
+        place: index of the model, counted from 0.
     """
     import numpy as np
 
@@ -195,7 +199,10 @@ def _find_score_flags(column: Matrix, agreement: float) -> Iterator[Flag]:
 
 
 def _find_first_checks(answers: Sequence[AnswerLine]) -> Mapping[str, str]:
-    """Return the check that fails first for most models, by task. Unreadable answers do not count."""
+    """Return a mapping from task to the check that fails first for most models.
+
+    Unreadable answers do not count.
+    """
     checks_of_task = group_pairs(
         (a.task, a.error_check) for a in answers if a.error_check is not None and a.error_kind != "parsing"
     )
@@ -203,7 +210,7 @@ def _find_first_checks(answers: Sequence[AnswerLine]) -> Mapping[str, str]:
 
 
 def _round_to_six_digits(number: float) -> float | None:
-    """Round to six digits. Further digits differ between machines. NaN becomes None."""
+    """Return a number rounded to six decimals, because machines differ in further ones. NaN becomes None."""
     return None if math.isnan(number) else round(number, 6)
 
 

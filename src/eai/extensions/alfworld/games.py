@@ -42,7 +42,7 @@ FILE = "game.tw-pddl"
 
 _TEMPLATE = re.compile(r'\baction\s+(\w+)\s*\{\s*template\s*::\s*"([^"]*)"')
 _PARAMETER_LIST = re.compile(r"\[\{(\w+)\.name \|[^\]]*\]")
-"""Regular expression for the part of a command's template that lists candidates for a parameter."""
+"""Regular expression for a placeholder in a command's template, with its list of possible objects."""
 _NUMBERED = re.compile(r"^(?:\d+[.):]|[->*])\s*")
 _COMMAND_LIKE = re.compile(r"[a-z]+(?: [a-z/]+)*(?: \d+)(?: [a-z/]+| \d+)*")
 """Regular expression for a command: small letters with at least one numbered object."""
@@ -111,11 +111,11 @@ def _read_game_file(path: Path) -> Mapping[str, Any]:
 
 
 def _read_game_domain(text: str, path: Path) -> m.PddlDomain:
-    """Read the domain of a game as TextWorld does.
+    """Read the domain of a game as TextWorld does, with its misreading of commas.
 
     In ``?l - location, ?r - receptacle`` TextWorld reads the comma as part of the type's name. No object has
-    such a type, so conditions on objects of this type never hold. The action `examine` therefore needs the
-    object in the hand.
+    such a type, so conditions on objects of this type never hold. One of the two ways to `examine` an object
+    has such a condition. Only the other way works, which needs the object in the hand.
     """
     empty = {f"{name.lower()}_comma" for name in _COMMA.findall(text)}
     text = _COMMA.sub(r"- \1_comma ", text).replace("(:types", f"(:types {' '.join(sorted(empty))} ", 1)
@@ -129,7 +129,12 @@ def _read_game_domain(text: str, path: Path) -> m.PddlDomain:
 
 
 def _drop_alternatives_of_empty_types(formula: f.Formula, empty: Collection[str]) -> f.Formula:
-    """Return a condition without the alternatives that require an object of a type that has no objects."""
+    """Return a condition without the operands of ``or`` that require an object of an empty type.
+
+    Args:
+        formula: the condition.
+        empty: the names of types that no object has.
+    """
     match formula:
         case f.Exists(variable) if variable.category in empty:
             return f.FALSE
@@ -162,7 +167,7 @@ def _build_task(
 
 
 def _number_objects(problem: m.PddlProblem) -> Mapping[str, str]:
-    """Return ALFWorld's numbered name, such as ``apple_1``, of each object identifier.
+    """Return a mapping from each object's identifier to ALFWorld's numbered name, such as ``apple_1``.
 
     The last identifier of a kind, in alphabetical order, gets number 1. An object that is in no fact keeps
     its identifier.
@@ -188,7 +193,7 @@ def _rename_problem(problem: m.PddlProblem, names: Mapping[str, str]) -> m.PddlP
 def _replace_actions_by_commands(
     source: m.PddlDomain, grammar: str
 ) -> tuple[m.PddlDomain, Mapping[str, str]]:
-    """Return the domain with one action for each command of a grammar, and each action's command, by name."""
+    """Return the domain with one action for each command of a grammar, and commands by name of action."""
     templates = {
         name.lower(): _PARAMETER_LIST.sub(r"{\1}", text) for name, text in _TEMPLATE.findall(grammar)
     }
@@ -205,7 +210,7 @@ def _replace_actions_by_commands(
 
 
 def _merge_actions(template: str, actions: Sequence[m.PddlAction]) -> m.PddlAction:
-    """Return one action that stands for all actions with one command, named by its verb if merged."""
+    """Merge all actions with one command into one action, which is named after the command's verb."""
     if len(actions) == 1:
         return actions[0]
     parameters = tuple([f.Variable(f"what{i or ''}") for i in range(len(actions[0].parameters))])
@@ -226,9 +231,9 @@ def _substitute_in_effect(effect: m.PddlEffect, values: Mapping[f.Term, f.Term])
 
 
 def _bind_other_parameters(action: m.PddlAction, kept: Sequence[str]) -> m.PddlAction:
-    """Return an action with only some parameters. Quantifiers in its condition and effect bind the others.
+    """Return an action that keeps only some parameters; quantifiers bind its other parameters.
 
-    The bound locations must differ, because TextWorld offers no action that changes nothing.
+    Locations that quantifiers bind must differ, because TextWorld offers no action that changes nothing.
     """
     typed = {parameter.name: parameter for parameter in action.parameters}
     agents: dict[f.Term, f.Term] = {f.Variable(n): _AGENT for n, v in typed.items() if v.category == "agent"}
@@ -256,7 +261,7 @@ class _ConditionGroup(NamedTuple):
     parts: tuple[f.Formula, ...]
 
     def quantify(self, bound: Mapping[str, f.Variable]) -> f.Formula:
-        """Return the formula which says that some values of the parameters meet all conditions."""
+        """Return the formula which states that some values of the bound parameters meet all conditions."""
         formula: f.Formula = f.And(self.parts)
         for name in sorted(self.names):
             formula = f.Exists(bound[name], formula)
@@ -277,7 +282,7 @@ def _add_condition(
 def _quantify_effect(
     effect: m.PddlEffect, groups: Iterable[_ConditionGroup], bound: Mapping[str, f.Variable]
 ) -> m.PddlEffect:
-    """Return an effect that applies for all values of its bound parameters that meet their conditions."""
+    """Return an effect for all values of its bound parameters that meet the conditions of the groups."""
     names = m.find_effect_variables(effect)
     for group in groups:
         if group.names & names:
@@ -305,7 +310,10 @@ class _CommandPlans(PddlPlans):
         }
 
     def read_step(self, line: str) -> WrittenStep | None:
-        """Return the step of the first operator whose command matches a line. A number may precede it."""
+        """Return the step of the first operator whose command matches a line.
+
+        The line may begin with its number.
+        """
         command = _NUMBERED.sub("", line).rstrip(".")
         for name, pattern in self._patterns.items():
             if (match := pattern.fullmatch(command)) is not None:
@@ -313,7 +321,7 @@ class _CommandPlans(PddlPlans):
         return super().read_step(line)
 
     def looks_like_step(self, line: str) -> bool:
-        """Whether a line has the form of a command. Older games count: ``put apple 1 in/on fridge 1``."""
+        """Whether a line has the form of a command, also of an older game: ``put apple 1 in/on fridge 1``."""
         return _COMMAND_LIKE.fullmatch(_NUMBERED.sub("", line)) is not None
 
     def write_command(self, operator: str, names: Sequence[str]) -> str:

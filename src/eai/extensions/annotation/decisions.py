@@ -1,4 +1,4 @@
-"""Decisions about the meaning of titles, in a TOML file that people may also edit by hand.
+"""Decisions about the meaning of task titles, in a TOML file that people may also edit by hand.
 
     without = ["NEXT_TO"]
 
@@ -11,10 +11,10 @@
       ],
     ]
 
-A candidate is a list of entries. An entry is a list of patterns, of which one must be met. Patterns are
-changes that demonstrations share. They name an object by its class or by all its properties:
-``ON(washing_machine)`` is a state, ``ONTOP({GRABBABLE, MOVABLE}, washing_machine)`` a relation, ``do TOUCH``
-an action.
+A candidate is a possible meaning of the title: a list of entries. An entry is a list of patterns, of which
+one must be met. Patterns are changes that demonstrations (people's plans) share. They name an object by its
+class or by all its properties: ``ON(washing_machine)`` is a state, ``ONTOP({GRABBABLE, MOVABLE},
+washing_machine)`` a relation, ``do TOUCH`` an action.
 """
 
 from __future__ import annotations
@@ -146,7 +146,7 @@ class DemonstrationDifference:
         return self.task.scene
 
     def find_matching_facts(self, entry: Entry) -> Iterator[Fact]:
-        """Yield the changed facts that match one of an entry's patterns, in order."""
+        """Yield the demonstration's changed facts that match a pattern of an entry, in order."""
         return (fact for fact in self.facts if any(self._matches_pattern(fact, pattern) for pattern in entry))
 
     def _matches_pattern(self, fact: Fact, pattern: GoalPattern) -> bool:
@@ -159,11 +159,11 @@ class DemonstrationDifference:
         )
 
     def class_of(self, thing: int) -> _ObjectKind:
-        """Return the kind of all objects of this object's class."""
+        """Return the kind that contains all objects of the given object's class."""
         return _ObjectKind(self.scene.objects[thing].category)
 
     def properties_of(self, thing: int) -> _ObjectKind:
-        """Return the kind of objects with the properties (visible static predicates) of this object."""
+        """Return the kind of objects with exactly this object's properties (visible static predicates)."""
         initial = self.task.initial
         names = list_property_predicates(self.scene.vocabulary)
         return _ObjectKind(properties=tuple(name for name in names if initial.has(name, thing)))
@@ -217,7 +217,7 @@ def _find_changed_object_bits(before: State, after: State) -> int:
 
 
 def list_property_predicates(vocabulary: Vocabulary) -> tuple[str, ...]:
-    """Return the names of the predicates that describe properties of objects, in order of declaration."""
+    """Return the names of the predicates that describe properties of objects, in the order of declaration."""
     return _list_predicate_names(vocabulary.predicates, 1, static=True)
 
 
@@ -229,14 +229,14 @@ def _list_predicate_names(predicates: tuple[Predicate, ...], arity: int, *, stat
 def count_patterns(
     differences: Iterable[DemonstrationDifference], without: Iterable[str]
 ) -> Counter[GoalPattern]:
-    """Count how often each pattern occurs in the changes of all demonstrations together.
+    """Return how often each pattern occurs in the changes of all demonstrations together, by pattern.
 
-    First come states and relations that name objects by class, then relations that describe one object by its
-    properties. The agent is always named by its class.
+    First come states and relations that name objects by class, then relations that describe one of both
+    objects by its properties. The agent is always named by its class.
 
     Args:
         differences: the changes of the demonstrations of one title.
-        without: names of predicates that are not counted, because they hold of too many objects.
+        without: names of predicates that are not counted, because they hold for too many objects.
     """
     left_out = frozenset(without)
     exact: Counter[GoalPattern] = Counter()
@@ -263,7 +263,7 @@ def _generalize_fact(
 
 
 Candidate: TypeAlias = tuple[Entry, ...]
-"""One possible meaning of a title: entries that must all be met, with actions in the order of the plan."""
+"""One possible meaning of a task title: entries that must all be met, its actions in the given order."""
 
 
 def find_first_met_candidate(
@@ -277,7 +277,7 @@ def find_first_met_candidate(
 
 
 def is_candidate_met(candidate: Candidate, difference: DemonstrationDifference) -> bool:
-    """Whether a demonstration meets every entry of a candidate, and takes actions in the entries' order."""
+    """Whether a demonstration meets all entries of a candidate, with actions in the entries' order."""
     rest = iter(difference.actions)
     return all(
         any(action in {pattern.name for pattern in entry} for action in rest)
@@ -310,11 +310,11 @@ def _make_goal(fact: Fact, scene: Scene) -> Goal:
 
 @dataclass(frozen=True, slots=True)
 class TitleDecisions:
-    """The decisions about what one title means.
+    """The decisions about the meaning of one task title.
 
     Attributes:
         candidates: possible meanings, in the order in which they are tried.
-        dropped: patterns that are no part of the title's meaning, although demonstrations share them.
+        dropped: shared patterns that the user decided to be no part of the meaning.
     """
 
     candidates: tuple[Candidate, ...] = ()
@@ -322,32 +322,32 @@ class TitleDecisions:
 
     @property
     def decided_patterns(self) -> frozenset[GoalPattern]:
-        """All patterns that were kept or dropped for the title."""
+        """All patterns that the user kept or dropped for the title."""
         entries = [entry for candidate in self.candidates for entry in candidate]
         return frozenset(self.dropped).union(*entries)
 
 
 class _TitleTable(Options):
-    """The TOML table of a title in a decision file: candidate meanings and dropped patterns."""
+    """The TOML table of one title in a file of decisions: its candidate meanings and its dropped patterns."""
 
     candidates: tuple[tuple[tuple[str, ...], ...], ...] = ()
     dropped: tuple[str, ...] = ()
 
 
 class _DecisionTables(Options):
-    """The content of a decision file. ``without`` names predicates whose patterns are not counted."""
+    """The content of a file of decisions. ``without`` names predicates whose patterns are not counted."""
 
     without: tuple[str, ...] = ()
     title: Mapping[str, _TitleTable] = {}
 
 
 def read_decisions(path: Path) -> tuple[tuple[str, ...], dict[str, TitleDecisions]]:
-    """Read a decision file. Return the names of predicates that are not counted, and the decisions by title.
+    """Read a file of decisions. Return the names of predicates that are not counted, and decisions by title.
 
     Both are empty if the file does not exist.
 
     Raises:
-        InputError: the file is not a decision file. The message names the place in it.
+        InputError: the file does not hold decisions. The message names the faulty key.
     """
     if not path.exists():
         return (), {}
@@ -378,7 +378,7 @@ def write_decisions(path: Path, without: Sequence[str], titles: Mapping[str, Tit
 
 
 def format_decisions(without: Sequence[str], titles: Mapping[str, TitleDecisions]) -> str:
-    """Return the content of a decision file, with one entry on each line."""
+    """Return the content of a file of decisions, with one entry on each line."""
     lines = [f"without = {_format_strings(without)}"]
     for name, chosen in titles.items():
         lines += [
@@ -426,7 +426,7 @@ class PatternList:
 
     @cached_property
     def counts(self) -> Mapping[GoalPattern, int]:
-        """Number of demonstrations in which a pattern occurs, by pattern, most frequent first."""
+        """Number of demonstrations in which each pattern occurs, by pattern, most frequent first."""
         occurrences = Counter(
             each for one in self.differences for each in count_patterns([one], self.without)
         )
@@ -441,13 +441,13 @@ class PatternList:
         return tuple(self.counts)
 
     def find_undecided_numbers(self, chosen: TitleDecisions) -> list[int]:
-        """Return the numbers of the patterns that were neither kept nor dropped."""
+        """Return the numbers of the patterns that the user neither kept nor dropped."""
         decided = chosen.decided_patterns
         return [number for number, pattern in enumerate(self.numbered_patterns, 1) if pattern not in decided]
 
 
 def decide(command: str, chosen: TitleDecisions, listing: PatternList) -> TitleDecisions:
-    """Return the decisions about a title after one more command, except ``undo`` and ``done``.
+    """Return the decisions about a title after one more command of the user, except ``undo`` and ``done``.
 
     Raises:
         InputError: the command is unknown or malformed.
@@ -518,7 +518,7 @@ def _refuse_unknown(name: str, known: Sequence[str], noun: str) -> None:
 
 
 def _append_entries(chosen: TitleDecisions, entries: Sequence[Entry]) -> TitleDecisions:
-    """Return the decisions after appending entries to the last candidate."""
+    """Return the decisions after appending entries to the last candidate meaning."""
     *before, last = chosen.candidates or ((),)
     return replace(chosen, candidates=(*before, (*last, *entries)))
 
@@ -548,7 +548,7 @@ def group_by_title(tasks: Mapping[str, Task], title: str | None = None) -> dict[
 def annotate(
     titles: Mapping[str, Iterable[Task]], domain: Domain, decisions: Mapping[str, TitleDecisions]
 ) -> Iterator[Annotation]:
-    """Yield the result of decisions for each demonstration, title by title.
+    """Yield the goals that follow from the decisions for each demonstration, title by title.
 
     Raises:
         InputError: a plan cannot be executed, or a decision uses an undeclared name.
@@ -569,7 +569,7 @@ def annotate(
 
 
 def check_goals(annotations: Iterable[Annotation]) -> Iterator[DataFinding]:
-    """Yield a finding about each task whose goals are not the goals that follow from the decisions."""
+    """Yield a finding about each task whose goals in the data set differ from those that decisions imply."""
     for difference, candidate, goals in annotations:
         task = difference.task
         ours, theirs = set(goals), set(task.goals)

@@ -28,7 +28,7 @@ MAX_DRAWS = 20
 """Maximum number of times that conditions are drawn for a task."""
 
 _MAX_LISTED_OPTIONS = 10_000
-"""Maximum number of ways to meet a goal, in a fixed order, from which one is drawn."""
+"""Maximum number of ways to meet a goal, first ones in a fixed order, from which one way is drawn."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -41,7 +41,8 @@ class DrawnProblem:
         text: the problem, in PDDL.
         outcome: the planner's outcome.
         draws: number of times that conditions were drawn.
-        source: the parts of the task that were exported to PDDL; None if the data set provides its problems.
+        source: the parts of the task from which the problem was exported to PDDL; None if the data set
+            provides the problem.
     """
 
     task_id: str
@@ -61,10 +62,10 @@ def make_problem(
     conditions: int,
     seed: int,
 ) -> DrawnProblem | None:
-    """Return a planning problem with at most ``conditions`` conditions of one way to meet a task's goal.
+    """Return a planning problem whose goal is a random part of one way to meet a task's goal.
 
     Conditions that the planner cannot reach are drawn again. If all draws fail, the last problem is returned
-    with its outcome. None if the goal has no conditions.
+    with its outcome. The result is None if the task's goal has no conditions.
 
     Args:
         task: the task with its goal and initial state.
@@ -72,7 +73,7 @@ def make_problem(
         planner: the planner that solves the problem.
         operators: the data set's planning domain with all its operators, or None if its problems use no such
             domain.
-        conditions: maximum number of conditions.
+        conditions: maximum number of conditions in the goal of the problem.
         seed: seed of the draws. Equal seeds give equal problems.
     """
     made = None
@@ -99,7 +100,7 @@ def make_problem(
 
 
 def draw_conditions(task: Task, conditions: int, dice: random.Random) -> tuple[Formula, ...]:
-    """Draw conditions of a random way to meet all goals of a task that concern its final state."""
+    """Draw conditions of a randomly chosen way to meet all goals about a task's final state."""
     objects = task.scene.names_of_category
     wanted = [goal.formula for goal in task.without_goals_over_time.goals if goal.kind is not GoalKind.ACTION]
     formulas: dict[Formula, None] = {}
@@ -117,7 +118,7 @@ def make_published_domain(operators: Sequence[str], header: PddlDomain) -> PddlD
 def share_domain(problems: Sequence[DrawnProblem], benchmark: Benchmark) -> list[DrawnProblem]:
     """Return the problems with one common planning domain, which has the categories of all their objects.
 
-    Problems of the data set stay as they are, if no problem was exported.
+    If the data set provides all problems, they stay as they are.
     """
     sources = [problem.source for problem in problems if problem.source is not None]
     if not sources:
@@ -130,7 +131,7 @@ def share_domain(problems: Sequence[DrawnProblem], benchmark: Benchmark) -> list
 
 
 def _find_relevant_object_bits(task: Task, goals: Sequence[Formula], domain: Domain) -> int:
-    """Return a bit mask of the relevant objects, the objects of goals, and all objects that carry them."""
+    """Return as a bit mask the relevant objects, the goals' objects, and all objects that carry them."""
     scene, initial = task.scene, task.initial
     supports = [initial.relation(name) for name in find_spatial_predicates(domain)[1]]
     pending = [*task.relevant, *[scene.index[name] for goal in goals for name in find_object_names(goal)]]
