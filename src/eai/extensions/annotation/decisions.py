@@ -13,8 +13,8 @@
 
 A candidate is a possible meaning of the title: a list of entries. An entry is a list of patterns, of which
 one must be met. Patterns are changes that demonstrations (people's plans) share. They name an object by its
-class or by all its properties: ``ON(washing_machine)`` is a state, ``ONTOP({GRABBABLE, MOVABLE},
-washing_machine)`` a relation, ``do TOUCH`` an action.
+class or by all its properties: ``ON(washing_machine)`` is a state,
+``ONTOP({GRABBABLE, MOVABLE}, washing_machine)`` a relation, ``do TOUCH`` an action.
 """
 
 from __future__ import annotations

@@ -33,7 +33,7 @@ if TYPE_CHECKING:
 
 
 Units: TypeAlias = Sequence[Sequence[float]]
-"""Ratings of annotations: for each rated task, one rating by each of its raters."""
+"""Ratings of one attribute: for each rated task, one rating by each of its raters."""
 
 
 COLUMNS = ("task", "rater", "attribute", "score")
@@ -46,13 +46,14 @@ PAPER_NOTE = (
     "variability low. Ratings drawn at random from 1 to 5 have a weighted MSE of 1 where tasks are rated "
     "twice, and of 1.25 where one is rated four times and two twice, which these figures allow: 1.84 is more."
 )
-"""Note with the paper's figures on ratings, and how to read them."""
+"""Note that gives the paper's figures on ratings, and says how to read them."""
 
 
 def compute_weighted_mse(units: Units) -> float | None:
     """Return the mean squared distance of ratings from the mean rating of their task.
 
-    Each rating has the same weight. Tasks with one rating are left out. None if no task has two ratings.
+    Each rating has the same weight. Tasks with one rating are left out. The result is None if no task has two
+    ratings.
     """
     repeated = [unit for unit in units if len(unit) > 1]
     number = sum(map(len, repeated))
@@ -62,7 +63,8 @@ def compute_weighted_mse(units: Units) -> float | None:
 def compute_krippendorff_alpha(units: Units) -> float | None:
     """Return Krippendorff's alpha, the agreement of raters, for ratings on an interval scale.
 
-    1 is perfect agreement. 0 is the agreement of raters who draw from all ratings at random; below 0 is less.
+    1 is perfect agreement. 0 is the agreement of raters who draw from all ratings at random. A negative value
+    is less agreement than that.
     Raters may leave out tasks. (K. Krippendorff, Content Analysis, chapter "Reliability": the ratio of
     observed to expected squared differences.)
 
@@ -74,8 +76,8 @@ def compute_krippendorff_alpha(units: Units) -> float | None:
     if not ratings or len(set(ratings)) == 1:
         return None
     number = len(ratings)
-    # The squared differences of all pairs of a unit's ratings sum to 2 size^2 variance.
-    # Each rating is in size - 1 pairs.
+    # The squared differences of all pairs of one task's ratings sum to 2 size^2 variance.
+    # Divided by size - 1, because each rating is in size - 1 pairs.
     observed = sum(2 * len(unit) ** 2 * pvariance(unit) / (len(unit) - 1) for unit in pairable) / number
     expected = 2 * number * pvariance(ratings) / (number - 1)
     return 1 - observed / expected

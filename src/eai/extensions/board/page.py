@@ -44,7 +44,7 @@ from eai.tasks.options import Options
 from eai.tasks.source import Source
 
 DESCRIPTION, SPECIFICATION, SEASON = "submission.toml", "run.toml", "season.toml"
-"""Names of the files that describe a submission, the run of a submission, and a season."""
+"""Names of the files that describe a submission, the run behind a submission, and a season."""
 
 _NAME = re.compile(r"[A-Za-z0-9][A-Za-z0-9._-]{0,63}")
 _MAX_FILES, _MAX_CHARACTERS, _MAX_DESCRIPTION_BYTES = 200, 100_000, 64_000
@@ -94,7 +94,7 @@ def build_board_page(
     Args:
         paths: folders or zips of single submissions, seasons, or folders of these.
         source: the data set, and the planner that judges operators.
-        told: a function that is called with the name of each submission before it is scored.
+        told: a function that takes the name of a submission; called before the submission is scored.
 
     Raises:
         InputError: a submission or a season is invalid. The message names it and the reason.
@@ -122,7 +122,7 @@ def build_board_page(
 
 
 def _find_submissions(path: Path) -> list[Path]:
-    """Return the paths of submissions and seasons at a path, sorted by name. Other files are ignored."""
+    """Return the paths of submissions and seasons at or directly below a path, sorted by name."""
     if not path.exists():
         raise InputError(f"{path}: no such file or folder")
     if path.suffix.lower() == ZIP or any((path / name).is_file() for name in (DESCRIPTION, MANIFEST)):
@@ -240,7 +240,7 @@ def _read_season(place: Path) -> tuple[Benchmark | None, str]:
 
 
 def _require_small_file(file: Path) -> Path:
-    """Return a file; raise InputError if it is larger than a description may be."""
+    """Return the given path; raise InputError if its file is larger than a description may be."""
     if file.is_file() and file.stat().st_size > _MAX_DESCRIPTION_BYTES:
         raise InputError(f"{file}: expected at most {_MAX_DESCRIPTION_BYTES:,} bytes")
     return file
@@ -270,7 +270,7 @@ _HEADINGS_BEFORE = ("#", "Model")
 _HEADINGS_AFTER = (
     *("Answered", "Prompts", "Harness", "Effort", "Date", "Tokens", "Dollars", "Protocol", "Errata", "Logs"),
 )
-"""Headings of a table's columns before and after the columns of metrics."""
+"""Headings of the columns of a table: before the columns of metrics, and after them."""
 
 
 def _format_ranking_html(table: Ranking, submissions: Mapping[str, _ScoredSubmission]) -> str:
@@ -344,7 +344,10 @@ def _format_description_cells(said: _SubmissionDescription) -> Sequence[str]:
 
 
 def _read_prompt_set(specification: str) -> str:
-    """Return the prompt set that a run specification names, with the user's name of the prompts if any."""
+    """Return the name of the prompt set in a run specification, and the name of the user's own prompts.
+
+    The result is empty without a specification.
+    """
     if not specification:
         return ""
     chosen = parse_toml(specification).get("prompts")
@@ -353,7 +356,7 @@ def _read_prompt_set(specification: str) -> str:
 
 
 def _describe_errata(submission: _ScoredSubmission, table: Ranking) -> str:
-    """Return the version of the errata, and how many tasks of the table they left out or corrected."""
+    """Return the version of the errata, and the numbers of a table's tasks that they leave out or correct."""
     abilities = {column.ability for column in table.columns}
     errata = [
         summary.errata

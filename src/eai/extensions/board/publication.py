@@ -35,7 +35,7 @@ _PAPER = "https://embodied-agent-interface.github.io"
 
 
 _Name = Annotated[str, Field(pattern=r"^[A-Za-z0-9][\w.-]*/[A-Za-z0-9][\w.-]*$")]
-"""Pattern of the name of a model or data set in a collection: OWNER/NAME."""
+"""Regular expression for the name of a model or data set in both collections: OWNER/NAME."""
 
 
 class _PublicationFile(Options):
@@ -51,7 +51,9 @@ class _PublicationFile(Options):
 
 
 def make_published_files(file: Path, runs: Sequence[RunSummary]) -> dict[str, str]:
-    """Return the files to publish, as a mapping from relative path to content. Unranked runs are left out.
+    """Return a mapping from the relative path of each file to publish to its content.
+
+    Runs that no ranking contains are left out.
 
     Args:
         file: TOML file with ``by``, ``date`` and ``models``, the models to publish; optionally also
@@ -116,7 +118,7 @@ def _make_eval_record(said: _PublicationFile, runs: Sequence[RunSummary]) -> dic
 
 
 def _make_eval_results(said: _PublicationFile, run: RunSummary) -> Iterator[dict[str, Json]]:
-    """Yield the main metrics of a suite as JSON values, each in percent with its confidence interval."""
+    """Yield the main metrics of a run as JSON values, each in percent with its confidence interval."""
     key = run.key
     for metric in get_declaration(key.ability).overview_headings:
         rate = run.rates.get(metric)
@@ -168,7 +170,7 @@ def _make_uncertainty(run: RunSummary, metric: str) -> dict[str, Json]:
 
 
 def _format_hub_entries(said: _PublicationFile, runs: Sequence[RunSummary]) -> Iterator[str]:
-    """Yield the first main metric of each suite as YAML. Texts are JSON strings, which are valid YAML."""
+    """Yield the first main metric of each suite as YAML. Strings are quoted as in JSON, which YAML allows."""
     for run in runs:
         key = run.key
         metric = next(iter(get_declaration(key.ability).overview_headings))

@@ -21,7 +21,7 @@ from eai.tasks.prompts.prompt import read_prompt_file
 from eai.tasks.source import DataFinding, Source
 
 _PROMPTS_SUFFIX = "_prompts.json"
-"""Suffix of the names of prompt files in the challenge's starter kit."""
+"""Suffix of the names of the prompt files in the challenge's starter kit."""
 
 _SUITES = [(domain, ability) for domain in PAPER_BENCHMARKS for ability in PAPER_ABILITIES]
 
@@ -73,7 +73,7 @@ def build_submission(
         store: store of the data set; None for the user's default store.
         model: the model's name in the run; optional if the run has only one model.
         folder: name of a folder in the zip for its files; None to put them at the top of the zip.
-        prompts: the prompts of a phase, as for `list_submission_files`.
+        prompts: a folder with the prompts of a phase of the challenge, as for `list_submission_files`.
 
     Raises:
         InputError: the run has no answers or answers of several models, a name is not the plain name of a
@@ -107,8 +107,8 @@ def check_submission(
 ) -> list[DataFinding]:
     """Return all errors of a submission, file by file in a fixed order; empty if it is correct.
 
-    Task identifiers may have the prefix of the first scene or not. Files may be in a folder of the zip. The
-    expected files and identifiers are those of `list_submission_files`.
+    Task identifiers are accepted with and without the prefix that names their scene. Files may be in a folder
+    of the zip. The expected files and identifiers are those of `list_submission_files`.
 
     Raises:
         InputError: the zip cannot be read.
@@ -191,7 +191,10 @@ def _format_file_name(domain: str, ability: Ability) -> str:
 
 
 def _list_prompt_identifiers(domain: str, ability: Ability, store: Store | None) -> tuple[str, ...]:
-    """Return the identifiers of a suite's prompts, with the scene's prefix and corrected task ids."""
+    """Return the identifiers of a suite's prompts.
+
+    Identifiers with the prefix of a scene stay as they are. Others become corrected task ids.
+    """
     published = find_benchmark(domain).data.prompts
     if published is None:
         raise InputError(f"{domain} has no published prompts, so a submission cannot answer them")

@@ -1,10 +1,10 @@
 """Obfuscated benchmarks, in which predicates, operators and categories have swapped names.
 
 A planner needs the rules of actions, not their names. An obfuscated benchmark permutes the names of
-predicates, operators and categories of objects. Only names of things with equal use, such as operators with
-two objects, are exchanged. World, tasks and verdicts stay unchanged. Unlike plain prompts, its prompts define
-each word and state the exact rules. `open_with_rules` opens a benchmark for comparison: its prompts state the
-exact rules with the true names.
+predicates, operators and categories of objects. Only names with equal use, such as names of operators
+with two objects, are exchanged. World, tasks and verdicts stay unchanged. Unlike plain prompts, its prompts
+define each word and state the exact rules. `open_with_rules` opens a benchmark for comparison: its prompts
+state the exact rules with the true names.
 """
 
 from __future__ import annotations
@@ -58,7 +58,7 @@ UNCHANGING = "Facts that no action changes:"
 
 
 def _make_word_cipher(benchmark: Benchmark, tasks: Iterable[Task]) -> Mapping[str, str]:
-    """Return the new name of each word of a benchmark that is renamed. It is equal on every machine."""
+    """Return a mapping from each renamed word of a benchmark to its new name, equal on every machine."""
     wording, arity = benchmark.wording(Ability.ACTION_SEQUENCING), benchmark.domain.vocabulary.find_arity
     used = [(name, ("predicate", arity(name))) for name in (*wording.predicates, *wording.static)]
     used += [(operator.name, ("operator", operator.arity)) for operator in benchmark.domain.operators]
@@ -72,13 +72,13 @@ def _make_word_cipher(benchmark: Benchmark, tasks: Iterable[Task]) -> Mapping[st
     for group in group_pairs(alike).values():
         changing = [names for names in group if _FORMAT_WORDS.isdisjoint(names)]
         start = rng.sample(changing, len(changing))
-        for old, new in zip(start, (*start[1:], *start[:1]), strict=True):  # a cycle: every name changes
+        for old, new in zip(start, (*start[1:], *start[:1]), strict=True):  # a cyclic shift changes all names
             words |= dict(zip(old, new, strict=True))
     return words
 
 
 def _replace_words(words: Mapping[str, str], text: str) -> str:
-    """Replace words in a text. Names of objects keep their numbers."""
+    """Replace words in a text. Names of objects keep their numbers: ``cup_2`` becomes ``NAME_2``."""
     return _TOKEN.sub(lambda token: _replace_token(token[0], words), text)
 
 
@@ -94,7 +94,7 @@ def _replace_token(token: str, words: Mapping[str, str]) -> str:
 
 
 def _find_stems(tasks: Iterable[Task]) -> Mapping[str, tuple[str, ...]]:
-    """Return the categories of objects except agents, each with its objects' names without numbers."""
+    """Return each category of objects, except agents, with its objects' names without numbers."""
     stems_of: dict[str, dict[str, None]] = {}
     owner: dict[str, str] = {}
     agents = set()
@@ -117,7 +117,7 @@ class _ObfuscatedWording(SuiteWording):
 
     Attributes:
         words: the new name of each renamed word.
-        english: English sentences for predicates.
+        english: the English sentence for each predicate.
     """
 
     words: Mapping[str, str] = field(default_factory=dict)
@@ -125,7 +125,7 @@ class _ObfuscatedWording(SuiteWording):
 
     @cached_property
     def _exact_rules(self) -> DomainRules:
-        """The rules of all actions without English remarks. They also state hidden facts."""
+        """The rules of all actions without English remarks. They also state facts that plain prompts hide."""
         vocabulary = self.domain.vocabulary
         predicates = vocabulary.predicates
         shown = [
@@ -176,7 +176,7 @@ class _ObfuscatedWording(SuiteWording):
         return f"{head}: {', '.join([*(known.split(', ') if known != '-' else ()), *having]) or '-'}"
 
     def state_rule_facts(self, task: Task) -> str:
-        """Return the facts that plain prompts put into sentences, one on each line below a heading."""
+        """Return facts that plain prompts put into sentences, one a line below the heading `UNCHANGING`."""
         named = self._predicates_of_rules.intersection(self.unchanging)
         properties = {p.name for p in self.domain.vocabulary.predicates if is_property(p)}
         listed, lines = {*self.list_prompt_objects(task)}, [UNCHANGING]
@@ -193,7 +193,10 @@ class _ObfuscatedWording(SuiteWording):
 
 
 def _make_exact_operator(operator: Operator) -> Operator:
-    """Return an equivalent operator without description, with conditional effects instead of alternatives."""
+    """Return an equivalent operator without description and without alternatives.
+
+    Each alternative becomes an effect with a condition.
+    """
     tried = [f.And(attempt.conditions) for attempt in operator.alternatives]
     effects = [
         When(need, attempt.effects) for need, attempt in zip(tried, operator.alternatives, strict=True)
@@ -321,7 +324,7 @@ def _open_with_exact_rules(benchmark: Benchmark, words: Mapping[str, str], suffi
             own_tasks={Ability.TRANSITION_MODELING: lambda source: no_operators},
             asks={
                 Ability.GOAL_INTERPRETATION: lambda task: False,
-                # prompts swap names only in tasks whose prompts state the goals
+                # prompts of ambiguous tasks give only an instruction, in which no name is swapped
                 Ability.ACTION_SEQUENCING: lambda task: task.prompts_state_goals,
                 Ability.SUBGOAL_DECOMPOSITION: lambda task: (
                     task.prompts_state_goals and (asks_subgoals is None or asks_subgoals(task))

@@ -25,13 +25,13 @@ from eai.tasks.options import Options
 from eai.tasks.share import Share
 
 STEP_BOUNDS = (4, 8, 12, 20)
-"""Upper bounds of the strata of plan lengths, in steps.
+"""Upper bounds, in steps, of the groups of similar plan lengths.
 
-The plan is that of the data set, or the plan that proves a generated task solvable.
+A task's length is that of its plan in the data set, or of the plan that proves a generated task solvable.
 """
 
 GOAL_BOUNDS = (1, 2, 4, 8)
-"""Upper bounds of the strata (groups of similar tasks) by number of goals."""
+"""Upper bounds of the groups of similar numbers of goals."""
 
 _REMARKS = (
     "A difference below zero means that fresh tasks are harder than public tasks with equally long plans, "
@@ -44,17 +44,17 @@ _REMARKS = (
 
 
 StratifiedCase: TypeAlias = tuple[RateCase, Hashable]
-"""The contribution of one task to a rate, and the stratum (group of similar tasks) of the task."""
+"""The contribution of one task to a rate, and the task's stratum (group of similar tasks)."""
 
 
 def match_tasks_in_strata(
     first: Sequence[StratifiedCase], second: Sequence[StratifiedCase]
 ) -> tuple[list[RateCase], list[RateCase]]:
-    """Return the tasks of both sets in the strata that have tasks of both sets.
+    """Return the tasks of each of two sets whose stratum has tasks of both sets.
 
     Weights make each stratum of the second set as heavy as in the first set. Names of tasks get a prefix, so
-    that no name is in both sets. The interval of the difference ignores that strata reduce variance, so it is
-    too wide rather than too narrow.
+    that no name is in both sets. Strata reduce the variance of a difference, but its interval ignores this,
+    so the interval is too wide rather than too narrow.
     """
     sizes, others = (Counter(stratum for _, stratum in cases) for cases in (first, second))
     return (
@@ -108,7 +108,7 @@ def make_contamination_table(pairs: Sequence[RunPair]) -> Iterator[Row]:
 
 
 def _assign_strata(records: Sequence[Record]) -> Iterator[StratifiedCase]:
-    """Yield the contribution to the success rate and the stratum of each task that is not excluded."""
+    """Yield for each task that is not excluded: its contribution to the success rate, and its stratum."""
     for record in records:
         verdict, task = record.verdict, record.task
         if isinstance(verdict, PlanVerdict) and verdict.excluded is None and task is not None:
@@ -123,12 +123,12 @@ def _find_bin(number: int, bounds: Sequence[int]) -> int:
 
 
 def _analyze_contamination(records: StudyRecords, chosen: Options) -> Iterator[Analysis]:
-    """Compare each run on a benchmark with runs of the model on task files of the benchmark's world.
+    """Compare each run on a benchmark with the model's runs on task files of the benchmark's world.
 
     Task files are named after their benchmark: `lamps-tasks` after `lamps`.
 
     Raises:
-        InputError: no model has runs on both.
+        InputError: no model has runs on a benchmark and on such a task file.
     """
     pairs = list(_pair_runs(list(records.read_runs())))
     if not pairs:

@@ -15,14 +15,14 @@ from eai.results.responses import COLUMNS, Response
 from eai.results.summary import find_answer_outcome as outcome_of
 
 RECORD_COLUMNS = {"record": "string", "outcome": "string", "success": "boolean"}
-"""Types of the columns that scoring adds, by name of the column, as Spark writes types."""
+"""Mapping from each column that scoring adds to the type of the column, in Spark's notation."""
 
 
 class BatchScorer:
     """Scores rows of a data set, as a function for `ray.data.Dataset.map_batches`.
 
-    Ray makes it once in each actor, which keeps its tasks in memory. If an actor dies, another actor scores
-    its batch. The class itself does not import Ray.
+    Ray creates one scorer in each actor (worker process); the actor keeps the tasks in memory. If an actor
+    dies, another actor scores its batch. This class does not import Ray.
 
     Args:
         suite: The tasks, opened by name for these answers (`Suite.adapt_to_answers`); actors reopen them.

@@ -23,7 +23,7 @@ from eai.results.workers import (
 )
 
 LOCAL = "local"
-"""Address of no existing cluster: a new cluster starts on this machine and ends with the program."""
+"""Address that stands for a new cluster on this machine, which ends with the program."""
 
 T = TypeVar("T")
 R = TypeVar("R")
@@ -74,14 +74,16 @@ class RayScoring(Scoring):
         *,
         batch_sizes: tuple[int, int] = (MIN_BATCH_SIZE, MAX_BATCH_SIZE),
     ) -> Iterator[R]:
-        """Yield a function's results on the items in order. A batch goes to the actor with fewest batches.
+        """Yield a function's results on the items, in order.
+
+        Each batch of items goes to the actor with the fewest unfinished batches.
 
         Raises:
             EaiError: Actors die repeatedly while they work on one batch.
         """
         content = ray.put(pickle.dumps(work))
         ahead: deque[Any] = deque()
-        running: dict[Any, int] = {}  # number of the actor, by its unfinished batch
+        running: dict[Any, int] = {}  # maps each unfinished batch to the number of its actor
         for batch in split_batches(items, self._number, *batch_sizes):
             if len(running) == self._number * MAX_BATCHES_PER_WORKER:
                 for done in ray.wait([*running])[0]:

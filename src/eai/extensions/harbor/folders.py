@@ -36,11 +36,11 @@ _PACKAGE = "eai-bench"
 _EXECUTABLE = frozenset({"act", "solve.sh", "test.sh"})
 
 _INVALID_CHARACTERS = re.compile(r"[^A-Za-z0-9_.-]+")
-"""Characters that the name of a task folder may not contain."""
+"""Regular expression for characters that the name of a task folder may not contain."""
 
 NO_SOLUTION = "without a verified solution"
 FREE = "in which doing nothing, or copying the question, is right"
-"""Reasons why a task is left out and gets no folder."""
+"""Reasons for which a task is left out and gets no folder."""
 
 _EMPTY_ANSWERS = ("", "[]", "{}", DONE)
 """Answers of an agent that does nothing: empty texts, plans and episodes."""
@@ -76,7 +76,7 @@ def write_task_folders(
         is_shared: Whether answers are scored in the agent's container.
 
     Returns:
-        The number of written tasks, and the numbers of left-out tasks by reason.
+        The number of tasks with a folder, and the number of left-out tasks for each reason.
 
     Raises:
         InputError: The folder is not empty or cannot be written, a wheel or a file of tasks cannot be read,
@@ -127,7 +127,7 @@ def _find_reason_to_leave_out(suite: Suite, task_id: str, prompt: Prompt, soluti
 
 @dataclass(frozen=True, slots=True)
 class _HarborFolderMaker:
-    """Makes the contents of folders. The fields hold arguments of `write_task_folders`."""
+    """Makes the contents of task folders. The fields hold the arguments of `write_task_folders`."""
 
     suite: Suite
     wheels: _Files
@@ -137,11 +137,11 @@ class _HarborFolderMaker:
 
     @property
     def expects_episodes(self) -> bool:
-        """Whether answers are episodes (actions in a world that the verifier serves) instead of texts."""
+        """Whether answers are episodes (actions in a world that the verifier serves) and not texts."""
         return get_declaration(self.suite.ability).takes_turns
 
     def make_task_files(self, slug: str, task_id: str, prompt: Prompt, solution: str) -> _Files:
-        """Return the contents of a task's files, by their paths in the task's folder."""
+        """Return the files of a task: content by path relative to the task's folder."""
         reference, tasks = _bundle_benchmark(self.suite.benchmark.reference, [task_id])
         values = {
             **self._make_template_values(reference),
@@ -163,14 +163,14 @@ class _HarborFolderMaker:
         return _fill_templates(groups, values) | {f"tests/{name}": content for name, content in tests.items()}
 
     def make_image_files(self, task_ids: Collection[str]) -> _Files:
-        """Return contents of the files from which the image with some tasks' worlds is built, by path."""
+        """Return the files of the image with some tasks' worlds: their contents by relative path."""
         reference, tasks = _bundle_benchmark(self.suite.benchmark.reference, task_ids)
         return (
             _fill_templates(["image", "script"], self._make_template_values(reference)) | self.wheels | tasks
         )
 
     def _make_template_values(self, reference: str) -> dict[str, str]:
-        """Return the values of the placeholders in the templates of all folders, by placeholder."""
+        """Return a mapping from each placeholder in the templates of all folders to its value."""
         extra = "[mcp]" if self.expects_episodes else ""
         requirements = [f"./{wheel}{extra}" for wheel in self.wheels] or [f"{_PACKAGE}{extra}=={__version__}"]
         mode = "shared" if self.is_shared else "separate"
@@ -208,7 +208,7 @@ def _write_world_command(reference: str, task_id: str) -> str:
 
 
 def _bundle_benchmark(reference: str, task_ids: Collection[str]) -> tuple[str, _Files]:
-    """Return a reference to a benchmark with only some tasks, and the files that this reference opens."""
+    """Return a reference to a benchmark with only some tasks, and the files that this reference reads."""
     kind, _, location = reference.partition(":")
     if kind == PDDL:
         if "," not in location:
@@ -233,7 +233,10 @@ def _bundle_benchmark(reference: str, task_ids: Collection[str]) -> tuple[str, _
 
 
 def _fill_templates(groups: Sequence[str], values: Mapping[str, str]) -> _Files:
-    """Return the files of some groups of templates after filling in values, by their paths in a folder."""
+    """Return the files of some groups of templates after filling in values.
+
+    The result maps the path of a file, relative to its folder, to its content.
+    """
     return {
         file.relative_to(folder).as_posix(): Template(file.read_text("utf-8")).substitute(values)
         for folder in [Path(__file__).parent / "templates" / group for group in groups]

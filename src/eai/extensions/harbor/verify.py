@@ -39,9 +39,9 @@ def is_right_answer(suite: Suite, verdict: Verdict) -> bool:
 def compute_rewards(suite: Suite, task_id: str, text: str) -> dict[str, float]:
     """Return the rewards of an answer by name.
 
-    ``reward`` is 1 for a right answer, else 0. Further rewards are the main rates of the ability, from 0 to
-    1, as far as the answer counts in them. ``valid`` is 1. If an episode cannot be replayed, or the scorer
-    raises an error, ``valid`` is 0 and the other rewards are those of an empty answer.
+    ``reward`` is 1 for a right answer, else 0. Further rewards are the answer's values, from 0 to 1, of the
+    main metrics of the ability, as far as they apply. ``valid`` is 1. If an episode cannot be replayed, or
+    the scorer raises an error, ``valid`` is 0 and the other rewards are those of an empty answer.
     """
     verdict = suite.score(task_id, text)
     if verdict.excluded is not None:
@@ -73,7 +73,7 @@ def read_answer(file: Path) -> str:
 
 
 def read_episode(folder: Path, suite: Suite, task_id: str) -> str:
-    """Return the text of a task's episode from the folder of its world; empty if the episode was not begun.
+    """Return the text of a task's episode from the folder of its world; empty if no action was taken.
 
     Raises:
         InputError: The episode has not ended, was changed, or belongs to another task or setting.
