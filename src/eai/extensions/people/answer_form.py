@@ -23,7 +23,7 @@ from eai.tasks.source import USUAL_SOURCE, Source
 from eai.tasks.task import GoalKind
 
 SCRIPTS = ("dom.js", "tables.js", "form.js")
-"""Names of the files with the page's program. A file comes after the files that it uses."""
+"""Names of the JavaScript files of the page, each after the files that it uses."""
 
 PREDICATE, FIRST, SECOND = "\u0001predicate", "\u0001first", "\u0001second"
 """Placeholders for words that a person chooses, in the pattern of an answer to goal interpretation."""
@@ -36,7 +36,7 @@ def build_answer_form(
 
     Args:
         benchmark: Benchmark of the tasks.
-        ability: Ability that the questions ask for.
+        ability: Ability that the questions test.
         prompts: Prompts by task id, in the order of the page.
         source: Access to the data set.
 
@@ -64,10 +64,10 @@ def build_answer_form(
 
 
 def make_goal_pattern(benchmark: Benchmark, source: Source) -> Json:
-    """Return an answer with one goal of each kind, with placeholders instead of words, as a JSON value.
+    """Return the pattern of an answer with one goal of each kind, as a JSON value.
 
-    It has an action goal only if a task of the benchmark has one, because not all notations can write action
-    goals.
+    Placeholders stand for words. The pattern has an action goal only if a task of the benchmark has one,
+    because not all notations can write action goals.
     """
     patterns = [WrittenGoal(PREDICATE, (FIRST,)), WrittenGoal(PREDICATE, (FIRST, SECOND))]
     if any(task.get_goals_of_kind(GoalKind.ACTION) for task in benchmark.tasks(source).values()):
@@ -78,7 +78,7 @@ def make_goal_pattern(benchmark: Benchmark, source: Source) -> Json:
 
 
 def _list_asked_operators(benchmark: Benchmark, prompts: Mapping[str, Prompt], source: Source) -> Json:
-    """Return name and parameters of the operators that tasks ask for, by task. Questions name them, too."""
+    """Return for each task the names and parameters of the operators that its question asks for, as JSON."""
     tasks = benchmark.operators(source)
     return {
         task_id: [

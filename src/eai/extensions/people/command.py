@@ -134,7 +134,7 @@ def _begin_unfinished_tasks(
 def _play_in_terminal(
     tasks: Iterator[tuple[int, RecordedGame, Sequence[str]]], total: int, save: Callable[[RecordedGame], None]
 ) -> int:
-    """Play the tasks in order until the person stops. Return the number of the tasks that are over."""
+    """Play the tasks in order until the person stops. Return how many tasks are over."""
     from eai.extensions.people.person import RULES
 
     print_result_line(f"{RULES}\n  {_QUIT}      stop here; the same command resumes\n")
@@ -178,7 +178,7 @@ def _enable_completion(words: Callable[[str], Sequence[str]]) -> None:
     """Complete words with the tabulator key, if a terminal supports it.
 
     Args:
-        words: Returns the possible next words after the beginning of a line.
+        words: Function from the beginning of a line to the possible next words.
     """
     if find_spec("readline") is None or not sys.stdin.isatty():
         return

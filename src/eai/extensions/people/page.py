@@ -47,7 +47,7 @@ def _run_tasks(
 
     Args:
         first: The first task that is not over.
-        tasks: The other tasks. Any line after the end of a task begins the next one.
+        tasks: The other tasks that are not over. Any line after the end of a task begins the next task.
         total: Number of all tasks, with those that are over.
         save: Saves the episode.
 
@@ -110,7 +110,10 @@ class _PlayRequestHandler(BaseHTTPRequestHandler):
             self._send_response("text/html", page)
 
     def do_POST(self) -> None:
-        """Execute the line that the page sent, and send its new content. The last task ends the server."""
+        """Execute the line that the page sent, and send the page's new content.
+
+        The last task ends the server.
+        """
         line = self._read_line() if self._has_own_host_name() else None
         if line is None:
             return
@@ -187,7 +190,7 @@ def serve_page(
         tasks: The tasks that are not over.
         total: Number of all tasks, with those that are over.
         save: Saves an episode; called after each line.
-        ready: Takes the address of the page as soon as it can be opened.
+        ready: Function that is called with the address of the page as soon as browsers can open the page.
 
     Raises:
         InputError: The port cannot be used, or an episode cannot be begun or saved.

@@ -21,10 +21,10 @@ from eai.base.errors import InputError
 from eai.world.fault import FaultKind
 
 HARNESS, PROMPTED = "person", "person who asked what is possible"
-"""Names of the harness in records of people: without and with questions for possible actions."""
+"""Values of `harness` in records of people: of people who did not ask what is possible, and who did."""
 
 POSSIBLE, HELP = "?", "help"
-"""Lines that ask a question. They are no commands, so they cost nothing."""
+"""Lines by which a person asks a question. They are not commands, so they do not count."""
 
 RULES = f"""\
 Every line is one action and counts, also with a mistake, also if impossible.
@@ -95,7 +95,7 @@ def execute_line(play: RecordedGame, line: str) -> str:
 
 
 def normalize_command(line: str, operators: Sequence[str]) -> str:
-    """Return a typed line with the capitals of the operator's name, and with brackets around the objects."""
+    """Return a typed line as a command: the operator's name with its capitals, the objects in brackets."""
     match = _LINE.fullmatch(line)
     if match is None:
         return line.strip()

@@ -46,16 +46,17 @@ from eai.tasks.source import TaskSet
 from eai.world.fault import FaultKind
 
 MIN_DEPTHS = {"1": 1, "2-3": 2, "4-7": 4, "8+": 8}
-"""Minimum number of actions to consider in questions of each depth column, by the title of the column."""
+"""Columns for the depth of questions (number of actions to consider): heading and minimum depth."""
 
 GUESS_AND_SHORTCUTS = (GUESS, *SHORTCUTS)
-"""Names of guessing and of the shortcuts. Both answer questions without knowledge of the world."""
+"""Names of guessing, and of the shortcuts (rules that answer without knowledge of the world)."""
 
 
 class _AskedQuestion(NamedTuple):
     """A question of a file, and the probability that a guess answers it correctly.
 
-    A guess is a random choice. In open form (no choices), it is the most frequent gold answer of the file.
+    A guess takes one of the choices at random. Without choices (in open form), it takes the most frequent
+    gold answer of the question's kind in the file.
     """
 
     question: Question
@@ -71,8 +72,8 @@ class _QuestionVerdict(Verdict):
 
     Attributes:
         success: whether the answer is completely right. A missing answer is not.
-        counts: numbers of right, wrong and missing items of the answer. If the question accepts any one gold
-            answer, at most one item counts as missing.
+        counts: numbers of right, wrong and missing items of the answer. If one of the gold answers is
+            enough, at most one item counts as missing.
         kind: the subject of the question.
         form: the form of the answer.
         depth: number of actions that the answer has to consider.
@@ -163,7 +164,7 @@ def find_outcome(verdict: _QuestionVerdict) -> AnswerOutcome:
 
 
 def is_same_question(one: _QuestionVerdict, other: _QuestionVerdict) -> bool:
-    """Whether two verdicts are about the same question. Its prompt may show the rules of actions or not."""
+    """Whether two verdicts are about the same question. Its prompts may differ in the rules of actions."""
     return (one.kind, one.form, one.depth, one.gold) == (other.kind, other.form, other.depth, other.gold)
 
 
@@ -172,7 +173,7 @@ _QUESTION_FILE_START = re.compile(rb'\{"id":(?!.*?"base":)')
 
 
 def open_question_file(path: Path) -> tuple[str, TaskSet[_AskedQuestion]] | None:
-    """Read the questions of a file. Return None if the file is not a question file.
+    """Return the name of a set of questions and its questions, or None if the file is not a question file.
 
     Raises:
         InputError: the file begins with a question but cannot be read.
@@ -191,7 +192,7 @@ def _get_prompt_and_answer(world: AbilityWorld, asked: _AskedQuestion) -> Questi
 
 
 def _get_features(asked: _AskedQuestion) -> TaskFeatures:
-    """Return the features of a question: its task, so that questions about one task count as dependent."""
+    """Return the features of a question. They name its task: questions about one task count as dependent."""
     return TaskFeatures(asked.question.task, None, 0)
 
 

@@ -24,19 +24,22 @@ _MAX_DRAWS = 20
 """Maximum number of random draws to find one fact or action."""
 
 _MAX_BINDINGS = 200_000
-"""Maximum number of actions (operators with objects) that are tried to find all possible actions."""
+"""Maximum number of actions (operators with objects) that are tried to find all right actions."""
 
 _RANDOM_BINDINGS = 40
-"""Number of random actions of the operator that are drawn to find unmet requirements."""
+"""Number of random actions of one operator that are drawn to find actions with unmet requirements."""
 
 _FEWEST_UNMET_PROBABILITY = 0.5
-"""Probability that a why-not question uses the action with the fewest unmet requirements."""
+"""Probability that a question why an action is impossible uses the action with fewest unmet requirements."""
 
 _PATH_OPERATOR_PROBABILITY = 0.2
-"""Probability that an operator of the task's path stays a candidate. If none stays, all are candidates."""
+"""Probability that an operator of the task's path remains a candidate for a question.
+
+If no such operator remains, all operators are candidates.
+"""
 
 _NO_EFFECT_PROBABILITY = 0.3
-"""Probability that a question is kept although its action has no effect."""
+"""Probability that a question is kept although its action changes nothing."""
 
 _WRONG_CHOICES = 3
 """Number of wrong choices of a question, beside the right choice."""
@@ -97,7 +100,7 @@ def make_inverse_item(setting: QuestionSetting, rng: random.Random, number: int)
 def make_applicability_item(
     setting: QuestionSetting, rng: random.Random, number: int
 ) -> QuestionContent | None:
-    """Ask which of the listed actions are possible. Half of the actions are."""
+    """Ask which of the listed actions are possible. Half of them are possible."""
     state = rng.choice(setting.states)
     right, wrong = _draw_possible_and_impossible(setting, rng, state, _LISTED_ACTIONS // 2)
     if len(right) < _LISTED_ACTIONS // 2 or len(wrong) < _LISTED_ACTIONS // 2:
@@ -144,7 +147,7 @@ def make_why_not_item(setting: QuestionSetting, rng: random.Random, number: int)
     seen = sorted({n for each in unmet.values() for n in each})
     if not seen:
         return None
-    one = rng.choice(seen)  # uniform over requirements: rarely unmet ones are asked, too
+    one = rng.choice(seen)  # requirements that are rarely unmet are as likely as others
     fitting = [each for each in drawn if one in unmet[each]]
     best = min(fitting, key=lambda each: len(unmet[each]))
     action = best if rng.random() < _FEWEST_UNMET_PROBABILITY else rng.choice(fitting)
@@ -167,10 +170,10 @@ def make_why_not_item(setting: QuestionSetting, rng: random.Random, number: int)
 def draw_statements(
     setting: QuestionSetting, rng: random.Random, states: Sequence[State]
 ) -> tuple[list[str], list[str]]:
-    """Draw facts that hold in the last of several states, and facts that do not; return both lists as texts.
+    """Return two lists of texts: facts that hold in the last of several states, and facts that do not.
 
-    If possible, each list has facts that had the other truth value in an earlier state. Neither "nothing
-    changed" nor "everything changed" then separates true from false statements.
+    If possible, each list has facts that had the other truth value in an earlier state. Then neither "nothing
+    changed" nor "everything changed" separates true from false statements.
     """
     start, last = frozenset(setting.list_changeable_facts(states[0])), states[-1]
     gained = frozenset([fact for state in states[1:] for fact in setting.find_added_facts(states[0], state)])
@@ -191,7 +194,7 @@ def draw_statements(
 def draw_untrue_facts(
     setting: QuestionSetting, rng: random.Random, ever: frozenset[Fact], number: int
 ) -> list[Fact]:
-    """Draw facts that are not in the set ``ever``: facts of this set with one object replaced."""
+    """Draw facts that are not in the set ``ever``, by replacing one object in facts of this set."""
     facts: list[Fact] = []
     true_facts, objects = sorted(ever), range(len(setting.scene.objects))
     for _ in range(_MAX_DRAWS if true_facts else 0):
@@ -281,7 +284,7 @@ def _make_which_action_item(
 def _draw_possible_and_impossible(
     setting: QuestionSetting, rng: random.Random, state: State, number: int
 ) -> tuple[list[Action], list[Action]]:
-    """Draw possible and impossible actions, preferably by the same operators.
+    """Return a list of possible and a list of impossible actions, if possible by the same operators.
 
     The name of an operator then does not reveal whether the action is possible.
     """

@@ -45,16 +45,16 @@ Its name then does not reveal that the action was inserted.
 """
 
 _WANTED_OUTCOMES = ("works", "fails", "misses", "fails")
-"""Outcomes of plans that questions take in turn.
+"""Outcomes of plans, which consecutive questions take in turn.
 
-Half of the plans fail, because two of the four choices name a failing step.
+Half of the plans fail, because two of the four choices of a question say that a step fails.
 """
 
 _MAX_ACTIONS = 8
-"""Maximum number of listed actions in a question about all plans that consist of them."""
+"""Maximum number of actions that a question lists if it is about all plans of listed actions."""
 
 _MIN_ACTIONS = 5
-"""Minimum number of listed actions in a question about all plans that consist of them."""
+"""Minimum number of actions that a question lists if it is about all plans of listed actions."""
 
 _MAX_STATES = 150
 """Maximum number of states that the listed actions may lead to. With more states, no question is asked."""
@@ -72,7 +72,7 @@ _MAX_GOALS = 3
 """Maximum number of facts in the goal of a question."""
 
 _DISTANCES = 4
-"""Number of different lengths of shortest plans. Questions take these lengths in turn."""
+"""Number of different lengths of shortest plans. Consecutive questions take these lengths in turn."""
 
 _GOAL_CANDIDATES = 8
 """Number of goals that are tried to get the wanted length of a shortest plan."""
@@ -86,7 +86,7 @@ class _PlanOutcome(NamedTuple):
 
     Attributes:
         missed_goals: numbers, from 1, of the goals that do not hold at the end.
-        failing_step: index of the first impossible step.
+        failing_step: index of the first impossible step; 0 if all steps are possible.
         unmet_requirement: number, from 1, of the first unmet requirement of that step; 0 if no step is
             impossible.
     """
@@ -115,7 +115,10 @@ def _find_outcome(
 
 
 def _find_states(setting: QuestionSetting, start: State, plan: Sequence[Action]) -> list[State]:
-    """Return the states before each step up to the first impossible step; without one, also the last."""
+    """Return the state before each step of a plan, up to the first impossible step.
+
+    If all steps are possible, the state after the last step follows.
+    """
     states = [start]
     for action in plan:
         after = setting.find_next_state(states[-1], action)
@@ -198,7 +201,7 @@ def make_validation_item(setting: QuestionSetting, rng: random.Random, number: i
 def make_justification_item(
     setting: QuestionSetting, rng: random.Random, number: int
 ) -> QuestionContent | None:
-    """Ask which steps of a plan can be left out, each without the others."""
+    """Ask which single step of a plan can be left out if all other steps are kept."""
     if not setting.path_reaches_goals:
         return None
     plan, states = _insert_detours(setting, rng)
@@ -225,7 +228,7 @@ def make_justification_item(
 
 
 def _change_plan(setting: QuestionSetting, rng: random.Random) -> tuple[_NumberedSteps, int, str] | None:
-    """Change a plan at random; return its steps, the position of the change, and the change in words."""
+    """Return a plan after a random change, the change's position, and its words; None if impossible."""
     steps = list(enumerate(setting.path, 1))
     position = rng.randrange(len(steps))
     match rng.choice(("leave out", "exchange", "put in")):
@@ -251,10 +254,10 @@ def _make_outcome_item(
     operators: set[str],
     values: Mapping[str, str],
 ) -> QuestionContent | None:
-    """Make a question about the outcome of a plan. Return None if the step that fails has no number.
+    """Make a question about the outcome of a plan.
 
-    Each question offers the same kinds of choice: the plan works, it misses a goal, or one of two steps
-    fails.
+    Return None if the failing step was added to the plan, because added steps have no number. Each question
+    offers the same kinds of choice: the plan works, it misses a goal, or one of two steps fails.
     """
     failing = plan[outcome.failing_step][0] if outcome.unmet_requirement else 0
     if outcome.unmet_requirement and not failing:
@@ -289,7 +292,7 @@ def _make_outcome_item(
 def _corrupt_plan(
     setting: QuestionSetting, plan: Sequence[Action], position: int, rng: random.Random
 ) -> list[Action]:
-    """Remove a step, swap it with the next step, or replace the step's operator or one of its objects."""
+    """Return a plan with a step removed, swapped with the next, or given another operator or object."""
     action, corrupted = plan[position], list(plan)
     match rng.choice(("leave out", "exchange", "object", "operator")):
         case "leave out":
@@ -392,7 +395,7 @@ class _DistantGoal:
     """A goal that takes several actions to reach.
 
     Attributes:
-        graph: the listed actions, and all states that they lead to.
+        graph: the listed actions, and all states that these actions lead to.
         goals: the facts that must hold together.
         goal_states: indices of the states that satisfy the goal, nearest to the start first.
         distance: number of actions in a shortest plan.
@@ -407,8 +410,8 @@ class _DistantGoal:
 def _draw_distant_goal(setting: QuestionSetting, rng: random.Random, number: int) -> _DistantGoal | None:
     """Draw a goal: facts that become true together only after several actions.
 
-    Several goals are drawn. The chosen goal's distance from the start is closest to the distance wanted for
-    the question with this ``number``.
+    Several goals are drawn. The chosen goal's shortest plan is closest to the length that the question with
+    this ``number`` should have.
     """
     graph = _draw_state_graph(setting, rng)
     if graph is None:
@@ -426,7 +429,10 @@ def _draw_distant_goal(setting: QuestionSetting, rng: random.Random, number: int
 
 
 def _draw_state_graph(setting: QuestionSetting, rng: random.Random) -> StateGraph | None:
-    """Draw one of a task's few sets of listed actions. Return its state graph, or None if it has none."""
+    """Draw one of a task's few sets of listed actions, and return all states that the actions lead to.
+
+    The result is None if `_make_state_graph` fails for the set.
+    """
     number = rng.randrange(_MAX_STATE_GRAPHS)
     if number not in setting.state_graphs:
         generator = random.Random(f"{setting.seed} {number}")  # noqa: S311 - chance, not secrets
@@ -435,7 +441,10 @@ def _draw_state_graph(setting: QuestionSetting, rng: random.Random) -> StateGrap
 
 
 def _make_state_graph(setting: QuestionSetting, rng: random.Random) -> StateGraph | None:
-    """Draw actions, some of them from a task's path, and explore all states that they lead to."""
+    """Draw actions, some of them from a task's path, and explore all states that they lead to.
+
+    The result is None if too few actions are found, or if the states are too many.
+    """
     first = rng.randrange(len(setting.path)) if setting.path else 0
     chosen = dict.fromkeys(setting.path[first : first + rng.randint(3, _MAX_ACTIONS - 2)])
     states = setting.states[first : first + len(chosen) + 1]

@@ -64,7 +64,7 @@ class Question(BaseModel):
     """A question with its gold answer.
 
     Attributes:
-        id: identifier in answers; unique in a file.
+        id: identifier of the question, which is unique in a file and which answers repeat.
         version: version of the file format.
         domain: the benchmark that the question is about.
         task: id of the task that the question is about.
@@ -76,8 +76,8 @@ class Question(BaseModel):
         prompt: the text that a model receives.
         answer: the gold answers, each a text: ``yes``, a letter, facts, actions, numbers.
         accept: whether an answer must name all gold answers, or only one.
-        shortcuts: credit of each shortcut for the question, by name: 1, 0, or a fraction if it guesses. Empty
-            in open form.
+        shortcuts: probability that each shortcut answers the question correctly, by name: 1, 0, or a fraction
+            if the shortcut guesses. Empty in open form.
     """
 
     model_config = ConfigDict(extra="forbid", frozen=True, title="Question")
@@ -140,8 +140,8 @@ class _QuestionGrade:
 
     Attributes:
         exact: whether the answer is completely right.
-        counts: numbers of right, wrong and missing items of the answer. If the question accepts any one gold
-            answer, at most one item counts as missing.
+        counts: numbers of right, wrong and missing items of the answer. If one of the gold answers is
+            enough, at most one item counts as missing.
         readable: whether the answer could be parsed.
         repairs: names of the repairs that were needed to parse the answer.
     """
@@ -166,7 +166,7 @@ def grade_answer(question: Question, text: str) -> _QuestionGrade:
 
 
 def format_gold_answer(question: Question) -> str:
-    """Return a gold answer as the text that a model would write."""
+    """Return a question's gold answer as the text that a model would write."""
     answers = question.answer[:1] if question.accept == "any" else question.answer
     if question.form is not QuestionForm.OPEN:
         return answers[0]

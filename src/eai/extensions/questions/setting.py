@@ -1,7 +1,7 @@
 """The material of questions: a task in a small scene, the rules of its domain, and a path of actions.
 
-Rules are the requirements and effects of actions, in words and formulas, as the domain declares them. An
-`QuestionContent` is the content of a question before it becomes yes-or-no, multiple choice or open.
+Rules are the requirements and effects of actions, in words and formulas, as the domain declares them. A
+`QuestionContent` is the content of a question before its form is chosen: yes or no, multiple choice, or open.
 """
 
 from __future__ import annotations
@@ -91,7 +91,7 @@ class QuestionSetting:
 
     @cached_property
     def path_reaches_goals(self) -> bool:
-        """Whether the path reaches all goals, and is needed: some goals do not hold at the start."""
+        """Whether all goals hold at the end of the path, but not all of them at its start."""
         return not all(self.evaluate_goals(self.states[0])) and all(self.evaluate_goals(self.states[-1]))
 
     @cached_property
@@ -198,7 +198,7 @@ def make_question_setting(task: Task, rules: DomainRules, planner: Planner, seed
 
 
 def _restrict_to_shown_objects(task: Task) -> Task:
-    """Reduce a task to the objects that a prompt shows or its plan uses. Leave out goals about actions."""
+    """Reduce a task to objects that its prompt shows or its plan uses. Leave out goals about actions."""
     named = [i for action in task.script for i in action.arguments]
     kept = sorted({*list_objects_in_prompt(task), *named})
     number = {index: i for i, index in enumerate(kept)}
@@ -219,7 +219,7 @@ def _restrict_to_shown_objects(task: Task) -> Task:
 
 
 def _execute_plan(task: Task, rules: DomainRules, plan: Sequence[Action]) -> tuple[Action, ...]:
-    """Return the first steps of a plan that can be executed and whose rules prompts can show."""
+    """Return the beginning of a plan up to the first step that is impossible, or whose rule prompts omit."""
     arities = rules.domain.operator_arities
     well_formed = takewhile(lambda action: arities.get(action.operator) == len(action.arguments), plan)
     executed = execute_plan(rules.domain, task.initial, well_formed).executed_actions
@@ -290,7 +290,10 @@ class StateGraph:
         )
 
     def find_distances(self, goals: Iterable[int]) -> Mapping[int, int]:
-        """Return the minimum number of actions to a goal state, for each state that can reach one."""
+        """Return a mapping from state to the minimum number of actions from this state to a goal state.
+
+        States and goals are given as indices. States that cannot reach a goal state are left out.
+        """
         sources = group_pairs((target, n) for n, edges in enumerate(self.edges) for _, target in edges)
         level, depth = list(goals), 0
         distances = dict.fromkeys(level, depth)
@@ -325,7 +328,7 @@ def _explore_graph(
 ) -> tuple[list[K], tuple[tuple[tuple[int, int], ...], ...], tuple[int, ...]]:
     """Return all nodes in breadth-first order, the edges of each node and the depth of each node.
 
-    Edges are pairs of a label and the index of the next node. Stop after ``max_nodes`` nodes.
+    An edge is a pair of a label and the index of the next node. The search stops after ``max_nodes`` nodes.
     """
     numbers, nodes, depths = {start: 0}, [start], [0]
     edges: list[tuple[tuple[int, int], ...]] = []
@@ -351,14 +354,15 @@ class QuestionContent:
         state: the state that the question shows.
         operators: names of the operators whose rules are shown.
         depth: number of actions to consider.
-        right: texts that can be the right choice. The texts that a reader is least likely to believe come
+        right: texts that can be the right choice. Texts that readers are least likely to believe come
             first.
         wrong: texts that can be a wrong choice, most tempting first.
         answer: the gold answers in open form.
         accept: whether an answer must name all gold answers, or only one.
         values: further values that the templates of prompts insert, by the name of the field.
-        formulas: goals that are shown, so that the shown rules include the predicates of these goals.
-        labels: for texts that do not begin with their operator or predicate: labels to use instead.
+        formulas: formulas of goals in the prompt, which then also shows facts with their predicates.
+        labels: labels of texts that do not begin with an operator or predicate. Texts with equal labels are
+            similar for shortcuts.
         are_actions: whether `right` and `wrong` are actions, whose rules a question with choices shows.
         yes_no_texts: texts that a yes-no question may use; None for all. A text is left out if no similar
             text has the other answer.
@@ -379,7 +383,10 @@ class QuestionContent:
 
 
 ItemMaker: TypeAlias = Callable[[QuestionSetting, random.Random, int], QuestionContent | None]
-"""Makes the content of a question at random, or returns None. The number selects the kind of answer."""
+"""Function that makes the content of a question at random, or returns None if it fails.
+
+Its last argument is the number of the question, which selects properties that questions take in turn.
+"""
 
 
 def find_texts_with_counterpart(

@@ -31,27 +31,30 @@ LETTERS = "ABCD"
 """Letters that name the choices of a question, in order."""
 
 _TEMPTING_PROBABILITY = 0.5
-"""Probability that a yes-no question uses the most tempting statement of an item."""
+"""Probability that a yes-no question uses the statement that most readers are likely to misjudge."""
 
 _MAX_DRAWS = 24
-"""Maximum number of times that choices are drawn. The last resort is the draw with the smallest imbalance."""
+"""Maximum number of times that choices are drawn for a question.
+
+If each draw favours a shortcut, the question uses the draw with the smallest imbalance.
+"""
 
 _NAME_PATTERN = re.compile(r"\w+(?:[.-]\w+)*")
 
 _TRAIT_WEIGHT = 12
-"""Weight of a trait (a label that a shortcut relies on) if one statement of a question has it.
+"""Weight of a trait (a label that a shortcut relies on) in a question with one statement of this trait.
 
-Statements of one question that share a trait share the weight equally.
+Several statements of one question that have the trait share this weight equally.
 """
 
 _TOLERATED_IMBALANCE = 6
-"""Tolerated imbalance of all traits together: the sum of the squared differences in question counts."""
+"""Tolerated imbalance of all traits together: the sum of their squared balances, in squared questions."""
 
 _QUESTIONS_PER_TOLERANCE = 10
 """Number of questions after which the tolerated imbalance of traits grows by one."""
 
 _MAX_OCCURRENCES = 5
-"""Maximum count of occurrences of a statement's names in the question's text. More count as this number."""
+"""Maximum counted number of times that a statement's names occur in the question's text."""
 
 
 SHORTCUTS = ("names", "longest", "operator", "text", "unchanged")
@@ -150,7 +153,7 @@ class ShortcutLedger:
         self._imbalance = 0
 
     def find_excess(self, question: ClosedQuestion) -> int:
-        """Return by how much the imbalance would exceed the tolerance after a question; 0 if it would not."""
+        """Return by how much the imbalance after a question would exceed the tolerance; 0 if it would not."""
         step = self._compute_imbalance_change(question)
         if step <= 0:
             return 0
@@ -290,9 +293,10 @@ def draw_closed_question(
     rng: random.Random,
     turn: int,
 ) -> tuple[int, ClosedQuestion] | None:
-    """Draw choices (or a statement) so that no shortcut gains.
+    """Draw choices (or the statement of a yes-no question) so that no shortcut beats guessing.
 
-    Return the remaining excess of imbalance and the question, or None if the item has too few texts.
+    Return the excess of imbalance that remains (`ShortcutLedger.find_excess`) and the question, or None if
+    the content has too few texts.
 
     Args:
         item: the content of the question.
@@ -301,7 +305,7 @@ def draw_closed_question(
         question_text: the text of the question without the choices.
         ledger: counts over the earlier questions.
         rng: the random generator.
-        turn: selects the right letter, or whether yes or no is right.
+        turn: a number that selects the right letter, or whether yes or no is right.
     """
     is_right, position = turn % 2 == 0, turn % len(LETTERS)
     candidates = item.right if is_right else item.wrong
@@ -354,8 +358,8 @@ def _draw_choices(item: QuestionContent, rng: random.Random, position: int) -> l
 def _find_similar_texts(right: str, wrong: Sequence[str], rng: random.Random) -> Iterator[Sequence[str]]:
     """Yield sets of wrong texts that resemble each other as much as they resemble the right text.
 
-    In the first set, all texts share the right text's name; in the second, its arguments. The third set
-    combines two names with two arguments.
+    The first set has the wrong texts with the right text's predicate or operator, the second set those with
+    its arguments. The third set combines two names with two lists of arguments.
     """
     name, _, arguments = right.partition("(")
     far = rng.choice(wrong)
@@ -373,11 +377,11 @@ GUESS = "guess"
 def compute_answer_entropy(
     questions: Sequence[Question], kind: QuestionKind, form: QuestionForm
 ) -> float | None:
-    """Return the entropy of the gold answers of a kind and form; None for fewer than two questions.
+    """Return how evenly gold answers of a kind and form are distributed; None for fewer than two questions.
 
-    The entropy is a share, from 0 to 1, of the maximum, which is reached if all possible answers are equally
-    frequent. Possible answers are yes and no, the letters, or the outcomes of a plan. In other open
-    questions, they are the different answers that occur.
+    The result is their entropy as a share, from 0 to 1, of its maximum. It is 1 if all possible answers are
+    equally frequent. Possible answers are yes and no, the letters, or the outcomes of a plan. For other
+    questions in open form, they are the different answers that occur.
     """
     chosen = [question for question in questions if question.kind is kind and question.form is form]
     if len(chosen) < 2:
@@ -390,7 +394,7 @@ def compute_answer_entropy(
 
 
 def _classify_answer(question: Question) -> tuple[str, ...]:
-    """Return the class of a gold answer. An outcome of a plan is reduced to works, fails or misses a goal."""
+    """Return a question's gold answer; of an outcome of a plan, only ``works``, ``step`` or ``goal``."""
     if question.form is QuestionForm.OPEN and question.kind in (
         QuestionKind.COUNTERFACTUAL,
         QuestionKind.VALIDATION,
@@ -402,7 +406,8 @@ def _classify_answer(question: Question) -> tuple[str, ...]:
 def compute_guess_probabilities(questions: Sequence[Question]) -> dict[str, float]:
     """Return the probability that a guess is right, by the id of the question.
 
-    A guess is a random choice. In open form, it is the most frequent gold answer of the question's kind.
+    A guess takes one of the choices at random. In open form, it takes the most frequent gold answer of the
+    question's kind.
     """
     common = _find_most_frequent_answers(questions)
     return {

@@ -41,7 +41,7 @@ ITEM_MAKERS: Mapping[QuestionKind, ItemMaker] = {
     QuestionKind.NEXT_ACTION: plans.make_next_action_item,
     QuestionKind.LANDMARKS: plans.make_landmarks_item,
 }
-"""Function that makes the content of a question, for each kind."""
+"""For each kind of question, the function that makes the content of such a question."""
 
 _MIN_OBJECTS = 4
 """Minimum number of objects in the scene of a task. Smaller tasks get no questions."""
@@ -50,14 +50,14 @@ _MAX_TASKS_PER_QUESTION = 30
 """Maximum number of tasks that are tried to make one question."""
 
 _ITEMS_PER_TASK = 2
-"""Number of times that a question about a task is tried before the next task is tried."""
+"""Number of attempts to make a question about a task before the next task is tried."""
 
 _MAX_FAILURES = 5
-"""Maximum number of failed attempts in a row before questions of a kind and form are no longer tried."""
+"""Maximum number of failed attempts in a row. Then no more questions of a kind and form are tried."""
 
 
 _ANSWER_BLOCKS = 16
-"""Number of blocks in the order of right answers. The order repeats after them.
+"""Number of blocks after which the order of right letters repeats.
 
 In each block, every letter is the right answer once.
 """
@@ -125,7 +125,7 @@ class QuestionGenerator:
         *,
         rules: bool = True,
     ) -> Iterator[Question]:
-        """Yield questions. Any number of first questions is spread evenly over kinds and forms.
+        """Yield questions. Kinds and forms take turns, so any first questions are spread evenly over them.
 
         There are fewer than ``number`` questions if the tasks do not allow more. Equal arguments give equal
         questions.
@@ -168,9 +168,10 @@ class QuestionGenerator:
     def _make_drafts(
         self, tasks: Iterator[str], cell: _KindAndFormState, number: int, seed: int
     ) -> Iterator[_QuestionDraft]:
-        """Yield drafts about some tasks.
+        """Yield drafts of one question about some tasks.
 
-        Drafts that keep all shortcuts near chance come first. The other drafts follow, smallest excess first.
+        Drafts that keep all shortcuts near chance come first. The other drafts follow, smallest excess of
+        imbalance first.
         """
         rng = _make_random_generator(seed, cell.kind.value, cell.form.value, number)
         order = _draw_answer_order(f"{seed} {cell.kind.value} {cell.form.value}")
@@ -201,7 +202,7 @@ class QuestionGenerator:
     def _phrase_question(
         self, draft: _QuestionDraft, cell: _KindAndFormState, turn: int
     ) -> tuple[Question, str | None]:
-        """Return a draft as a question, and its prompt without rules (None if it needs rules)."""
+        """Return the question of a draft, and its prompt without rules; None as prompt if it needs rules."""
         setting, item, posed = draft
         form, shown = cell.form, [] if posed is None else posed.shown
         right = None if posed is None else posed.right
@@ -300,9 +301,10 @@ def _format_facts(setting: QuestionSetting, item: QuestionContent, operators: Co
 
 
 def _draw_answer_order(seed: str) -> list[int]:
-    """Return the order of right answers as a list of turns, which the writer repeats.
+    """Return a random order of right answers as numbers from 0 to 3, which the writer repeats.
 
-    Of four consecutive turns, two mean yes and two mean no, and each letter occurs once.
+    A number selects a letter, or yes or no. In each block of four numbers, every letter occurs once, and yes
+    and no occur twice.
     """
     rng = random.Random(seed)  # noqa: S311 - chance, not secrets
     return [turn for _ in range(_ANSWER_BLOCKS) for turn in rng.sample(range(len(LETTERS)), len(LETTERS))]
