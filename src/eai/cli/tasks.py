@@ -9,6 +9,7 @@ from typing import Annotated
 
 import typer
 
+from eai.abilities.protocol import Ability
 from eai.base.errors import InputError
 from eai.base.json_value import Json
 from eai.benchmarks.check import check_benchmark
@@ -16,13 +17,18 @@ from eai.benchmarks.generator.problem_files import find_problem_files, read_prob
 from eai.benchmarks.generator.sets import check_secret_set, measure_overlap
 from eai.benchmarks.registry import PDDL, REFERENCES, find_benchmark, is_path_of_task_files
 from eai.cli.console import DOMAIN_HELP, format_count, print_findings_and_exit, print_result
-from eai.cli.options import AsJson, DataFolder, make_flag, open_data_source
+from eai.cli.learnability import print_learnability
+from eai.cli.options import ABILITIES, AsJson, DataFolder, make_flag, open_data_source
 from eai.cli.progress import show_scoring_progress
+from eai.cli.prompts import OfSet
 from eai.planning.search import SearchEnd
+from eai.results.reward import Shaping
 from eai.tasks.source import DataFinding
 from eai.tasks.task import Task
 from eai.tasks.task_files import check_task_files, write_task_file
 from eai.tasks.task_lines import make_task_line_schema, write_task_line
+
+_LEARNABLE = "With --learnable"
 
 
 def check(
@@ -31,6 +37,14 @@ def check(
     split: str | None = None,
     secret: Annotated[str, make_flag(envvar="EAI_SECRET")] = "",
     schema: bool = False,
+    learnable: Annotated[bool, make_flag("--learnable")] = False,
+    ability: Annotated[
+        Ability, make_flag(panel=_LEARNABLE, help=f"{ABILITIES}.", parser=Ability.from_name)
+    ] = Ability.ACTION_SEQUENCING,
+    shaping: Annotated[Shaping, make_flag(panel=_LEARNABLE, metavar="HOW")] = Shaping.PROGRESS,
+    records: Annotated[list[Path] | None, make_flag(panel=_LEARNABLE, metavar="PATH")] = None,
+    context: Annotated[int | None, make_flag(panel=_LEARNABLE, metavar="TOKENS", min=1)] = None,
+    prompt_set: OfSet = "official",
     as_json: AsJson = False,
     data: DataFolder = None,
 ) -> None:
@@ -43,33 +57,51 @@ def check(
     With --against, count tasks that another benchmark gives away: equal tasks, tasks with equal goals, and
     tasks that its plans solve (eai/lookup). With --split, check that the set was made with a secret.
 
+    With --learnable, print whether rewards can teach a model: the rewards of null models, the groups of
+    answers with mixed rewards, and the tasks that exceed a context.
+
     Example: eai check tasks/
+
+    Example: eai check tasks/ --learnable --records runs --context 2048
 
     Options:
         against: Count tasks that this benchmark gives away, such as training tasks.
         split: Name of a set by eai generate that --secret must prove.
         secret: The secret of the set.
         schema: Print the JSON Schema of a line of a task file instead.
+        learnable: Print whether rewards can teach a model, instead of mistakes.
+        shaping: How answers are paid.
+        records: Records of a model's run with several answers to each task (--epochs), or folders of them.
+        context: Number of tokens of the model's context.
     """
-    if schema:
+    if learnable:
+        reference = _require_reference(path)
+        print_learnability(
+            *(reference, ability, shaping, records or (), context, prompt_set, data), as_json=as_json
+        )
+    elif schema:
         print(json.dumps(make_task_line_schema(), indent=2))
-    elif not path:
-        raise InputError(f"expected a benchmark: {REFERENCES}")
     elif against is not None:
-        _print_overlap(against, path, data, as_json=as_json)
+        _print_overlap(against, _require_reference(path), data, as_json=as_json)
     elif split is not None:
         if not secret:
             raise InputError("--split: also give --secret, or set EAI_SECRET")
-        folder = Path(path)
+        folder = Path(_require_reference(path))
         findings = [
             DataFinding(str(folder / split), problem) for problem in check_secret_set(folder, split, secret)
         ]
         print_findings_and_exit(findings, "the set was made with this secret", as_json=as_json)
-    elif is_path_of_task_files(path):
+    elif is_path_of_task_files(_require_reference(path)):
         findings = list(check_task_files(Path(path), lambda base: find_benchmark(base).domain))
         print_findings_and_exit(findings, "all tasks are as they say", as_json=as_json)
     else:
         _check_benchmark(path, data, as_json=as_json)
+
+
+def _require_reference(path: str) -> str:
+    if not path:
+        raise InputError(f"expected a benchmark: {REFERENCES}")
+    return path
 
 
 def _check_benchmark(reference: str, data: Path | None, *, as_json: bool) -> None:

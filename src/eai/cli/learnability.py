@@ -1,0 +1,102 @@
+"""``eai check --learnable``: check whether the rewards of a benchmark can teach a model."""
+
+from __future__ import annotations
+
+from collections import Counter
+from collections.abc import Sequence
+from dataclasses import replace
+from pathlib import Path
+
+from eai.abilities.protocol import Ability
+from eai.base.json_value import Json
+from eai.benchmarks.prompt_library import PromptLibrary
+from eai.benchmarks.registry import find_benchmark
+from eai.benchmarks.suite import Suite, open_suite
+from eai.cli.console import format_count, get_output_console, inspect_needed, print_result
+from eai.cli.options import open_data_source
+from eai.cli.table import PERCENT
+from eai.pddl.planning import PlannerChoice
+from eai.results.learnability import count_answer_groups, measure_null_rewards
+from eai.results.rate import Rate
+from eai.results.records import read_records
+from eai.results.reward import Reward, Shaping
+from eai.results.runs import find_record_files
+from eai.results.table import Estimate, NamedCells, Table
+from eai.results.terminal import print_table
+from eai.tasks.prompts.prompt import PromptSet
+
+
+def print_learnability(
+    reference: str,
+    ability: Ability,
+    shaping: Shaping,
+    runs: Sequence[Path],
+    context: int | None,
+    prompt_set: PromptSet,
+    data: Path | None,
+    *,
+    as_json: bool,
+) -> None:
+    """Print the rewards of null models, the mixed groups of answers, and the tasks that exceed a context.
+
+    Raises:
+        InputError: the ability pays no reward, or a file of records cannot be read.
+        EaiError: a context is given, and Inspect is not installed.
+    """
+    with open_data_source(data, PlannerChoice.NONE) as source:
+        suite = open_suite(find_benchmark(reference), ability, source=source)
+        nulls = measure_null_rewards(Reward(suite, shaping))
+        value: dict[str, Json] = {
+            "null_models": {
+                name: {"mean": rewards.mean.to_json(), "full": rewards.full.to_json()}
+                for name, rewards in nulls.items()
+            }
+        }
+        if not as_json:
+            title = f"{suite.domain} {ability.value}: null models' reward {shaping.value}, percent"
+            means = [Estimate.from_rate(rewards.mean) for rewards in nulls.values()]
+            full = [Estimate.from_rate(rewards.full) for rewards in nulls.values()]
+            columns: list[NamedCells] = [
+                ("", [*nulls]),
+                (replace(PERCENT, name="mean"), means),
+                (replace(PERCENT, name="full reward"), full),
+            ]
+            print_table(get_output_console(), Table.from_columns(title, columns))
+        lines = []
+        if runs:
+            records = (record for file in find_record_files(runs) for record in read_records(file))
+            of_suite = [each for each in records if (each.domain, each.ability) == (suite.domain, ability)]
+            groups = count_answer_groups(of_suite, Reward(suite, shaping))
+            value["groups"] = {**groups}
+            lines.append(_describe_groups(groups))
+        if context is not None:
+            line, value["too_long"] = _measure_long_tasks(suite, prompt_set, context)
+            lines.append(line)
+    print_result(*lines, value=value, as_json=as_json)
+
+
+def _describe_groups(groups: Counter[str]) -> str:
+    number = groups.total() - groups["single"]
+    if not number:
+        return "no task has two answers of one model: run the model with --epochs"
+    percent = Rate(groups["mixed"], number).percent
+    equal = ", ".join([f"{groups[kind]:,} {text}" for kind, text in _EQUAL.items() if groups[kind]])
+    rest = f"; equal rewards: {equal}" if equal else ""
+    mixed = f"mixed rewards in {groups['mixed']:,} of {format_count(number, 'group')} of answers"
+    return f"{mixed} ({percent:.1f} %){rest}"
+
+
+_EQUAL = {"none": "with no reward", "full": "with full rewards", "equal": "between"}
+"""Kinds of groups of answers with equal rewards, in words."""
+
+
+def _measure_long_tasks(suite: Suite, prompt_set: PromptSet, context: int) -> tuple[str, Json]:
+    """Return the tasks whose question and gold answer exceed a context, as a line and as ids."""
+    with inspect_needed():
+        from eai.run.context import describe_long_tasks, find_long_tasks
+    prompts = PromptLibrary(prompt_set, None, suite.source).open(suite.benchmark, suite.ability)
+    found = find_long_tasks(suite, prompts, None, context)
+    fits = f"all {format_count(len(prompts), 'task')} fit into {context:,} tokens"
+    return f"{describe_long_tasks(context, [found]) or fits}, by estimate (--set {prompt_set})", [
+        *found.needs
+    ]

@@ -1,0 +1,87 @@
+"""Measure what rewards can teach: rewards of null models, and mixed rewards in groups of answers."""
+
+from __future__ import annotations
+
+from collections import Counter
+from collections.abc import Callable, Iterable
+from typing import NamedTuple
+
+from eai.abilities.protocol import Ability
+from eai.base.errors import InputError
+from eai.base.grouping import group_pairs
+from eai.benchmarks.benchmark import Benchmark
+from eai.benchmarks.copied_answers import open_copy_book, open_empty_book, open_lookup_book
+from eai.benchmarks.gold_answers import AnswerBook
+from eai.benchmarks.random_answers import open_random_answers
+from eai.results.rate import Rate
+from eai.results.record import Record
+from eai.results.repeats import strip_epoch
+from eai.results.reward import Reward
+from eai.tasks.source import Source, TaskSet
+
+_RANDOM_SEED = "0 1 1"
+"""Seed of the answers of `eai/random`, as in its first answer to a question of a run."""
+
+
+class _NullRewards(NamedTuple):
+    """The rewards of a null model.
+
+    Attributes:
+        mean: mean reward over all tasks that can pay a reward.
+        full: share of these tasks that pay the full reward.
+    """
+
+    mean: Rate
+    full: Rate
+
+
+def measure_null_rewards(reward: Reward) -> dict[str, _NullRewards]:
+    """Return the rewards of each null model that has answers to the suite, by its name."""
+    suite = reward.suite
+    rewards = {}
+    for name, open_book in _NULL_BOOKS.items():
+        try:
+            book = open_book(suite.benchmark, suite.ability, suite.source)
+        except InputError:  # it has no answers of this ability
+            continue
+        paid = [
+            value for task_id in suite.task_ids if (value := reward(task_id, book[task_id].text)) is not None
+        ]
+        full = Rate(sum(value == 1 for value in paid), len(paid))
+        rewards[name] = _NullRewards(Rate(sum(paid), len(paid)), full)
+    return rewards
+
+
+def count_answer_groups(records: Iterable[Record], reward: Reward) -> Counter[str]:
+    """Count the tasks with several answers of one model by the rewards of the answers.
+
+    The counts are ``mixed`` for different rewards, else ``none``, ``full`` or ``equal``. Only mixed groups
+    teach a model by rewards relative to the group (GRPO). ``single`` counts tasks with one answer.
+    """
+    groups = group_pairs(
+        ((strip_epoch(record.model), record.task_id), reward(record.task_id, record.response))
+        for record in records
+        if record.unanswered is None
+    )
+    return Counter(_classify_rewards(values) for values in groups.values() if None not in values)
+
+
+def _classify_rewards(values: list[float | None]) -> str:
+    if len(values) < 2:
+        return "single"
+    if len({*values}) > 1:
+        return "mixed"
+    return "none" if values[0] == 0 else "full" if values[0] == 1 else "equal"
+
+
+def _open_random_book(benchmark: Benchmark, ability: Ability, source: Source) -> AnswerBook:
+    answer, tasks = open_random_answers(benchmark, ability, source), benchmark.tasks_for(ability, source)
+    return TaskSet(tasks, lambda task_id: answer(task_id, _RANDOM_SEED, ()), tasks.sha256)
+
+
+_NULL_BOOKS: dict[str, Callable[[Benchmark, Ability, Source], AnswerBook]] = {
+    "eai/copy": open_copy_book,
+    "eai/empty": open_empty_book,
+    "eai/lookup": open_lookup_book,
+    "eai/random": _open_random_book,
+}
