@@ -28,9 +28,9 @@ def test_changes_of_the_effects_of_operators_are_listed() -> None:
     achievers = AchieversByPredicate(toy.DOMAIN)
     adding = achievers.find_achievers("at", adding=True)
     assert [(each.schema.operator.name, len(each.conditions)) for each in adding] == [("GO", 1), ("GO", 2)]
-    assert adding[0].match((0, 1), SCENE) == {"x": 1}
-    assert adding[0].match((2, 1), SCENE) is None
-    assert adding[1].match((2, 1), SCENE) == {"y": 2, "x": 1}
+    assert adding[0].match_atom_arguments((0, 1), SCENE) == {"x": 1}
+    assert adding[0].match_atom_arguments((2, 1), SCENE) is None
+    assert adding[1].match_atom_arguments((2, 1), SCENE) == {"y": 2, "x": 1}
     assert [each.schema.operator.name for each in achievers.find_achievers("lit", adding=False)] == ["PRESS"]
     assert [operator.name for operator in achievers.find_changing_operators(["lit", "holding"])] == [
         "PRESS",
@@ -50,13 +50,13 @@ def test_an_effect_whose_variable_hides_another_is_left_out() -> None:
 def test_variables_that_the_atom_leaves_open_get_values() -> None:
     go, carry = AchieversByPredicate(toy.DOMAIN).find_achievers("at", adding=True)
     shed, red = SCENE.index["shed"], SCENE.index["red"]
-    scopes = [go.scope(binding) for binding in go.bindings(START, {}, EVERYTHING)]
+    scopes = [go.get_object_scope(binding) for binding in go.complete_bindings(START, {}, EVERYTHING)]
     assert scopes == [{"x": SCENE.index["hall"]}, {"x": shed}], "what is no place is left out at once"
-    (binding,) = carry.bindings(START, {"y": red, "x": shed}, EVERYTHING)
-    assert carry.arguments(binding) == (shed,)
+    (binding,) = carry.complete_bindings(START, {"y": red, "x": shed}, EVERYTHING)
+    assert carry.get_operator_arguments(binding) == (shed,)
     assert carry.find_failing_conditions(START, binding, 2) == [toy.holding(Y)]
     assert carry.find_failing_conditions(START, binding, 1) is None
-    assert list(go.bindings(START, {}, 0)) == []
+    assert list(go.complete_bindings(START, {}, 0)) == []
 
 
 def test_masks_and_trial_complete_a_match_alike(monkeypatch: pytest.MonkeyPatch) -> None:
@@ -112,8 +112,8 @@ def matched_anew(
     heuristic: AdditiveHeuristic, atom: GroundAtom, state: State
 ) -> Iterator[tuple[Achiever, list[list[int]]]]:
     for achiever in heuristic.achievers.find_achievers(atom.predicate, adding=atom.truth):
-        scope = achiever.match(atom.arguments, HOUSE)
-        bindings = [] if scope is None else [[*b] for b in achiever.bindings(state, scope, ALL)]
+        scope = achiever.match_atom_arguments(atom.arguments, HOUSE)
+        bindings = [] if scope is None else [[*b] for b in achiever.complete_bindings(state, scope, ALL)]
         if bindings:
             yield achiever, bindings
 
@@ -143,7 +143,7 @@ def test_changing_a_yielded_binding_does_not_change_cached_ones() -> None:
     matches = AdditiveHeuristic(DOMAIN).achievers.get_atom_matches(state, ALL)
     held = GroundAtom("holding", (INDEX["red"],), True)
     (match,) = matches.find_matches(held)
-    before = [[*binding] for binding in match.bindings(state, ALL)]
-    for binding in match.bindings(state, ALL):
+    before = [[*binding] for binding in match.complete_bindings(state, ALL)]
+    for binding in match.complete_bindings(state, ALL):
         binding.clear()
-    assert [[*binding] for binding in match.bindings(state, ALL)] == before != []
+    assert [[*binding] for binding in match.complete_bindings(state, ALL)] == before != []
