@@ -30,7 +30,7 @@ def agenda(*goals: Subgoal, states: int = 1_000) -> _GoalAgenda:
 
 def steps_to(node: PlanNode | None) -> list[str]:
     names = list(INDEX)
-    return [] if node is None else [f"{a.operator} {names[a.arguments[0]]}" for a in node.plan()]
+    return [] if node is None else [f"{a.operator} {names[a.arguments[0]]}" for a in node.list_actions()]
 
 
 def test_the_cheapest_goal_is_reached_first_and_kept() -> None:

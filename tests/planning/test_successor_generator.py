@@ -27,7 +27,9 @@ def walk(*actions: Action) -> PlanNode:
 def test_a_node_has_its_path_and_the_action_goals_taken_on_it() -> None:
     plan = [action("LIFT", "red"), action("GO", "shed"), action("PRESS", "lamp"), action("DROP", "red")]
     node = walk(*plan)
-    assert (node.plan(), node.depth, node.met) == (tuple(plan), 4, 2), "the first LIFT came before its turn"
+    assert (node.list_actions(), node.depth, node.met) == (tuple(plan), 4, 2), (
+        "the first LIFT came before its turn"
+    )
     assert SUCCESSORS.make_successor(START, action("PRESS", "lamp")) is None
 
 
@@ -46,5 +48,5 @@ def test_a_needless_action_is_left_out_with_the_actions_that_depend_on_it() -> N
         action("PRESS", "lamp"),
     )
     lit = SUCCESSORS.remove_needless_actions(START, end, lambda node: node.state.has("lit", INDEX["lamp"]))
-    assert lit.plan() == (action("GO", "shed"), action("PRESS", "lamp"))
-    assert SUCCESSORS.remove_needless_actions(START, end, lambda node: True).plan() == ()
+    assert lit.list_actions() == (action("GO", "shed"), action("PRESS", "lamp"))
+    assert SUCCESSORS.remove_needless_actions(START, end, lambda node: True).list_actions() == ()

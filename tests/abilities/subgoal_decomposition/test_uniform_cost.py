@@ -54,7 +54,7 @@ def movement(allowed: int) -> tuple[_MovementFinder, SearchEffort]:
 
 def written(way: MovementPath) -> str:
     return ", ".join(
-        " ".join([a.operator, *(SCENE.objects[i].name for i in a.arguments)]) for a in way.plan()
+        " ".join([a.operator, *(SCENE.objects[i].name for i in a.arguments)]) for a in way.list_actions()
     )
 
 
@@ -75,7 +75,7 @@ def test_movement_paths_are_listed_from_the_shortest(
     found = list(moving.list_paths(start))
     assert [written(way) for way in found] == ways[:allowed]
     assert effort.used == len(found), "an action for each, and no others"
-    assert all(execute_plan(DOMAIN, start, way.plan()).final_state == way.state for way in found)
+    assert all(execute_plan(DOMAIN, start, way.list_actions()).final_state == way.state for way in found)
 
 
 def test_movement_paths_are_explored_once_and_lazily() -> None:
