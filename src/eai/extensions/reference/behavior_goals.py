@@ -46,7 +46,7 @@ def split_condition(condition: Value) -> tuple[Value, ...]:
 
 
 def _find_kind(predicate: Value) -> GoalKind | None:
-    """Return whether a predicate is a state or a relation, as a kind of goal; None if it does not exist."""
+    """Return whether a predicate is a state or a relation, as a kind of goal; None for unknown predicates."""
     if predicate in STATES:
         return GoalKind.STATE
     return GoalKind.RELATION if predicate in RELATIONS else None
@@ -55,9 +55,9 @@ def _find_kind(predicate: Value) -> GoalKind | None:
 def read_conditions(text: str) -> tuple[Value, ...] | Unreadable:
     """Return the conditions that eai-eval finds in an answer.
 
-    Its quirks: it changes the whole answer to lower case and apostrophes to quotation marks. It reads only
-    the text between the first opening brace and the next closing brace, and ignores the names of sections.
-    Values of an unexpected type crash the whole run.
+    Quirks of eai-eval: it changes the whole answer to lower case and apostrophes to quotation marks. It reads
+    only the text between the first opening brace and the next closing brace, as a JSON object, and ignores
+    the object's keys. Values of an unexpected type crash the whole run.
     """
     match = _OBJECT.search(text.lower().replace("'", '"').replace("toggledon", "toggled_on"))
     if match is None:
@@ -77,10 +77,11 @@ def read_conditions(text: str) -> tuple[Value, ...] | Unreadable:
 class BehaviorGoalInterpretation(Scorer):
     """Scores goals as eai-eval does: it compares an answer's conditions with those of a task.
 
-    Its quirks:
+    Quirks of eai-eval:
 
-    * if several options (ways to meet a goal) contain equally many stated conditions, the first option
-    counts; * a condition in two goals counts twice, and so does a wrong condition that is stated twice;
+    * if several options (ways to meet a goal) share equally many conditions with the answer, the first
+      option counts;
+    * a condition in two goals counts twice, and so does a wrong condition that the answer repeats;
     * ``nextto`` has a direction;
     * a wrong condition whose predicate does not exist is neither a state nor a relation;
     * an unreadable answer counts as an answer without conditions.
@@ -135,7 +136,10 @@ class BehaviorGoalInterpretation(Scorer):
         )
 
     def _choose_options(self, stated: frozenset[Value]) -> list[tuple[Value, ...]]:
-        """Return for each goal the first option (way to meet it) with most stated conditions."""
+        """Return one option (way to meet the goal) for each goal.
+
+        It is the option that shares most conditions with the answer, the first one if several do.
+        """
         return [
             max(options, key=lambda option: sum([condition in stated for condition in option]))
             for options in self._goals
@@ -179,7 +183,7 @@ def _format_condition(condition: Value) -> str:
 
 
 def _to_statement(condition: Value) -> Statement:
-    """Return a condition as a statement. A condition of another form becomes a name without arguments."""
+    """Return a condition as a `Statement`. An ill-formed condition becomes a name without arguments."""
     match condition:
         case ("not", (predicate, *arguments)):
             return Statement(str(predicate), tuple(map(str, arguments)), positive=False)

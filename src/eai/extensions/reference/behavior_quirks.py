@@ -3,16 +3,16 @@
 Each function replaces checks or effects of the declared domain and names the place in eai-eval. Together
 they turn the declared domain into the domain of `eai-1.0.5`. The engine knows nothing of them.
 
-A goal holds if one of its options holds: sets of ground conditions that the library bddl makes from the goal.
-For goals, an object is only inside its direct container (``evolving_graph.py`` get_state_dict).
+The library bddl makes options from a goal: sets of ground conditions. The goal holds if all conditions of one
+option hold. For goals, an object is only inside its direct container (``evolving_graph.py`` get_state_dict).
 
 bddl tries only some of all options, because it has two limits (``bddl/utils.py``,
 ``bddl/condition_evaluation.py``):
 
-* If quantifiers multiply options, it tries only the first 20 index vectors in order of their sum. Vectors
-  that point to no option count, too.
-* If objects are paired, it keeps the order of one side and tries the first 10 orders of the other side,
-  because a generator is empty after the first pass.
+* A quantifier combines the options of its instances. A combination is a vector of option indices. bddl tries
+  only the first 20 vectors in order of their sum. Vectors that point to no option count, too.
+* If a goal pairs objects of two categories, bddl keeps the order of one category and tries the first 10
+  orders of the other category, because a generator is empty after the first pass.
 
 So options are missing, and a plan that meets only a missing option fails.
 """
@@ -72,7 +72,7 @@ def make_subgoal_domain() -> Domain:
 
 
 def apply_aborted_action(state: State, action: Action) -> State:
-    """Return the state that eai-eval leaves if it aborts in an action (quirk `transfer_aborts`)."""
+    """Return the state in which eai-eval stops if it aborts in an action (quirk `transfer_aborts`)."""
     halves = _make_aborting_domain()
     return halves.apply(state, action) if action.operator in halves.compiled_operators else state
 
@@ -94,7 +94,7 @@ def _change_operators(change: Callable[[Operator], Operator]) -> Callable[[Domai
 
 @_change_operators
 def other_hand_is_additional(operator: Operator) -> Operator:
-    """Grasping an object that the other hand holds is an additional step, not a missing step.
+    """Judge grasping an object in the other hand as an additional step, not as a missing step.
 
     See ``evolving_graph.py``, ``grasp``.
     """
@@ -107,7 +107,7 @@ def other_hand_is_additional(operator: Operator) -> Operator:
 
 
 def navigation_aborts(domain: Domain) -> Domain:
-    """The actions NAVIGATE_TO and BURN can be named, but executing them is an error without a kind.
+    """Let plans name the actions NAVIGATE_TO and BURN, whose execution is an error without a kind.
 
     See ``eval_evolving_graph_env.py``, ``EvalGraphEnv``.
     """
@@ -119,7 +119,7 @@ def navigation_aborts(domain: Domain) -> Domain:
 
 @_change_operators
 def released_in_mid_air(operator: Operator) -> Operator:
-    """A released object stays in the air, on no support (``evolving_graph.py``, ``release``)."""
+    """Leave a released object in the air, on no support (``evolving_graph.py``, ``release``)."""
     if not operator.name.endswith("RELEASE"):
         return operator
     return replace(operator, effects=tuple(e for e in operator.effects if isinstance(e, Delete)))
@@ -127,7 +127,7 @@ def released_in_mid_air(operator: Operator) -> Operator:
 
 @_change_operators
 def inside_a_floor_aborts(operator: Operator) -> Operator:
-    """Placing an object inside a floor is an error without a kind (``place_inside``)."""
+    """Make placing an object inside a floor an error without a kind (``place_inside``)."""
     if o.NO_INSIDE not in operator.checks:
         return operator
     aborts = replace(o.NO_INSIDE, fault=FaultKind.UNCATEGORISED, history_conditions=(FALSE,))
@@ -137,7 +137,7 @@ def inside_a_floor_aborts(operator: Operator) -> Operator:
 
 @_change_operators
 def transfer_aborts(operator: Operator) -> Operator:
-    """Transferring contents is an error without a kind. From an empty container it does nothing.
+    """Make transferring contents an error without a kind. An empty container transfers nothing.
 
     See ``evolving_graph.py``, ``pour_inside`` and ``pour_onto``.
     """
@@ -150,7 +150,7 @@ def transfer_aborts(operator: Operator) -> Operator:
 
 
 def make_aborted_transfers() -> Iterator[Operator]:
-    """Yield operators that transfer contents until eai-eval aborts: they move only the first content."""
+    """Yield operators that move only the first content of a container, after which eai-eval aborts."""
     for hand, (name, place) in product(o.HANDS, (("INSIDE", p.lies_in), ("ONTOP", p.lies_on))):
         first = Exists(o.H, hand.holds(o.H) & p.carries(o.H, o.C))
         moved = Let(o.C, first & ~p.floor(X), (*o.clear_support(o.C), Add(place(o.C, X))))
@@ -160,7 +160,7 @@ def make_aborted_transfers() -> Iterator[Operator]:
 
 @_change_operators
 def parts_before_slicing(operator: Operator) -> Operator:
-    """The robot can handle the parts of an object before the object is sliced (``interactivity_precond``)."""
+    """Let the robot handle the parts of an object before the object is sliced (``interactivity_precond``)."""
     unwanted = (o.require_cut_off(X), o.require_cut_off(Y))
 
     def keep_wanted(checks: tuple[Check, ...]) -> tuple[Check, ...]:
@@ -172,7 +172,7 @@ def parts_before_slicing(operator: Operator) -> Operator:
 
 @_change_operators
 def placing_never_in_wrong_order(operator: Operator) -> Operator:
-    """Placing, transferring, and cleaning a clean object are never errors of the wrong order.
+    """Never judge placing, transferring, or cleaning a clean object as an error of the wrong order.
 
     See ``evolving_graph.py``, ``check_precondition``.
     """
@@ -185,12 +185,12 @@ def placing_never_in_wrong_order(operator: Operator) -> Operator:
 
 @_change_operators
 def one_label_per_pair(operator: Operator) -> Operator:
-    """Of the labels onfloor, under and nextto, a pair of objects has only the latest (``build_graph``)."""
+    """Keep only the latest of the labels onfloor, under and nextto of a pair of objects (``build_graph``)."""
     return replace(operator, effects=_overwrite_all_labels(operator.effects))
 
 
 def _overwrite_labels(effect: Effect) -> tuple[Effect, ...]:
-    """Return an effect in which a new label, such as nextto, deletes all other labels of its ordered pair."""
+    """Return effects in which a new label, such as nextto, deletes all other labels of its ordered pair."""
     match effect:
         case Add(atom):
             labels = [label.name for label in p.LOOSE_RELATIONS]
@@ -213,7 +213,7 @@ def _overwrite_all_labels(effects: tuple[Effect, ...]) -> tuple[Effect, ...]:
 
 @_change_operators
 def freezes_anywhere(operator: Operator) -> Operator:
-    """Freezing an object needs no fridge (``evolving_graph.py``, ``freeze_unfreeze``)."""
+    """Let an object be frozen without a fridge (``evolving_graph.py``, ``freeze_unfreeze``)."""
     return replace(operator, checks=operator.checks[:-1]) if operator.name == "FREEZE" else operator
 
 
@@ -238,7 +238,7 @@ _NamesOfVariables: TypeAlias = Mapping[str, str]
 
 
 def list_truncated_options(formula: f.Formula, objects: ObjectsByCategory) -> list[Option]:
-    """Return the options of a closed BDDL condition that eai-eval tries, in eai-eval's order.
+    """Return the options of a closed BDDL condition, in eai-eval's order, as far as eai-eval tries them.
 
     An option is a list of ground conditions that together make the condition true.
 
@@ -314,7 +314,7 @@ def _join_options(vectors: Iterable[Sequence[Option]]) -> list[Option]:
 
 
 def _negate_options(options: Sequence[Option]) -> list[Option]:
-    """Return the options of a negation: each contains the negation of one condition of each given option."""
+    """Return the options of a negation. Each of them negates one condition of every given option."""
     return [
         tuple(choice)
         for choice in product(*[[f.Not(condition) for condition in option] for option in options])
@@ -326,7 +326,7 @@ def _list_first_orders(size: int, length: int) -> Iterator[tuple[int, ...]]:
 
 
 def _take_first_vectors(sequences: Sequence[Sequence[Option]]) -> Iterator[tuple[Option, ...]]:
-    """Yield the elements of the product of the sequences for the first `MAX_VECTORS` index vectors.
+    """Yield combinations of one element of each sequence, for the first `MAX_VECTORS` index vectors.
 
     An index vector has an index into each sequence. Vectors are ordered by their sum, then lexicographically.
     The vector of all last indexes comes at the end if the limit allows it. Vectors that point outside a
@@ -359,7 +359,7 @@ def make_behavior_goal_test(task: Task) -> GoalTest:
 
 
 def _truncate_options(formula: f.Formula, scene: Scene) -> f.Formula:
-    """Return the condition that eai-eval tests for a goal: one of the options that bddl tries holds."""
+    """Return the condition that eai-eval tests for a goal: any option that bddl tries is true."""
     return map_leaves(
         f.Or(tuple(map(f.And, list_truncated_options(formula, scene.names_of_category)))),
         _use_direct_container,

@@ -80,7 +80,7 @@ _HOLDING: Mapping[str, str] = {p.in_right_hand.name: "RIGHT", p.in_left_hand.nam
 
 
 _Hands: TypeAlias = Mapping[str, int | None]
-"""Index of the object in each hand, by ``LEFT`` and ``RIGHT``; None for an empty hand."""
+"""Mapping from ``LEFT`` and ``RIGHT`` to the index of the object in this hand; None for an empty hand."""
 
 
 def read_hands(state: State) -> _Hands:
@@ -96,7 +96,7 @@ def _plan_literal(literal: GroundAtom, state: State) -> SubgoalPlans:
 
 
 def _place_together(on: GroundAtom, by: GroundAtom, state: State) -> SubgoalPlans:
-    """Return the plan that puts an object onto one object and next to another; it makes two literals true."""
+    """Return the plan that makes two literals true: it puts an object onto one object and next to another."""
     (thing, support), (one, other) = on.arguments, by.arguments
     neighbour = one if thing == other else other
     actions, hand = _take(thing, read_hands(state), state.scene)
@@ -131,7 +131,11 @@ def _undo(predicate: str, arguments: tuple[int, ...], hands: _Hands, scene: Scen
 
 
 def _take(thing: int, hands: _Hands, scene: Scene) -> tuple[ActionSequence, str]:
-    """Return the actions that take an object, and the hand: the left hand if only the left is free."""
+    """Return the actions that take an object, and the hand: ``LEFT`` or ``RIGHT``.
+
+    An object in a hand stays there. Otherwise the right hand takes the object, or the left hand if only that
+    one is free.
+    """
     hand = _find_hand_with(thing, hands, scene)
     if hand is not None:
         return (), hand
@@ -146,9 +150,9 @@ def _find_hand_with(thing: int, hands: _Hands, scene: Scene) -> str | None:
 
 
 def _pair_literals(first: GroundAtom, second: GroundAtom) -> tuple[GroundAtom, GroundAtom] | None:
-    """Return two literals, sorted, if one action makes both true: first the support literal, then ``nextto``.
+    """Return two literals in order if one action makes both true: the support literal, then ``nextto``.
 
-    Return None if no action does.
+    Return None if no single action makes both true.
     """
     for on, by in ((first, second), (second, first)):
         if on.predicate in _SUPPORTING and by.predicate == "nextto" and on.truth and by.truth:
@@ -169,10 +173,13 @@ _QUANTIFIERS = ("forall", "exists", "forpairs", "forn")
 
 
 class _BehaviorSubgoalNotation(BehaviorSubgoals):
-    """Notation of subgoals in eai-eval. Its signature has no arities; `find_wrong_use` tests them."""
+    """The notation of BEHAVIOR subgoals, read as eai-eval reads it.
+
+    Its table of names has no arities (numbers of arguments), because `find_wrong_use` tests arities.
+    """
 
     def make_formula_lexicon(self, scene: Scene) -> FormulaLexicon:
-        """Return the names of the data set. Objects that are parts of other objects have no name."""
+        """Return the names that formulas may use: the data set's. It names no parts of other objects."""
         predicates = dict.fromkeys((*map_category_predicates(scene), *PREDICATE_ARITIES))
         return make_behavior_lexicon(
             scene, Signature(predicates, dict.fromkeys(ACTION_ARITIES), None), map_published_names(scene)

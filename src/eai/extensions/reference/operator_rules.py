@@ -3,8 +3,7 @@
 Planning: the planner gets the gold operator for each required operator that the answer lacks, and all other
 operators of the domain (``complete_pddl_domain``). Missing operators are not counted. Hallucinated operators
 take part in planning. The planner is that of `planner_of_2024`. Predicates without a category are not
-counted. If one of them matches, eai-eval raises a KeyError and loses the run; here the predicate is
-ignored.
+counted. If such a predicate matches, eai-eval raises a KeyError and loses the whole run; here it is ignored.
 
 Extraction reproduces the first lines of ``worker_process`` in
 ``transition_modeling/scripts/evaluate_results.py`` and ``extract_action_details`` in
@@ -15,8 +14,8 @@ application:
 * line ends are deleted before JSON is read, so a comment outside JSON swallows the rest;
 * single quotes become double quotes;
 * text that is not JSON is searched as it is;
-* the three parts of an operator are searched independently, so a part may belong to a later operator;
-* an operator that lacks a part ends the search;
+* parameters, precondition and effect are searched independently, so each may belong to a later operator;
+* an operator that lacks one of these three ends the search;
 * a name ends at the first character that is not a word character;
 * an unbalanced condition or effect becomes the unreadable text ``(()``;
 * if two operators have one name, the last counts.
@@ -27,8 +26,8 @@ differs from the paper's "maximum bipartite matching over clauses" (`eai.pddl.ma
 * text_literals (``tokenize``): an atom is the text between parentheses, so variables need the gold names;
 * joined_lists (``parse_pddl_expr``): an unknown head with literals inside becomes one literal, named by its
   first word;
-* unreadable_is_free (``calculate_logic_score``): if one side does not parse, nothing of the pair counts,
-  not even as a false negative;
+* unreadable_is_free (``calculate_logic_score``): if the answer's text or the gold text does not parse,
+  nothing of the pair counts, not even as a false negative;
 * padding (``align_expressions``): the shorter of two and/or lists is padded with the literal ``()``;
 * positional_renaming (``replace_in_tuple``): bound variables are renamed only at equal positions, and as
   substrings;
@@ -70,7 +69,7 @@ _UNREADABLE = ErrorReport(
     FaultKind.PARSING, None, 'expected JSON with a text under "output", or operators (:action ...)'
 )
 _UNBALANCED = "(()"
-_UNBALANCED_CLOSE = 1  # the offset that the reference assumes if no parenthesis closes the list
+_UNBALANCED_CLOSE = 1  # the offset that eai-eval assumes if no parenthesis closes the list
 
 
 def extract_as_reference(answer: str) -> tuple[OperatorText, ...] | None:
@@ -133,19 +132,22 @@ def _extract_list(content: str, position_of_key: int) -> str | None:
 
 
 FORMAT_ERROR = TaskExclusion("the reference leaves out answers that it cannot search for operators")
-"""Reason for which a task with a format error is excluded. No other exclusion depends on an answer."""
+"""Reason for which a task is excluded if eai-eval cannot search the answer to it for operators.
+
+No other exclusion depends on an answer.
+"""
 
 
 @dataclass(frozen=True, slots=True)
 class ReferenceRules(OperatorRules):
-    """Scores operators as eai-eval does. The caches for one domain save comparing equal texts again."""
+    """Scores operators as eai-eval does. Caches avoid repeated comparison of equal texts."""
 
     counts_clauses: ClassVar[bool] = False
     reports: ResultCache[OperatorText, OperatorReport] = field(default_factory=ResultCache)
     read: ResultCache[OperatorText, PddlAction | PddlFinding | None] = field(default_factory=ResultCache)
 
     def judge_answer(self, task: TransitionTask, text: str) -> OperatorJudgement:
-        """Return the judgement on an answer. A task with eai-eval's format error is excluded."""
+        """Return the judgement on an answer. A task is excluded if its answer has eai-eval's format error."""
         written = extract_as_reference(text)
         if written is None:
             return OperatorJudgement((), NOT_RUN, error=_UNREADABLE, excluded=FORMAT_ERROR)
@@ -155,7 +157,10 @@ class ReferenceRules(OperatorRules):
         )
 
     def judge_missing_answer(self, task: TransitionTask) -> OperatorJudgement:
-        """Count all required operators as missing. Without any answer, no gold operators replace them."""
+        """Return the judgement on a missing answer: all required operators count as missing.
+
+        Without any answer, no gold operators replace the missing operators.
+        """
         gold = [task.domain.operators[name] for name in task.operators]
         missing = [
             _compare_operators(
@@ -168,11 +173,12 @@ class ReferenceRules(OperatorRules):
     def plan_with_each_operator(
         self, task: TransitionTask, text: str, replaced: ReplacedPart
     ) -> dict[str, PlannerResult | None]:
-        """Return the planner's result for each required operator, in a domain with all other gold operators.
+        """Return the planner's result for each required operator of an answer, by the operator's name.
 
-        The result is None for an operator that the answer lacks; eai-eval counts it as a failure. The
-        package eai-eval skips answers with its format error (``evaluate_results_sequential``), so their
-        mapping is empty. Its count ``task_variate_control_precond`` is never filled.
+        All other operators are gold operators. The result is None for an operator that the answer lacks,
+        which eai-eval counts as a failure. The mapping is empty for an answer with eai-eval's format error,
+        because eai-eval skips such answers (``evaluate_results_sequential``). Its count
+        ``task_variate_control_precond`` is never filled.
         """
         written = extract_as_reference(text)
         if written is None:
@@ -243,7 +249,7 @@ _TOKEN = re.compile(r"[()]|[^()\s][^()]*")
 
 @dataclass(frozen=True, slots=True)
 class _Connective:
-    """A connective with its arguments. The first argument of a quantifier is the text of the variable."""
+    """A connective with its arguments. The first argument of a quantifier is the text of its variable."""
 
     head: str
     arguments: tuple[_Tree, ...]
@@ -304,7 +310,7 @@ def _parse(text: str) -> _Tree:
 
 
 def _combine(parts: list[_Tree]) -> _Tree:
-    """Return the node for a closed list: a connective, or else one text of all its words."""
+    """Return the tree of a list in parentheses: a connective, or a text that joins all words of the list."""
     if not parts:
         return _PADDING
     head, *arguments = parts
@@ -321,7 +327,7 @@ def _combine(parts: list[_Tree]) -> _Tree:
 def _align(predicted: _Tree, gold: _Tree) -> tuple[_Tree, _Tree]:
     """Pad ``and`` and ``or`` lists to equal length, and rename bound variables of the gold tree.
 
-    This goes down from the top and stops below any other connective.
+    The alignment goes down from the roots of both trees and stops below any other connective.
     """
     if isinstance(predicted, str) or isinstance(gold, str):
         return predicted, gold
@@ -367,7 +373,7 @@ def _compare(predicted: _Tree, gold: _Tree) -> _Comparison:
 
 
 def _score_connective(predicted: _Connective, gold: _Connective) -> float:
-    """Return the score of two nodes with equal heads other than and/or. They match as a whole or not."""
+    """Return the score, from 0 to 1, of two nodes with one head: ``not``, ``when`` or a quantifier."""
     match predicted.head:
         case "not":
             return _compare(predicted.arguments[0], gold.arguments[0]).score

@@ -20,8 +20,9 @@ which a current planner gives the published answers:
 1. An ``exists`` of the precondition that lies only under ``and`` and ``exists`` binds its name in the whole
    operator, like a parameter. Such an ``exists`` in the condition of a ``when`` binds its name in that
    ``when``.
-2. A condition's literal with a variable that is still unbound is false. Such a deletion vanishes. Such an
-   addition adds `UNBOUND_ADDED` instead: if a plan can reach that atom, the planner crashed.
+2. A condition's literal with a variable that is still unbound is false. A deletion with such a variable
+   vanishes. An addition with such a variable adds `UNBOUND_ADDED` instead: if a plan can reach that atom, the
+   planner crashed.
 """
 
 from __future__ import annotations
@@ -39,7 +40,7 @@ from eai.pddl.planning import PlanningTask
 from eai.pddl.reader import ExpressionList, PddlReader, SExpr, Symbol, read_group
 
 UNBOUND_ADDED = f.Atom("eai--unbound-added")
-"""Atom that replaces every atom with an unbound variable in additions."""
+"""Atom that effects add instead of an atom with an unbound variable."""
 
 Names = frozenset[str]
 
@@ -145,7 +146,7 @@ def read_operator(source: OperatorText, header: m.PddlDomain) -> m.PddlAction | 
 
 
 def normalise(header: m.PddlDomain, actions: Iterable[m.PddlAction], problem: m.PddlProblem) -> PlanningTask:
-    """Return the rewritten domain and problem.
+    """Return the rewritten domain and problem as a task for a planner.
 
     The atom ``fatal`` in the result marks plans on which the planner of 2024 crashed.
 
@@ -235,7 +236,7 @@ def _list_bound_words(names: tuple[SExpr, ...]) -> list[str]:
 
 
 def _falsify_types(condition: f.Formula, header: m.PddlDomain) -> f.Formula:
-    """Return a condition after replacing each type that is used as a predicate by false."""
+    """Return a condition in which each atom whose predicate is the name of a type becomes false."""
     types = {m.OBJECT, *(item.name for item in header.types)} - {item.name for item in header.predicates}
 
     def change(leaf: f.Leaf) -> f.Formula:

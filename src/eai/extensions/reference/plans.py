@@ -29,7 +29,7 @@ def compare_with_strict(
     notation: PlanNotation,
     make_strict_scorer: Callable[[], ActionSequencing],
 ) -> Assessment:
-    """Return the assessment with a longer explanation: how the reading of ``strict`` differs.
+    """Return the assessment with an explanation that also tells how ``strict`` reads and judges the answer.
 
     The explanation is computed on request.
 

@@ -1,7 +1,7 @@
 """The implementation of the protocol `eai-1.0.5`: it opens suites of VirtualHome and BEHAVIOR.
 
-It also counts as the paper did. The paper's runs of BEHAVIOR required one goal of one task that release 1.0.5
-does not require.
+For comparison with the paper, it also counts as the paper's runs did: they required one goal of one task of
+BEHAVIOR that release 1.0.5 does not require.
 
 Replanning in VirtualHome: release 1.0.5 lacks the script (``eval_action.py``, ``end_to_end_action_eval``).
 The script counts errors of the third and last attempt only. An earlier success counts no errors, although
@@ -74,9 +74,9 @@ def open_virtualhome(
 
 
 def choose_opener(benchmark: Benchmark, ability: Ability, answers: Iterable[str]) -> Opener | None:
-    """Return a function that opens a VirtualHome suite for the answers of a file.
+    """Return a function that opens a VirtualHome suite for the answers of a file; None for other suites.
 
-    It reads all plans of the file with ids, or all without ids, as most answers are written.
+    The function reads all plans of the file with ids, or all without ids, whichever form most answers have.
     """
     if (benchmark.name, ability) != ("virtualhome", Ability.ACTION_SEQUENCING):
         return None
@@ -155,9 +155,9 @@ _REFERENCE_WITH_REMOVED_GOAL = TaskReference("behavior", Ability.ACTION_SEQUENCI
 
 
 def count_as_the_paper_did(task: TaskReference, verdict: Verdict) -> Verdict:
-    """Return a verdict that also counts the goal that only the paper's runs required, as not reached.
+    """Return a verdict in which the goal that only the paper's runs required counts as not reached.
 
-    It concerns one task. Other verdicts stay as they are.
+    Only one task has this goal. Verdicts on other tasks stay as they are.
     """
     if task != _REFERENCE_WITH_REMOVED_GOAL or not isinstance(verdict, PlanVerdict) or verdict.goals is None:
         return verdict
@@ -171,7 +171,7 @@ _DEFAULT_REPLANS = 3
 
 
 def make_scripted_attempts(slip: float, slip_seed: int, replans: int) -> AttemptOptions:
-    """Return the options of attempts in eai-eval's script of stochastic actions.
+    """Return the settings of repeated attempts at a task, as in eai-eval's script of stochastic actions.
 
     The script draws twenty tasks; this protocol runs all tasks.
 
@@ -195,8 +195,8 @@ class _ScriptedTrial(Trial):
     """A task's attempts with stochastic actions, executed as in eai-eval's script.
 
     Before each action, a draw decides whether it fails at random (a slip). Every failed action ends the
-    attempt, even an additional step. A plan that executes completely without reaching the goal ends the trial
-    without a further attempt.
+    attempt, even a step judged additional. A plan that executes completely without reaching the goal ends the
+    trial without a further attempt.
     """
 
     @property
@@ -205,7 +205,7 @@ class _ScriptedTrial(Trial):
         return super().is_over or (bool(self.attempts) and bool(self.attempts[-1].verdict.executable))
 
     def start_episode(self) -> Episode:
-        """Return a new episode in the initial state. `execute_plan` draws its slips."""
+        """Return a new episode in the initial state. Random failures are drawn by `execute_plan`."""
         return Episode(self.scorer.domain, self.task.initial)
 
     def execute_plan(self, actions: tuple[Action, ...]) -> Execution:
@@ -222,7 +222,10 @@ class _ScriptedTrial(Trial):
         return Execution(episode.trajectory_from(start), names, slipped=slipped)
 
     def try_answer(self, text: str) -> Attempt:
-        """Try an answer. If an additional step ended its plan, the attempt fails with that error."""
+        """Execute an answer as the next attempt.
+
+        If a step judged additional ended the plan, the attempt fails with that error.
+        """
         attempt = super().try_answer(text)
         verdict, steps = attempt.verdict, attempt.explanation.steps if attempt.explanation else ()
         needless = FaultKind.ADDITIONAL_STEP
@@ -234,7 +237,10 @@ class _ScriptedTrial(Trial):
 
 
 def count_as_published(verdicts: Sequence[PlanVerdict], replans: int) -> Sequence[PlanVerdict]:
-    """Return the verdicts on attempts. Successes count no errors, except in the last possible attempt."""
+    """Return the verdicts on a task's attempts, without the errors of successful attempts.
+
+    The last possible attempt keeps its errors.
+    """
     return [*map(_remove_errors, verdicts[:replans]), *verdicts[replans:]]
 
 
@@ -253,4 +259,4 @@ EAI_1_0_5 = ProtocolImplementation(
     as_counted=count_as_published,
     adapt_to_answers=choose_opener,
 )
-"""The implementation of the protocol."""
+"""The implementation of the protocol `eai-1.0.5`."""

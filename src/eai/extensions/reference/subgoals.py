@@ -53,8 +53,8 @@ _COUNTED_ONCE = (FaultKind.WRONG_ORDER, FaultKind.MISSING_STEP, FaultKind.AFFORD
 class ReferenceSubgoals(SubgoalDecomposition):
     """Scores subgoals as eai-eval does in every domain.
 
-    All subgoals of an answer form one text. The robot makes its literals true one after the other; no test
-    decides whether they hold already. Tasks without goals are scored, too. Each entry of the error report
+    All subgoals of an answer form one text. The robot makes its literals true one after the other, without a
+    test whether they hold already. Tasks without goals are scored, too. Each entry of the error report
     counts as a runtime error, except in answers that execute but miss the goal (``subgoal_eval_utils.py``).
     """
 
@@ -79,7 +79,7 @@ class ReferenceSubgoals(SubgoalDecomposition):
 
     @abstractmethod
     def _draw_alternative(self, subgoal: str, rng: Random) -> str | None:
-        """Draw one alternative of a subgoal, as text; None if eai-eval ignores the subgoal."""
+        """Draw one alternative of a subgoal such as ``a or b``; None if eai-eval ignores the subgoal."""
 
     def _find_misuse(self, formula: f.Formula) -> RejectedAnswer | None:
         """Return the rejection of an answer whose formula uses a name wrongly, or None."""
@@ -97,9 +97,9 @@ class ReferenceSubgoals(SubgoalDecomposition):
         return program
 
     def halts(self, fault: Fault) -> bool:
-        """Whether eai-eval raises an exception for a fault, which then counts as a parsing error.
+        """Whether eai-eval raises an exception for a fault. The exception counts as a parsing error.
 
-        It does so for faults to which it gives no kind.
+        It does so for each fault to which it gives no kind.
         """
         return fault.kind is FaultKind.UNCATEGORISED
 
@@ -125,7 +125,7 @@ class ReferenceSubgoals(SubgoalDecomposition):
         return _set_counted_errors(verdict, entries)
 
     def _list_branches(self, outcome: ExplorationResult) -> tuple[ExecutionBranch, ...]:
-        """Return only the branch that eai-eval reports, even if other branches reach more goals."""
+        """Return only the branch of the search that eai-eval reports, even if others reach more goals."""
         return (outcome.reported,)
 
     def _make_rejection_verdict(self, rejected: RejectedAnswer) -> SubgoalVerdict:
@@ -174,7 +174,10 @@ def parse_at_once(subgoals: Sequence[str], signature: Signature) -> f.Formula | 
 
 
 def _conjoins_moments(formula: f.Formula, signature: Signature) -> bool:
-    """Whether an ``and`` whose operands contain ``then`` only in part ends before any unknown name."""
+    """Whether the first error of a formula is an ``and`` with ``then`` in some, but not all, of its operands.
+
+    The other possible error is an unknown name. The first error is the one that ends first in the text.
+    """
     temporal = find_temporal_ids(formula)
     if not temporal:
         return False

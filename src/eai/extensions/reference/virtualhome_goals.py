@@ -66,8 +66,8 @@ class VirtualHomeGoalInterpretation(GoalInterpretation):
     * a name means the relevant object of its class with the largest id (eai-eval takes the last element
       of a set in hash order, which is this object for all published counts);
     * predictions with an unknown name and ill-formed entries are not counted;
-    * several predictions can meet one action goal, which may make false negatives negative;
-    * an unreadable answer misses no goal.
+    * several predictions can meet one action goal, which may make the number of false negatives negative;
+    * in an unreadable answer, no goal counts as missing.
     """
 
     def __init__(self, task: Task, domain: Domain) -> None:

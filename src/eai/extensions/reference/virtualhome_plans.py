@@ -4,8 +4,8 @@ Quirks of its goal test:
 
 - The loop over relation goals ends at the first goal that holds (``scene_evaluate_wID``): at most one counts.
 - Action goals are searched as substrings in the text of all actions. If a goal has alternatives, the first
-  alternative that occurs counts, not the one that occurs earliest (``check_order_with_or_score``). The search
-  ends at the first goal without a match.
+  one in its list that occurs counts, not the one that occurs earliest in the plan
+  (``check_order_with_or_score``). The search ends at the first goal without a match.
 - Action goals are searched in the order of a set of strings, which changes from run to run. Verdicts use the
   order of hash seed 0: alphabetical order for the 13 tasks with two action goals.
 """
@@ -64,7 +64,7 @@ class _VirtualHomeGoalTest(GoalTest):
     def find_reached(
         self, final: State, actions: Sequence[str], execution: Trajectory | None = None
     ) -> tuple[bool, ...]:
-        """Return for each goal whether it counts as reached. Only the first relation goal counts."""
+        """Return for each goal whether it counts as reached. Only the first true relation goal counts."""
         reached = list(super().find_reached(final, actions, execution))
         held = [number for number in self._relations if reached[number]]
         for number in held[1:]:
@@ -79,7 +79,10 @@ class _VirtualHomeGoalTest(GoalTest):
     def _find_met_action_goals(
         self, goals: Sequence[tuple[str, ...]], actions: Sequence[str]
     ) -> Sequence[int]:
-        """Return the indices of the action goals before the first goal without a match."""
+        """Return the indices of the action goals that count as met.
+
+        They are all goals, in the order of the search, before the first goal without a match.
+        """
         text = " ".join(actions)
         position = 0
         for count, number in enumerate(self._order):
@@ -109,8 +112,8 @@ class _VirtualHomePlanNotation(VirtualHomePlans):
 
     Args:
         with_ids: whether plans name objects by class and id, as in release 1.0.5, or by class only, as in the
-            paper's answers. Each of both versions expects all answers in its form. If None, each answer is
-            read in its own form.
+            paper's answers. Release 1.0.5 and the paper each expect all answers in one form. If None,
+            each answer is read in its own form.
     """
 
     def __init__(self, *, with_ids: bool | None = None) -> None:
@@ -183,10 +186,10 @@ class VirtualHomeActionSequencing(ActionSequencing):
         return Assessment(not_run, lambda: _add_note(assessment_if_run.explain(), EQUALS_SCRIPT))
 
     def _judge_execution(self, execution: Execution, plan: WrittenPlan) -> PlanVerdict:
-        """Return the verdict on an executed plan, with its counts for a summary.
+        """Return the verdict on an executed plan, with separate counts for summaries of many answers.
 
-        In a summary, every additional step counts, and action goals have the order of the data set. The
-        package eai-eval has this order only by chance.
+        In a summary, every step judged additional counts, and action goals have the order of the data set.
+        The package eai-eval has this order only by chance.
         """
         verdict = super()._judge_execution(execution, plan)
         reached = verdict.goals_satisfied

@@ -36,7 +36,11 @@ def make_reference_domain() -> Domain:
 
 
 def find_first_target(state: State, predicate: str, source: int, wanted: int) -> int:
-    """Return the first target of a relation among ``wanted`` as a bit mask; 0 if no target is wanted."""
+    """Return the first of an object's targets in a relation that is among ``wanted``.
+
+    Wanted objects and the result are bit masks. The result is 0 if no target is wanted. A target is an object
+    to which the relation leads.
+    """
     targets = state.relation(predicate).row(source) & wanted
     if targets & (targets - 1) == 0:
         return targets
@@ -44,10 +48,10 @@ def find_first_target(state: State, predicate: str, source: int, wanted: int) ->
 
 
 def _list_in_set_order(state: State, predicate: str, source: int) -> list[int]:
-    """Return the targets of an object in a relation, in the iteration order of a Python set of ids.
+    """Return the objects to which a relation leads from an object, in the order of a Python set of ids.
 
-    The set contains first the targets that actions added, then those of the initial scene. Initial targets
-    are inserted by ascending id, not in the order of the data set's file. This gives the same first target
+    The set contains first the objects that actions added, then those of the initial scene. Initial objects
+    are inserted by ascending id, not in the order of the data set's file. This gives the same first object
     for every object that a task can be about.
     """
     relation = state.relation(predicate)
@@ -123,11 +127,14 @@ SEARCHED_CONDITIONS: Mapping[Formula, tuple[Formula, ...]] = {
     ~p.seat_full(X): (FALSE,),
     ~p.bed_full(X): (FALSE,),
 }
-"""Mapping from a failed condition to the conditions that eai-eval searches in earlier states instead."""
+"""Conditions that eai-eval looks for in earlier states instead of a failed condition, by failed condition."""
 
 
 def _change_checks(change: Callable[[Operator, Check], Check | None]) -> Callable[[Domain], Domain]:
-    """Turn a function that changes a check into a function that changes a domain. None removes the check."""
+    """Turn a function that changes a check into a function that changes a domain.
+
+    If the given function returns None, the check is removed.
+    """
 
     @wraps(change)
     def apply(domain: Domain) -> Domain:
@@ -143,7 +150,7 @@ def _change_checks(change: Callable[[Operator, Check], Check | None]) -> Callabl
 
 
 def first_of_a_hash_table(domain: Domain) -> Domain:
-    """The containers, supports or neighbours of an object have the order of a Python set of ids.
+    """Order the containers, supports and neighbours of an object as a Python set of ids orders them.
 
     See ``environment.py``, ``EnvironmentGraph``.
     """
@@ -151,7 +158,7 @@ def first_of_a_hash_table(domain: Domain) -> Domain:
 
 
 def held_objects_stay_behind(domain: Domain) -> Domain:
-    """Held objects stay in the room that the character leaves, and their contents leave the held objects.
+    """Leave held objects in the room that the character leaves, and remove their contents from them.
 
     See ``execution.py``, ``WalkExecutor``.
     """
@@ -164,13 +171,13 @@ def held_objects_stay_behind(domain: Domain) -> Domain:
 
 
 def grabbing_empties(domain: Domain) -> Domain:
-    """Grabbing an object leaves its contents behind, in no container (``GrabExecutor``)."""
+    """Leave the contents of a grabbed object behind, in no container (``GrabExecutor``)."""
     return domain.replace_operators(o.make_grab_action(effects_on_contents=()))
 
 
 @_change_checks
 def sought_is_not_the_condition(operator: Operator, check: Check) -> Check:
-    """The test for wrong order searches earlier states for another condition than the check's, or for none.
+    """Let the test for wrong order search earlier states for another condition than the check's, or for none.
 
     See `SEARCHED_CONDITIONS`; ``execution.py``, ``update_missing_precond``.
     """
@@ -183,20 +190,20 @@ def sought_is_not_the_condition(operator: Operator, check: Check) -> Check:
 
 @_change_checks
 def unplugged_is_additional(operator: Operator, check: Check) -> Check:
-    """Switching on an unplugged device is an additional step, not a missing step (``SwitchExecutor``)."""
+    """Judge switching on an unplugged device as an additional, not a missing step (``SwitchExecutor``)."""
     unplugged = operator.name == "SWITCHON" and check.condition == ~p.plugged_out(X)
     return replace(check, fault=FaultKind.ADDITIONAL_STEP) if unplugged else check
 
 
 @_change_checks
 def running_is_additional(operator: Operator, check: Check) -> Check:
-    """Opening a device that is on is an additional step, not a missing step (``OpenExecutor``)."""
+    """Judge opening a device that is on as an additional step, not a missing step (``OpenExecutor``)."""
     return replace(check, fault=FaultKind.ADDITIONAL_STEP) if check == o.NOT_RUNNING else check
 
 
 @_change_checks
 def no_state_is_additional(operator: Operator, check: Check) -> Check | None:
-    """Changing a state that an object lacks is an additional step, not an affordance error.
+    """Judge changing a state that an object lacks as an additional step, not as an affordance error.
 
     See ``execution.py``, ``OpenExecutor``, ``SwitchExecutor``, ``PlugExecutor``.
     """
@@ -205,13 +212,13 @@ def no_state_is_additional(operator: Operator, check: Check) -> Check | None:
 
 @_change_checks
 def grabbed_once_is_additional(operator: Operator, check: Check) -> Check:
-    """Grabbing an object again after letting go of it is an additional step (``GrabExecutor``)."""
+    """Judge grabbing an object for the second time as an additional step (``GrabExecutor``)."""
     return additional_step(~p.taken(X), "{x} has been grabbed already") if check == o.NOT_HELD else check
 
 
 @_change_checks
 def seated_elsewhere_is_additional(operator: Operator, check: Check) -> Check | None:
-    """Sitting or lying down somewhere else is an additional step (``SitExecutor``, ``LieExecutor``)."""
+    """Judge sitting or lying down elsewhere as an additional step (``SitExecutor``, ``LieExecutor``)."""
     if check in (o.NOT_SEATED_ELSEWHERE, o.NOT_IN_BED_ELSEWHERE):
         return None
     if check == o.NOT_SEATED:
@@ -221,13 +228,13 @@ def seated_elsewhere_is_additional(operator: Operator, check: Check) -> Check | 
 
 @_change_checks
 def closed_container_is_affordance(operator: Operator, check: Check) -> Check:
-    """Putting an object into a closed container is an affordance error (``execution.py _check_puttable``)."""
+    """Judge putting an object into a closed container as an affordance error (``_check_puttable``)."""
     closed = operator.name == "PUTIN" and check.condition == (~p.can_open(Y) | p.open_(Y))
     return replace(check, fault=FaultKind.AFFORDANCE) if closed else check
 
 
 def put_back_never_fails(domain: Domain) -> Domain:
-    """An impossible PUTOBJBACK succeeds without an effect (``PutBackExecutor``)."""
+    """Let an impossible PUTOBJBACK succeed without an effect (``PutBackExecutor``)."""
     possible_at = {
         p.taken_from_inside: p.held(X) & p.near(Y) & (~p.can_open(Y) | p.open_(Y)),
         p.taken_from_top_of: p.held(X) & p.near(Y),
@@ -242,7 +249,7 @@ def put_back_never_fails(domain: Domain) -> Domain:
 
 
 def looks_not_implemented(domain: Domain) -> Domain:
-    """LOOKAT_SHORT and LOOKAT_LONG are errors without a kind (``execution.py``, ``UnknownExecutor``)."""
+    """Make LOOKAT_SHORT and LOOKAT_LONG errors without a kind (``execution.py``, ``UnknownExecutor``)."""
     undefined = Check(FALSE, FaultKind.UNCATEGORISED, "the reference cannot execute this action")
     return domain.replace_operators(
         *(Operator(name, (X,), (undefined,), ()) for name in ("LOOKAT_SHORT", "LOOKAT_LONG"))
@@ -251,7 +258,7 @@ def looks_not_implemented(domain: Domain) -> Domain:
 
 @_change_checks
 def no_room_aborts(operator: Operator, check: Check) -> Check:
-    """Walking to an object in no room is an error without a kind (``execution.py``, ``WalkExecutor``)."""
+    """Make walking to an object in no room an error without a kind (``WalkExecutor``)."""
     return replace(check, fault=FaultKind.UNCATEGORISED) if check.reason == o.SOMEWHERE.reason else check
 
 

@@ -54,7 +54,7 @@ ACTIONS_AFTER_TURNING = frozenset({"LOOKAT", "WATCH"})
 
 
 def make_state_plans(predicate: str, arguments: Sequence[int], state: State) -> Sequence[ActionSequence]:
-    """Return the plans that make an atom true; no plans if no action can."""
+    """Return the plans that make an atom true; none if no action makes it true."""
     if len(arguments) == 1:
         (x,) = arguments
         return [
@@ -119,7 +119,7 @@ _WITHOUT_ARGUMENTS = frozenset({"SLEEP", "WAKEUP", "STANDUP"})
 
 
 class VirtualHomeSubgoalDecomposition(ReferenceSubgoals):
-    """Scores VirtualHome subgoals as eai-eval does. A goal counts if it held at any time."""
+    """Scores VirtualHome subgoals as eai-eval does. A goal counts as reached if it held at any time."""
 
     def __init__(self, task: Task, *, limits: ExplorationLimits | None = None) -> None:
         domain, words = virtualhome_quirks.make_reference_domain(), VirtualHomeSubgoals(SUBGOAL_ACTIONS)
@@ -136,7 +136,7 @@ class VirtualHomeSubgoalDecomposition(ReferenceSubgoals):
     def halts(self, fault: Fault) -> bool:
         """Whether eai-eval raises an exception for a fault.
 
-        It also does so for a missing step that it cannot name, such as SIT without a free seat
+        It also raises an exception for a missing step that it cannot name, such as SIT without a free seat
         (``checkers.py``, ``check_missing_preconds``). For plans, release 1.0.5 calls this a missing step,
         because action sequencing has its own test for wrong order (``simulation/evolving_graph/checker.py``).
         """
@@ -175,7 +175,10 @@ class VirtualHomeSubgoalDecomposition(ReferenceSubgoals):
 
 
 class _UnorderedGoalTest(GoalTest):
-    """Tests action goals in any order of actions, up to the first unmet goal (``my_scene_evaluate``)."""
+    """A test of action goals in which the order of actions does not matter (``my_scene_evaluate``).
+
+    Goals after the first unmet goal do not count.
+    """
 
     def _find_met_action_goals(
         self, goals: Sequence[tuple[str, ...]], actions: Sequence[str]
