@@ -11,14 +11,14 @@ from statistics import fmean
 from claim import Finding, by_degree
 from evidence import NAMED, B, Evidence, Suite, V
 from measures_rates import OPEN_WEIGHT
-from rates import DIGIT, all_of, if_so, most_of
+from rates import all_of, if_so, most_of
 
 from eai.abilities.protocol import PAPER_ABILITIES, Ability, Protocol
 from eai.benchmarks.gold_answers import open_answer_book
 from eai.benchmarks.registry import find_benchmark
 from eai.benchmarks.suite import open_suite
 from eai.results.model_cards import make_model_table
-from eai.results.paper_tables import read_paper_models, read_paper_table
+from eai.results.paper_tables import read_paper_models
 from eai.tasks.prompts.prompt import Prompt, TaskBelief
 
 PLANNING = (Ability.SUBGOAL_DECOMPOSITION, Ability.ACTION_SEQUENCING)
@@ -91,36 +91,6 @@ def rooms_of_scenes(evidence: Evidence) -> Finding:
         counts.append((several, len(rooms)))
         text.append(f"{NAMED[domain]} {several} of {len(rooms)}, {max(map(len, rooms.values()))} at most")
     return all_of(*counts, text=f"scenes of which questions name more than one room: {'; '.join(text)}")
-
-
-def f1_of_the_table(evidence: Evidence) -> Finding:
-    """Recompute the F1 of goals from printed precision and recall, within the rounding of all three."""
-    table = read_paper_table("goal_interpretation")
-    places = {(column.domain, column.metric.partition(".")[0]) for column in table.columns}
-    wrong, number = [], 0
-    for model, row in table.rows.items():
-        for domain, kind in sorted(places):
-            figures = [
-                value
-                for name in ("precision", "recall", "f1")
-                for column, value in row.items()
-                if (column.domain, column.metric) == (domain, f"{kind}.{name}") and value is not None
-            ]
-            if len(figures) == 3:
-                number += 1
-                precision, recall, printed = figures
-                low, high = (
-                    2 * (precision + by) * (recall + by) / (precision + recall + 2 * by) + by
-                    for by in (-DIGIT, DIGIT)
-                )
-                if not low - 1e-9 <= printed <= high + 1e-9:
-                    mean = 2 * precision * recall / (precision + recall)
-                    wrong.append(f"{model}, {kind} {printed} in place of {mean:.1f}")
-    return all_of(
-        (number - len(wrong), number),
-        text=f"the harmonic mean of both in {number - len(wrong)} of {number} printed figures; "
-        f"else {'; '.join(wrong) or 'none'}",
-    )
 
 
 def plans_of_several_actions(evidence: Evidence) -> Finding:

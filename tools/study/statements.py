@@ -36,6 +36,7 @@ import measures_operators
 import measures_questions
 import measures_rates
 import measures_subgoals
+import measures_tables
 import measures_wording
 from claim import Claim, Finding, Status, by_degree
 from evidence import NAMED, Evidence
@@ -68,6 +69,7 @@ MODULES = (
     measures_examples,
     measures_subgoals,
     measures_mixtures,
+    measures_tables,
     measures_wording,
 )
 
