@@ -31,7 +31,7 @@ _WALL_CABINET_HEIGHT, _WINDOW_HEIGHT = 1.42, 0.9
 def arrange_objects(
     locations: ObjectLocations, names: Sequence[str], seed: str
 ) -> tuple[Placer, Mapping[int, Box]]:
-    """Return the placer with poses of all objects of a state, and the box of each room.
+    """Return a placer with the poses of all objects of a state, and the box of each room by its floor.
 
     The seed determines all random draws.
 
@@ -62,7 +62,8 @@ def place_remaining_objects(
         placer: the bodies of objects; some have a pose.
         locations: the locations of objects in a state.
         boxes: the box of each room.
-        crowded: whether an object that does not fit may overlap other objects. If not, it raises an error.
+        crowded: whether an object that does not fit may overlap other objects. If not,
+            InputError is raised.
 
     Raises:
         InputError: an object does not fit where the state puts it.
@@ -81,10 +82,10 @@ def place_remaining_objects(
 
 
 def _find_object_in_two_rooms(locations: ObjectLocations) -> dict[int, tuple[int, int]]:
-    """Return an object that stands over an object of another room, mapped to the floors of both rooms.
+    """Return a mapping from an object that stands over an object of another room to the floors of both rooms.
 
-    The floor of the upper object comes first. The mapping is empty if there is no such object, and never has
-    two objects.
+    The floor of the upper object comes first. The mapping has at most one object: the first of several, or
+    none.
     """
     rooms = [
         (roof, (locations.find_room(roof), locations.find_room(thing)))
@@ -142,7 +143,7 @@ def _find_pose(placer: Placer, locations: ObjectLocations, boxes: Mapping[int, B
 def _find_crowded_pose(
     placer: Placer, locations: ObjectLocations, boxes: Mapping[int, Box], thing: int
 ) -> Pose:
-    """Return a pose in the middle of an object's support, container or room. It may overlap others."""
+    """Return a pose in the middle of an object's support, container or room, where objects may overlap."""
     carrier, height = locations.find_carrier(thing), locations.bodies[thing].size[2]
     if carrier is None:
         x, y, _ = boxes[locations.find_room(thing)].mean(0)
@@ -177,13 +178,13 @@ class _RoomPlan:
 def _furnish_rooms(
     bodies: Mapping[int, Body], rooms: Mapping[int, Sequence[int]], joined: Mapping[int, tuple[int, int]]
 ) -> tuple[dict[int, Box], dict[int, Pose]]:
-    """Return the boxes of rooms in a row from left to right, and the poses of their furniture.
+    """Arrange rooms in a row from left to right. Return the box of each room, and the pose of its furniture.
 
     Args:
         bodies: the body of each object.
         rooms: the furniture of each room, by the floor of the room.
-        joined: the objects that stand in two rooms, between which no wall is built, with the floors of both.
-            These floors are neighbours in ``rooms``.
+        joined: the objects that stand in two rooms, each with the floors of both rooms. No wall is built
+            between these rooms, whose floors are neighbours in ``rooms``.
     """
     boxes: dict[int, Box] = {}
     poses: dict[int, Pose] = {}
@@ -281,7 +282,7 @@ def _put_furniture_along_walls(
 def _put_at_side_wall(
     plan: _RoomPlan, thing: int, quarters: int, side: dict[int, float], above: float = 0.0
 ) -> None:
-    """Put an object with its back to the left wall (1 quarter turn) or the right wall (3)."""
+    """Put an object with its back to the left wall (``quarters`` is 1) or the right wall (it is 3)."""
     width, depth, _ = plan.bodies[thing].size
     x = depth / 2 + 0.01 if quarters == 1 else plan.width - depth / 2 - 0.01
     plan.put_object(thing, x, side[quarters] - width / 2, quarters, above)

@@ -77,10 +77,10 @@ class Body:
 
 
 def find_object_kind(name: str, category: str) -> str:
-    """Return the kind of an object, from its name without a number. If no kind is found, use its category.
+    """Return the kind of an object: its name without a number, or else its category.
 
-    If the whole name is not a kind, its first word may be one, then its last: ``bottle`` of
-    ``olive_oil__bottle``.
+    If the table of kinds lacks the whole name, the first word of the name is tried, then the last word:
+    ``bottle`` of ``olive_oil__bottle``.
     """
     kind = _NUMBER.sub("", _NUMBER.sub("", name)) if not category.startswith(HALF_PREFIX) else category
     words = kind.split("__")
@@ -108,7 +108,7 @@ class _BodyKind(NamedTuple):
 
 @cache
 def read_body_kinds() -> Mapping[str, _BodyKind]:
-    """Return the size, colour and family of shapes of each kind of object."""
+    """Return the size, colour and family of shapes of each kind of object, by the name of the kind."""
     table: dict[str, _BodyKind] = {}
     for line in (files("eai.extensions.scenes") / "kinds.txt").read_text(encoding="utf-8").splitlines():
         if not line.startswith("#"):
@@ -121,7 +121,7 @@ def read_body_kinds() -> Mapping[str, _BodyKind]:
 
 @cache
 def _read_shape_families() -> Mapping[str, Any]:
-    """Return the shapes of each family as the file lists them, with the file's table `[colours]`."""
+    """Return the content of ``shapes.toml``: the shapes of each family, and the table `[colours]`."""
     return parse_toml((files("eai.extensions.scenes") / "shapes.toml").read_text(encoding="utf-8"))
 
 

@@ -33,7 +33,10 @@ _MAX_DISTANCE = 9.0
 """Maximum distance in metres that a camera moves back to get objects into the picture."""
 
 _HAND_OFFSETS = {0: -0.22, 1: 0.22}
-"""Horizontal offsets of the left and the right hand from the middle of the picture."""
+"""Horizontal offsets of the left (0) and right (1) hand from the middle of the picture.
+
+They are relative to the distance of the hand from the eye.
+"""
 
 
 class _Viewpoint(NamedTuple):
@@ -132,7 +135,7 @@ class Camera:
 
 
 def _view_from_head(scene: BodyScene) -> _Viewpoint:
-    """Return the view of the room with most objects from its front, with all its objects in the picture."""
+    """Return the viewpoint in front of the room with most objects that shows all objects of this room."""
     locations, room = scene.locations, scene.locations.fullest_room
     (x0, y0, _), (x1, y1, _) = scene.rooms[room]
     seen = [thing for thing in locations.bodies if locations.find_room(thing) == room]
@@ -145,9 +148,9 @@ def _view_from_head(scene: BodyScene) -> _Viewpoint:
 
 
 def _view_near_main_support(scene: BodyScene) -> _Viewpoint:
-    """Return the view of the object that carries most other objects.
+    """Return the viewpoint that shows the object with most other objects on or in it, and these objects.
 
-    If no object carries another, return the view of the objects of the room with most objects.
+    If no object carries another, it shows the objects of the room with most objects.
     """
     locations = scene.locations
     place = _find_main_support(locations)
@@ -167,7 +170,7 @@ def _view_near_main_support(scene: BodyScene) -> _Viewpoint:
         is_furniture = locations.bodies[place].stand not in ("free", "middle")
         ahead = scene.find_front_direction(place) if is_furniture else np.array([0.0, -1.0, 0.0])
     points = _list_corners(scene, seen)
-    if not points.size:  # the robot's hands hold all objects that would be shown
+    if not points.size:  # all objects to show are in the robot's hands
         points = _list_corners(scene, locations.bodies if place is None else [place])
     low, high = points.min(0), points.max(0)
     at = (low + high) / 2
@@ -240,7 +243,7 @@ _VIEWPOINTS: Mapping[CameraView, Callable[[BodyScene], _Viewpoint]] = {
 
 
 def _find_pose_in_hand(sight: _Viewpoint, aside: float, size: float) -> Pose:
-    """Return the pose of an object that a hand holds, so that the object is in the picture."""
+    """Return the pose in which an object in a hand appears in the picture."""
     way, right, above = sight.axes
     near = 0.45 + size
     at = np.array(sight.eye) + near * way + near * 1.3 * aside * right - 0.3 * near * above

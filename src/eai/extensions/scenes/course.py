@@ -39,7 +39,10 @@ class _ExecutingScorer(Structure):
 
 
 def make_tile_finder(source: Source) -> Callable[[Record], TileScenes]:
-    """Return a function from the record of an answer to its tiles. It opens each suite only once."""
+    """Return a function that makes the tiles (boxes in a diagram) of a record's states.
+
+    The function opens each suite only once.
+    """
 
     @cache
     def open_cached_suite(domain: str, ability: Ability, protocol: Protocol, *, errata: bool) -> Suite:
@@ -58,7 +61,10 @@ def make_tile_finder(source: Source) -> Callable[[Record], TileScenes]:
 
 
 def make_tiles_after_each_step(record: Record, suite: Suite) -> TileScenes:
-    """Return the scene's tiles at the start and after each step; none if the answer cannot be replayed."""
+    """Return the scene as tiles (boxes in a diagram), at the start and after each step of an answer.
+
+    There are no tiles if the answer cannot be replayed.
+    """
     found = replay_record(record, suite)
     if found is None:
         return ()
@@ -110,7 +116,7 @@ def _to_action(step: StepReport, scene: Scene) -> Action:
 
 
 def _list_steps_of_earlier_attempts(record: Record) -> list[StepReport]:
-    """Return the steps of earlier attempts if attempts continue in one world; else an empty list."""
+    """Return the steps of earlier attempts if all attempts act in one world; otherwise an empty list."""
     options = AttemptOptions.from_experiment(record.experiment)
     if options is None or options.world != "continue":
         return []

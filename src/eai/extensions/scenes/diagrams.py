@@ -60,7 +60,7 @@ def draw_scene(
 def draw_task_images(
     benchmark: Benchmark, tasks: Mapping[str, Task], clutter: Clutter
 ) -> dict[str, tuple[Image, ...]]:
-    """Return a diagram of the initial state of each task, as PNG.
+    """Return a diagram of the initial state of each task as PNG, by task id.
 
     Raises:
         EaiError: matplotlib, which draws the diagrams, is not installed.

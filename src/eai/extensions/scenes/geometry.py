@@ -3,8 +3,8 @@
 Rays begin at the middle of the first object's body. The first object is
 
 * on the second object if both touch, a ray down meets the second, and a ray up does not;
-* inside the second object if its middle is in the box of the second, and rays in both directions of an axis
-  meet the second, for two of three axes;
+* inside the second object if its middle is in the bounding box of the second, and if on two of three axes the
+  rays in both directions meet the second;
 * next to the second object if their boxes are near, and a horizontal ray from one of them meets the other.
 """
 
@@ -45,11 +45,11 @@ class _PlacedBodies(Protocol):
 
     @property
     def bodies(self) -> Mapping[int, int]:
-        """MuJoCo body of each object, by index."""
+        """Number of the MuJoCo body of each object, by the index of the object."""
 
     @property
     def geoms(self) -> Mapping[int, range]:
-        """Geoms (geometric shapes of MuJoCo) of each object, by index: one geom for each part."""
+        """Numbers of the MuJoCo geoms (shapes) of each object, by its index: one geom for each part."""
 
 
 def is_on_top(scene: _PlacedBodies, first: int, second: int) -> bool:

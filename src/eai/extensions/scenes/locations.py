@@ -15,20 +15,20 @@ from eai.world.relation import iterate_bits
 from eai.world.state import State, WorldObject
 
 INSIDE, ON, UNDER, BESIDE = "lies_in", "lies_on", "stands_under", "stands_by"
-"""Names of stored relations between the locations of two objects."""
+"""Names of the predicates that relate the locations of two objects."""
 
 _OBJECT_RELATIONS = (INSIDE, ON, UNDER, BESIDE)
 
 ON_FLOOR = ("stands_on", "by_floor")
-"""Names of stored relations between an object and the floor of its room. Each world declares one of them."""
+"""Names of predicates that relate an object to the floor of its room. Each world declares one of them."""
 
 SUPPORTS = (INSIDE, ON)
-"""Names of stored relations in which the second object carries (contains or supports) the first."""
+"""Names of predicates that say that the second object carries (contains or supports) the first."""
 
 _FLOORS = "floor"
 _STATE_WORDS = ("open", "dusty", "stained", "soaked", "frozen", "cooked", "burnt")
 _STATES = {"is_toggled_on": "on", **{f"is_{word}": word for word in _STATE_WORDS}}
-"""Word for the visible state of an object, by the name of the stored predicate."""
+"""Word for each visible state of an object, by the name of the state's predicate."""
 
 _HANDS = ("in_left_hand", "in_right_hand")
 
@@ -40,11 +40,11 @@ class ObjectLocations:
     Attributes:
         bodies: the body of each present object, by index.
         absent: the body of each absent object, such as a half of an object that is not cut yet.
-        floors: the floors of rooms; each stands for its room.
-        relations: the pairs of present objects in each relation.
+        floors: the index of the floor of each room. A floor stands for its room.
+        relations: the pairs of present objects that are in each relation, by the name of the relation.
         floor_of: the floor of each object that no other object carries, if the state says it.
-        states: the visible states of each object.
-        hands: the objects in the left hand (0) and the right hand (1).
+        states: the words for the visible states of each object.
+        hands: the index of the object in the left hand (key 0) and in the right hand (key 1).
     """
 
     bodies: Mapping[int, Body]
@@ -56,7 +56,10 @@ class ObjectLocations:
     hands: Mapping[int, int] = field(default_factory=dict)
 
     def find_carrier(self, thing: int) -> tuple[str, int] | None:
-        """Return the relation of an object to its carrier, and the carrier; None if no object carries it."""
+        """Return the object that carries an object, after the relation between both; None if no object does.
+
+        An object is carried by the container or support that it is in or on.
+        """
         for relation in SUPPORTS:
             for carried, carrier in self.relations[relation]:
                 if carried == thing:
@@ -64,7 +67,7 @@ class ObjectLocations:
         return None
 
     def describe_location(self, thing: int) -> tuple[object, ...]:
-        """Return the relations and the floor of an object. The value changes only if the object moves."""
+        """Return an object's relations to other objects and its floor. The value changes only if it moves."""
         return (self.find_carrier(thing), self.floor_of.get(thing), *sorted(self._list_neighbours(thing)))
 
     def _list_neighbours(self, thing: int) -> Iterator[tuple[str, int]]:
@@ -163,7 +166,7 @@ def _require_body(thing: WorldObject) -> Body:
 
 
 def _list_related_pairs(state: State, name: str, bodies: Mapping[int, Body]) -> tuple[tuple[int, int], ...]:
-    """Return the pairs of a relation whose first object is present; none if the world does not declare it."""
+    """Return the pairs of a relation whose first object is present; none for an undeclared relation."""
     known = name in state.scene.vocabulary.binary_slots
     return tuple([pair for pair in state.relation(name).pairs() if pair[0] in bodies]) if known else ()
 

@@ -33,7 +33,7 @@ _GOLDEN_ANGLE = math.pi * (3 - math.sqrt(5))
 
 
 def change_colour(colour: Vector, states: Collection[str]) -> Vector:
-    """Return the colour of a part after the states of its object have tinted it."""
+    """Return the colour of a body part, tinted by the states of its object."""
     for state, towards, share in _TINTS:
         if state in states:
             red, green, blue = ((1 - share) * a + share * b for a, b in zip(colour, towards, strict=True))
@@ -84,7 +84,10 @@ def _spread_specks(
 
 
 def _find_point_on_box(half: Array, index: int) -> Array:
-    """Return a point on a box: two of three points are on its top, the third is on its front."""
+    """Return one of several points on the surface of a box, given its index.
+
+    Two of three points are on the top of the box, the third is on its front.
+    """
     first = ((index * 0.754877) % 1 * 2 - 1) * 0.9
     second = ((index * 0.569840) % 1 * 2 - 1) * 0.9
     return half * ((first, -1.0, second) if index % 3 == 2 else (first, second, 1.0))

@@ -29,7 +29,7 @@ _Rotation: TypeAlias = tuple[float, float, float, float]
 """Rotation of a body: a quaternion, its real part first."""
 
 _AreaWithBoxes: TypeAlias = tuple[Box, Array, Array]
-"""An area, and the low corners and the high corners of all boxes that overlap it."""
+"""A box in which an object may be placed, and low and high corners of all boxes that overlap it."""
 
 
 class Pose(NamedTuple):
@@ -51,7 +51,12 @@ class Pose(NamedTuple):
         )
 
     def to_scene_box(self, local: Box, turn: float = 0.0) -> Box:
-        """Return the box in the scene around a box of the body that is rotated about its own upright axis."""
+        """Return the axis-aligned box in the scene around a box of the body.
+
+        Args:
+            local: the box, relative to the middle of the body.
+            turn: rotation of this box about its own upright axis, in radians.
+        """
         axes = self.axes
         cos, sin = abs(math.cos(turn)), abs(math.sin(turn))
         x, y, z = (local[1] - local[0]) / 2
@@ -105,7 +110,10 @@ class Placer:
         self._owner = np.concatenate([self._owner, np.full(len(boxes), thing)])
 
     def has_part(self, thing: int, required_state: str) -> bool:
-        """Whether a part exists that needs a state of its object, such as `open`; True if it needs none."""
+        """Whether an object has a part that exists only in a required state, such as `open`.
+
+        Without a required state (empty text), the part always exists.
+        """
         return not required_state or required_state in self.states[thing]
 
     def find_pose_on(self, thing: int, support: int, near: int | None = None) -> Pose:
@@ -170,7 +178,7 @@ class Placer:
         return self._find_free_pose(thing, within, FLAT, f"next to {self.names[other]}")
 
     def _list_strips_beside(self, thing: int, other: int) -> list[Box]:
-        """Return four strips, one along each side of another object; an object in them is next to it."""
+        """Return four strips of floor along the sides of another object, in which an object is next to it."""
         (x0, y0, _), (x1, y1, _) = self.find_bounds(other)
         narrow, wide = sorted(self.bodies[thing].size[:2])
         reach, more = narrow + 0.03, 0.4 * wide
@@ -200,7 +208,7 @@ class Placer:
         where: str,
         within: int | None = None,
     ) -> Pose:
-        """Return a free pose in one of the areas.
+        """Return a free pose in one of the areas, or raise InputError.
 
         If ``within`` (a container) is given, the pose may be on top of the container's contents.
         """
@@ -274,7 +282,7 @@ def _is_free(at: Sequence[float], half: Array, low: Array, high: Array) -> bool:
 
 
 def _find_overlapping_boxes(low: Array, high: Array, at: tuple[float, float], half: Array) -> Any:
-    """Return an array with a truth value for each box: whether it is above or below a rectangle."""
+    """Return an array of truth values: whether each box, seen from above, overlaps a rectangle."""
     middle = np.array(at)
     return ((low[:, :2] < middle + half[:2]) & (high[:, :2] > middle - half[:2])).all(1)
 

@@ -51,7 +51,9 @@ def render_task_images(
 def render_images_of_tasks(
     tasks: Mapping[str, Task], *, numbered: bool = False
 ) -> dict[str, tuple[Image, ...]]:
-    """Return pictures of the initial state of each task whose scene can be built (`render_task_images`).
+    """Return pictures of the initial state of each task whose scene can be built, by task id.
+
+    The pictures are those of `render_task_images`.
 
     Raises:
         InputError: no task's scene can be built. The message is about the first task.

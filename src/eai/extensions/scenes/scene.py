@@ -284,7 +284,7 @@ class BodyScene:
         self.mujoco.mj_forward(self.model, self.data)
 
     def _list_unmoved(self, before: ObjectLocations, locations: ObjectLocations) -> list[int]:
-        """Return the objects that the change of state did not move, supports before their contents."""
+        """Return the objects whose location is equal in both states, supports before their contents."""
         kept: list[int] = []
         moved = {*before.hands.values(), *locations.hands.values()}
         for thing in sorted(locations.bodies, key=locations.count_carriers):
@@ -329,7 +329,10 @@ class BodyScene:
         self.mujoco.mj_kinematics(self.model, self.data)
 
     def list_broken_relations(self) -> list[tuple[int, str, int]]:
-        """Return the relations in the state that the geometry of the scene does not fulfil."""
+        """Return the relations of the state that the scene's geometry does not fulfil.
+
+        Each is a triple: the index of the first object, the relation, and the index of the second object.
+        """
         locations = self.locations
         tests = {
             INSIDE: geometry.is_inside,

@@ -83,7 +83,7 @@ def _compute_nesting_depth(name: str, below: dict[str, list[NamedFact]], above: 
 
 
 def _write_relation_lines(facts: Sequence[NamedFact]) -> Iterator[tuple[str, str]]:
-    """Yield relations as text: the tile of the first object, and the line to write in this tile."""
+    """Yield for each relation the name of its first object, and the line to write in this object's tile."""
     known = set(facts)
     seconds_of: dict[tuple[str, str, str], list[str]] = {}
     for fact in facts:
