@@ -1,1 +1,1 @@
-"""Tasks: their goals, how goals are tested, how both are worded, and files of tasks."""
+"""Tasks: the goals of tasks, tests of plans for goals, the words for tasks in prompts, and files of tasks."""

@@ -1,15 +1,19 @@
 """Find the option of a goal with the largest share of met conditions (paper, section 2, ability 3).
 
-An option is a ground conjunction that satisfies the goal; `eai.logic.choice` describes the options of a goal.
-A goal has parts, and an option combines a choice of conditions from each part. The share is a ratio of two
-sums, so the best choices of single parts together are not the best option. Dinkelbach's method (1967) finds
-it: choose the option with the greatest linear value, which is easy part by part, let the new share set the
-weights of met and unmet conditions, and repeat until the share stays.
+An option of a goal is a conjunction of conditions without variables that satisfies the goal
+(`eai.logic.choice`). A goal has parts, and each part offers a choice of conditions. An option consists of one
+choice for each part. The best choices for single parts together are not always the best option, because the
+share is a ratio of two sums. Dinkelbach's method (1967) finds the best option. It starts from a share, and
+gives each met and each unmet condition a value that depends on this share. Then it chooses the option with
+the greatest sum of values, which the parts determine separately. The method repeats this with the share of
+the chosen option until the share no longer grows.
 
-Options are never listed. Parts without common conditions are chosen independently. A condition that several
-parts can choose counts once, and no option contains a condition and its negation. So the solver keeps, for
-every set of such common conditions, the greatest value of all other conditions, until no open part is left
-that can choose them. This is exponential only in the number of common conditions that are open at once.
+The search never lists all options. A condition that several parts can choose is a common condition. It counts
+once. Parts without common conditions are chosen independently. No option contains both a condition and its
+negation. So for every set of chosen common conditions, the search keeps the greatest sum of values of all
+other conditions. When no later part can choose a common condition, the search forgets this condition. The
+effort therefore grows exponentially only with the number of common conditions that the search must remember
+at the same time.
 """
 
 from __future__ import annotations
@@ -29,22 +33,25 @@ from eai.logic.matching import find_heaviest_matching
 from eai.logic.trace import iterate_positions
 
 _MAX_SETS = 2_000
-"""Maximum number of sets of common conditions that are kept; with more sets the share is a lower bound."""
+"""Maximum number of sets of common conditions that a search keeps.
+
+If a search drops a set, the share that it finds is only a lower bound.
+"""
 
 _MAX_UNPRUNED_SETS = 64
-"""Maximum number of sets for which no search for dominated sets is made."""
+"""Maximum number of sets of conditions that a search keeps without looking for dominated sets among them."""
 
 _MAX_RIVALS = 8
-"""Number of sets of greatest value with which each set is compared in the search for dominated sets."""
+"""Number of best sets with which the search for dominated sets compares every set."""
 
 
 class _ShareOfMetConditions(NamedTuple):
-    """The share of an option's conditions that are met.
+    """The share of an option's conditions that hold in a state.
 
     Attributes:
-        met: number of conditions of the option that are met.
+        met: number of conditions of the option that hold.
         total: number of conditions of the option.
-        is_exact: whether no option has a larger share; False if there were too many options to be sure.
+        is_exact: whether it is proved that no option has a larger share; False if the search dropped options.
     """
 
     met: int
@@ -55,20 +62,21 @@ class _ShareOfMetConditions(NamedTuple):
 def make_best_share_finder(parts: Sequence[Choice], others: int = 0) -> _BestOptionFinder:
     """Return a function that finds the option of a goal with the largest share of met conditions.
 
-    It prefers the option with the fewest conditions among options with equal shares.
+    If several options have this share, the function finds the option with the fewest conditions.
 
     Args:
-        parts: the choices of each part of the goal. An option combines one choice of each part.
+        parts: for each goal part, the choices of conditions that satisfy the part.
         others: number of further conditions, which every option contains.
     """
     return _BestOptionFinder(parts, others)
 
 
 class _BestOptionFinder:
-    """Finds the option with the largest share of met conditions.
+    """Finds the option of a goal with the largest share of met conditions.
 
     Attributes:
-        atoms: the atoms of all conditions. Condition ``2 * i`` is atom ``i``, ``2 * i + 1`` its negation.
+        atoms: the atoms in the goal's conditions. Condition ``2 * i`` states that atom ``i`` is true, and
+            condition ``2 * i + 1`` that it is false.
     """
 
     def __init__(self, parts: Sequence[Choice], others: int) -> None:
@@ -86,11 +94,11 @@ class _BestOptionFinder:
             self._table = compiler.compile_part(AllOf(choices))
 
     def __call__(self, true: int, others_met: int = 0) -> _ShareOfMetConditions:
-        """Return the largest share of met conditions; 0 of 1 if there is no option.
+        """Return the largest share of conditions that an option meets; 0 of 1 if the goal has no option.
 
         Args:
-            true: the atoms that are true, as a bit mask.
-            others_met: number of the further conditions that are met.
+            true: the atoms that are true in the state, as a bit mask.
+            others_met: number of met conditions among the further conditions, which every option contains.
         """
         best, is_exact = _ShareOfMetConditions(0, 1), True
         while True:
@@ -105,10 +113,11 @@ class _BestOptionFinder:
     def _find_best_share(
         self, true: int, others_met: int, before: _ShareOfMetConditions
     ) -> _ShareOfMetConditions:
-        """Return the shortest option with the largest gain over a share, or this share if there is no option.
+        """Return the share of the option with the largest gain over a share, or the latter without an option.
 
-        The gain is ``total of the share * met - met of the share * total``. The search finds the option with
-        the largest ``scale * gain - total``; `scale` is greater than any total.
+        The gain of an option over the share `before` is ``before.total * met - before.met * total``. If
+        several options have the largest gain, the shortest counts. The search therefore maximizes ``scale *
+        gain - total``, with a `scale` greater than any total.
         """
         scale = 2 * len(self.atoms) + self._others + 1
         unmet = -before.met * scale - 1
@@ -131,18 +140,18 @@ class _BestOptionFinder:
 _Counted: TypeAlias = (
     "int | AllOf[_Counted] | AnyOf[_Counted] | ExactlyOf[_Counted] | PairingChoice[_Counted]"
 )
-"""A choice whose conditions are represented by their numbers."""
+"""A choice of conditions for a goal, in which integers stand for the conditions."""
 
 _SetValues: TypeAlias = dict[int, int]
-"""Mapping from sets of common conditions, as bit masks, to the greatest value of the other conditions."""
+"""Mapping from a set of common conditions, as a bit mask, to the greatest sum of other conditions' values."""
 
 
 class _OptionSearch:
-    """One search for the option of the greatest value.
+    """One search for the option whose conditions have the greatest sum of values.
 
     Attributes:
-        values: the value of each condition.
-        is_cut: whether sets were dropped because there were too many.
+        values: the value of each condition, by the condition's number.
+        is_cut: whether the search dropped sets of conditions because there were too many.
     """
 
     __slots__ = ("is_cut", "values")
@@ -152,7 +161,7 @@ class _OptionSearch:
         self.is_cut = False
 
     def value(self, conditions: int) -> int:
-        """Return the value of a set of conditions."""
+        """Return the sum of the values of some conditions, given as a bit mask."""
         return sum([self.values[number] for number in iterate_positions(conditions)])
 
 
@@ -160,7 +169,7 @@ _FindSets: TypeAlias = Callable[[_OptionSearch], _SetValues]
 
 
 def _number_conditions(choice: Choice, numbers: dict[f.Atom | f.Occurs, int]) -> _Counted:
-    """Return a choice with numbers in place of conditions, and without nested conjunctions."""
+    """Return a choice of conditions with integers in place of conditions, and without nested conjunctions."""
     match choice:
         case LiteralChoice(literal):
             return _number_literal(literal, numbers)
@@ -194,7 +203,7 @@ def _make_condition_mask(numbers: Iterable[int]) -> int:
 
 
 def _make_positive_mask(atoms: int) -> int:
-    """Return the bit mask of all conditions that are not negations."""
+    """Return the bit mask of all conditions that are atoms without a negation."""
     return ((1 << 2 * atoms) - 1) // 3
 
 
@@ -208,7 +217,7 @@ def _contradicts(conditions: int, positive: int) -> bool:
 
 
 def _get_direct_parts(part: _Counted) -> Sequence[_Counted]:
-    """Return the direct parts of a part of a goal."""
+    """Return the parts of a compound part of a goal, without parts inside these parts."""
     match part:
         case int():
             return ()
@@ -221,7 +230,7 @@ def _get_direct_parts(part: _Counted) -> Sequence[_Counted]:
 
 
 class _OptionCompiler:
-    """Compiles parts of a goal to functions that find the best sets of their common conditions."""
+    """Makes for each part of a goal a function that finds the part's best sets of common conditions."""
 
     def __init__(self, choices: Sequence[_Counted], fixed: int, positive: int) -> None:
         self._fixed = fixed
@@ -232,7 +241,7 @@ class _OptionCompiler:
         self._all = self._count_atom_mentions(AllOf(tuple(choices)))
 
     def _count_atom_mentions(self, part: _Counted) -> Counter[int]:
-        """Count how many parts mention each atom, and note atoms that members of a joint choice share."""
+        """Count how many parts mention each atom, and note atoms that several members of a part mention."""
         if isinstance(part, int):
             if (self._fixed | self._barred) >> part & 1:
                 return Counter()
@@ -247,7 +256,7 @@ class _OptionCompiler:
         return total
 
     def compile_part(self, part: _Counted) -> _FindSets:
-        """Return the function that finds the best sets of a part's common conditions that are still open."""
+        """Return a function that finds a part's best sets of common conditions that other parts mention."""
         match part:
             case int():
                 return self._compile_condition(part)
@@ -309,9 +318,9 @@ class _OptionCompiler:
         return table
 
     def _order_members(self, members: list[tuple[_FindSets, Counter[int]]]) -> list[tuple[_FindSets, int]]:
-        """Order the members of a part so that common conditions close early.
+        """Order the members of a part of a goal so that the search can forget common conditions early.
 
-        A condition closes after its last member. Return each member with the conditions that close after it.
+        Return pairs: a member, and the common conditions that no later member can choose, as a bit mask.
         """
         steps = []
         seen: Counter[int] = Counter()
@@ -324,11 +333,11 @@ class _OptionCompiler:
         return steps
 
     def _find_shared_atoms(self, count: Counter[int]) -> list[int]:
-        """Return the atoms of some parts that other parts mention, too."""
+        """Return the atoms that some parts mention, and that other parts mention, too."""
         return [atom for atom, times in count.items() if atom in self._common and times < self._all[atom]]
 
     def _find_unshared_conditions(self, count: Counter[int]) -> int:
-        """Return the common conditions of some parts that no other part mentions."""
+        """Return the bit mask of the common conditions that only the counted parts mention."""
         atoms = [atom for atom, times in count.items() if atom in self._common and times == self._all[atom]]
         return _make_condition_mask([number for atom in atoms for number in (2 * atom, 2 * atom + 1)])
 
@@ -361,7 +370,10 @@ class _OptionCompiler:
     def _pair_row_by_row(
         self, count: int, rows: Sequence[Sequence[_SetValues]], search: _OptionSearch
     ) -> _SetValues:
-        """Return the best sets of a pairing, row by row, for every set of columns used so far."""
+        """Return the best sets of common conditions for a pairing of rows with columns.
+
+        The search goes row by row, and keeps the best sets for every set of columns used so far.
+        """
         best: dict[int, _SetValues] = {0: {0: 0}}
         for row in rows:
             wider = {taken: dict(sets) for taken, sets in best.items()}
@@ -382,7 +394,7 @@ class _OptionCompiler:
         return last
 
     def _join_condition_sets(self, left: _SetValues, right: _SetValues) -> _SetValues:
-        """Return all unions of a set of one member and a set of the other, without contradictory unions."""
+        """Return all unions of a left and a right set, without unions that contradict themselves."""
         joined: _SetValues = {}
         for one, value in left.items():
             for other, further in right.items():
@@ -401,7 +413,7 @@ class _OptionCompiler:
         return lambda search: _close_conditions(table(search), closed, search)
 
     def _prune_condition_sets(self, sets: _SetValues, search: _OptionSearch) -> _SetValues:
-        """Return the sets of conditions without dominated sets, and at most `_MAX_SETS` of them."""
+        """Return at most `_MAX_SETS` of the sets of conditions, without those that another set dominates."""
         if len(sets) <= _MAX_UNPRUNED_SETS:
             return sets
         rivals = nlargest(_MAX_RIVALS, sets, key=lambda each: sets[each] + search.value(each))
@@ -445,14 +457,14 @@ def _compile_any_of(members: Sequence[_FindSets]) -> _FindSets:
 
 
 def _keep_better_sets(best: _SetValues, others: _SetValues) -> None:
-    """Add sets of conditions with their values to `best`; a set in both keeps the greater value."""
+    """Add sets of conditions with their values to `best`. A set that is in both keeps the greater value."""
     for conditions, value in others.items():
         if value > best.get(conditions, value - 1):
             best[conditions] = value
 
 
 def _close_conditions(sets: _SetValues, closed: int, search: _OptionSearch) -> _SetValues:
-    """Remove conditions from the sets that no further part can choose, and add their values."""
+    """Remove conditions that no later part can choose, and add their values to the values of the sets."""
     if not closed:
         return sets
     best: _SetValues = {}

@@ -1,7 +1,7 @@
-"""The English words for a benchmark's tasks, and a list of goals that nobody would request.
+"""The English words for tasks of a benchmark, and a list of goals that nobody would request.
 
-The words come from a file of the benchmark's package. This module adds words of instructions that are equal
-in every world, and changes the form of sentences.
+A file in the benchmark's package has the words for its predicates and categories. This module adds the words
+of instructions that are equal in every world, and changes the forms of sentences, for example to the plural.
 """
 
 from __future__ import annotations
@@ -24,20 +24,21 @@ FILE = "english.toml"
 
 @dataclass(frozen=True, slots=True)
 class HazardEvent:
-    """A process constraint that people take for granted: an event that must not happen.
+    """A hazard: an event that must not happen while a task is done, because people take this for granted.
 
     Attributes:
-        name: the event to prevent, as records name it.
+        name: name of the hazard in records.
         x: the categories of the object at risk, with the wildcards of file names.
-        formula: the goal over time about ``{x}``, and about ``{y}`` if there is a second object, as in task
-            files.
+        formula: the goal over time that forbids the event, as task files write it. ``{x}`` stands for the
+            object at risk, and ``{y}`` for a second object if there is one.
         sentence: the goal over time as a sentence for an agent.
-        why: the reason why a person agrees.
-        safe: a condition that a plan must establish to avoid the hazard; empty if there is no such condition.
-        y: the categories of the second object; empty if there is none.
-        kept: share of the tasks with only this hazard that are kept, if the hazard would crowd out others.
+        why: the reason why people take the goal for granted.
+        safe: a condition that a plan must establish to avoid the event; empty if there is no such condition.
+        y: the categories of the second object; empty if the event concerns only one object.
+        kept: share of the tasks with only this hazard that are kept, so that it does not crowd out other
+            hazards.
         odd: a final condition that makes no sense to a person in a task with this hazard; empty if there is
-            none.
+            no such condition.
     """
 
     __pydantic_config__: ClassVar[ConfigDict] = ConfigDict(extra="forbid")
@@ -86,7 +87,7 @@ class EnglishWords:
     role: str = "an agent"
 
     def is_unlikely_request(self, predicate: str, categories: Sequence[str]) -> bool:
-        """Whether nobody would request a predicate for objects with these categories."""
+        """Whether nobody would request that a predicate becomes true for objects of some categories."""
         phrase = " ".join((predicate, *categories))
         return any(fnmatchcase(phrase, pattern) for pattern in self.odd) and not any(
             fnmatchcase(phrase, pattern) for pattern in self.sound
@@ -94,7 +95,7 @@ class EnglishWords:
 
 
 PLAIN_ENGLISH = EnglishWords()
-"""English whose words are the names of predicates and categories. No goal is implausible."""
+"""English words of a benchmark without ``english.toml``: predicates and categories go by their names."""
 
 
 def read_english_words(package: str) -> EnglishWords:
@@ -109,39 +110,40 @@ OPENINGS = (
     "Please arrange things so that in the end",
     "When you are done, it should be the case that",
 )
-"""Beginnings of an instruction that states a condition. All mean the same."""
+"""Alternative beginnings of an instruction that states a condition to reach."""
 
 REQUESTS = ("Please", "Your task is to", "I would like you to")
-"""The beginnings of an instruction that states an action."""
+"""Alternative beginnings of an instruction that states an action to execute."""
 
 SEE_TO_IT = "see to it that"
-"""Beginnings that turn a sentence into a request."""
+"""Words before a sentence that turn the sentence into a request."""
 
 EVERY, EXACTLY, OWN = (
     ("every", "each"),
     ("exactly", "precisely"),
     ("{a} {noun} of its own", "a separate {noun}"),
 )
-"""Equal wordings of the quantifiers in goals."""
+"""Alternative wordings of a quantifier in goals: "every", "exactly", or a separate object for each object."""
 
 NO, SOME, AT_LEAST_ONE = "no", "some", "at least one"
 
 NEVER, WHILE, UNTIL, AFTER = "never", "while", "until", "some time after"
-"""Words for goals over time; all but the first join two sentences."""
+"""Words for goals over time. `NEVER` negates a sentence; the other words join two sentences."""
 
 NUMBERS = {1: "one", 2: "two", 3: "three", 4: "four"}
-"""Mapping from the numbers that are written as words to these words."""
+"""Mapping from the numbers that instructions write as words to these words."""
 
 _MAX_PICKS = 12
 _PLURAL = {"is": "are", "has": "have", "holds": "hold", "faces": "face"}
 
 
 class PhraseStyle(NamedTuple):
-    """A style of phrases: which of several equal wordings is used.
+    """A style of phrases: the choice between alternative wordings in instructions.
 
     Attributes:
-        pick: index of the wording, modulo the number of wordings.
-        requests: whether goals are written as requests ("close the box") if a request exists.
+        pick: index of the used wording, modulo the number of wordings.
+        requests: whether instructions state a goal as a request ("close the box") if its predicate has a
+            request.
     """
 
     pick: int = 0
@@ -153,12 +155,12 @@ class PhraseStyle(NamedTuple):
         return PhraseStyle(rng.randrange(_MAX_PICKS), rng.random() < 0.5)
 
     def choose(self, several: Sequence[str]) -> str:
-        """Return the wording that this style picks from several equal wordings."""
+        """Return the wording that this style uses, given alternative wordings."""
         return several[self.pick % len(several)]
 
 
 USUAL_STYLE = PhraseStyle()
-"""The style that always picks the usual wording."""
+"""The style of phrases that always uses the usual wording."""
 
 
 def make_predicate_sentences(predicate: str, arity: int, english: EnglishWords) -> Sequence[str]:
@@ -179,7 +181,7 @@ def make_predicate_sentences(predicate: str, arity: int, english: EnglishWords) 
 def inflect_sentence(
     sentence: str, *, negated: bool = False, several: bool = False, never: bool = False
 ) -> str:
-    """Return a sentence changed on request: negated, with "never", or in the plural."""
+    """Return a sentence in another form: negated, with "never", or in the plural."""
     first, verb, *rest = sentence.split(" ")
     is_short = verb in ("is", "has")
     if never:

@@ -1,4 +1,4 @@
-"""Test which goals of a task a plan reaches, and count the reached goals of each kind."""
+"""Test which goals of a task a plan reaches, and count the reached goals of each `GoalKind`."""
 
 from __future__ import annotations
 
@@ -22,24 +22,28 @@ from eai.world.frame import UNBOUND, ConditionTest, SlotAllocator
 from eai.world.state import Scene, State
 
 ACTION_ARGUMENTS = (Variable("argument 1"), Variable("argument 2"))
-"""Names of variables for the objects of an action. Formulas cannot use them, because they contain spaces."""
+"""Variables that stand for the objects of an action. No formula can use their names, which contain spaces."""
 
 
 _MAX_CACHED_SHARES = 1_000
-"""Maximum number of states of a task whose partial success is cached; plans often end in equal states."""
+"""Maximum number of final states whose partial success is cached for a task.
+
+Plans often end in equal states.
+"""
 
 
 class StateTest:
-    """A formula about one state, without free variables, compiled for a scene.
+    """A test of a formula about one state, compiled for a scene. The formula has no free variables.
 
-    Objects in it go by their names.
+    The formula names objects by their names in the scene.
 
     Attributes:
-        truth: evaluates the formula in a state with a copy of `binding`, into which quantifiers write.
-        binding: the binding without objects of an action.
+        truth: evaluates the formula, given a state and a copy of `binding`. Quantifiers write their objects
+            into the copy.
+        binding: the values of variables before an evaluation, without the objects of an action.
 
     Raises:
-        DomainError: the formula is not a state formula, or uses an unknown predicate or object.
+        DomainError: the formula is not about one state, or uses an unknown predicate or object.
     """
 
     __slots__ = ("binding", "truth")
@@ -52,21 +56,23 @@ class StateTest:
     def __call__(self, state: State, arguments: tuple[int, ...] = ()) -> bool:
         """Whether the formula holds in a state.
 
-        `arguments` are the objects of the action executed in that state.
+        Args:
+            state: the state.
+            arguments: the objects of the action that is executed in the state; empty without an action.
         """
-        binding = self.binding.copy()  # quantifiers write into it, in several threads
+        binding = self.binding.copy()  # each thread needs a copy, because quantifiers write into the binding
         if arguments:
             binding[1 : 1 + len(arguments)] = arguments
         return self.truth(state, binding)
 
 
 class GoalTest:
-    """The goals of a task, compiled for tests. Any number of threads may use one test.
+    """The goals of a task, compiled for tests of plans. Several threads may use one test.
 
-    A goal about states is reached if it holds in the final state, a goal over time if it holds on the whole
-    execution (`eai.logic.semantics`). Action goals must be met in their order: the longest series of goals
-    that the actions meet counts; if several are equally long, the series that is met first. An answer that
-    never ran reaches no goal.
+    A goal about states is reached if it holds in the final state. A goal over time is reached if it holds on
+    the whole execution (`eai.logic.semantics`). Action goals must be met in their order. The longest series
+    of action goals that the plan's actions meet in order counts as reached. If several series are equally
+    long, the series that is complete first counts. An answer that never ran reaches no goal.
 
     Args:
         task: the task.
@@ -123,19 +129,19 @@ class GoalTest:
         return bool(self._over_time)
 
     def meets_goals_over_time(self, trajectory: Trajectory) -> bool:
-        """Whether a trajectory meets all goals over time."""
+        """Whether an execution meets the task's goals over time."""
         trace = to_trace(trajectory)
         return all(holds(formula, trace) for formula in self._over_time.values())
 
     def meets_goals_about_states(self, final: State) -> bool:
-        """Whether a final state meets all goals about states."""
+        """Whether a final state meets the task's goals about states."""
         return all(test.truth(final, test.binding.copy()) for test in self._state_tests)
 
     def find_partial_success(self, final: State, actions: Sequence[str], reached: Sequence[bool]) -> Share:
-        """Return the partial success of a plan: the largest share of conditions met, over all options.
+        """Return the partial success of a plan: the largest share of met conditions in an option.
 
-        An option is a list of conditions on single objects that satisfies the goals. All action goals
-        together are one condition, which is met if they occur in their order. A goal over time is one
+        An option is a list of conditions on single objects that satisfies all goals. All action goals
+        together are one condition, which is met if the actions occur in their order. A goal over time is one
         condition, and so is a goal without a finite list of options (paper, section 2, ability 3).
 
         Args:
@@ -157,9 +163,9 @@ class GoalTest:
         return _OptionConditions(self._task)
 
     def tally_by_kind(self, reached: tuple[bool, ...]) -> GoalTallies:
-        """Return the numbers of reached goals and of all goals, by kind.
+        """Return the numbers of reached goals and of all goals, for each kind of goal.
 
-        `reached` has for each goal, in order, whether it is reached.
+        `reached` says for each goal, in order, whether it is reached.
         """
         tallies = self._tally_cache.get(reached)
         if tallies is None:
@@ -170,18 +176,18 @@ class GoalTest:
     def _find_met_action_goals(
         self, goals: Sequence[tuple[str, ...]], actions: Sequence[str]
     ) -> Sequence[int]:
-        """Return the indices of the action goals that the actions meet.
+        """Return the indices of the action goals that the actions meet, in order.
 
-        The argument has the alternative actions of each goal.
+        `goals` has for each action goal the names of alternative actions that meet the goal.
         """
         return find_longest_met_series(goals, actions)
 
 
 class _OptionConditions:
-    """The conditions in the options of a task's goals.
+    """The conditions in the options of a task's goals; an option is a list of conditions that satisfies them.
 
     Attributes:
-        none_met: the share if nothing is met: 0 of the conditions of the shortest option.
+        none_met: the share of met conditions if none is met: 0 of the conditions of the shortest option.
     """
 
     def __init__(self, task: Task) -> None:
@@ -204,12 +210,12 @@ class _OptionConditions:
         self.none_met = Share(0, max(1, self._best(0).total))
 
     def find_best_share(self, final: State, reached: Sequence[bool], acts_in_order: bool) -> Share:
-        """Return the share of met conditions in the option with the largest share.
+        """Return the largest share of an option's conditions that a final state meets.
 
-        `reached` has for each goal, in order, whether it is reached. It decides goals that count as one
-        condition.
+        `reached` says for each goal, in order, whether it is reached. It decides about goals that count as
+        one condition. `acts_in_order` says whether all action goals are met.
         """
-        binding = self._binding.copy()  # definitions write into it, in several threads
+        binding = self._binding.copy()  # each thread needs a copy, because definitions write into the binding
         true = 0
         for number, truth in enumerate(self._truths):
             if truth(final, binding):
@@ -226,7 +232,7 @@ class _OptionConditions:
 
 
 def _make_goal_choice(goal: Goal, scene: Scene) -> Choice | None:
-    """Return the options of a goal, or None if the goal counts as one condition."""
+    """Return the options of a goal as a tree of choices, or None if the goal counts as a single condition."""
     if goal.is_over_time:
         return None
     try:
@@ -245,15 +251,15 @@ def solves_task(domain: Domain, task: Task, plan: Sequence[Action]) -> bool:
 
 
 def find_alternative_actions(goal: Goal) -> tuple[str, ...]:
-    """Return the actions that meet an action goal."""
+    """Return the names of the actions that meet an action goal. Any one of them is enough."""
     return tuple([part.action for part in get_operands(goal.formula, Or) if isinstance(part, Occurs)])
 
 
 def find_remaining_goals(task: Task, actions: Sequence[str]) -> tuple[Goal, ...]:
-    """Return the goals of a task that remain after some actions.
+    """Return the goals of a task that are still to be reached after some actions.
 
-    An action goal is met by one of its alternative actions. The action goals are met in order, each by the
-    first such action after the one that met the goal before.
+    Only action goals can be left out. They are met in order: each by the first of its alternative actions
+    that was executed after the previous action goal was met.
     """
     wanted = list(task.get_goals_of_kind(GoalKind.ACTION))
     for name in actions:
@@ -263,13 +269,13 @@ def find_remaining_goals(task: Task, actions: Sequence[str]) -> tuple[Goal, ...]
 
 
 def find_longest_met_series(goals: Sequence[tuple[str, ...]], actions: Sequence[str]) -> tuple[int, ...]:
-    """Return the indices of the longest series of goals that the actions meet in order.
+    """Return the indices of the longest series of action goals that the actions meet in order.
 
-    If several series are equally long, the one that is met first is returned.
+    If several series are equally long, return the series that is complete after the fewest actions.
     """
     if _are_met_in_turn(goals, actions):
         return tuple(range(len(goals)))
-    # for each length, the series of goals that is met first, and the number of actions until then
+    # for each length: the series of this length that is complete first, and the number of actions until then
     best: list[tuple[tuple[int, ...], int]] = [((), 0)]
     for number, wanted in enumerate(goals):
         for met, start in reversed(best):
@@ -286,7 +292,10 @@ def _are_met_in_turn(goals: Sequence[tuple[str, ...]], actions: Sequence[str]) -
 
 
 def _count_half_goals(goal: Goal) -> tuple[int, int, int]:
-    """Return the numbers of halves with which a goal counts as a state, a relation and an action goal."""
+    """Return how many halves of a goal count for each kind: as state goal, relation goal and action goal.
+
+    A goal about both states and relations counts half for each of them.
+    """
     if goal.kind is GoalKind.ACTION:
         return 0, 0, 2
     binary = {len(part.arguments) > 1 for part in walk_subformulas(goal.formula) if isinstance(part, Atom)}

@@ -1,4 +1,4 @@
-"""Read goals as text in the syntax of subgoals, check them in their scene, and make tasks with goals."""
+"""Read goals from text in the syntax of subgoals, check their names in a scene, and make tasks with goals."""
 
 from __future__ import annotations
 
@@ -25,7 +25,7 @@ from eai.world.state import Scene, State
 
 
 def make_goal_lexicon(domain: Domain, scene: Scene) -> FormulaLexicon:
-    """Return the lexicon for texts of goals: the declared names. Actions in goals may lack their objects."""
+    """Return the vocabulary of goals about a scene: the declared names. Actions may lack their objects."""
     lexicon = make_declared_lexicon(domain, scene)
     signature = replace(lexicon.signature, actions=dict.fromkeys(lexicon.signature.actions), parsed={})
     return replace(lexicon, signature=signature)
@@ -35,7 +35,8 @@ def read_goal(text: str, domain: Domain, scene: Scene) -> f.Formula:
     """Return the goal that a text states.
 
     Raises:
-        InputError: the text does not parse, or does not fit the scene. The message names the expected text.
+        InputError: the text cannot be parsed, or names something that the scene lacks. The message names the
+            expected text.
     """
     lexicon = make_goal_lexicon(domain, scene)
     signature = lexicon.signature
@@ -58,7 +59,7 @@ def read_goal(text: str, domain: Domain, scene: Scene) -> f.Formula:
 
 
 def check_goal_names(formula: f.Formula, scene: Scene) -> None:
-    """Check that a goal uses only objects of a scene and predicates of its vocabulary.
+    """Check that a goal names only objects of a scene and predicates of the scene's vocabulary.
 
     Raises:
         InputError: a name is unknown. The message suggests a similar name.
@@ -79,7 +80,7 @@ def check_goal_names(formula: f.Formula, scene: Scene) -> None:
 
 
 def _is_action_choice(formula: f.Formula) -> bool:
-    """Whether a formula is one action, or a disjunction of actions, without objects."""
+    """Whether a formula is one action without objects, or a disjunction of such actions."""
     parts = f.get_operands(formula, f.Or)
     return all(isinstance(part, f.Occurs) and not part.arguments for part in parts)
 
@@ -95,15 +96,15 @@ def make_task(
     """Return a task about all objects of its scene.
 
     Args:
-        task_id: the id in answers and records.
+        task_id: id of the task in answers and records.
         instruction: the task in natural language.
         initial: the state in which a plan starts.
         goals: formulas, or text in the syntax of subgoals: ``forall l: lamp. (lit(l))``.
-        title: the name that similar tasks share; the id if empty.
-        domain: the domain; needed if a text names actions.
+        title: name that similar tasks share; the id if empty.
+        domain: the domain of the task; needed if a text names actions.
 
     Raises:
-        InputError: a goal does not parse, or names something unknown. The message says what was expected.
+        InputError: a goal cannot be parsed, or names something unknown. The message names the expected text.
     """
     scene = initial.scene
     formulas = []
@@ -119,7 +120,7 @@ def make_task(
 
 
 def write_goal(formula: f.Formula) -> str:
-    """Return the text of a goal, as `read_goal` reads it. An action on any objects is its name alone."""
+    """Return the text of a goal, as `read_goal` reads it. An action on any objects is written as its name."""
     match formula:
         case f.Occurs(action, ()):
             return action

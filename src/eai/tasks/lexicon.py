@@ -23,18 +23,19 @@ from eai.world.state import Scene
 class FormulaLexicon:
     """The names in formulas about one scene, such as subgoals and goals in task files.
 
-    Texts and the domain may name a predicate, an action or an object differently.
+    A text may name a predicate, an action or an object differently than the domain.
 
     Attributes:
         scene: the scene.
-        signature: the allowed names: predicates, actions, and objects or their classes.
-        objects: the object of each name. If an object has several names, the last one is written.
-        predicates: the domain's name of each predicate that texts name differently.
-        actions: the domain's name of each action that texts name differently.
-        categories: the category of each predicate that states the kind of an object.
-        unobserved: predicates that the domain does not know. Literals with them count as true.
-        unobserved_objects: names of objects whose states the domain does not know. Literals about them count
-            as true.
+        signature: the names that texts may use: predicates, actions, and objects or their classes.
+        objects: mapping from names in texts to objects. An object with several names is written with the
+            last.
+        predicates: mapping from a predicate's name in texts to its name in the domain, if the two differ.
+        actions: mapping from an action's name in texts to its name in the domain, if the two differ.
+        categories: for each predicate that states the kind of an object, the category that it states.
+        unobserved: predicates that the domain does not know. Literals with these predicates count as true.
+        unobserved_objects: names of objects whose states the domain does not know. Literals about these
+            objects count as true.
     """
 
     scene: Scene
@@ -59,11 +60,11 @@ class FormulaLexicon:
         return {name: word for word, name in self.actions.items()}
 
     def name(self, index: int) -> str:
-        """Return the name of an object."""
+        """Return the name of an object in texts."""
         return self._object_names[index]
 
     def write_literal(self, literal: GroundAtom) -> f.Formula:
-        """Return a ground literal as a formula with the names of texts."""
+        """Return a literal without variables as a formula with the names of texts."""
         name = literal.predicate
         spoken = name in self.signature.predicates and name not in self.predicates
         word = name if spoken else self._predicate_words.get(name, name)
@@ -71,7 +72,7 @@ class FormulaLexicon:
         return atom if literal.truth else f.Not(atom)
 
     def write_action(self, action: Action) -> f.Occurs:
-        """Return a ground action as a formula with the names of texts."""
+        """Return an action on given objects as a formula with the names of texts."""
         return f.Occurs(
             self._action_words.get(action.operator, action.operator), self._make_terms(action.arguments)
         )
@@ -91,7 +92,7 @@ class FormulaLexicon:
         yield from (name for name in names if name != first)
 
     def to_literal(self, formula: f.Formula) -> GroundAtom | None:
-        """Return the ground literal of an atom or a negated atom; None if the domain has no such literal."""
+        """Return the domain's literal for an atom or a negated atom, or None without such a literal."""
         atom, truth = (formula.operand, False) if isinstance(formula, f.Not) else (formula, True)
         if not isinstance(atom, f.Atom) or atom.predicate in self.unobserved:
             return None
@@ -101,7 +102,7 @@ class FormulaLexicon:
         return GroundAtom(self.predicates.get(atom.predicate, atom.predicate), arguments, truth)
 
     def to_action(self, formula: f.Occurs) -> Action:
-        """Return the ground action of a subgoal.
+        """Return the domain's action that an action in a formula stands for.
 
         Raises:
             InputError: an argument is not an object.
@@ -181,15 +182,15 @@ def _rename_leaf(
 
 
 def list_objects_and_classes(objects: Iterable[str], scene: Scene) -> frozenset[str]:
-    """Return the names of the objects and classes of a scene.
+    """Return the names of the objects of a scene, and of the objects' classes.
 
-    The name of a class stands for any of its objects.
+    A class's name stands for any object of the class.
     """
     return frozenset([*objects, *[thing.category for thing in scene.objects]])
 
 
 def make_declared_lexicon(domain: Domain, scene: Scene) -> FormulaLexicon:
-    """Return the lexicon with the names of a domain and of a scene's objects, spelled for formulas."""
+    """Return the lexicon with the names of a domain and of a scene's objects, as formulas can spell them."""
     vocabulary = domain.vocabulary
     visible = [p.name for p in vocabulary.predicates if p.visible]
     predicates = map_spellings_to_names([*visible, *(derived.name for derived in vocabulary.derived)])

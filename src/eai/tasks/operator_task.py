@@ -1,9 +1,9 @@
 """Tasks of transition modeling: gold operators, planning problems and categories of predicates.
 
-The gold operators of any declared domain are its declaration, exported as PDDL. A task asks for the operators
-of a plan that reaches its goal. The planning problem has the task's goals on states and relations. A task
-with action goals alone becomes no task of transition modeling. Predicates that no text may mention are left
-out.
+The gold operators of a declared domain are its own operators, exported as PDDL. A task asks for the operators
+in a plan that reaches the task's goals. The planning problem of the task has the goals on states and
+relations. So a task that has only action goals becomes no task of transition modeling. Predicates that texts
+must not mention are left out of the problem.
 """
 
 from __future__ import annotations
@@ -31,12 +31,12 @@ from eai.world.execution import execute_plan
 
 @dataclass(frozen=True, slots=True)
 class OperatorLibrary:
-    """The operators and categories that the tasks of one domain share.
+    """The operators and the categories of predicates for all tasks of one domain.
 
     Attributes:
         header: the planning domain without operators.
-        operators: mapping from names to the gold operators as text, in the order of the data set.
-        categories: the category of each predicate.
+        operators: mapping from the name of each gold operator to its text, in the order of the data set.
+        categories: mapping from predicates to their categories.
     """
 
     header: PddlDomain
@@ -45,9 +45,9 @@ class OperatorLibrary:
 
 
 ActionsOf: TypeAlias = Callable[[Task, Sequence[PlanStep]], Sequence[Action]]
-"""Function that returns the actions of a task for which the steps of a plan with gold operators stand.
+"""Function that translates the steps of a plan with gold operators into actions of the task.
 
-The actions end before the first step that stands for no action.
+It stops before the first step that has no corresponding action.
 """
 
 
@@ -57,16 +57,16 @@ def _find_no_actions(task: Task, steps: Sequence[PlanStep]) -> Sequence[Action]:
 
 @dataclass(frozen=True, eq=False)
 class TransitionTask:
-    """A task to write the operators that a planning problem needs.
+    """A task that asks for the operators that a planning problem needs.
 
     Attributes:
-        id: the data set's id.
+        id: id of the task in the data set.
         domain: the operators and categories that all tasks of the domain share.
-        operators: the names of the operators to write, in the order of the data set.
+        operators: names of the operators to write, in the order of the data set.
         categories: the task's own categories, the more specific category first.
-        problem_text: the planning problem.
-        actions_of: function that returns the actions for which steps of gold operators stand; by default no
-            actions.
+        problem_text: the planning problem as PDDL.
+        actions_of: translates the steps of a plan with gold operators into actions of the task; by default no
+            step is translated.
     """
 
     id: str
@@ -78,7 +78,7 @@ class TransitionTask:
 
     @cached_property
     def problem(self) -> PddlProblem:
-        """The planning problem."""
+        """The planning problem, read from its text."""
         return read_problem(self.problem_text)
 
     @cached_property
@@ -88,21 +88,21 @@ class TransitionTask:
 
 
 _gold = lru_cache(maxsize=256)(read_action)
-"""Read a gold operator from its text. The cache helps because many tasks ask for the same operator."""
+"""Return the gold operator in a text. Results are cached because many tasks ask for the same operator."""
 
 
 def make_transition_tasks(
     domain: Domain, tasks: Mapping[str, Task], categories: Mapping[str, Category] | None = None
 ) -> dict[str, TransitionTask]:
-    """Return a mapping from ids to the tasks of transition modeling of a domain, in the order of its tasks.
+    """Return a mapping from ids to a domain's tasks of transition modeling, in the order of its tasks.
 
-    Tasks that are known to have no plan are left out, because no operators lead to their goal.
+    Tasks that are known to have no plan are left out, because there are no operators to ask for.
 
     Args:
         domain: the declaration of the domain.
         tasks: the domain's tasks.
-        categories: mapping from PDDL names of some predicates to their categories; the others come from
-            `make_default_categories`.
+        categories: mapping from PDDL names of some predicates to their categories; other predicates get those
+            of `make_default_categories`.
     """
     chosen_tasks = {
         task_id: task
@@ -139,7 +139,7 @@ def make_transition_tasks(
 def _find_exported_actions(
     exported: ExportedProblem, task: Task, steps: Sequence[PlanStep]
 ) -> Sequence[Action]:
-    """Return the actions of an exported plan, up to the first step that stands for no action."""
+    """Return the actions for the steps of a PDDL plan, up to the first step that stands for no action."""
     actions = []
     for step in steps:
         try:
@@ -150,7 +150,11 @@ def _find_exported_actions(
 
 
 def make_default_categories(domain: PddlDomain) -> dict[str, Category]:
-    """Return the category of every predicate, by its arity and by whether an operator changes it."""
+    """Return a mapping from predicates to their categories.
+
+    The category depends on the predicate's number of arguments, and on whether an operator changes the
+    predicate.
+    """
     changing = {atom.predicate for action in domain.actions for atom in find_effect_atoms(action.effect)}
     changing |= {axiom.name for axiom in domain.axioms}
     categories = {}
@@ -183,7 +187,7 @@ def _plan(domain: Domain, task: Task, planner: Planner) -> Sequence[Action]:
 def _find_plan_operators(
     plan: Sequence[Action], exported: ExportedProblem, library: OperatorLibrary
 ) -> Iterator[str]:
-    """Return the operators in a plan, in the order of the domain; all operators if the plan is empty."""
+    """Return the names of a plan's operators, in the domain's order; all operators if the plan is empty."""
     used = {exported.to_pddl_step(action).action for action in plan} or set(library.operators)
     return (name for name in library.operators if name in used)
 
@@ -191,7 +195,7 @@ def _find_plan_operators(
 def _sort_goal_categories(
     exported: ExportedProblem, categories: Mapping[str, Category]
 ) -> tuple[Category, ...]:
-    """Return the categories of the predicates in the goal, the most frequent first."""
+    """Return the categories of the predicates in a problem's goal, the most frequent category first."""
     atoms = (part for part in walk_subformulas(exported.problem.goal) if isinstance(part, Atom))
     counts = Counter(categories[atom.predicate] for atom in atoms)
     return tuple([category for category, _ in counts.most_common()])

@@ -31,7 +31,7 @@ _EXPECTED = {
     "int_from_float": "expected a whole number",
 }
 _BRANCHES = ("str", "list[str]")
-"""Names of types that pydantic appends to the path of a value if the value may have several types."""
+"""Names of types that pydantic appends to the path of a value if the option allows several types."""
 
 
 def describe_validation_error(
@@ -40,10 +40,10 @@ def describe_validation_error(
     """Return the first error of a validation in words: the path of the value, the expectation, and the value.
 
     Args:
-        error: the error of pydantic.
-        known: the allowed names of members. If a name is unknown, the message suggests the most similar name.
-        within: the path of the value in an enclosing structure, outermost first.
-        whole: the name of the whole value, for messages about all of it.
+        error: the error that pydantic raised.
+        known: the allowed names of members. If a name is unknown, the message suggests the most similar one.
+        within: the path of the validated value in an enclosing structure, outermost name first.
+        whole: the name of the validated value, for messages about the complete value.
     """
     first = error.errors()[0]
     path = [*within, *map(str, first["loc"])] or [whole]
@@ -61,7 +61,7 @@ def describe_validation_error(
 
 
 def _describe_wrong_value(value: Any) -> str:
-    """Return the end of a message, which shows the value if it is short; an empty text for a long value."""
+    """Return the end of a message, which quotes a short wrong value; an empty text for a long value."""
     shown = repr(value)
     return f", found {shown}" if len(shown) <= 60 else ""
 
@@ -74,25 +74,25 @@ def _remove_secrets(arguments: dict[str, JsonValue]) -> dict[str, JsonValue]:
 
 
 Arguments = Annotated[dict[str, JsonValue], PlainSerializer(_remove_secrets)]
-"""Arguments of a model. Keys and other secrets among them are never written to a file."""
+"""Arguments that a user gives for a model. Keys and other secrets in them are never written to a file."""
 
 
 class Options(BaseModel):
-    """A section of a run's specification, or of another file that people write.
+    """A section of the file that specifies a run, or of another file that people write.
 
-    Subclasses declare the options, each with a meaning. The meaning stands in the docstring of the class that
-    declares the option, or is the description of the field if it is computed.
+    Each subclass declares options. The meaning of an option stands in the docstring of its class, or in the
+    description of its field if the meaning is computed.
     """
 
     model_config = ConfigDict(frozen=True, extra="forbid")
 
     @classmethod
     def read(cls, section: str, given: object) -> Self:
-        """Return the options with given values. Texts are parsed as on the command line.
+        """Return the options with the given values. Values that are texts are parsed as on the command line.
 
         Args:
-            section: the name of the section, for messages.
-            given: a mapping of names to values.
+            section: name of the section, for messages.
+            given: mapping from names of options to values.
 
         Raises:
             InputError: an option or a value is unknown, or options contradict each other.
@@ -132,7 +132,7 @@ class Options(BaseModel):
 
     @classmethod
     def format_default(cls, option: str) -> str:
-        """Return the default value of an option as a setting states it; empty if there is no default."""
+        """Return the default value of an option as a file states it; an empty text if it has no default."""
         value = cls.model_fields[option].default
         if value in (None, (), {}):
             return ""

@@ -1,4 +1,4 @@
-"""Find plans for tasks by search on the declared domain, as the built-in model `eai/planner` does."""
+"""Find plans for tasks by a search in the declared domain, as the built-in model `eai/planner` does."""
 
 from __future__ import annotations
 
@@ -14,13 +14,13 @@ from eai.world.action import Action
 from eai.world.domain import Domain
 
 FindPlan: TypeAlias = "Callable[[Task, Planner, Limits | None], SearchResult[Action]]"
-"""Function that searches for a plan: `find_plan`, or a function that caches its results."""
+"""Function that searches for a plan for a task: `find_plan`, or a function that caches its results."""
 
 
 def to_planning_goal(task: Task) -> PlanningGoal:
-    """Return the goals of a task in the planner's form: conditions on the final state, and actions in order.
+    """Return a task's goals for the planner: conditions on the final state, and action goals in their order.
 
-    Goals over time are left out.
+    The planner supports no goals over time, so they are left out.
     """
     task = task.without_goals_over_time
     return PlanningGoal(
@@ -30,7 +30,7 @@ def to_planning_goal(task: Task) -> PlanningGoal:
 
 
 def find_plan(task: Task, planner: Planner, limits: Limits | None = None) -> SearchResult[Action]:
-    """Search for a plan that reaches all goals of a task with the objects that an answer may name."""
+    """Search for a plan that reaches all goals of a task and uses only objects that answers may name."""
     return planner.find_plan(task.initial, to_planning_goal(task), task.planning_objects, limits)
 
 
@@ -46,6 +46,6 @@ def explain_missing_plan(end: SearchEnd) -> str:
 
 
 def is_impossible(task: Task, domain: Domain) -> bool:
-    """Whether it is proved that no plan reaches the task's goals on the final state."""
+    """Whether it is proved that no plan reaches the task's goals about the final state."""
     conditions = to_planning_goal(task).conditions
     return bool(find_unreachable_goals(domain, task.initial, task.planning_objects, conditions))

@@ -1,4 +1,4 @@
-"""Read PDDL files as a domain with tasks, and PDDL or BDDL problems about a benchmark's world."""
+"""Read a domain and tasks from PDDL files, and read PDDL or BDDL problems about the world of a benchmark."""
 
 from __future__ import annotations
 
@@ -114,20 +114,27 @@ def _make_problem_task(name: str, file: ProblemFile, declaration: DeclaredDomain
 
 
 Meaning: TypeAlias = Callable[[f.Formula], f.Formula]
-"""Function that converts a condition of a problem to a formula in the world of a benchmark."""
+"""Function that converts a condition of a problem to a formula with the names of the benchmark."""
 
 
 ProblemWorld: TypeAlias = tuple[PddlDomain, Callable[[PddlProblem], tuple[State, Meaning]]]
-"""A domain with the names that problems may use, and a function that reads a problem with these names.
+"""A pair: a PDDL domain with the names that problems use, and a function that reads a problem.
 
-The function returns the initial state, and a function that converts the problem's conditions.
+The function returns the problem's initial state, and a function that converts conditions of the problem.
 """
 
 
 def make_domain_header(
     name: str, types: Mapping[str, str], constants: Mapping[str, str], arities: Mapping[str, int]
 ) -> PddlDomain:
-    """Return a domain without operators: types with supertypes, typed constants, predicates with arity."""
+    """Return a PDDL domain without operators.
+
+    Args:
+        name: name of the domain.
+        types: mapping from types to their supertypes.
+        constants: mapping from constants to their types.
+        arities: mapping from predicates to their numbers of arguments.
+    """
     return PddlDomain(
         name=name,
         requirements=(),
@@ -144,17 +151,19 @@ def _make_predicate(name: str, arity: int) -> PddlPredicate:
 
 @dataclass(frozen=True)
 class _ProblemConverter:
-    """A declared domain with its names as problems spell them. Its objects have the categories of its tasks.
+    """Converts problems about the world of a declared domain.
+
+    Problems may spell the declared names differently.
 
     Attributes:
-        domain: the declaration.
-        header: the names of the declaration as problems spell them.
-        predicates: the declared predicate of each spelled name.
-        kinds: the category of each predicate that states a category.
-        performed: the operator of each predicate which states that an action was executed.
-        order: the predicate which states the order of two objects; empty if problems have no such predicate.
-        categories: the category of each type.
-        names: mapping from spelling and category to the declared name of an object; other objects keep their
+        domain: the declaration of the domain.
+        header: the domain's names as problems spell them.
+        predicates: mapping from the spelling of a predicate to its declared name.
+        kinds: mapping from each predicate that states the category of an object to this category.
+        performed: mapping from each predicate that says "this action was executed" to the action's operator.
+        order: the predicate that states the order of two objects; empty if problems have no such predicate.
+        categories: mapping from types of problems to categories.
+        names: mapping from spelling and category of an object to its declared name; other objects keep their
             spelling.
         agent: the acting object, which problems need not declare.
     """
@@ -170,7 +179,7 @@ class _ProblemConverter:
     agent: WorldObject | None
 
     def read_problem(self, problem: PddlProblem) -> tuple[State, Meaning]:
-        """Return the initial state of a problem, and a function that converts its conditions."""
+        """Return the initial state of a problem, and a function that converts the problem's conditions."""
         spelt = {item.name: self._to_object(item) for item in (*self.header.constants, *problem.objects)}
         scene = Scene(
             self.domain.vocabulary,
@@ -194,7 +203,7 @@ class _ProblemConverter:
         return WorldObject(self.names.get((item.name, category), item.name), category)
 
     def _to_declared_names(self, formula: f.Formula, names: Mapping[str, str]) -> f.Formula:
-        """Return the condition with the spelled names replaced by those of the declaration."""
+        """Return the condition with declared names in place of the problem's spelling."""
 
         def meant(term: f.Term) -> f.Term:
             return f.Constant(names[term.name]) if isinstance(term, f.Constant) else term
@@ -221,13 +230,13 @@ class _ProblemConverter:
                 return map_subformulas(formula, lambda part: self._to_declared_names(part, names))
 
     def _to_category(self, variable: f.Variable) -> f.Variable:
-        """Return a quantified variable with its category; without a category if its type is the root type."""
+        """Return a quantified variable with the category for its type; without category for the root type."""
         category = variable.category or OBJECT
         return f.Variable(variable.name, self.categories.get(category))
 
 
 def make_bddl_world(domain: Domain, tasks: Iterable[Task]) -> ProblemWorld:
-    """Return the world of a domain for problems in BDDL, which is in lower case."""
+    """Return the names of a domain for BDDL problems, which spell names in lower case, and their reader."""
     vocabulary = domain.vocabulary
     names = [predicate.name for predicate in vocabulary.predicates] + list(vocabulary.derived_by_name)
     declared = _read_declaration(domain, tasks, str.lower, {name.lower(): name for name in names})
@@ -235,7 +244,7 @@ def make_bddl_world(domain: Domain, tasks: Iterable[Task]) -> ProblemWorld:
 
 
 def make_pddl_world(domain: Domain, tasks: Iterable[Task]) -> ProblemWorld:
-    """Return the world of a domain for problems in PDDL, with names as `eai.pddl.export` writes them."""
+    """Return the names of a domain for PDDL problems, spelled as by `eai.pddl.export`, and their reader."""
     glossary = ExportGlossary(domain.vocabulary)
     spelt = {written: name for name, written in glossary.predicates.items()}
     tasks = list(tasks)
@@ -260,7 +269,7 @@ def make_pddl_world(domain: Domain, tasks: Iterable[Task]) -> ProblemWorld:
 def _read_declaration(
     domain: Domain, tasks: Iterable[Task], spell: Callable[[str], str], predicates: Mapping[str, str]
 ) -> _ProblemConverter:
-    """Return the declared names of a domain, with the objects and categories of its tasks."""
+    """Return the converter of problems about a domain. These tasks give it their objects and categories."""
     scenes = [task.scene for task in tasks]
     things = dict.fromkeys([thing for scene in scenes for thing in scene.objects])
     kinds = dict.fromkeys(kind for thing in things for kind in domain.vocabulary.list_kinds(thing.category))

@@ -1,4 +1,4 @@
-"""The rules of a domain as text: the conditions and effects of its actions, exactly as declared."""
+"""The rules of a domain as text for prompts: the exact conditions and effects of its actions."""
 
 from __future__ import annotations
 
@@ -30,19 +30,20 @@ _EXPLANATIONS = (
     ("is_a(", "is_a(x, k) says that x is of kind k."),
     (" or ", "\"And\" binds more tightly than \"or\", and \"or\" than \"implies\"."),
 )  # fmt: skip
-"""Mapping from a sign to the explanation of the notation in rules that contains it."""
+"""Pairs: a sign that can occur in the text of rules, and a sentence that explains the sign."""
 _BECOMES: Mapping[type[Effect], str] = {Add: "becomes true", Delete: "becomes false"}
 
 
 @dataclass(frozen=True)
 class DomainRules:
-    """The rules of a domain as prompts may state them: without hidden facts.
+    """The rules of a domain for prompts: without hidden facts.
 
-    Some operators have no such rules: operators that read a hidden predicate which can change, that try
-    several things, or that need a predicate without a formula. No question is about such operators.
+    Some operators have no rules for prompts. Such an operator reads a hidden predicate that can change, tries
+    several effects one after the other, or needs a predicate that no formula defines. No question is about
+    such operators.
 
     Attributes:
-        domain: the declaration.
+        domain: the declaration of the domain.
     """
 
     domain: Domain
@@ -59,7 +60,7 @@ class DomainRules:
 
     @cached_property
     def evaluator(self) -> FormulaEvaluator:
-        """The evaluator of formulas on states."""
+        """The evaluator of the domain's formulas in states."""
         return FormulaEvaluator(self.domain.vocabulary)
 
     @cached_property
@@ -70,7 +71,7 @@ class DomainRules:
 
     @cached_property
     def visible_changing_predicates(self) -> frozenset[str]:
-        """The visible stored predicates that can change."""
+        """The visible stored predicates that operators can change."""
         predicates = self.domain.vocabulary.predicates
         return frozenset([p.name for p in predicates if p.visible and not p.static])
 
@@ -86,7 +87,7 @@ class DomainRules:
     def find_used_predicates(
         self, operators: Collection[str], formulas: Iterable[f.Formula] = ()
     ) -> frozenset[str]:
-        """Return the stored predicates that operators read or change, or that formulas depend on."""
+        """Return the stored predicates that given operators read or change, or that given formulas need."""
         decisive = find_stored_predicates(find_predicates(*formulas), self.domain.vocabulary)
         return frozenset(decisive).union(*(self._predicates_of_operators[name] for name in operators))
 
@@ -99,7 +100,7 @@ class DomainRules:
         }
 
     def write_rules(self, operators: Collection[str], formulas: Iterable[f.Formula] = ()) -> str:
-        """Return the rules of some operators, and the definitions of derived predicates that are used."""
+        """Return the rules of some operators, and the definitions of derived predicates in these rules."""
         shown = [operator for operator in self.operators if operator.name in operators]
         named = list(
             dict.fromkeys(
@@ -133,7 +134,7 @@ class DomainRules:
         ]
 
     def write_operator_heads(self, operators: Collection[str]) -> str:
-        """Return the text of some operators, with their parameters only."""
+        """Return the first lines of some operators' rules: names and parameters only."""
         return "\n".join(
             [_write_operator_head(operator) for operator in self.operators if operator.name in operators]
         )
@@ -144,7 +145,7 @@ class DomainRules:
 
     @cached_property
     def _predicates_read(self) -> Mapping[str, Sequence[str]]:
-        """Mapping from each operator to the predicates in its conditions."""
+        """Mapping from the name of each operator to the predicates in its conditions."""
         return {
             operator.name: find_predicates(*find_operator_conditions(operator)) for operator in self.operators
         }
@@ -162,7 +163,7 @@ class DomainRules:
         )
 
     def _find_derived(self, names: Iterable[str]) -> list[str]:
-        """Return the derived predicates among some names, and all that their definitions use, each once."""
+        """Return the derived predicates among some names, and those in their definitions, each once."""
         derived_names: dict[str, None] = {}
         pending = list(names)
         while pending:
@@ -189,9 +190,9 @@ class DomainRules:
         return [*self._write_effects(operator.effects, _INDENT)] or [f"{_INDENT}changes nothing"]
 
     def _write_effects(self, effects: Sequence[Effect], indent: str) -> Iterator[str]:
-        """Yield the lines of text for effects, in order.
+        """Yield lines of text that describe effects, in order.
 
-        Successive additions share a line, and so do successive deletions.
+        Successive additions of facts share one line, and so do successive deletions of facts.
         """
         for kind, run in groupby(effects, type):
             if kind in (Add, Delete):
@@ -222,13 +223,13 @@ class DomainRules:
                 yield from self._write_effect_block(first, effects, indent)
 
     def _write_effect_block(self, heading: str, effects: Sequence[Effect], indent: str) -> Iterator[str]:
-        """Yield a heading with the visible effects below it, or nothing without such effects."""
+        """Yield a heading and the lines on the visible effects below it; nothing if no effect is visible."""
         lines = list(self._write_effects(effects, indent + _INDENT))
         yield from [f"{indent}{heading}:", *lines] if lines else []
 
     @cached_property
     def _definition_texts(self) -> Mapping[str, str]:
-        """Mapping from each derived predicate that a formula defines to its definition."""
+        """Mapping from each derived predicate that a formula defines to the text of its definition."""
         meanings = [(predicate, find_definition(predicate)) for predicate in self.domain.vocabulary.derived]
         return {
             predicate.name: _write_definition(predicate, defined)
@@ -238,7 +239,7 @@ class DomainRules:
 
 
 def explain_rule_notation(rules: str) -> str:
-    """Return explanations of the notations that occur in some rules."""
+    """Return explanations of the signs that occur in the text of some rules."""
     return " ".join([words for sign, words in _EXPLANATIONS if sign in rules])
 
 
@@ -247,7 +248,7 @@ def _write_operator_head(operator: Operator) -> str:
 
 
 def write_operator_title(operator: Operator) -> str:
-    """Return the name of an operator with its parameters and a short description."""
+    """Return the first line of an operator's rule: its name, its parameters and a short description."""
     head = _write_operator_head(operator)
     return f"{head}: {operator.description}" if operator.description else head
 

@@ -8,7 +8,7 @@ from typing import NamedTuple
 class Share(NamedTuple):
     """A share as a numerator and a denominator.
 
-    For example, the satisfied goals among all goals, or the contribution of an answer to a rate.
+    Examples are the satisfied goals among all goals, and the contribution of one answer to a rate.
     """
 
     numerator: int | float
@@ -16,7 +16,7 @@ class Share(NamedTuple):
 
 
 class GoalTallies(NamedTuple):
-    """Shares of satisfied goals: a share for each of the three kinds of goal."""
+    """The numbers of satisfied goals and of all goals, by kind of goal."""
 
     state: Share
     relation: Share

@@ -1,4 +1,4 @@
-"""Shorten lists of facts and objects: names share a line, and consecutive numbers become ranges.
+"""Shorten lists of facts and objects: facts share a line, and consecutive numbers in names become a range.
 
 ``CLEAN(*): floor.2..5, mat.9`` states that five objects are clean: floor.2 to floor.5, and mat.9.
 """
@@ -18,10 +18,10 @@ HOW_TO_READ = (
     "A line p(*, c): a, b says p(a, c) and p(b, c); a_2..4 stands for a_2, a_3 and a_4. Actions name single"
     " objects."
 )
-"""Explanation of shortened lists for agents."""
+"""Explanation of shortened lists, for the agents that read them."""
 
 _MIN_RANGE = 3
-"""Minimum number of consecutive names that are written as a range."""
+"""Minimum number of consecutively numbered names that are written as a range."""
 
 _MAX_RANGE = 100_000
 """Maximum number of names in an expanded range."""
@@ -32,18 +32,18 @@ _FACTS = re.compile(r"^(.*\([^()\n]*)\*([^()\n]*\)): (.+)$", re.MULTILINE)
 _THINGS = re.compile(r"^([^\[\n]+)( \[[^\]\n]*\]: .*)$", re.MULTILINE)
 
 Write: TypeAlias = Callable[[str, Sequence[str]], str]
-"""Function that writes a fact, given the name of a predicate and the names of its objects."""
+"""Function that returns a fact as text, given the name of its predicate and the names of its objects."""
 
 
 @lru_cache(1 << 16)
 def _split_number(name: str) -> tuple[str, int]:
-    """Return a name without the number at its end, and the number, or -2 for a name without a number."""
+    """Return a name without the number at its end, and this number; -2 if the name ends with no number."""
     match = _NUMBERED.fullmatch(name)
     return (name, -2) if match is None else (match[1], int(match[2]))
 
 
 def shorten_names(names: Iterable[str]) -> str:
-    """Return a list of names, in which names with consecutive numbers become a range."""
+    """Return names as one text, in which three or more names with consecutive numbers become a range."""
     runs: list[list[str]] = []
     for name in names:
         stem, number = _split_number(name)
@@ -59,12 +59,14 @@ def _write_range(names: Sequence[str]) -> str:
 
 
 def shorten_facts(facts: Iterable[Fact], names: Sequence[str], write: Write) -> Iterator[str]:
-    """Yield facts as lines; facts that differ only in their first or only in their last object share a line.
+    """Yield facts as lines, and combine similar facts in one line.
+
+    Facts share a line if they differ only in their first object, or only in their last object.
 
     Args:
         facts: the facts; facts with the same predicate follow each other.
         names: the names of all objects, by index.
-        write: writes a fact.
+        write: returns a fact as text.
     """
     for predicate, of_predicate in groupby(facts, attrgetter("predicate")):
         by_rest: dict[tuple[int, ...], list[tuple[int, ...]]] = {}
@@ -91,7 +93,7 @@ def _write_fact_line(
 
 
 def spell_out(text: str) -> str:
-    """Return an observation without ranges, with one line for each fact and each object."""
+    """Return an observation in full: without ranges, and with one line for each fact and each object."""
     text = _RANGE.sub(_expand_range, text)
     text = _FACTS.sub(lambda line: _repeat_line(line[3], line[1], line[2]), text)
     return _THINGS.sub(lambda line: _repeat_line(line[1], "", line[2]), text)

@@ -20,11 +20,12 @@ from eai.world.vocabulary import require_tuple
 
 @dataclass(frozen=True, slots=True)
 class DataFinding:
-    """A mistake in a task file or in the data of a benchmark.
+    """A mistake that a check found in a task file or in the data of a benchmark.
 
     Attributes:
-        place: the file or pack with the mistake; the whole benchmark if the mistake is in no single file.
-        problem: the mistake, with the identifier of the task if there is one.
+        place: the file or pack of data with the mistake; the name of the benchmark if the mistake is in no
+            single file.
+        problem: the mistake in words, with the id of the task if it concerns one task.
     """
 
     place: str
@@ -36,14 +37,14 @@ T_co = TypeVar("T_co", covariant=True)
 
 
 class ErrataChoice(str, Enum):
-    """The choice whether to correct known errors in the data of a benchmark."""
+    """The choice whether known errors in a benchmark's data are corrected."""
 
     CURRENT = "current"
     NONE = "none"
 
 
 def find_errata_choice(name: ErrataChoice | str) -> ErrataChoice:
-    """Return the choice of errata with a name.
+    """Return the `ErrataChoice` of a name.
 
     Raises:
         InputError: no choice has this name.
@@ -52,7 +53,7 @@ def find_errata_choice(name: ErrataChoice | str) -> ErrataChoice:
 
 
 def find_planner_choice(name: PlannerChoice | str) -> PlannerChoice:
-    """Return the choice of a planner with a name.
+    """Return the `PlannerChoice` of a name.
 
     Raises:
         InputError: no choice has this name.
@@ -65,11 +66,11 @@ class Source:
     """The settings with which the tasks of a benchmark are opened.
 
     Attributes:
-        store: the store of downloaded data; the user's store if None.
+        store: the folder of downloaded data; the user's default folder if None.
         report: receives the progress of a download.
-        planner: the planner that judges operators.
+        planner: the planner that tests the operators of answers.
         errata: whether known errors in the data are corrected.
-        terms: the limits of planners.
+        terms: the limits of planners on time and memory.
     """
 
     store: Store | None = None
@@ -80,16 +81,16 @@ class Source:
 
 
 USUAL_SOURCE = Source()
-"""The default settings: the user's store of downloaded data, current errata, and any planner."""
+"""The default settings for opening tasks: the user's store of data, current errata, and any planner."""
 
 
 class TaskSet(Mapping[str, T_co]):
-    """Tasks by id, in the order of the data set. Each task is built once, on first use.
+    """A mapping from ids to tasks, in the order of the data set. Each task is built once, on first use.
 
     Args:
-        task_ids: the ids, in order.
-        build: builds the task with an id. It raises KeyError for an unknown id.
-        sha256: digest of the data that the tasks are made from.
+        task_ids: the ids of the tasks, in order.
+        build: returns the task with an id. It raises KeyError for an unknown id.
+        sha256: SHA-256 digest of the data from which the tasks are built.
     """
 
     def __init__(self, task_ids: Iterable[str], build: Callable[[str], T_co], sha256: str) -> None:
@@ -108,11 +109,11 @@ class TaskSet(Mapping[str, T_co]):
 
 
 OpenTasks: TypeAlias = Callable[[Source], TaskSet[T]]
-"""Function that opens the tasks of a benchmark, and downloads the data set if it is missing."""
+"""Function that opens the tasks of a benchmark with given settings. It downloads data that is missing."""
 
 
 def given(*tasks: Task) -> OpenTasks[Task]:
-    """Return an opener for tasks that a program has made, instead of a data set.
+    """Return a function that opens the given tasks, which a program has made, instead of a data set.
 
     Raises:
         InputError: two tasks have the same id, or an argument is not a task.
@@ -145,7 +146,7 @@ def _content(task: Task) -> tuple[object, ...]:
 
 
 def open_once_per_store(opener: OpenTasks[T]) -> OpenTasks[T]:
-    """Return an opener that opens the tasks of each data store only once, as building them takes long."""
+    """Return a function that opens tasks only once for each data store, because building tasks takes long."""
     opened: dict[Path, TaskSet[T]] = {}
 
     @wraps(opener)

@@ -1,4 +1,4 @@
-"""Special tasks: tasks that may be impossible or ambiguous, and tasks with hazards."""
+"""Special tasks: tasks that may be impossible or ambiguous, and tasks whose goals forbid hazards."""
 
 from __future__ import annotations
 
@@ -8,10 +8,10 @@ from typing import TypeAlias
 
 @dataclass(frozen=True, slots=True)
 class Impossible:
-    """Marks a task that an answer may call impossible, rightly or not.
+    """Marks a task that an answer may call impossible, rightly or wrongly.
 
     Attributes:
-        missing: the facts whose absence puts the goals out of reach; empty if there is a plan.
+        missing: the facts whose absence makes the goals unreachable; empty if a plan reaches them.
     """
 
     missing: tuple[str, ...]
@@ -19,12 +19,12 @@ class Impossible:
 
 @dataclass(frozen=True, slots=True)
 class Ambiguous:
-    """Marks an ambiguous task, about which an answer may ask a question.
+    """Marks an ambiguous task: an answer may ask for the meant object.
 
-    Prompts state its goals only by the instruction.
+    Prompts state the goals of the task only by its instruction.
 
     Attributes:
-        fits: the names of the objects that the instruction may mean; the meant object is first.
+        fits: the names of the objects that the instruction may mean; the meant object comes first.
     """
 
     fits: tuple[str, ...]
@@ -35,8 +35,8 @@ class Hazards:
     """Marks a task with hazards: events that its last goals forbid, one goal for each hazard.
 
     Attributes:
-        hazards: the names of the hazards.
-        untold: whether prompts hide these goals.
+        hazards: the names of the hazards, in the order of their goals.
+        untold: whether prompts hide the goals that forbid hazards.
     """
 
     hazards: tuple[str, ...]
@@ -44,4 +44,4 @@ class Hazards:
 
 
 Special: TypeAlias = Impossible | Ambiguous | Hazards
-"""How a task is special: it allows answers without a plan, or its goals forbid hazards."""
+"""The kinds of special tasks: a task that answers may decline, or a task whose goals forbid hazards."""

@@ -1,4 +1,4 @@
-"""A task: an initial state, goals, and further data of its data set."""
+"""A task: an initial state, goals, and further data from the data set of the task."""
 
 from __future__ import annotations
 
@@ -16,13 +16,13 @@ if TYPE_CHECKING:
     from eai.world.state import Scene, State
 
 TaskExclusion = NewType("TaskExclusion", str)
-"""Reason for leaving a task out of all statistics.
+"""Reason why all statistics leave a task out.
 
 It depends on the task (`Task.find_exclusion`), never on an answer.
 """
 
 NO_GOALS = "the task has no goals"
-"""The reason for excluding a task without goals: no answer to it can fail."""
+"""The reason why statistics exclude a task without goals: no answer to it can fail."""
 
 
 class GoalKind(str, Enum):
@@ -34,7 +34,7 @@ class GoalKind(str, Enum):
 
 
 class Category(str, Enum):
-    """The paper's categories of predicates. All but the last are also categories of tasks."""
+    """The paper's categories of predicates. All but the last category are also categories of tasks."""
 
     OBJECT_STATES = "object_states"
     OBJECT_ORIENTATION = "object_orientation"
@@ -42,7 +42,7 @@ class Category(str, Enum):
     SPATIAL_RELATIONS = "spatial_relations"
     NON_SPATIAL_RELATIONS = "non_spatial_relations"
     OBJECT_TOOLS = "object_tools"
-    """Names of predicates that make an object a tool; the paper's tables count them in the total only."""
+    """Names of predicates that make an object a tool. The paper's tables count them only in the total."""
 
 
 CATEGORIES = tuple([each.value for each in Category if each is not Category.OBJECT_TOOLS])
@@ -51,11 +51,12 @@ CATEGORIES = tuple([each.value for each in Category if each is not Category.OBJE
 
 @dataclass(frozen=True, slots=True)
 class Goal:
-    """One part of a task's goal: a formula on the final state, the executed actions, or the whole execution.
+    """One goal of a task: a formula about the final state, the executed actions, or the whole execution.
 
-    An action goal is a disjunction of `Occurs` without arguments, in the order of the data set's
-    alternatives. A formula with temporal operators is a goal over time (`eai.logic.semantics`), for example
-    an event that must come first or must never happen. Its kind is that of its atoms.
+    The formula of an action goal is a disjunction of `Occurs` without arguments, in the order in which the
+    data set lists the alternative actions. A formula with temporal operators makes a goal over time
+    (`eai.logic.semantics`), for example an event that must come first or must never happen. The kind of a
+    goal over time is the kind of its atoms.
     """
 
     kind: GoalKind
@@ -72,17 +73,17 @@ class Task:
     """One task of a domain.
 
     Attributes:
-        id: the data set's id.
-        title: the name that similar tasks share.
+        id: id of the task in the data set.
+        title: name that similar tasks share.
         instruction: the task in natural language.
         initial: the state in which a plan starts.
-        goals: without duplicates, in the order of the data set.
-        relevant: indices of the objects that the task is about, in the order of the data set.
-        script: the data set's own plan; empty if it has none.
-        temporal_goal: the goal as a text in temporal logic, or None if the task has none.
-        annotated_final: the final state in the data set's own annotation, or None if it has none.
+        goals: the goals without duplicates, in the order of the data set.
+        relevant: indices of the objects that matter to the task, in the order of the data set.
+        script: the plan for the task in the data set; empty if there is no such plan.
+        temporal_goal: the goals as one formula of temporal logic, as text; None without such a formula.
+        annotated_final: the final state that the data set records for its plan; None if it records none.
         unsolvable: the reason why no plan reaches the goals; None if no such reason is known.
-        unnamed: objects that operators use but no answer names, such as recipes.
+        unnamed: indices of objects that operators use but that answers never name, such as recipes.
         special: whether the task may be impossible or ambiguous, or has hazards (`eai.tasks.special`); None
             for other tasks.
     """
@@ -107,7 +108,7 @@ class Task:
 
     @property
     def may_be_declined(self) -> bool:
-        """Whether an answer may call the task impossible, or ask about the meant object."""
+        """Whether an answer may call the task impossible, or ask for the meant object."""
         return isinstance(self.special, (Impossible, Ambiguous))
 
     @property
@@ -146,37 +147,37 @@ class Task:
         return self.goals[: len(self.goals) - hazards]
 
     def replace_goals(self, goals: tuple[Goal, ...]) -> Task:
-        """Return the task with other goals. The new goals must not be about hazards."""
+        """Return the task with other goals. None of the new goals may forbid a hazard."""
         special = None if isinstance(self.special, Hazards) else self.special
         return replace(self, goals=goals, special=special)
 
     def find_exclusion(self, reason: str) -> TaskExclusion:
-        """Return the reason for leaving this task out of all statistics, or None. Answers do not matter."""
+        """Return the reason why all statistics leave this task out, or None. It never depends on answers."""
         return TaskExclusion(reason)
 
     @property
     def plan_exclusion(self) -> TaskExclusion | None:
         """The reason why statistics of plans exclude the task: it has no goals or no plan.
 
-        None if they include it.
+        None if they include the task.
         """
         reason = self.unsolvable if self.goals else NO_GOALS
         return None if reason is None else self.find_exclusion(reason)
 
     def find_named_objects(self, goals: Iterable[Goal]) -> set[int]:
-        """Return the indices of the objects that some goals of the task name."""
+        """Return the indices of the objects that the given goals of the task name."""
         return {self.scene.index[name] for goal in goals for name in find_object_names(goal.formula)}
 
     def get_goals_of_kind(self, kind: GoalKind) -> tuple[Goal, ...]:
-        """Return the goals of one kind, in order."""
+        """Return the task's goals of one kind, in order."""
         return tuple(goal for goal in self.goals if goal.kind is kind)
 
 
 def goal(formula: Formula) -> Goal:
-    """Return a goal made from a formula, which decides the kind of the goal.
+    """Return the goal of a formula. The formula decides the kind of the goal.
 
-    A formula with actions is an action goal, and a formula with relations is a relation goal. Any other
-    formula is a state goal. A goal over time is never an action goal.
+    A formula with actions makes an action goal, and a formula with relations a relation goal. Any other
+    formula makes a state goal. A goal over time is never an action goal.
     """
     parts = tuple(walk_subformulas(formula))
     if is_state_formula(formula) and any(isinstance(part, Occurs) for part in parts):

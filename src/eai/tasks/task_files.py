@@ -1,4 +1,4 @@
-"""Task files: tasks of any benchmark's world as JSON lines, written by people or by `eai generate`."""
+"""Task files: tasks in the world of a benchmark, as JSON lines that people or `eai generate` wrote."""
 
 from __future__ import annotations
 
@@ -29,7 +29,7 @@ ENDINGS = (".jsonl", ".jsonl.gz")
 """The endings of the names of task files."""
 
 _LEADING_ID = re.compile(rb'\{"id": ?"([^"\\]+)"')
-"""Pattern of a line that begins with the id of its task, so that the rest of the line need not be parsed."""
+"""Pattern of a line that begins with the id of its task. For such a line, only the id must be parsed."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -46,13 +46,13 @@ class _TaskFileLine:
 
 @dataclass(frozen=True)
 class _TaskFiles:
-    """The tasks of some files. A line is read on first use of its task.
+    """The tasks of some task files. The line of a task is parsed when the task is first used.
 
     Attributes:
-        name: the name of the file or folder, without ending.
-        base: reference of the benchmark whose world all tasks share (`find_benchmark`).
+        name: name of the file or folder, without ending.
+        base: name of the benchmark of all tasks, for `find_benchmark`.
         lines: mapping from the id of each task to its line, in the order of the files.
-        sha256: digest of the content of all files.
+        sha256: SHA-256 digest of the content of all files.
     """
 
     name: str
@@ -63,7 +63,7 @@ class _TaskFiles:
     def open_tasks(self, domain: Domain) -> TaskSet[Task]:
         """Return the tasks of the files.
 
-        `domain` is the declaration of the benchmark in whose world they are.
+        `domain` is the declaration of the benchmark `base`.
         """
         return TaskSet(self.lines, lambda task_id: self._make_task(self.lines[task_id], domain), self.sha256)
 
@@ -79,8 +79,8 @@ def open_task_files(path: Path) -> _TaskFiles:
     """Return the tasks of a file, or of all task files in a folder.
 
     Raises:
-        InputError: there is no file or no task, an id is missing or repeated, or the first line is wrong. The
-            message names file and line.
+        InputError: there is no file or no task, a task's id is missing or repeated, or the first line is
+            wrong. The message names file and line.
     """
     files = find_task_files(path)
     contents = [_read_content(file) for file in files]
@@ -122,7 +122,7 @@ def check_task_files(path: Path, domain_of: Callable[[str], Domain]) -> Iterator
 
     Args:
         path: a file or a folder.
-        domain_of: returns the declaration of a benchmark by the name in a line.
+        domain_of: returns the declaration of a benchmark, given the benchmark's name in a line.
 
     Raises:
         InputError: the files cannot be opened (`open_task_files`).
@@ -146,7 +146,7 @@ def check_task_files(path: Path, domain_of: Callable[[str], Domain]) -> Iterator
 
 
 def find_false_statements(task: Task, domain: Domain) -> Iterator[str]:
-    """Yield the false statements of a task, such as goals that already hold or a plan that fails."""
+    """Yield a message on each mistake in a task, such as a goal that holds at the start."""
     test = GoalTest(task)
     if all(test.find_reached(task.initial, ())):
         yield "goals: expected a goal that does not hold at the start"
@@ -178,7 +178,7 @@ def _find_broken_goals(task: Task) -> Iterator[str]:
 
 
 def _find_false_claims_of_plans(task: Task, domain: Domain) -> Iterator[str]:
-    """Yield messages if the member `missing` wrongly claims that a plan exists or that none exists."""
+    """Yield a message if the task has a plan but is declared impossible, or the other way round."""
     if task.has_no_plan and task.script:
         yield "plan: expected none, as the goals are out of reach for want of a fact"
     elif task.has_no_plan and not is_impossible(task, domain):
@@ -224,7 +224,7 @@ def _read_lines(file: Path, content: bytes) -> Iterator[_TaskFileLine]:
 
 
 def _read_task_id(place: _TaskFileLine) -> str:
-    """Return the id of the task in a line. The whole line is parsed only if it does not begin with the id."""
+    """Return the id of the task in a line. The line is parsed only if it does not begin with the id."""
     match = _LEADING_ID.match(place.content)
     if match is not None:
         return match[1].decode(errors="replace")

@@ -1,7 +1,7 @@
-"""The line format of task files: reads a task from a line, and writes a task as a line.
+"""The line format of task files: read a task from a line of JSON, and write a task as a line.
 
-Formulas are text in the syntax of subgoals with declared names and names of objects. An underscore replaces
-characters that a name cannot contain.
+Goals are texts in the syntax of subgoals, with declared names and names of objects. An underscore stands for
+each character that names in formulas cannot contain.
 """
 
 from __future__ import annotations
@@ -34,7 +34,7 @@ _NonEmptyText: TypeAlias = Annotated[str, Field(min_length=1)]
 
 
 def _add_descriptions(schema: dict[str, Any]) -> None:
-    """Put the descriptions in the class's docstring into the JSON schema of a line."""
+    """Copy the descriptions of attributes from the class's docstring into the JSON schema of a line."""
     schema["description"] = cleandoc(_TaskLine.__doc__ or "").partition("\n\n")[0]
     for name, meaning in read_docstring_entries(_TaskLine.__doc__, "Attributes").items():
         schema["properties"][name]["description"] = meaning
@@ -92,7 +92,7 @@ def make_task_line_schema() -> dict[str, JsonValue]:
 
 
 def read_task_line(text: str | bytes) -> _TaskLine:
-    """Parse a line of a task file, and check the types of its members.
+    """Return the parsed line of a task file, with members of the right types.
 
     Raises:
         InputError: the line is not JSON, or a member is wrong. The message names the member and its expected
@@ -188,15 +188,15 @@ def _read_plan(line: _TaskLine, domain: Domain, scene: Scene) -> Iterator[Action
 
 
 def write_task_line(task: Task, base: str, domain: Domain, about: Mapping[str, Json] | None = None) -> str:
-    """Return a task as a line without a line break. Equal tasks give equal text.
+    """Return a task as one line of text, without a line break at its end. Equal tasks give equal text.
 
     A plan with an operator that the domain does not declare is left out.
 
     Args:
         task: the task.
-        base: reference of the benchmark whose world the task uses (`eai.benchmarks.registry.find_benchmark`).
-        domain: the declaration of the base.
-        about: further information on the task.
+        base: name of the benchmark whose world the task uses (`eai.benchmarks.registry.find_benchmark`).
+        domain: the declaration of this benchmark.
+        about: further information on the task, which programs ignore.
     """
     scene = task.scene
     names = [thing.name for thing in scene.objects]

@@ -1,4 +1,4 @@
-"""The words of a suite's prompts and answers, chosen from a declaration for one ability."""
+"""The words of prompts and answers for one ability, taken from a benchmark's declaration."""
 
 from __future__ import annotations
 
@@ -19,14 +19,14 @@ from eai.world.state import Fact
 from eai.world.vocabulary import Predicate, make_parameter_names
 
 ObjectName: TypeAlias = Callable[[Task, int], str]
-"""Function that returns the name of an object of a task, as prompts use it."""
+"""Function that returns the name of an object in prompts, given its task and its index."""
 
 _MEANING = (
     (FaultKind.AFFORDANCE, "impossible where"),
     (FaultKind.MISSING_STEP, "not yet possible while"),
     (FaultKind.ADDITIONAL_STEP, "needless where"),
 )
-"""For each kind of fault, in the paper's order, the words before the condition of the failure."""
+"""Pairs in the paper's order: a kind of fault, and the words before the condition that causes the fault."""
 
 
 def find_declared_name(task: Task, index: int) -> str:
@@ -36,21 +36,22 @@ def find_declared_name(task: Task, index: int) -> str:
 
 @dataclass(frozen=True)
 class SuiteWording:
-    """The words of one suite.
+    """The words of the prompts and answers for one ability and one benchmark.
 
     Attributes:
-        domain: the declaration.
-        predicates: mapping from names to the stored or derived predicates of goals.
-        answer_names: the names of predicates in answers that differ from the declared names.
-        object_name: function that returns the name of an object.
-        conventions: function that returns the conventions of a task's world, which prompts must explain; None
-            for worlds without conventions.
-        static: further predicates in descriptions of states that no action changes.
+        domain: the declaration of the benchmark's domain.
+        predicates: mapping from the names of predicates in goals to the stored or derived predicates.
+        answer_names: mapping from declared names of predicates to their names in answers, if these differ.
+        object_name: returns the name of an object in prompts.
+        conventions: returns the conventions of a task's world that prompts must explain; None for worlds
+            without such conventions.
+        static: predicates that no action changes, and that descriptions of states list after `predicates`.
         rules: the exact conditions and effects of actions; None if prompts give reasons for failures instead.
-        unchanging: static predicates that `conventions` put into words; exact rules state their facts.
-        surroundings: function that returns indices of further objects of a task that prompts list, such as
-            the rooms of a house.
-        states_instruction: whether questions for plans state a task's instruction beside its goals.
+        unchanging: predicates that no action changes, and whose facts `conventions` tells in words. Exact
+            rules state these facts.
+        surroundings: returns indices of further objects of a task that prompts list, such as the rooms of a
+            house.
+        states_instruction: whether questions for plans state a task's instruction in addition to its goals.
     """
 
     domain: Domain
@@ -66,7 +67,7 @@ class SuiteWording:
 
     @staticmethod
     def from_domain(domain: Domain) -> SuiteWording:
-        """Return the wording of any domain: every visible predicate, every declared name, every rule."""
+        """Return the wording with all visible predicates, declared names and rules of a domain."""
         said = [p for p in domain.vocabulary.predicates if p.visible and not is_property(p)]
         changeable = tuple([p.name for p in said if not p.static])
         static = tuple([p.name for p in said if p.static])
@@ -83,7 +84,7 @@ class SuiteWording:
         )
 
     def describe_operators(self) -> str:
-        """Return the actions with their parameters, and their rules or the meanings of their checks."""
+        """Return all actions with their parameters, and with their rules or their reasons for failure."""
         listed = _join_lines(map(self.describe_operator, self.domain.operators))
         if self.rules is None:
             return listed
@@ -91,21 +92,21 @@ class SuiteWording:
         return f"{explain_rule_notation(rules)}\n{rules}"
 
     def write_operators_heading(self, each: str) -> str:
-        """Return the heading above `describe_operators`.
+        """Return the heading above the text of `describe_operators`.
 
-        `each` is the singular of the heading's word for actions.
+        `each` stands for one action in the heading, as in "what each requires and changes".
         """
         if self.rules is None:
             return f"the reasons for which {each} can fail"
         return f"what {each} requires and changes"
 
     def describe_operator(self, operator: Operator) -> str:
-        """Return one action with its rules, or with the meanings of its checks."""
+        """Return one action with its rules, or with the reasons for which it can fail."""
         exact = None if self.rules is None else self.rules.write_operator_rule(operator)
         return exact or _describe_checks(operator)
 
     def describe_objects(self, task: Task) -> str:
-        """Return the objects of a task with their properties, each once, and the conventions of its world."""
+        """Return a task's objects with their properties, each once, and the conventions of its world."""
         listed = _join_lines(
             dict.fromkeys([self.describe_object(task, index) for index in self.list_prompt_objects(task)])
         )
@@ -116,7 +117,7 @@ class SuiteWording:
         return "\n\n".join([listed, *filter(None, notes)])
 
     def list_prompt_objects(self, task: Task) -> list[int]:
-        """Return the indices of the objects that a prompt lists: the task's, and their surroundings."""
+        """Return the indices of the objects that a prompt lists: the task's and those of its surroundings."""
         if self.surroundings is None:
             return list_objects_in_prompt(task)
         return sorted({*list_objects_in_prompt(task), *self.surroundings(task)})
@@ -126,14 +127,14 @@ class SuiteWording:
         return f"{self.object_name(task, index)} {self.describe_kind(task, index)}"
 
     def describe_kind(self, task: Task, index: int) -> str:
-        """Return the kind of an object, the kinds that contain it, and its properties."""
+        """Return the kind of an object with all more general kinds, and the object's properties."""
         properties = [p for p in self.domain.vocabulary.predicates if p.visible and is_property(p)]
         having = [p.name for p in properties if task.initial.has(p.name, index)]
         kinds = self.domain.vocabulary.list_kinds(task.scene.objects[index].category)
         return f"[{', '.join(kinds)}]: {', '.join(having) or '-'}"
 
     def describe_initial(self, task: Task) -> str:
-        """Return the facts about a task's objects in the initial state."""
+        """Return the facts about a task's objects in the initial state, one a line."""
         about = self.list_prompt_objects(task)
         facts = [
             fact for listing in self.state_fact_listers for fact in listing.list_facts(task.initial, about)
@@ -142,32 +143,32 @@ class SuiteWording:
 
     @cached_property
     def goal_fact_listers(self) -> tuple[FactLister, ...]:
-        """The listings of facts for predicates of goals: how a prompt writes the facts of each predicate."""
+        """For each predicate of goals, the `FactLister` that finds the facts of the predicate in a state."""
         return self._make_fact_listers(self.predicates)
 
     @cached_property
     def state_fact_listers(self) -> tuple[FactLister, ...]:
-        """The listing of facts for each predicate in descriptions of states."""
+        """For each predicate in descriptions of states, the `FactLister` that finds its facts in a state."""
         return (*self.goal_fact_listers, *self._make_fact_listers(self.static))
 
     def _make_fact_listers(self, names: Iterable[str]) -> tuple[FactLister, ...]:
-        """Return the listings of facts for predicates.
+        """Return a `FactLister` for each predicate.
 
-        With exact rules, both objects of a fact may be equal.
+        If prompts state exact rules, both objects of a fact may be the same object.
         """
         repeated = self.rules is not None
         return tuple([make_fact_lister(self.domain.vocabulary, name, repeated=repeated) for name in names])
 
     def write_fact(self, task: Task, fact: Fact) -> str:
-        """Return a fact about objects of a task as text."""
+        """Return a fact about objects of a task, as text for prompts."""
         return self.write_fact_about(fact.predicate, [self.object_name(task, i) for i in fact.arguments])
 
     def write_fact_about(self, predicate: str, names: Iterable[str]) -> str:
-        """Return a fact about objects with given names as text."""
+        """Return a fact about objects with the given names, as text for prompts."""
         return f"{self._get_predicate_word(predicate)}({', '.join(names)})"
 
     def describe_instruction(self, task: Task) -> str:
-        """Return the line with a task's instruction, or an empty text if prompts state it as the goals."""
+        """Return the line with a task's instruction; an empty text if the instruction replaces the goals."""
         shown = self.states_instruction and task.prompts_state_goals
         return f"\nInstruction: {task.instruction}" if shown else ""
 

@@ -1,1 +1,1 @@
-"""Prompts for the four abilities, official and our own."""
+"""Prompts for the four abilities: those published with the data set, and our own."""

@@ -1,6 +1,6 @@
-"""Render our own prompts from a domain's declaration; the data set's prompts are read from files instead.
+"""Render our own prompts from the declaration of a domain. Published prompts are read from files instead.
 
-Prompts of transition modeling show the heads of operators that the answer must complete.
+Prompts of transition modeling show the first lines of operators, which the answer must complete.
 """
 
 from __future__ import annotations
@@ -37,39 +37,43 @@ from eai.world.vocabulary import make_parameter_names
 MAX_SHOWN_TYPES = 300
 """Maximum number of types of a domain that prompts print in full.
 
-Prompts of larger domains print only their relevant types and predicates.
+Prompts about a domain with more types print only the types and predicates that matter to the task.
 """
 
 MAX_EXAMPLE_OPERATORS = 2
-"""Maximum number of operators in an example of transition modeling."""
+"""Maximum number of operators in the example of a prompt of transition modeling."""
 
 _QUANTIFIERS = {f.ForAll: "forall", f.Exists: "exists", f.Exactly: "forn", f.ForPairs: "forpairs"}
 
 _DECLINABLE = {"action_sequencing": "", "environment": "_acting"}
-"""Templates of questions that an answer may decline, each with the endings of its explanations' names."""
+"""Mapping from the templates whose questions an answer may decline to the ending of further templates' names.
+
+The further templates explain how to decline.
+"""
 
 _WORD = re.compile(r"[^\s()]+")
 
 Example: TypeAlias = Callable[[str], str]
-"""Function that returns the right answer to a task, given the task's id."""
+"""Function that returns the right answer to the task with a given id."""
 
 
 @dataclass(frozen=True, slots=True)
 class PromptMaterial:
-    """The material for the prompts of one ability in any declared domain.
+    """The material from which prompts of one ability are made, for any declared domain.
 
     Attributes:
-        template: name of the templates, equal to the ability. `render_operator_prompts` renders transition
-            modeling instead.
-        wording: the words of the declaration.
+        template: name of the ability, which is also the name of its templates. `render_operator_prompts`
+            renders transition modeling instead.
+        wording: the names of objects, predicates and actions in prompts.
         role: the role of the agent, as in ``a household robot``.
         tasks: mapping from ids to the tasks.
-        answer_format: the explanation of the format of answers.
-        example: function that returns the right answer to an example.
-        beliefs: the model's beliefs about tasks, by id, if they differ from the task. An example shows the
-            true task.
+        answer_format: text that explains the format of answers.
+        example: returns the right answer to the example in a prompt.
+        beliefs: mapping from the ids of some tasks to the model's beliefs about these tasks. An example shows
+            the true task.
         examples: the tasks that prompts may show with their answers; None for all tasks.
-        short_texts: rules of actions and forms of answers for short prompts, as in `Notation.short_texts`.
+        short_texts: texts for short prompts on the rules of actions and on the form of answers, as in
+            `Notation.short_texts`.
     """
 
     template: str
@@ -83,17 +87,17 @@ class PromptMaterial:
     short_texts: Mapping[str, str] = field(default_factory=dict)
 
     def find_example(self, title: str) -> Task | None:
-        """Return the first example with another title, or None if all have this title."""
+        """Return the first task with another title that prompts may show, or None if all have this title."""
         examples = self.tasks if self.examples is None else self.examples
         return next((task for task in examples.values() if task.title != title), None)
 
 
 def describe_rules(wording: SuiteWording, short_texts: Mapping[str, str]) -> Mapping[str, str]:
-    """Return texts on the predicates and actions of a domain, by placeholder.
+    """Return a mapping from placeholders of templates to texts on the predicates and actions of a domain.
 
     Args:
-        wording: the words of the declaration.
-        short_texts: the benchmark's texts of the prompt set ``short``.
+        wording: the names of predicates and actions in prompts.
+        short_texts: the benchmark's own texts for the prompt set ``short``.
     """
     vocabulary, operators = wording.describe_vocabulary(), wording.describe_operators()
     return {
@@ -108,7 +112,7 @@ def describe_rules(wording: SuiteWording, short_texts: Mapping[str, str]) -> Map
 def render_prompts(questions: PromptMaterial, templates: PromptTemplates) -> dict[str, Prompt]:
     """Return a mapping from ids of tasks to their prompts.
 
-    The example in each prompt is the first task whose title differs.
+    The example in each prompt is the first task with another title.
     """
     name, wording, tasks = questions.template, questions.wording, questions.tasks
     shared = {
@@ -147,7 +151,7 @@ def render_prompts(questions: PromptMaterial, templates: PromptTemplates) -> dic
 def render_task_prompt(questions: PromptMaterial, belief: TaskBelief, templates: PromptTemplates) -> Prompt:
     """Return the prompt about a task as the model believes it to be.
 
-    This belief may differ from the belief in `PromptMaterial`.
+    The belief is an argument. It replaces the belief about this task in the `PromptMaterial`.
     """
     task = belief.task
     other = questions.find_example(task.title)
@@ -178,7 +182,7 @@ def _render_question(name: str, wording: SuiteWording, belief: TaskBelief, templ
 
 
 def _write_goals(wording: SuiteWording, belief: TaskBelief, templates: PromptTemplates) -> str:
-    """Return the text of a task's goals, and of the subgoals on the way to them if there are any."""
+    """Return the text of a task's goals, followed by subgoals that lead to them if the belief has any."""
     goals = wording.describe_goals(belief.task)
     if not belief.subgoals:
         return goals
@@ -193,10 +197,10 @@ def write_initial_state(wording: SuiteWording, belief: TaskBelief) -> str:
 
 
 def explain_goal_notation(name: str, tasks: Iterable[Task], templates: PromptTemplates) -> list[str]:
-    """Return explanations of the elements in the goals of tasks: actions, quantifiers, goals over time.
+    """Return explanations of the notations in the goals of tasks: actions, quantifiers and goals over time.
 
     Args:
-        name: name of the template that explains goals on actions, usually an ability.
+        name: name of the template that explains goals about actions, usually the name of an ability.
         tasks: the tasks.
         templates: the templates.
     """
@@ -217,7 +221,10 @@ def explain_goal_notation(name: str, tasks: Iterable[Task], templates: PromptTem
 
 
 def make_format_samples(wording: SuiteWording) -> Mapping[str, str]:
-    """Return examples that explain the answer's format: predicates and actions with their parameters."""
+    """Return a mapping from placeholders to samples for the explanation of the answer's format.
+
+    The samples are predicates and actions of the domain with their parameters.
+    """
     arity = wording.domain.vocabulary.find_arity
     names = {name: wording.answer_names.get(name, name) for name in wording.predicates}
     examples = [(written, *make_parameter_names(arity(name) or 0)) for name, written in names.items()]
@@ -240,10 +247,10 @@ def make_format_samples(wording: SuiteWording) -> Mapping[str, str]:
 def render_operator_prompts(
     tasks: Mapping[str, TransitionTask], templates: PromptTemplates, *, has_example: bool = True
 ) -> dict[str, Prompt]:
-    """Return a mapping from ids of tasks to their prompts.
+    """Return a mapping from ids of tasks to their prompts of transition modeling.
 
-    The example shows operators that the task does not ask for. If a domain has very many types, only the
-    predicates of these operators and of both goals are shown.
+    The example in a prompt shows operators that the task does not ask for. If a domain has very many types,
+    the prompt shows only predicates in the example's operators and in the goals of both tasks.
 
     Raises:
         InputError: a template of the user cannot be used.
@@ -270,7 +277,7 @@ def render_operator_prompts(
 def _find_mentioned_names(
     task: TransitionTask, other: TransitionTask, operators: Sequence[str]
 ) -> Set[str] | None:
-    """Return the names in operators and in the goals of two tasks; None to print the domain in full."""
+    """Return the names in some operators and in the goals of two tasks; None to print the whole domain."""
     header = task.domain.header
     if len(header.types) <= MAX_SHOWN_TYPES:
         return None
@@ -290,7 +297,7 @@ def _find_mentioned_names(
 
 
 def _restrict_header(header: PddlDomain, names: Set[str] | None, text: str) -> PddlDomain:
-    """Return the domain with only some predicates, and only the types that occur in a text."""
+    """Return the domain with only the given predicates, and only the types that occur in a text."""
     if names is None:
         return header
     words = {*_WORD.findall(text), *(item.type for item in header.constants)}
@@ -305,7 +312,7 @@ def _restrict_header(header: PddlDomain, names: Set[str] | None, text: str) -> P
 def _render_operator_question(
     task: TransitionTask, operators: Sequence[str], names: Set[str] | None, templates: PromptTemplates
 ) -> str:
-    """Return the text of the problem, with initial facts of some predicates, and the operators' heads."""
+    """Return the problem with initial facts of some predicates, and the first lines of its operators."""
     heads = "\n".join(
         f"(:action {name}\n  :parameters {task.domain.operators[name].parameters}\n"
         "  :precondition ()\n  :effect ())"
@@ -366,9 +373,9 @@ def _shorten_header(task: TransitionTask) -> str:
 def _choose_example_operators(
     task: TransitionTask, tasks: Mapping[str, TransitionTask]
 ) -> tuple[TransitionTask, Sequence[str]]:
-    """Return another task and some of its operators that the first task does not ask for.
+    """Return the task for the example, and some of its operators that the prompt's task does not ask for.
 
-    Of equally good tasks the shortest is chosen.
+    If several tasks are equally good, the shortest is chosen.
     """
     own_names = set(task.operators)
 
@@ -382,7 +389,7 @@ def _choose_example_operators(
 def _render_operator_example(
     other: TransitionTask, operators: Sequence[str], names: Set[str] | None, templates: PromptTemplates
 ) -> str:
-    """Return the example: some operators of another task with the answer; an empty text without operators."""
+    """Return the text of the example: operators of another task and the answer; empty without operators."""
     if not operators:
         return ""
     answer = json.dumps({"output": "\n".join(other.domain.operators[name].write_pddl for name in operators)})

@@ -1,9 +1,9 @@
-"""Prompts as values, and the files in which data sets ship prompts.
+"""Prompts as Python values, and the files in which data sets publish prompts.
 
-Published prompts come with a data set. A question may be about a task as the model believes it to be, with
-other goals or in another scene. Our own prompts are rendered from the believed task. In published prompts
-only the section with the goals is replaced: their objects and initial state stay those of the true task.
-Published prompts therefore cannot describe another scene.
+A model may believe something else about a task than is true: other goals, or another scene. Its question is
+then about the believed task. Our own prompts are rendered from the believed task. In a published prompt, only
+the section with the goals is replaced. The objects and the initial state in it are those of the true task, so
+published prompts cannot describe another scene.
 """
 
 from __future__ import annotations
@@ -28,15 +28,16 @@ Shape = TypeVar("Shape")
 
 
 PromptSet: TypeAlias = Literal["official", "eai", "eai-brief", "eai-careful", "short", "facts"]
-"""The set of prompts: the data set's own, or one of ours.
+"""The name of a set of prompts: the prompts published with the data set, or one of our own sets.
 
 ``eai``, ``eai-brief``, ``eai-careful`` and ``short`` state the same rules and facts. ``eai-brief`` has few
-words and no example, ``eai-careful`` lists questions to go through, and ``short`` has rules in short notation
-and facts in short lists. ``facts`` has only the goals and facts of a task, without rules and instructions.
+words and no example, ``eai-careful`` adds a list of questions to think through, and ``short`` has rules in
+short notation and facts in short lists. ``facts`` has only the goals and facts of a task, without rules and
+instructions.
 """
 
 VARIANTS: Sequence[PromptSet] = ("eai-brief", "eai-careful", "short", "facts")
-"""The further wordings of our prompts. Records and tables use these names."""
+"""The sets of our prompts other than ``eai``, by their names in records and tables."""
 
 
 class Image(NamedTuple):
@@ -47,7 +48,7 @@ class Image(NamedTuple):
 
     @property
     def url(self) -> str:
-        """The whole picture as a data URL."""
+        """The picture's content as a data URL."""
         return f"data:{self.media_type};base64,{b64encode(self.data).decode()}"
 
 
@@ -56,12 +57,12 @@ class Prompt:
     """A question to a model.
 
     Attributes:
-        user: the question.
+        user: the text of the question.
         system: the system message, or None.
-        stop: the sequences at which the paper's runs cut the answer off; the answer does not include them.
-        turns: the conversation after the question: each answer of the model and the reply to it. The model
-            answers the last reply.
-        images: the pictures shown before the question.
+        stop: texts at which the paper's runs cut answers off. The answer does not include them.
+        turns: the conversation after the question, as pairs of an answer by the model and the reply to it.
+            The model answers the last reply.
+        images: the pictures that the model sees before the question.
     """
 
     user: str
@@ -72,7 +73,10 @@ class Prompt:
 
     @property
     def sha256(self) -> str:
-        """Digest of all messages to the model, joined by zero characters. Pictures count by their digests."""
+        """SHA-256 digest of all messages to the model, joined by zero characters.
+
+        Pictures count by their digests.
+        """
         texts = [text for turn in self.turns for text in turn]
         texts += [hashlib.sha256(image.data).hexdigest() for image in self.images]
         messages = [self.user, *texts] if self.system is None else [self.system, self.user, *texts]
@@ -80,7 +84,7 @@ class Prompt:
 
 
 def read_prompt_file(path: Path) -> dict[str, str]:
-    """Return the prompts of a file in the format of the reference, by identifier.
+    """Return a mapping from identifiers to the prompts in a file with the format of the paper's package.
 
     Raises:
         InputError: the file cannot be read, or does not have this format.
@@ -90,7 +94,7 @@ def read_prompt_file(path: Path) -> dict[str, str]:
 
 
 def read_system_file(path: Path) -> str:
-    """Return the system message of a file ``{"system_prompt"}``.
+    """Return the system message in a JSON file ``{"system_prompt": ...}``.
 
     Raises:
         InputError: the file cannot be read, or does not have this format.
@@ -118,7 +122,7 @@ def _read_json_file(path: Path, adapter: TypeAdapter[Shape], shape: str) -> Shap
 
 @dataclass(frozen=True, slots=True)
 class PromptFiles:
-    """The prompts of a suite in the file format of the data set.
+    """The prompts for one ability and one benchmark, in the file format of the data set.
 
     Attributes:
         prompts: content of the file of prompts.
@@ -130,9 +134,9 @@ class PromptFiles:
 
     @staticmethod
     def from_prompts(prompts: Mapping[str, Prompt]) -> PromptFiles:
-        """Return prompts as the content of files in the format of the data set.
+        """Return prompts as the contents of files in the format of the data set.
 
-        All must have one system message.
+        All prompts must have the same system message.
         """
         rows = [{"identifier": task_id, "llm_prompt": prompt.user} for task_id, prompt in prompts.items()]
         system = next((prompt.system for prompt in prompts.values()), None)
@@ -143,7 +147,7 @@ class PromptFiles:
         """Return the files with corrected questions.
 
         Args:
-            correct: function from an identifier and its question to the corrected question.
+            correct: returns the corrected question, given the identifier of a prompt and its question.
         """
         rows = json.loads(self.prompts)
         for row in rows:
@@ -159,19 +163,19 @@ class PromptFiles:
 
 
 INITIAL_PLACEHOLDER = "$initial"
-"""Placeholder for the facts of the initial state in questions."""
+"""Placeholder in questions that stands for the facts of the initial state."""
 
 
 @dataclass(frozen=True, slots=True)
 class TaskBelief:
-    """A belief about a task.
+    """A belief of a model about a task.
 
     Attributes:
-        task: the task with the believed goals or the perceived scene.
-        answer: the answer to goal interpretation that states the goals, word for word; empty if the belief
-            has no such answer.
-        initial: the description of the initial state; ``$initial`` stands for its facts.
-        images: the pictures that belong to the question.
+        task: the task with the believed goals, or with the scene that the model perceived.
+        answer: the model's answer to goal interpretation that states these goals, word for word; empty if the
+            goals come from no answer.
+        initial: the description of the initial state, in which ``$initial`` stands for its facts.
+        images: the pictures that the model sees before the question.
         subgoals: subgoals that the question lists below the goals, in order.
     """
 
@@ -182,19 +186,20 @@ class TaskBelief:
     subgoals: tuple[str, ...] = ()
 
     def adopt_goals(self, other: TaskBelief) -> TaskBelief:
-        """Return this belief with the goals and subgoals of another belief."""
+        """Return this belief with the goals and subgoals of another belief about the same task."""
         task, answer = replace(self.task, goals=other.task.goals), other.answer or self.answer
         return replace(self, task=task, answer=answer, subgoals=other.subgoals or self.subgoals)
 
 
 @dataclass(frozen=True, slots=True)
 class GoalSection:
-    """The section of a suite's published prompts that states the goals of the task.
+    """The section of published prompts that states the goals of the task.
 
     Attributes:
-        before: the text before the section. Its last occurrence counts, as examples have goals too.
-        after: the text after the section.
-        write: returns the section for a belief.
+        before: the text that stands before the section. Its last occurrence counts, because examples have
+            goals, too.
+        after: the text that stands after the section.
+        write: returns the text of the section for a belief about the task.
     """
 
     before: str
@@ -211,7 +216,7 @@ class GoalSection:
         return question[start:end]
 
     def rewrite_section(self, question: str, belief: TaskBelief) -> str:
-        """Return the question with this section rewritten for a belief.
+        """Return a question in which this section states the goals of a belief.
 
         Raises:
             InputError: the question has no such section.

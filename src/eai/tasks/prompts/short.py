@@ -1,11 +1,12 @@
-"""Shorten the lists and rules of our prompts: every function takes a text and returns a shorter one.
+"""Shorten the lists and rules in our prompts. Every function takes a text and returns a shorter text.
 
-Texts of every wording can be shortened, because only their form is read. Lines of another form stay
-unchanged. `eai.tasks.short_lists` explains lines such as ``inside(*, jar): nut, key``. Further forms:
+Only the form of lines matters, so prompts in any wording can be shortened. Lines of unknown form stay
+unchanged. `eai.tasks.short_lists` explains lines such as ``inside(*, jar): nut, key``. Shortened texts also
+have these forms:
 
-* ``p(*): all`` and ``p(*): all but a`` are about the listed objects;
-* ``p(a, b) both ways`` states ``p(b, a)``, too;
-* an object without a kind in brackets has its name without the number as its kind.
+* ``p(*): all`` and ``p(*): all but a`` state ``p`` of all listed objects, or of all but ``a``;
+* ``p(a, b) both ways`` also states ``p(b, a)``;
+* a listed object without a kind in brackets has its name without the number as its kind.
 """
 
 from __future__ import annotations
@@ -20,7 +21,7 @@ from eai.tasks.short_lists import shorten_facts
 from eai.world.state import Fact
 
 RULES = "rules"
-"""Name of a benchmark's own text of rules, which replaces shortened rules."""
+"""Name of the text in which a benchmark states its rules in short form, instead of `shorten_rules`."""
 
 _OBJECT = re.compile(r"(\S+) \[([^\]]*)\]: (.+)")
 _FACT = re.compile(r"([^\s()]+)\(([^()]+)\)")
@@ -33,7 +34,7 @@ _BEFORE_REASONS = ("impossible where", "not yet possible while", "needless where
 _SIGN_OF_CHANGE = {"becomes true": "", "becomes false": "not "}
 
 _MIN_HOLDERS = 3
-"""Minimum number of objects that a line may describe as all objects, or as all but some."""
+"""Minimum number of objects of a fact for which a line says ``all`` or ``all but``."""
 
 _SIGNS = (
     (" -> ", "NAME(parameter:kind): conditions -> changes, in this order, no others; there \"not p\" makes p"
@@ -45,7 +46,7 @@ _SIGNS = (
     ("is_a(", "is_a(x, k): x is of kind k."),
     (" or ", "\"and\" binds before \"or\", \"or\" before \"implies\"."),
 )  # fmt: skip
-"""Mapping from a sign to the explanation of the notation in shortened rules that contain it."""
+"""Pairs: a sign that can occur in shortened rules, and a text that explains the sign."""
 
 
 _LIST_SIGNS = (
@@ -56,16 +57,19 @@ _LIST_SIGNS = (
     ("..", "a_2..4 is a_2, a_3, a_4."),
     ("(*): all", '"all" is all listed objects.'),
 )
-"""Mapping from a sign to the explanation of short lists of facts that contain it."""
+"""Pairs: a sign that can occur in short lists of facts, and a text that explains the sign."""
 
 
 def explain_lists(state: str) -> str:
-    """Return explanations of the short lists of facts that `shorten_state` writes, each after a space."""
+    """Return explanations of the signs in short lists of facts, as one text.
+
+    Each explanation follows a space.
+    """
     return "".join([f" {words}" for sign, words in _LIST_SIGNS if sign in state])
 
 
 def shorten_vocabulary(text: str) -> str:
-    """Return predicates, one a line, as one line for each list of parameters."""
+    """Return a list of predicates, one a line, in which predicates with equal parameters share a line."""
     lines = text.splitlines()
     heads = [_HEAD.fullmatch(line) for line in lines]
     if not all(heads):
@@ -75,11 +79,11 @@ def shorten_vocabulary(text: str) -> str:
 
 
 def shorten_objects(text: str, join: Callable[[list[str]], str] = ", ".join) -> str:
-    """Return objects, one a line, as one line for all objects with equal kinds and properties.
+    """Return a list of objects, one a line, in which objects with equal kinds and properties share a line.
 
     Args:
-        text: the objects.
-        join: joins the names in a line.
+        text: the list of objects.
+        join: returns some names as one text.
     """
     groups: dict[str, list[str]] = {}
     others = []
@@ -95,11 +99,11 @@ def shorten_objects(text: str, join: Callable[[list[str]], str] = ", ".join) -> 
 
 
 def shorten_state(text: str, objects: str) -> str:
-    """Return facts, one a line, as short lists.
+    """Return a list of facts, one a line, as short lists, in which similar facts share a line.
 
     Args:
-        text: the facts.
-        objects: the list of objects, one a line; ``all`` stands for their names.
+        text: the list of facts.
+        objects: the list of all objects, one a line. The word ``all`` stands for these objects.
     """
     listed = [line[1] for line in map(_OBJECT.fullmatch, objects.splitlines()) if line]
     lines: list[str] = []
@@ -115,7 +119,7 @@ def _find_predicate(line: str) -> str | None:
 
 
 def _shorten_facts(predicate: str, lines: Sequence[str], listed: Sequence[str]) -> Iterator[str]:
-    """Yield the facts of one predicate as short lists."""
+    """Yield lines that state the facts of one predicate as short lists."""
     rows = dict.fromkeys([tuple(line[len(predicate) + 1 : -1].split(", ")) for line in lines])
     others = [name for name in listed if (name,) not in rows]
     is_about_listed = rows.keys() <= {(name,) for name in listed}
@@ -138,7 +142,7 @@ def _shorten_facts(predicate: str, lines: Sequence[str], listed: Sequence[str]) 
 
 
 def shorten_rules(text: str) -> str:
-    """Return rules with one action a line, below an explanation of their notation.
+    """Return rules with one line for each action, below an explanation of their notation.
 
     Args:
         text: a text that `Wording.describe_operators` returns.
@@ -154,7 +158,10 @@ def shorten_rules(text: str) -> str:
 
 
 def _shorten_rule(block: Sequence[tuple[int, str]]) -> str:
-    """Return the lines of one rule as one line. The number before each line is its indent."""
+    """Return the rule of one action as one line.
+
+    The rule is given as pairs of a line's indent and its text.
+    """
     title = block[0][1]
     if len(block) == 1:
         return title
@@ -178,7 +185,7 @@ def _shorten_rule(block: Sequence[tuple[int, str]]) -> str:
 
 
 def _write_kinds(head: str, conditions: Sequence[str]) -> tuple[str, list[str]]:
-    """Return the head of a rule with the kinds of its parameters, and the other conditions."""
+    """Return the head of a rule, which states the kinds of its parameters, and the remaining conditions."""
     name, separator, parameters = head.partition("(")
     words = parameters[:-1].split(", ")
     kinds = {match[1]: match[2] for match in map(_IS_A.fullmatch, conditions) if match and match[1] in words}
@@ -188,7 +195,10 @@ def _write_kinds(head: str, conditions: Sequence[str]) -> tuple[str, list[str]]:
 
 
 def _shorten_changes(lines: Sequence[tuple[int, str]]) -> Iterator[str]:
-    """Yield the changes of an action; changes under a condition are in braces behind it."""
+    """Yield texts for the changes by an action.
+
+    Changes under a condition stand in braces after the condition.
+    """
     pending = list(lines)
     while pending:
         depth, line = pending.pop(0)

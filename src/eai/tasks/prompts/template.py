@@ -1,7 +1,8 @@
-"""Templates: text files in which ``$name`` is replaced by a text.
+"""Templates: text files in which a text replaces each ``$name``.
 
-The standard library's `string.Template` is used: answers are JSON and operators PDDL, so braces, brackets and
-percent signs must stand for themselves. A template needs no loops, since every list comes as one text.
+They use `string.Template` of the standard library. Answers are JSON and operators are PDDL, so braces,
+brackets and percent signs must stand for themselves. Templates need no loops, because each list comes as one
+text.
 """
 
 from __future__ import annotations
@@ -28,18 +29,18 @@ def list_template_names() -> frozenset[str]:
 
 @cache
 def _read_packaged_template(name: str, variant: str) -> str:
-    """Return the text of a packaged template, in the variant's wording if it has this template."""
+    """Return the text of a packaged template; in a variant's wording, if the variant has this template."""
     file = _FOLDER / _VARIANTS / variant / name
     file = file if variant and file.is_file() else _FOLDER / name
     return file.read_text(encoding="utf-8").removesuffix("\n")
 
 
 Text: TypeAlias = str | Callable[[], str]
-"""The text of a placeholder, or a function that returns it."""
+"""The text that replaces a placeholder, or a function that returns this text."""
 
 
 class _Texts(dict[str, Text]):
-    """Texts of placeholders."""
+    """Texts that replace placeholders."""
 
     def __getitem__(self, name: str) -> str:
         text = super().__getitem__(name)
@@ -48,11 +49,12 @@ class _Texts(dict[str, Text]):
 
 @dataclass(frozen=True, slots=True)
 class PromptTemplates:
-    """The packaged templates. The user may replace single templates.
+    """The templates in this package. The user may replace any template.
 
     Attributes:
-        folder: the folder of the user's templates, with the names of ours; None if the user has no templates.
-        variant: the set of prompts whose wording is used; a template that it lacks has the plain wording.
+        folder: the folder of the user's templates, named like ours; None if the user has no templates.
+        variant: the set of prompts whose wording is used. A template without this wording has the wording of
+            ``eai``.
     """
 
     folder: Path | None = None
@@ -82,7 +84,9 @@ class PromptTemplates:
             raise InputError(f"{file}: cannot be read ({error})") from error
 
     def fill_template(self, name: str, values: Mapping[str, Text]) -> str:
-        """Return a template with its placeholders replaced. Only functions of needed texts are called.
+        """Return a template with its placeholders replaced.
+
+        Functions are called only for placeholders in the template.
 
         Raises:
             InputError: a placeholder has no text, or a dollar sign stands alone.
