@@ -82,7 +82,7 @@ def test_a_defect_in_random_walks_is_a_finding() -> None:
 @pytest.mark.parametrize(
     ("declare", "problem"),
     [
-        (lambda: given(LIGHT, LIGHT), "two tasks are called light"),
+        (lambda: given(LIGHT, LIGHT), "two tasks are called light: give each task an id of its own"),
         (lambda: given([LIGHT]), "eai.given: expected Task, found list"),
         (
             lambda: Benchmark("toy", toy.DOMAIN, [LIGHT]),

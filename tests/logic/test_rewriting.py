@@ -142,5 +142,5 @@ def test_in_a_temporal_formula_the_largest_state_formulas_are_changed() -> None:
 
     assert rewrite_state_subformulas(over_time(OLD), change) == over_time(NEW)
     assert len(parts) == 2
-    with pytest.raises(InputError, match="temporal operators outside of quantifiers"):
+    with pytest.raises(InputError, match="a temporal operator stands inside a quantifier"):
         rewrite_state_subformulas(Exists(X, Eventually(Atom("p", (X,)))), change)

@@ -70,8 +70,8 @@ CASES = [
     ({**LINE, "goals": []}, "line 1: goals: expected a list that is not empty, found []"),
     ({**LINE, "gaols": []}, "line 1: gaols: unknown; did you mean goals?"),
     ({**LINE, "version": 2}, "line 1: version: expected 1, found 2"),
-    (json.dumps(LINE)[:-1] + ', "goals": []}', "line 1: 'goals' stands there twice"),
-    ({**LINE, "agent": "cat"}, "agent: expected one of the objects, found 'cat'"),
+    (json.dumps(LINE)[:-1] + ', "goals": []}', "line 1: the member 'goals' occurs twice"),
+    ({**LINE, "agent": "cat"}, "agent: expected the name of an object of the task, found 'cat'"),
     ({**LINE, "facts": {"warm": ["box"]}}, "facts: predicate warm is not declared"),
     ({**LINE, "facts": {"at": ["box"]}}, "facts: at takes 2 arguments, not 1"),
     ({**LINE, "facts": {"lit": ["cat"]}}, "facts: there is no object cat"),
@@ -79,15 +79,18 @@ CASES = [
     ({**LINE, "goals": ["warm(lamp_1)"]}, "goals.0: line 1, column 1: warm is no predicate and no action"),
     ({**LINE, "goals": ["lit(cat)"]}, "goals.0: line 1, column 5: there is no object cat"),
     ({**LINE, "goals": ["lit(lamp)"]}, "goals.0: there is no object lamp"),
-    ({**LINE, "goals": ["forall x: lamp. (always lit(x))"]}, "goals.0: expected temporal operators outside"),
+    ({**LINE, "goals": ["forall x: lamp. (always lit(x))"]}, "goals.0: a temporal operator stands inside"),
     ({**LINE, "goals": ["eventually PRESS()"]}, "goals.0: PRESS takes 1 object, not 0"),
     ({**LINE, "goals": ["PRESS(lamp_1)"]}, "goals.0: expected actions without objects"),
     ({**LINE, "goals": ["PRESS() and lit(lamp_1)"]}, "goals.0: expected actions without objects"),
     ({**LINE, "plan": [["JUMP"]]}, "plan.0: expected an operator of the domain, found 'JUMP'"),
     ({**LINE, "plan": [["GO"]]}, "plan.0: GO takes 1 object, not 0"),
-    ({**LINE, "hazards": ["shut"]}, "hazards: expected a goal and, at the end, 1 goals over time"),
-    ({**LINE, "goals": ["always is_open(box)"], "hazards": ["shut"]}, "hazards: expected a goal and"),
-    ({**LINE, "untold": True}, "untold: expected hazards of which nothing is said"),
+    (
+        {**LINE, "hazards": ["shut"]},
+        "hazards: the last 1 goals must be goals over time, after at least one other goal",
+    ),
+    ({**LINE, "goals": ["always is_open(box)"], "hazards": ["shut"]}, "hazards: the last"),
+    ({**LINE, "untold": True}, "untold: true needs a list in `hazards`"),
     ({**LINE, "missing": [], "fits": ["ball"]}, "missing and fits: expected only one of these members"),
     (
         {
@@ -115,7 +118,7 @@ def test_what_is_no_task_is_refused_with_file_and_line(eai: Command, line: objec
 @pytest.mark.parametrize(
     ("lines", "message"),
     [
-        ((LINE, LINE), "line 2: the id 'one' stands at"),
+        ((LINE, LINE), "line 2: the id 'one' is already used at"),
         ((LINE, {**LINE, "id": "two", "plan": LINE["plan"][1:]}), "line 2: plan.1: expected a step"),
         ((LINE, {**LINE, "id": "two", "plan": LINE["plan"][:3]}), "line 2: plan: expected to reach goals.1"),
         (

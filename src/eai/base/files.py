@@ -242,7 +242,7 @@ def _supports_file_locks(folder: Path) -> bool:
 
 
 def make_stale_lock_hint(file: Path) -> str:
-    """Return a hint on how to remove the lock file of a killed process; "" if it is no such file."""
+    """Return a hint on how to remove the lock file of a killed process; "" if the file is no lock file."""
     return f"; if no process is running there, delete {file}" if file.name.endswith(_LOCK_SUFFIX) else ""
 
 

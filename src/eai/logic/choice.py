@@ -123,7 +123,9 @@ class _ChoiceTreeBuilder:
                 return AllOf(tuple([self.build(step, binding, True) for step in steps]))
             case _:
                 negated = "" if positive else "a negated "
-                raise InputError(f"{negated}{type(formula).__name__} leaves no finite choice of conditions")
+                raise InputError(
+                    f"{negated}{type(formula).__name__} has no finite list of ways to become true"
+                )
 
     def _build_instances(
         self, variable: f.Variable, body: f.Formula, binding: Mapping[str, str], positive: bool

@@ -196,5 +196,5 @@ FALSE = Or(())
 
 
 def get_operands(formula: Formula, connective: type[And] | type[Or]) -> tuple[Formula, ...]:
-    """Return the operands of a formula with this connective; for another formula, a tuple of it alone."""
+    """Return the operands of a formula with this connective; another formula is its own only operand."""
     return formula.operands if isinstance(formula, connective) else (formula,)

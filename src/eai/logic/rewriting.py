@@ -57,7 +57,7 @@ def rewrite_state_subformulas(formula: f.Formula, change: Callable[[f.Formula], 
     if is_state_formula(formula):
         return change(formula)
     if isinstance(formula, (f.ForAll, f.Exists, f.Exactly, f.ForPairs)):
-        raise InputError("expected temporal operators outside of quantifiers")
+        raise InputError("a temporal operator stands inside a quantifier: put it outside")
     return map_subformulas(formula, lambda part: rewrite_state_subformulas(part, change))
 
 

@@ -428,7 +428,8 @@ def find_violation(formula: f.Formula, trace: Trace) -> _ViolatedPart:
     """Return the violated part of a formula that does not hold on the trace.
 
     For always, the violated part is its body, with the first position at which the body is false. For until,
-    the part is the left side with such a position, or the right side if the left side always holds. For a
+    the part is the left side with the first position at which it is false, or the right side if the left
+    side always holds. For a
     conjunction, the part is the first false conjunct, or the conjunction if its conjuncts hold only at
     different positions.
     """

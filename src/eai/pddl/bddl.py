@@ -27,9 +27,9 @@ _END: Final = ""
 _NO_WORDS: Final = frozenset({"(", ")", _END})
 
 _NO_ARGUMENTS: Final = _NO_WORDS | {"-"}
-"""Tokens that end a list of arguments.
+"""Tokens at which a list of arguments ends.
 
-A hyphen precedes a category, so here a closing parenthesis is missing.
+A hyphen, which precedes a category, shows that the closing parenthesis is missing.
 """
 
 _SECTIONS: Final = frozenset({":domain", ":requirements", ":objects", ":init", ":goal"})
@@ -144,7 +144,7 @@ class _BddlReader:
         return self._tokens[self._next] == token
 
     def _read_facts(self) -> tuple[tuple[f.Atom, ...], tuple[f.Atom, ...]]:
-        """Read facts and the closing parenthesis; return the true atoms and the denied atoms."""
+        """Read facts and the closing parenthesis; return the atoms and the negated atoms."""
         initial, denied = list[f.Atom](), list[f.Atom]()
         while self._read_whether_list_opens():
             offset = self._token_offsets[self._next]
@@ -244,7 +244,7 @@ class _BddlReader:
         return _strip_question_marks(token)
 
     def _read_whether_list_opens(self) -> bool:
-        """Whether a parenthesis opens at the next token. A closing parenthesis is read."""
+        """Whether the next token opens a list. A closing parenthesis is read, an opening one is not."""
         if self._tokens[self._next] == "(":
             return True
         self._read_token(")", "'(' or ')'")

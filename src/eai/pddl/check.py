@@ -127,7 +127,7 @@ class DeclaredNames:
         )
 
     def has_type(self, name: str) -> bool:
-        """Whether a type is declared, with all its alternatives. The root type always is."""
+        """Whether a type, or each type of an ``either``, is declared. The root type always is."""
         return all(
             alternative == m.OBJECT or alternative in self.parents
             for alternative in m.list_type_alternatives(name)
@@ -194,7 +194,7 @@ def check_problem(problem: m.PddlProblem, domain: m.PddlDomain) -> tuple[PddlFin
 
 
 MENDABLE_BY_PROBLEMS = PddlViolationKind.UNDECLARED_CONSTANT
-"""Kind of violation in a domain that its problems can repair, by declaring objects that it names."""
+"""Kind of violation in a domain that a problem can repair by declaring an object that the domain names."""
 
 
 @dataclass(frozen=True, slots=True)

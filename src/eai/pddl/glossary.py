@@ -330,7 +330,7 @@ class ConditionWriter:
         pair.
         """
         if self._scene is None:
-            raise DomainError("a pairing of objects has a PDDL form in goals only")
+            raise DomainError("a pairing of objects (ForPairs) can be exported only in goals")
         first, second, body, count = formula.first, formula.second, formula.body, formula.count
         sizes = [self._scene.get_category_mask(each.category).bit_count() for each in (first, second)]
         if (min(sizes) if count is None else count) > min(sizes):

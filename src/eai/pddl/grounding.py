@@ -315,7 +315,7 @@ def _find_object_name(term: f.Term, binding: _Binding) -> str:
 
 
 class _ChoiceLiteral(NamedTuple):
-    """A choice: its literal, all options, a mask of the options with one literal, and the other options."""
+    """A choice: its literal, all options, a mask of the one-literal options, and the longer options."""
 
     literal: int
     options: tuple[int, ...]
@@ -439,7 +439,7 @@ class GroundProblem:
     def generate_successors(self, state: int, literals: int) -> Iterator[tuple[int, int]]:
         """Yield the successors of a state with given literals, in the order of the actions.
 
-        Before each successor stands a mask with the bit of its action's number.
+        Each is a pair: a mask with the bit of the action's number, and the successor.
         """
         possible = self._every_action
         for literal, needing in self._needing.items():

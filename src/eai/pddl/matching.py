@@ -2,9 +2,8 @@
 
 The unit is the clause. If a condition or effect is a list with a connective, each of its parts is a clause;
 otherwise all of it is one clause. A clause matches an identical clause, including everything nested in it;
-the
-order of parts does not matter. Names of variables do not matter either: parameters are matched by the best
-pairing that agrees with their types, bound variables by their quantifiers.
+the order of parts does not matter. Names of variables do not matter either: parameters are matched by the
+best pairing that agrees with their types, bound variables by their quantifiers.
 
 In addition, literals are counted with partial credit, each occurrence once. Parts of lists are paired so that
 as many literals as possible match (an assignment problem, level by level). So one wrong literal inside a

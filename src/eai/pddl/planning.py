@@ -81,7 +81,7 @@ class PlanningTask:
     """The task of a planner: a domain and a problem.
 
     ``fatal`` is an atom that crashes the planner if it is reachable. It stands for additions of atoms with
-    unbound variables (`scope`).
+    unbound variables (`eai.extensions.reference.planner_of_2024`).
     """
 
     domain: PddlDomain

@@ -223,7 +223,7 @@ class PddlReader:
             if word in parts:
                 raise self._make_error(key, f"{word} once only")
             if value is None or (isinstance(value, Symbol) and value.text in _PARTS_OF_ACTION):
-                raise self._make_error(key, f"a list behind {word}")
+                raise self._make_error(key, f"a list after {word}")
             parts[word] = value
         return parts
 

@@ -238,7 +238,7 @@ class _Lookahead:
         return self._taken
 
     def _count_missing_goals(self) -> tuple[int, int]:
-        """Return how many goal literals are missing: those that were not true at the start, and all."""
+        """Return the number of missing goal literals that were false at first, and the number of all."""
         missing = self._problem.goal & ~self._held
         return (missing & ~self._start).bit_count(), missing.bit_count()
 

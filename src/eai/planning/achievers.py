@@ -108,7 +108,7 @@ class Achiever:
     def complete_bindings(
         self, state: State, scope: Mapping[str, int], usable: int, effort: SearchEffort | None = None
     ) -> Iterator[FrameBinding]:
-        """Yield the bindings that complete a match. Conditions that actions may not establish hold.
+        """Yield the bindings that complete a match and meet the conditions that no action may establish.
 
         Args:
             state: the state.

@@ -41,8 +41,7 @@ ScopedCondition: TypeAlias = tuple[f.Formula, Scope]
 
 _NOTHING: ChangeSet = frozenset()
 _FEW_ACTIONS = 4
-"""Number of actions (or values) that is small enough: no alternative with fewer is looked for.
-"""
+"""Number of actions, or of values of a variable, up to which no set with fewer is searched for."""
 
 _MAX_BINDINGS = 3_000_000
 """Maximum number of values of parameters tried to list the actions by one operator."""
@@ -370,7 +369,7 @@ class ConflictChanges:
         return frozenset(changes)
 
     def count_read_predicates(self, formula: f.Formula) -> int:
-        """Count the predicates that a condition reads and actions change. Few make its changes precise."""
+        """Count the predicates that a condition reads and that actions change."""
         cached = self._depths.get(id(formula))
         if cached is None:
             names = find_stored_predicates(find_predicates(formula), self._domain.vocabulary)

@@ -51,7 +51,7 @@ class EffectSchema(NamedTuple):
 
 
 def make_operator_schema(operator: Operator) -> EffectSchema:
-    """Return a schema for the mere fact that an operator is taken, whatever facts the operator changes."""
+    """Return a schema that stands for the execution of an operator, not for a change of a fact."""
     names = tuple(p.name for p in operator.parameters)
     return EffectSchema(operator, True, _NO_ATOM, names, tuple(check.condition for check in operator.checks))
 
@@ -81,7 +81,7 @@ def find_written_predicates(effects: Iterable[Effect]) -> Iterator[str]:
 def find_changed_predicates(operator: Operator) -> list[str]:
     """Return the predicates that an operator changes, one entry for each addition or deletion.
 
-    The effects of tries (alternatives) are included.
+    The effects of the operator's alternatives are included.
     """
     return [
         name

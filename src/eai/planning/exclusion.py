@@ -348,7 +348,7 @@ class _SupposedState:
     ) -> bool:
         """Suppose that a formula is true (or false), and record the consequences.
 
-        Return False if they contradict earlier suppositions.
+        Return False if the consequences contradict earlier suppositions.
         """
         value = self._evaluate_formula(formula, scope, within)
         if value is not None:

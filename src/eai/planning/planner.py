@@ -40,7 +40,7 @@ The prerequisites of a costlier goal are reached first.
 """
 
 _NEXT_ACTION = -1
-"""Number of the goal to take the next operator of `PlanningGoal.actions`; other goals have numbers from 0."""
+"""Number that stands for the goal to take the next operator of `PlanningGoal.actions`."""
 
 
 @dataclass(frozen=True, slots=True)

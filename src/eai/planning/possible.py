@@ -26,7 +26,7 @@ from eai.world.operator import Check, Operator
 from eai.world.state import Fact, State
 
 _MAX_LOOKS, _ACTION_LOOKS = 6_000_000, 30
-"""Maximum number of tried values of parameters; number of values as which each examined action counts."""
+"""Maximum number of parameter values to try; number of these values that one examined action counts as."""
 
 _GroundLiteral: TypeAlias = tuple[str, tuple[int, ...], bool]
 """A predicate, its arguments, and whether it is true."""

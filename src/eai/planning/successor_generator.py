@@ -12,7 +12,7 @@ from eai.world.operator import Operator
 from eai.world.state import State
 
 ACTION_BINDINGS = 10
-"""Number of tried values as which an action counts, since handling an action takes longer."""
+"""Number of tried values that one action counts as, because handling an action takes longer."""
 
 PlanNode: TypeAlias = SearchNode[State, Action]
 """Node of a search on a declared domain; ``met`` is the number of required operators taken so far."""

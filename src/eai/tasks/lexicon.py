@@ -109,7 +109,7 @@ class FormulaLexicon:
         """
         arguments = self._find_object_indices(formula.arguments)
         if arguments is None:
-            raise InputError(f"{formula.action}: an argument is no object")
+            raise InputError(f"{formula.action}: expected the names of objects as arguments")
         return Action(self.actions.get(formula.action, formula.action), arguments)
 
     def is_class_name(self, name: str) -> bool:

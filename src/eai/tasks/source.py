@@ -120,7 +120,7 @@ def given(*tasks: Task) -> OpenTasks[Task]:
     """
     require_tuple("eai.given", tasks, Task)
     if twice := [name for name, n in Counter(task.id for task in tasks).items() if n > 1]:
-        raise InputError(f"two tasks are called {twice[0]}")
+        raise InputError(f"two tasks are called {twice[0]}: give each task an id of its own")
     sha256 = _compute_digest([_content(task) for task in tasks])
     by_id = {task.id: task for task in tasks}
     opened = TaskSet(by_id, by_id.__getitem__, sha256)

@@ -89,7 +89,7 @@ def open_task_files(path: Path) -> _TaskFiles:
         for place in _read_lines(file, content):
             task_id = _read_task_id(place)
             if task_id in lines:
-                raise InputError(f"{place}: the id {task_id!r} stands at {lines[task_id]} already")
+                raise InputError(f"{place}: the id {task_id!r} is already used at {lines[task_id]}")
             lines[task_id] = place
     if not lines:
         raise InputError(f"{path}: expected at least one task")
@@ -136,7 +136,7 @@ def check_task_files(path: Path, domain_of: Callable[[str], Domain]) -> Iterator
         try:
             line = read_task_line(place.content)
             if line.id in seen:
-                raise InputError(f"the id {line.id!r} stands at {seen[line.id]} already")
+                raise InputError(f"the id {line.id!r} is already used at {seen[line.id]}")
             seen[line.id] = place
             domain = domain_of(line.base)
             problems: Iterable[str] = find_false_statements(make_task_from_line(line, domain), domain)

@@ -101,7 +101,7 @@ def read_task_line(text: str | bytes) -> _TaskLine:
     try:
         value = json.loads(text, strict=False, object_pairs_hook=_refuse_repeated_keys)
         if not isinstance(value, dict):
-            raise InputError('expected an object with "id", a string, and what else makes a task')
+            raise InputError('expected an object with "id", a string, and the other members of a task')
         return _TaskLine.model_validate(value)
     except json.JSONDecodeError as error:
         raise InputError(f"column {error.colno}: expected JSON ({error.msg})") from error
@@ -115,7 +115,7 @@ def _refuse_repeated_keys(pairs: list[tuple[str, object]]) -> dict[str, object]:
     members = dict(pairs)
     if len(members) < len(pairs):
         repeated = next(key for i, (key, _) in enumerate(pairs) if key in dict(pairs[:i]))
-        raise InputError(f"{repeated!r} stands there twice")
+        raise InputError(f"the member {repeated!r} occurs twice")
     return members
 
 
@@ -145,9 +145,11 @@ def make_task_from_line(line: _TaskLine, domain: Domain) -> Task:
 def _read_special(line: _TaskLine, goals: Sequence[Goal], scene: Scene) -> Special | None:
     number = len(line.hazards)
     if not all(goal.is_over_time for goal in goals[len(goals) - number :]) or number >= len(goals):
-        raise InputError(f"hazards: expected a goal and, at the end, {number} goals over time")
+        raise InputError(
+            f"hazards: the last {number} goals must be goals over time, after at least one other goal"
+        )
     if line.untold and not number:
-        raise InputError("untold: expected hazards of which nothing is said")
+        raise InputError("untold: true needs a list in `hazards`")
     special: list[Special] = [Hazards(tuple(line.hazards), line.untold)] if number else []
     special += [] if line.missing is None else [Impossible(tuple(line.missing))]
     special += [] if line.fits is None else [Ambiguous(tuple(line.fits))]
@@ -167,7 +169,7 @@ def _read_initial_state(line: _TaskLine, scene: Scene) -> State:
 
 def _find_index(name: str, index: Mapping[str, int], place: str) -> int:
     if name not in index:
-        raise InputError(f"{place}: expected one of the objects, found {name!r}")
+        raise InputError(f"{place}: expected the name of an object of the task, found {name!r}")
     return index[name]
 
 

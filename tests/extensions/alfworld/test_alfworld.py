@@ -214,5 +214,7 @@ def test_a_folder_without_games_or_of_two_domains_is_refused(tmp_path: Path) -> 
         opened(tmp_path)
     write(tmp_path)
     write(tmp_path, "trial_2", pddl_domain=DOMAIN.replace("(cool ?o)", "(cool ?o)  "))
-    with pytest.raises(InputError, match=r"trial_2/game.tw-pddl: expected the domain of .*trial_1"):
+    with pytest.raises(
+        InputError, match=r"trial_2/game.tw-pddl: its domain differs from the domain of .*trial_1"
+    ):
         opened(tmp_path)

@@ -108,6 +108,6 @@ def test_every_actor_has_work_ahead_and_results_keep_their_order(cluster: Cluste
 
 
 def test_a_cluster_with_fewer_cores_is_left_again(cluster: Cluster) -> None:
-    with pytest.raises(InputError, match="4 workers take as many cores, and the cluster has 3"):
+    with pytest.raises(InputError, match="4 workers need 4 cores, but the cluster has 3"):
         scoring(CORES + 1)
     assert cluster.started is None

@@ -56,5 +56,5 @@ def test_what_fails_or_kills_every_actor_is_named(cluster: RayScoring) -> None:
 
 
 def test_more_workers_than_cores_are_refused_and_not_waited_for(cluster: RayScoring) -> None:
-    with pytest.raises(InputError, match="3 workers take as many cores, and the cluster has 2"):
+    with pytest.raises(InputError, match="3 workers need 3 cores, but the cluster has 2"):
         RayScoring(LOCAL, 3)

@@ -173,7 +173,7 @@ def test_the_same_command_goes_on_within_a_task(sit: Callable[..., Sitting]) -> 
     first.out.rename(first.out.with_name("meanwhile_outputs.json"))
     refused = first.ask("POST", f"/{first.shown()['at']}", "WAVE")
     assert refused.status == 500
-    assert "somebody else plays into this file" in str(first.ended())
+    assert "another program has written this file" in str(first.ended())
     first.out.with_name("meanwhile_outputs.json").rename(first.out)
     second = sit("both,half")
     assert second.shown()["log"] == told

@@ -165,7 +165,7 @@ def test_another_setting_is_another_episode(play: Playing, out: Path) -> None:
 @pytest.mark.parametrize(
     ("more", "why"),
     [
-        (("--with", "tokens=3"), "--with tokens: it is for models"),
+        (("--with", "tokens=3"), "--with tokens: this option is only for models"),
         (
             ("--with", "feedback=pictures"),
             "--with feedback=pictures: a terminal shows no pictures; add --page PORT",
@@ -195,7 +195,7 @@ def test_two_at_once_do_not_overwrite_each_other(
     monkeypatch.setattr(sys, "stdin", Busy())
     done = eai("play", "--domain", DOMAIN, "--out", out)
     assert (done.status, out.read_text()) == (2, "[]")
-    assert "somebody else plays into this file" in done.err
+    assert "another program has written this file" in done.err
 
 
 def test_on_a_terminal_words_are_completed_and_an_interrupt_loses_nothing(out: Path) -> None:

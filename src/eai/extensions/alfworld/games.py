@@ -72,7 +72,7 @@ def open_alfworld_games(reference: str) -> Benchmark:
     first = next(iter(games))
     for path, game in games.items():
         if game["pddl_domain"] != games[first]["pddl_domain"]:
-            raise InputError(f"{path}: expected the domain of {first}")
+            raise InputError(f"{path}: its domain differs from the domain of {first}")
     source, commands = _replace_actions_by_commands(
         _read_game_domain(games[first]["pddl_domain"], first), games[first]["grammar"]
     )

@@ -53,7 +53,9 @@ class RayScoring(Scoring):
         cores = int(ray.cluster_resources().get("CPU", 0))
         if cores < workers:
             self._leave_cluster()
-            raise InputError(f"{address}: {workers} workers take as many cores, and the cluster has {cores}")
+            raise InputError(
+                f"{address}: {workers} workers need {workers} cores, but the cluster has {cores}"
+            )
         lasting = ray.remote(num_cpus=1, max_restarts=-1, max_task_retries=MAX_DEATHS - 1)(_BatchActor)
         self._actors = [lasting.remote() for _ in range(workers)]
 

@@ -106,7 +106,7 @@ class _EpisodeFile:
             InputError: Another program has written the file since the last command.
         """
         if self._read_file() != self._written:
-            raise InputError(f"{self._path}: somebody else plays into this file; give another --out")
+            raise InputError(f"{self._path}: another program has written this file; give another --out")
         self._texts[play.task.id] = play.to_text("stopped")
         responses = [Response(task_id, text) for task_id, text in self._texts.items()]
         write_responses(self._path.parent, ResponseFile(self._model, responses))

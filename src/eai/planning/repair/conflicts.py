@@ -260,7 +260,7 @@ class _ConflictFinder:
     def _find_earlier_changes(
         self, number: int, action: Action, changes: ChangeSet, names: frozenset[str]
     ) -> tuple[ChangeSet, bool]:
-        """Return changes before a step that let it make one of ``changes``, or keep it from undoing one.
+        """Return changes before a step that make it cause one of ``changes``, or stop it from undoing one.
 
         The second value is whether the step undoes any of ``changes``.
         """
