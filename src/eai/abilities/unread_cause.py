@@ -76,9 +76,11 @@ _APPENDED = "]}`\n\t "
 """Characters that programs append to an answer that was cut off."""
 
 _REFUSAL = re.compile(
-    r"\bI(?:['’]m| am) (?:sorry|unable|not able|afraid)|\bI must decline"
-    r"|\bI (?:can(?:['’]t|not)|could not|won['’]t|will not)\b"
-    r"|\bas an? (?:AI|(?:large )?language model)\b|\b(?:sorry|apologi[sz]e)\b",
+    r"\bI (?:can(?:['’]t|not)|could not|won['’]t|will not)"
+    r"(?:[.!]|$|,? (?:help|assist|do|provide|create|write|generate|fulfil|comply|answer|complete|perform"
+    r"|carry|plan|physically|directly|execute|give|continue)\b)|\bI(?:['’]m| am) (?:unable|not able) to\b"
+    r"|\bI must decline\b"
+    r"|\bas an? (?:AI|(?:large )?language model)\b[^.!?\n]{0,80}(?:\bnot?\b|n['’]t\b|cannot\b|\bunable\b)",
     re.IGNORECASE,
 )
 _OPERATOR = re.compile(r"\(\s*:action\b")

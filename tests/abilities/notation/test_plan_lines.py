@@ -55,6 +55,9 @@ def test_lines_of_actions_are_read_by_named_repairs(
         '1. WALK(soap)\n2. {"action": "GRAB"}',
         "WALK(soap, GRAB(bin))",
         "FLY(soap)",
+        "FLY(soap)\nWALK(soap)",
+        "1. TURN ON: (x)\n2. WALK: (soap)\n3. GRAB: (soap)",
+        "1. WALK(soap)\n2. Take it",
     ],
 )
 def test_lines_are_read_whole_or_not_at_all(notation: PlanNotation, text: str) -> None:

@@ -41,6 +41,8 @@ _COMMAND = re.compile(r"[(\[]?([\w-]+)[)\]]?:?((?:[\s,]+[<(]?[\w.-]+[>)]?){0,4})
 _EMPHASIS = re.compile(r"\*\*|(?<!`)`(?!`)")
 _JSON_LIKE = re.compile(r"\{|\[(?!\w+\])")
 _NO_COMMENT = re.compile(r"(?!)")
+_AROUND = " \t,.;"
+"""Characters around an action in a line."""
 
 
 class _PlanLine(NamedTuple):
@@ -86,20 +88,24 @@ def _read_action_lines(text: str, actions: Collection[str]) -> WrittenPlan | Unr
         return None
     names = {name.casefold() for name in actions}
     plain = _EMPHASIS.sub(lambda mark: " " * len(mark[0]), text)
-    plan = read_plan_lines(plain, lambda line: _read_action_line(line, names), names, _never, _NO_COMMENT)
+    plan = read_plan_lines(plain, lambda line: _read_action_line(line, names), names, _is_call, _NO_COMMENT)
     if not isinstance(plan, WrittenPlan):
         return plan
     steps = [text[span.start : span.end] for span in plan.spans if span.kind is SpanKind.READ]
     are_steps = any("(" in step for step in steps) or any(step.action in actions for step in plan.steps)
     if "prose" in plan.repairs and not are_steps and "numbered" not in plan.repairs:
         return None  # short sentences between others, such as "wash hands"
+    if "numbered" in plan.repairs:
+        prose = [plain[span.start : span.end] for span in plan.spans if span.kind is SpanKind.PROSE]
+        if any(map(_LABEL.match, prose)):
+            return None  # an item of the list is no action
     kinds = {SpanKind.READ: SpanKind.REPAIRED}
     spans = tuple([replace(span, kind=kinds.get(span.kind, span.kind)) for span in plan.spans])
     return spell_as_declared(replace(plan, repairs=(*plan.repairs, ACTION_LINES), spans=spans), actions)
 
 
 def _read_action_line(line: str, names: Collection[str]) -> WrittenStep | None:
-    words = line.strip(" \t,.;")
+    words = line.strip(_AROUND)
     match = _CALL.fullmatch(words.strip("\"'")) or _COMMAND.fullmatch(words)
     if match is None or match[1].casefold() not in names:
         return None
@@ -108,8 +114,8 @@ def _read_action_line(line: str, names: Collection[str]) -> WrittenStep | None:
     return None if is_sentence else WrittenStep(match[1], tuple(objects))
 
 
-def _never(line: str) -> bool:
-    return False
+def _is_call(line: str) -> bool:
+    return _CALL.fullmatch(line.strip(_AROUND).strip("\"'")) is not None
 
 
 def read_plan_lines(
