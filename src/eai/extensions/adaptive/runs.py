@@ -32,9 +32,9 @@ _FILE = "adaptive.json"
 
 
 _Difficulties: TypeAlias = tuple[Mapping[str, float], float, str]
-"""Difficulty of each task, variance of a model's ability, and a phrase that names the models of the estimate.
+"""Difficulty of each task, a variance of abilities, and words that name the models.
 
-See `_estimate_difficulties`.
+`_estimate_difficulties` returns all three and explains them.
 """
 
 

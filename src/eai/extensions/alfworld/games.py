@@ -45,7 +45,7 @@ _PARAMETER_LIST = re.compile(r"\[\{(\w+)\.name \|[^\]]*\]")
 """Regular expression for a placeholder in a command's template, with its list of possible objects."""
 _NUMBERED = re.compile(r"^(?:\d+[.):]|[->*])\s*")
 _COMMAND_LIKE = re.compile(r"[a-z]+(?: [a-z/]+)*(?: \d+)(?: [a-z/]+| \d+)*")
-"""Regular expression for a command: small letters with at least one numbered object."""
+"""Regular expression for a command: lower-case words with a number, such as ``go to fridge 1``."""
 _BEFORE_NUMBER = re.compile(r"_(?=\d+$)")
 _COMMA = re.compile(r"- (\w+),")
 _PARAMETER = re.compile(r"\{(\w+)\}")
@@ -271,7 +271,7 @@ class _ConditionGroup(NamedTuple):
 def _add_condition(
     groups: Sequence[_ConditionGroup], condition: f.Formula, bound: Collection[str]
 ) -> list[_ConditionGroup]:
-    """Return the groups after adding a condition. Groups that share a parameter with it become one group."""
+    """Return the groups after adding a condition. All groups that share a parameter with it are merged."""
     names = find_free_variables(condition).intersection(bound)
     joined = [group for group in groups if group.names & names or group.names == names]
     parts = [part for group in joined for part in group.parts]

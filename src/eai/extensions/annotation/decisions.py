@@ -170,7 +170,7 @@ class DemonstrationDifference:
 
 
 def find_difference(task: Task, domain: Domain) -> DemonstrationDifference:
-    """Return the changes that a task's demonstration makes: the differences of its initial and final state.
+    """Return the changes that a task's demonstration makes between the task's initial and final state.
 
     The final state is in the data set, or results from executing the plan.
 
@@ -263,7 +263,10 @@ def _generalize_fact(
 
 
 Candidate: TypeAlias = tuple[Entry, ...]
-"""One possible meaning of a task title: entries that must all be met, its actions in the given order."""
+"""One possible meaning of a task title: a list of entries, which a demonstration must all meet.
+
+Entries that are actions must be met in the order of the list.
+"""
 
 
 def find_first_met_candidate(
@@ -524,7 +527,7 @@ def _append_entries(chosen: TitleDecisions, entries: Sequence[Entry]) -> TitleDe
 
 
 Annotation: TypeAlias = tuple[DemonstrationDifference, int | None, tuple[Goal, ...]]
-"""The result of decisions for a demonstration: its changes, the index of a candidate, and the task's goals.
+"""The changes of a demonstration, the index of the candidate that it meets, and its task's goals.
 
 The candidate is the first that the demonstration meets. If it meets none, the index is None and there are no
 goals.

@@ -56,7 +56,7 @@ def write_croissant_files(benchmarks: Sequence[Benchmark], source: Source, out: 
     """Write the tasks and the gold operators of benchmarks as JSON lines, and ``croissant.json`` beside them.
 
     Returns:
-        the files, the metadata last.
+        the paths of the written files, that of the metadata last.
 
     Raises:
         EaiError: ``mlcroissant`` is not installed.

@@ -3,8 +3,8 @@
 A submission is a folder or a zip with response files, a ``submission.toml`` and, if `eai run` wrote it, a
 ``run.toml``. Its content is not trusted: sizes are limited, links and unknown tasks are refused, names are
 escaped, and every number is computed by scoring the answers. A season is a folder of generated tasks. Its
-manifest, with seed and digests, is published before the tasks. The secret from which the tasks follow is
-published after the season.
+manifest (seed and digests of the tasks) is published before the tasks. The secret number from which the tasks
+are generated is published after the season.
 """
 
 from __future__ import annotations
@@ -71,7 +71,7 @@ class _SubmissionDescription(Options):
 
 
 class _SeasonDescription(Options):
-    """The content of ``season.toml``: the split that the manifest lists and, after the season, the secret."""
+    """The content of ``season.toml``: title, name of the task file and, after the season, the secret."""
 
     title: str = Field(min_length=1, max_length=100)
     split: str = "test"

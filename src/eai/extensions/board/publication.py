@@ -1,9 +1,9 @@
 """Export results in the formats of two collections: Every Eval Ever and the Hugging Face Hub.
 
 `Every Eval Ever <https://github.com/evaleval/every_eval_ever>`_ takes one JSON file for each model. On the
-Hugging Face Hub, a model's repository takes ``.eval_results/*.yaml``; the page of the data set that these
-files name shows their scores. The data set's ``eval.yaml`` lists its tasks; ``eai export prompts --format
-hf`` writes it.
+Hugging Face Hub, a model's repository takes files ``.eval_results/*.yaml``. They name a data set, whose page
+then shows their scores. The data set's tasks are listed in its ``eval.yaml``, which
+``eai export prompts --format hf`` writes.
 """
 
 from __future__ import annotations
@@ -29,7 +29,7 @@ from eai.studies.report.run_summary import RunSummary
 from eai.tasks.options import Options
 
 SCHEMA = "0.3.0"
-"""Version of the schema of Every Eval Ever that files follow."""
+"""Version of the schema of Every Eval Ever that exported files follow."""
 
 _PAPER = "https://embodied-agent-interface.github.io"
 

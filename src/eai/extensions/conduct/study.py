@@ -26,7 +26,7 @@ _WORD = re.compile(r"[\w.\-]+")
 _FACT = re.compile(r"[\w.\-]+\([^()]*\)")
 
 _MAX_REASON_WORDS = 40
-"""Maximum number of different words in the reason of a refusal. Longer reasons could name all facts."""
+"""Maximum number of different words in the reason of a refusal, because a longer one could name all facts."""
 
 
 FLOOR = "(shut everything at the end)"
@@ -213,7 +213,8 @@ def _make_refusal_cells(answers: _JudgedAnswers) -> list[Cell]:
 def _compute_success_without_declining(task: TaskFeatures) -> float:
     """Return the probability that a model that never declines solves a task.
 
-    It is 0 if the task has no plan, and chance if the instruction fits several objects.
+    It is 0 if the task has no plan. If the instruction fits several objects, it is the probability of
+    guessing the right one.
     """
     return 0.0 if task.missing else 1 / len(task.fits or ("",))
 

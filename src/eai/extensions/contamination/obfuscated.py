@@ -266,7 +266,7 @@ class _ObfuscatedSubgoals(SubgoalNotation):
 
 
 def open_obfuscated(name: str) -> Benchmark:
-    """Open a benchmark with swapped names. It asks only for plans and subgoals."""
+    """Open a benchmark with swapped names. Its tasks ask only for plans and subgoals."""
     benchmark = find_benchmark(name)
     public = benchmark.data.open_public or benchmark.open_tasks
     return _open_with_exact_rules(

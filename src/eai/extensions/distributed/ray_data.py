@@ -25,7 +25,8 @@ class BatchScorer:
     dies, another actor scores its batch. This class does not import Ray.
 
     Args:
-        suite: The tasks, opened by name for these answers (`Suite.adapt_to_answers`); actors reopen them.
+        suite: The suite, opened by name so that actors can open it again, and adapted to these answers
+            (`Suite.adapt_to_answers`).
         model: Name of the model that answered.
         explanations: Whether each record contains its step-by-step explanation.
     """
@@ -38,8 +39,8 @@ class BatchScorer:
     def __call__(self, batch: Mapping[str, Sequence[Any]]) -> dict[str, Sequence[Any]]:
         """Return the batch with three more columns: record, outcome and success.
 
-        A record is the line that ``records.jsonl`` would contain. All three columns are null for answers to
-        tasks that are known, but not in the data set. Success is also null if the task is excluded.
+        A record is the line that ``records.jsonl`` would contain. All three columns are null for a known
+        identifier whose task is not in the data set. Success is also null if the task is excluded.
 
         Args:
             batch: Columns by name: ``identifier`` and ``llm_output``, as in response files, and any other
@@ -68,7 +69,7 @@ class BatchScorer:
         }
 
     def score_frames(self, frames: Iterable[Any]) -> Iterator[Any]:
-        """Yield data frames with the columns `RECORD_COLUMNS`, as a function for ``mapInPandas`` of Spark."""
+        """Yield each data frame with the columns `RECORD_COLUMNS` added, for ``mapInPandas`` of Spark."""
         for frame in frames:
             scored = self({column: frame[column].tolist() for column in COLUMNS})
             yield frame.assign(**{column: scored[column] for column in RECORD_COLUMNS})

@@ -70,7 +70,8 @@ def write_task_folders(
         suite: The tasks.
         prompts: The prompt of each task, by task id.
         out: A new or empty folder.
-        wheels: Files from which eai and the package of a benchmark are installed; if empty, an index is used.
+        wheels: Package files from which eai and the package of a benchmark are installed; if empty, both are
+            installed from a package index.
         image: Image of the agent's container; None if it is built from the folder of the task.
         verifier_image: Image with the worlds; None if it is built from `IMAGE`.
         is_shared: Whether answers are scored in the agent's container.
@@ -80,7 +81,7 @@ def write_task_folders(
 
     Raises:
         InputError: The folder is not empty or cannot be written, a wheel or a file of tasks cannot be read,
-            the tasks cannot be asked in this way, or all tasks are left out.
+            the tasks cannot be asked in folders, or all tasks are left out.
     """
     if out.exists() and (not out.is_dir() or any(out.iterdir())):
         raise InputError(f"{out}: expected a new or an empty folder")

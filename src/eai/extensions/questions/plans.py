@@ -228,7 +228,11 @@ def make_justification_item(
 
 
 def _change_plan(setting: QuestionSetting, rng: random.Random) -> tuple[_NumberedSteps, int, str] | None:
-    """Return a plan after a random change, the change's position, and its words; None if impossible."""
+    """Return a plan that differs from a task's path by one random change, and where and how they differ.
+
+    The position of the change is an index, its description an English text. Return None if the drawn kind of
+    change is impossible at the drawn position.
+    """
     steps = list(enumerate(setting.path, 1))
     position = rng.randrange(len(steps))
     match rng.choice(("leave out", "exchange", "put in")):

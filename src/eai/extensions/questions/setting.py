@@ -106,7 +106,7 @@ class QuestionSetting:
         return operator.apply(state, binding) if operator.is_possible(state, binding) else None
 
     def find_unmet_requirements(self, state: State, action: Action) -> tuple[int, ...]:
-        """Return the numbers, from 1, of an action's unmet requirements."""
+        """Return which requirements of an action are not met: their numbers, counted from 1."""
         operator = self.domain.compiled_operators[action.operator]
         binding = operator.bind(state, action.arguments)
         return tuple([n for n, check in enumerate(operator.checks, 1) if not check.holds(state, binding)])

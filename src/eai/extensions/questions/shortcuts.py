@@ -342,7 +342,7 @@ def _draw_tempting_statement(among: Sequence[str], rng: random.Random) -> str:
 
 
 def _draw_choices(item: QuestionContent, rng: random.Random, position: int) -> list[str]:
-    """Draw a right text and wrong texts, and insert the right text at a position.
+    """Return the texts of the choices: a random right text at the given position, and random wrong texts.
 
     If possible, the wrong texts resemble each other as much as they resemble the right text.
     """
@@ -418,7 +418,7 @@ def compute_guess_probabilities(questions: Sequence[Question]) -> dict[str, floa
 
 
 def compute_shortcut_rates(questions: Sequence[Question], guesses: Mapping[str, float]) -> dict[str, Rate]:
-    """Return how often guessing and each shortcut are right, by name.
+    """Return the rate at which guessing and each shortcut are right, by name.
 
     If a question has no value for a shortcut, the value of guessing is used.
 

@@ -183,7 +183,7 @@ def _format_condition(condition: Value) -> str:
 
 
 def _to_statement(condition: Value) -> Statement:
-    """Return a condition as a `Statement`. An ill-formed condition becomes a name without arguments."""
+    """Return a condition as predicate, objects and sign; an ill-formed condition as a predicate alone."""
     match condition:
         case ("not", (predicate, *arguments)):
             return Statement(str(predicate), tuple(map(str, arguments)), positive=False)

@@ -61,7 +61,7 @@ class _VirtualHomeGoalNotation(VirtualHomeGoals):
 class VirtualHomeGoalInterpretation(GoalInterpretation):
     """Scores goals as eai-eval does: it compares an answer's goals (predictions) with a task's goals.
 
-    Its quirks:
+    Quirks of eai-eval:
 
     * a name means the relevant object of its class with the largest id (eai-eval takes the last element
       of a set in hash order, which is this object for all published counts);

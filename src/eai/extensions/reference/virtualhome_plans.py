@@ -213,8 +213,8 @@ class VirtualHomeActionSequencing(ActionSequencing):
 def _names_classes(plan: WrittenPlan, actions: Sequence[Action], scene: Scene) -> bool:
     """Whether a plan names every object by its class, as the data set's plan does.
 
-    The package eai-eval compares texts, not objects. ``["food", "egg_1003"]`` names the object of
-    ``["food_egg", "1003"]``, but with another text.
+    If it does not, eai-eval, which compares texts, finds the plans different. For instance,
+    ``["food", "egg_1003"]`` names the object of ``["food_egg", "1003"]``, but with another text.
     """
     return all(
         not isinstance(word, ObjectWithId) or word.name == scene.objects[index].category
