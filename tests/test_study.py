@@ -261,7 +261,7 @@ def test_statements_about_the_data_set_come_out_as_on_the_page(study: ModuleType
         "arguments_of_goals gold_of_the_meal objects_of_work example_goals names_in_questions "
         "operators_asked_for goals_share_tasks figures_of_tables goals_of_the_agent dishes_by_hand "
         "plans_of_several_actions joined_effects f1_of_goals f1_of_operators errors_add_up "
-        "success_within_execution final_states_are_noisy"
+        "success_within_execution final_states_are_noisy agent_stands_at_first"
     )
     for name in names.split():
         finding = checker.find(f"measure: {name}")

@@ -116,6 +116,18 @@ def joined_effects(evidence: Evidence) -> Finding:
     return most_of(*counts, text=f"operators with several effects: {'; '.join(text)}")
 
 
+def agent_stands_at_first(evidence: Evidence) -> Finding:
+    """Count VirtualHome's tasks in whose initial state nobody sits or lies."""
+    tasks = find_benchmark(V).tasks(evidence.published).values()
+    standing = sum(
+        not any(fact.predicate in ("SITTING", "LYING") for fact in task.initial.facts()) for task in tasks
+    )
+    return most_of(
+        (standing, len(tasks)),
+        text=f"in {standing} of {len(tasks)} VirtualHome tasks nobody sits or lies at first",
+    )
+
+
 def plan_of_the_bathroom(evidence: Evidence) -> Finding:
     """Run the plan of the printed question in the released task, which has no cabinet around the rag."""
     suite = open_suite(B, Ability.ACTION_SEQUENCING, Protocol("eai-1.0.5"), source=evidence.published)
