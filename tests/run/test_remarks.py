@@ -66,6 +66,11 @@ def test_a_prompt_with_far_too_few_tokens_was_cut_off(
         assert f"it counted {tokens:,} tokens in a prompt of 10,000 characters (1 of 1 prompts)" in remarks[0]
 
 
+def test_the_word_counts_of_a_built_in_model_are_no_sign_of_cut_prompts(job: QuestionJob) -> None:
+    job = replace(job, endpoint=Endpoint("eai/noisy"))
+    assert list_remarks(job, {("27_2", 1): answer(GOOD, 300)}) == ()
+
+
 @pytest.mark.parametrize(
     ("harness", "reply", "remark"),
     [
