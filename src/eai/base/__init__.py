@@ -1,1 +1,1 @@
-"""Errors, files, the data store, archives, and entry points. No module here depends on tasks."""
+"""Modules that know nothing of tasks: errors, files, the data store, archives and entry points."""

@@ -9,9 +9,10 @@ _MEANING = re.compile(r"^    (\w+): (.*(?:\n {8}.*)*)", re.MULTILINE)
 
 
 def read_docstring_entries(docstring: str | None, heading: str) -> dict[str, str]:
-    """Return a mapping from names to descriptions in a section of a docstring, such as ``Attributes``.
+    """Return a mapping from the names in a section of a docstring to their descriptions.
 
-    In the docstring, the further lines of a description are indented. In the texts, line breaks are spaces.
+    A section is, for example, ``Attributes``. A description may continue on further, indented lines. In the
+    result, spaces replace its line breaks.
     """
     _, _, section = cleandoc(docstring or "").partition(f"\n\n{heading}:\n")
     entries = _MEANING.findall(section.partition("\n\n")[0])

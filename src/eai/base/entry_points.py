@@ -18,7 +18,7 @@ from eai.base.errors import InputError
 _OURS = "eai."
 _PACKAGE = Path(__file__).parents[1]
 _CORE_GROUPS = ("eai.abilities", "eai.benchmarks", "eai.commands", "eai.studies")
-"""Groups of entry points that are never empty, because this package registers some in each."""
+"""Groups in which this package registers objects. They are empty only if its metadata are not installed."""
 
 
 class EntryPoint(NamedTuple):
@@ -30,16 +30,16 @@ class EntryPoint(NamedTuple):
 
     @property
     def module(self) -> str:
-        """The name of the module."""
+        """Name of the module that contains the registered object."""
         return self.value.partition(":")[0].strip()
 
     @property
     def attr(self) -> str:
-        """The name of the object in the module."""
+        """Name of the registered object in its module."""
         return self.value.partition(":")[2].partition("[")[0].strip()
 
     def load(self) -> Any:
-        """Import the module and return the object."""
+        """Import the module of the entry point, and return the registered object."""
         return reduce(getattr, filter(None, self.attr.split(".")), import_module(self.module))
 
 
@@ -102,8 +102,8 @@ def _read_entry_points_of_group(group: str) -> Mapping[str, EntryPoint]:
 def _read_all_entry_points(path: tuple[str, ...]) -> Sequence[EntryPoint]:
     """Read the entry points of all distributions on `sys.path`.
 
-    Folders are read from last to first: a later entry point replaces an earlier one of the same name, so that
-    the first folder counts.
+    If two folders of `sys.path` have an entry point of the same name, the first folder counts. Folders are
+    therefore read from last to first, so that earlier folders replace later ones.
     """
     files = [file for folder in reversed(path) for file in Path(folder).glob("*.*-info/entry_points.txt")]
     return [point for file in files for point in _read_entry_points_file(file)]

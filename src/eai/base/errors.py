@@ -70,7 +70,7 @@ def require_extra(extra: str, message_start: str) -> Iterator[None]:
 
     Args:
         extra: the extra, such as ``tui``.
-        message_start: beginning of the message, which ends in a verb: ``eai play needs``.
+        message_start: first words of the error message, up to its verb, such as ``eai play needs``.
 
     Raises:
         EaiError: a package of the extra is not installed.
@@ -114,7 +114,7 @@ def read_items_or_raise_all(items: Iterable[S], read: Callable[[S], T]) -> list[
 def did_you_mean(word: str, names: Iterable[str]) -> str:
     """Return "; did you mean NAME?" with the most similar known name, or "" if no name is similar.
 
-    A name that differs only in capital letters is the most similar.
+    A known name that differs only in capital letters counts as the most similar.
     """
     known = list(names)
     same_letters = [name for name in known if name.casefold() == word.casefold()]

@@ -69,7 +69,7 @@ _ENDLESS = (
 
 
 Content: TypeAlias = str | bytes | Iterable[str] | Iterable[bytes]
-"""The content of a file: one text or byte string, or pieces of it."""
+"""The content of a file: one text or byte string, or an iterable of its pieces."""
 
 _UNSAFE_CATEGORIES = frozenset({"Cc", "Cf", "Cs", "Zl", "Zp"})
 """Unicode categories that can garble a terminal: controls, formats, separators, lone surrogates."""

@@ -1,4 +1,4 @@
-"""Groups of values by key."""
+"""Group (key, value) pairs by their keys."""
 
 from __future__ import annotations
 
@@ -10,7 +10,10 @@ V = TypeVar("V")
 
 
 def group_pairs(pairs: Iterable[tuple[K, V]]) -> dict[K, list[V]]:
-    """Return a mapping from each key of (key, value) pairs to the list of its values, both in order."""
+    """Return a mapping from the keys of (key, value) pairs to lists of the values of each key.
+
+    Keys and values keep the order of the pairs.
+    """
     groups: dict[K, list[V]] = {}
     for key, value in pairs:
         groups.setdefault(key, []).append(value)

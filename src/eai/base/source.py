@@ -17,7 +17,7 @@ import hashlib
 import importlib.util
 import os
 import shutil
-import subprocess  # runs pip or uv with fixed arguments
+import subprocess  # this module runs pip or uv with fixed arguments
 import sys
 import time
 import zipfile
@@ -173,7 +173,9 @@ class PackageArchive:
 
 
 def find_archive(archive: PackageArchive, path: Path) -> Path | None:
-    """Find and verify an archive at a path: its file, a folder with this file, or the unpacked wheel.
+    """Find an archive at a path, and verify its digest.
+
+    The path may be the archive file, a folder that contains this file, or an unpacked wheel.
 
     Args:
         archive: the archive.
@@ -336,7 +338,10 @@ def _run_pip(
 
 
 def _find_largest_file_size(folder: Path) -> int:
-    """Return the size in bytes of the largest file below a folder, while pip writes and moves files there."""
+    """Return the size in bytes of the largest file below a folder.
+
+    pip may write and move files there meanwhile.
+    """
     largest = 0
     for parent, _, names in os.walk(folder):  # `os.walk` skips folders that pip removes meanwhile
         for name in names:

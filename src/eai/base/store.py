@@ -47,7 +47,7 @@ another process.
 
 
 def ignore_progress(stage: FetchStage, subject: str, done: int, total: int) -> None:
-    """Ignore a report of progress; for callers without a progress bar."""
+    """Ignore a report of progress. Callers without a progress bar pass this function."""
 
 
 def default_folder() -> Path:

@@ -32,7 +32,10 @@ FOLDER = "formats"
 
 
 def read_answer_formats(package: str) -> Mapping[Ability, str]:
-    """Return texts from the folder ``formats`` of a package, by ability. They describe forms of answers."""
+    """Return a mapping from abilities to texts that describe forms of answers.
+
+    The texts are files in the folder ``formats`` of a package.
+    """
     folder = files(package) / FOLDER
     files_by_ability = {ability: folder / f"{ability.value}.txt" for ability in find_abilities()}
     return {
@@ -43,7 +46,7 @@ def read_answer_formats(package: str) -> Mapping[Ability, str]:
 
 
 def read_short_texts(package: str) -> Mapping[str, str]:
-    """Return texts from the folder ``formats/short`` of a package, by name without ``.txt``."""
+    """Return the texts in the folder ``formats/short`` of a package, by file name without ``.txt``."""
     folder = files(package) / FOLDER / "short"
     return {
         file.name.removesuffix(".txt"): file.read_text(encoding="utf-8").removesuffix("\n")
@@ -52,9 +55,9 @@ def read_short_texts(package: str) -> Mapping[str, str]:
 
 
 Opener: TypeAlias = Callable[["Benchmark", Ability, Source], TaskSet[Scorer]]
-"""Opens the scorers of a benchmark's tasks of an ability: task id -> scorer of answers.
+"""Opens the scorers of a benchmark's tasks for an ability: returns a mapping from task id to scorer.
 
-It can be pickled.
+The function can be pickled.
 """
 
 OpenDemonstrations: TypeAlias = Callable[[Path, ReportProgress], TaskSet[Task]]
@@ -64,38 +67,39 @@ Raises DataError if the archive is absent or damaged.
 """
 
 ProblemOf: TypeAlias = Callable[[Task, Sequence[Formula]], str]
-"""Returns, as text, a PDDL problem for a task: its goals are the given ground conditions."""
+"""Returns the text of a PDDL problem for a task. The goals of the problem are the given ground conditions."""
 
 PublishedPrompts: TypeAlias = Callable[[Ability, Source], "PromptFiles"]
-"""Returns the published prompts of an ability. Raises DataError if they cannot be obtained."""
+"""Returns the published prompts of an ability. Raises DataError if the prompts cannot be obtained."""
 
 OwnFigures: TypeAlias = Callable[[Source], Mapping[str, tuple[int, str]]]
-"""Returns figures of a data set by label. A figure is a number and a note on its meaning."""
+"""Returns a mapping from labels to figures of a data set. A figure is a number and a note on its meaning."""
 
 OpenWorld: TypeAlias = Callable[[Source], "ProblemWorld"]
-"""Opens the objects and predicates of the language in which a data set writes problems."""
+"""Opens the names of objects and predicates that may occur in problem files of a data set."""
 
 
 @dataclass(frozen=True, eq=False, slots=True)
 class DataSet:
-    """The published data of a benchmark. A benchmark that is declared in a program has none.
+    """The published data of a benchmark. A benchmark that a user declares in a program has no such data.
 
     Attributes:
         title: name in tables and on pages; by default the name of the benchmark.
-        errata: errors in the data, and their corrections.
+        errata: the errors in the data, and their corrections.
         prompts: returns published prompts; None if the benchmark has none.
         goal_sections: ability -> the section of published prompts that states the goals.
         task_id_of: returns the task id for an identifier in a file of answers; None if the task is known not
             to be in the data set.
-        own_tasks: ability -> function that opens its tasks, for abilities with tasks of their own, such as
-            published operators. By default, transition modeling uses operators of the domain as tasks.
-        asks: ability -> whether the ability is asked of a task; by default it is asked of all tasks.
-        only_by_name: ability -> reason why commands ask the ability only if the user names it.
-        own_figures: counts figures for `eai data stats` that do not follow from the tasks.
-        open_public: opens the tasks whose answers are published; by default all tasks of the benchmark.
+        own_tasks: ability -> function that opens the tasks of this ability, for abilities with other tasks
+            than the benchmark. By default, the tasks of transition modeling are operators of the domain.
+        asks: ability -> function that tells whether a task is asked for this ability. By default, all tasks
+            are.
+        only_by_name: ability -> reason why commands leave the ability out unless the user names it.
+        own_figures: counts further figures for `eai data stats`, which cannot be computed from the tasks.
+        open_public: opens the tasks with published right answers; by default all tasks of the benchmark.
         open_demonstrations: opens demonstrations in an archive.
-        problem_of: returns the problem in the published planning domain whose goals are ground goals of a
-            task.
+        problem_of: returns a problem of the published planning domain, with ground goals of a task as its
+            goals.
         open_bddl: opens the objects and predicates for reading BDDL problems; by default those of the domain.
         planner_seconds: maximum CPU seconds of a planner for a task of transition modeling.
     """
@@ -118,10 +122,10 @@ class DataSet:
 
 @dataclass(frozen=True, eq=False)
 class Benchmark:
-    """A domain with its tasks, the notation of answers, and its published data.
+    """A domain with its tasks, a notation of answers, and published data.
 
     Attributes:
-        name: name in records of results.
+        name: name of the benchmark in records of results.
         domain: the domain as the paper means it.
         open_tasks: opens the tasks. For tasks declared in a program, `eai.tasks.source.given` makes it.
         notation: the notation of answers and the names of objects and predicates.
@@ -146,16 +150,19 @@ class Benchmark:
 
     @property
     def title(self) -> str:
-        """Name in tables and on pages."""
+        """Name of the benchmark in tables and on pages."""
         return self.data.title or self.name
 
     @property
     def is_own_domain(self) -> bool:
-        """Whether only the declaration determines the words of prompts, because no data set does."""
+        """Whether the words of prompts follow from the benchmark's declaration, not from a data set."""
         return self.notation.wordings is None
 
     def get_errata(self, source: Source) -> Errata:
-        """Return the errata that apply to the tasks of a source; none if the source switches errata off."""
+        """Return the errata that apply to the tasks of a source.
+
+        If the source switches errata off, none apply.
+        """
         return NO_ERRATA if source.errata is ErrataChoice.NONE else self.data.errata
 
     def tasks(self, source: Source) -> TaskSet[Task]:
@@ -163,7 +170,10 @@ class Benchmark:
         return self.get_errata(source).correct_tasks(self.open_tasks(source))
 
     def with_changed_tasks(self, change: Callable[[Task], Task]) -> Benchmark:
-        """Return a copy of the benchmark whose tasks a function has changed, after errata were corrected."""
+        """Return a copy of the benchmark whose tasks are changed by a function.
+
+        Errata are corrected before.
+        """
 
         def open_tasks(source: Source) -> TaskSet[Task]:
             tasks = self.tasks(source)
@@ -174,7 +184,7 @@ class Benchmark:
     def tasks_for(self, ability: Ability, source: Source) -> TaskSet[Any]:
         """Return the tasks of an ability, in the order of the data set.
 
-        Transition modeling has operators as tasks, and some abilities have tasks of their own.
+        The tasks of transition modeling are operators. Some abilities have other tasks than the benchmark.
 
         Raises:
             InputError: the benchmark has no tasks for this ability, or only tasks for other abilities.
@@ -210,7 +220,7 @@ class Benchmark:
         return TaskSet(declared, declared.__getitem__, tasks.sha256)
 
     def world(self, source: Source) -> AbilityWorld:
-        """Return the domain and the notation for use by abilities, with the planner that the source names."""
+        """Return the domain, the notation and the source's planner as one value, which abilities use."""
 
         def planner() -> PddlPlanner | None:
             from eai.pddl.planners import make_planner

@@ -1,4 +1,4 @@
-"""Check a benchmark: its domain by random walks, claims of its tasks such as plans, and its annotations."""
+"""Check a benchmark: its domain by random walks, the plans of its tasks, and other annotations."""
 
 from __future__ import annotations
 
@@ -32,30 +32,30 @@ if TYPE_CHECKING:
     from eai.abilities.transition_modeling.verdict import OperatorVerdict
 
 _EXECUTED_ABILITIES = (Ability.ACTION_SEQUENCING, Ability.TRANSITION_MODELING)
-"""Abilities for which checks execute the gold answers, or give them to a planner."""
+"""Abilities whose gold answers are checked by executing them, or by giving them to a planner."""
 
 WALKS = 5
 """Maximum number of tasks from whose initial states random walks start."""
 
 _LIMITS = Limits(looks=150_000)
-"""Limits of the search for a task's plan: about a second on a usual processor."""
+"""Limits of the search for a task's plan. The search takes about a second on a usual processor."""
 
 
 def _ignore_progress(checked: int) -> None:
-    """Ignore the number of checked tasks: the default for `progressed`."""
+    """Ignore the number of checked tasks. This function is the default of `progressed`."""
 
 
 def check_benchmark(
     benchmark: Benchmark, source: Source, progressed: Callable[[int], None] = _ignore_progress
 ) -> tuple[list[DataFinding], Counter[SearchEnd]]:
-    """Return all problems of a benchmark, and the number of searches for plans with each kind of end.
+    """Return all problems of a benchmark, and counts of the searches for plans by how they ended.
 
-    A plan is searched for each task that has none, except tasks excluded as unsolvable.
+    A plan is searched for each task without an annotated plan, except for tasks excluded as unsolvable.
 
     Args:
         benchmark: the benchmark.
         source: the source of its tasks.
-        progressed: called with the number of checked tasks.
+        progressed: called before each task with the number of tasks that have been checked.
     """
     domain, tasks = benchmark.domain, benchmark.tasks(source)
     initial_states = [tasks[task_id].initial for task_id in list(tasks)[:WALKS]]
@@ -108,7 +108,7 @@ def _list_named_kinds(formula: f.Formula) -> Iterator[str]:
 def check_annotations(benchmark: Benchmark, source: Source) -> Iterator[DataFinding]:
     """Yield errors in the annotations of a benchmark that show when the annotations are executed.
 
-    These are plans that miss their goals, goals that are false in the annotated final state, and gold
+    Such errors are plans that miss their goals, goals that are false in the annotated final state, and gold
     operators with which a planner does not solve the problem. Tasks excluded from statistics of plans are
     skipped.
 

@@ -1,4 +1,4 @@
-"""Baselines that copy the question or public answers: models `eai/copy`, `eai/empty` and `eai/lookup`.
+"""The models `eai/copy`, `eai/empty` and `eai/lookup`: baselines that copy the question or public answers.
 
 A sound metric gives no points to `eai/copy` and `eai/empty`. The model `eai/copy` uses only the question (its
 goals, its instruction, the names of its operators), never a right answer. The model `eai/lookup` takes the
@@ -50,11 +50,11 @@ _MAX_NAME_WORDS = 3
 
 
 _AchieverMatch: TypeAlias = tuple[Achiever, Mapping[str, int]]
-"""A pair: an action schema that achieves a fact, and a mapping from its variables to objects of the fact."""
+"""A pair: an action schema that achieves a fact, and a mapping from the schema's variables to objects."""
 
 
 def write_goals_as_one_subgoal(task: Task, notation: SubgoalNotation) -> f.Formula:
-    """Return all goals of a task as one subgoal: first the actions in order, then the final conditions.
+    """Return all goals of a task as one subgoal: first its action goals in order, then its final conditions.
 
     Quantifiers are expanded, because not every notation has them. A goal about pairs of objects becomes a
     goal about the first pairs. Goals over time are left out.
@@ -87,7 +87,7 @@ def _require_action(action: str, arity: int) -> f.Formula:
 
 
 def _expand_quantifiers(formula: f.Formula, scene: Scene) -> f.Formula:
-    """Return a formula without quantifiers that implies the given formula in a scene."""
+    """Return a formula without quantifiers that, in the given scene, implies the given formula."""
 
     def objects(variable: f.Variable) -> list[f.Constant]:
         return [
@@ -124,10 +124,10 @@ def _expand_quantifiers(formula: f.Formula, scene: Scene) -> f.Formula:
 def open_copy_book(benchmark: Benchmark, ability: Ability, source: Source = USUAL_SOURCE) -> AnswerBook:
     """Return answers that are copied from the question without understanding it.
 
-    Answers to goal interpretation are all goals that words of the instruction can state. The only subgoal is
-    the task's goal, with its actions before its conditions. A plan has, for each condition of the goal, an
-    action that achieves it, without the steps that make the action possible. Operators have no preconditions,
-    and their effects apply the goal's predicates to all parameters.
+    An answer to goal interpretation has all goals that words of the instruction can state. The only subgoal
+    is the task's goal, with its actions before its conditions. A plan has, for each condition of the goal, an
+    action that achieves this condition, but no steps that make the action possible. Operators have no
+    preconditions, and their effects apply the goal's predicates to all parameters.
 
     Raises:
         DataError: the data cannot be obtained.
@@ -148,7 +148,10 @@ def open_empty_book(benchmark: Benchmark, ability: Ability, source: Source = USU
 
 
 def find_mentions(words: Sequence[str], name: str) -> list[int]:
-    """Return the positions in a list of words at which a name begins. Word endings are ignored."""
+    """Return the positions in a list of words at which an object's or predicate's name begins.
+
+    Endings of words are ignored.
+    """
     stem = _remove_word_ending("".join(_WORD.findall(name.lower())))
     spans = [(i, n) for i in range(len(words)) for n in range(1, _MAX_NAME_WORDS + 1) if i + n <= len(words)]
     return [i for i, n in spans if stem and _remove_word_ending("".join(words[i : i + n])) == stem]
@@ -196,7 +199,7 @@ def _copy_goal_as_subgoal(benchmark: Benchmark, task: Task) -> Iterable[str]:
 
 
 _achievers = lru_cache(maxsize=8)(AchieversByPredicate)
-"""Returns the actions of a domain by the facts that they achieve; made once for all tasks of the domain."""
+"""Returns the table of a domain's actions by the predicates that they make true or false. It is cached."""
 
 
 def _copy_plan(benchmark: Benchmark, task: Task) -> Iterable[str]:
@@ -219,7 +222,7 @@ def _copy_plan(benchmark: Benchmark, task: Task) -> Iterable[str]:
 
 
 def _list_goal_conditions(task: Task) -> Iterator[Literal]:
-    """Yield the conditions of each goal about states. For a goal with several options, the first is used."""
+    """Yield the conditions of each goal about states. If a goal has several options, the first is used."""
     for goal in task.goals:
         if goal.kind is not GoalKind.ACTION:
             yield from next(
@@ -232,7 +235,7 @@ def _find_achievers(
 ) -> Iterator[_AchieverMatch]:
     """Yield the actions that make a ground condition true.
 
-    Actions that change its predicate directly come first.
+    Actions that change the predicate of this condition directly come first.
     """
     atom = literal.operand if isinstance(literal, f.Not) else literal
     if not isinstance(atom, f.Atom):
@@ -250,7 +253,10 @@ def _find_achievers(
 
 
 def _find_first_action(matches: Iterable[_AchieverMatch], task: Task) -> Action | None:
-    """Return the first matching action with objects of the task, possible or not, or None."""
+    """Return the first action schema applied to the first fitting objects, or None if no objects fit.
+
+    The action need not be possible.
+    """
     usable = sum(1 << index for index in task.relevant)
     for achiever, scope in matches:
         for binding in achiever.complete_bindings(
@@ -263,7 +269,7 @@ def _find_first_action(matches: Iterable[_AchieverMatch], task: Task) -> Action 
 def _copy_operators(benchmark: Benchmark, task: TransitionTask) -> Iterable[str]:
     """Return operators without preconditions.
 
-    Effects make predicates of the goal true, or false if it negates them.
+    The effects make predicates of the goal true, or false if the goal negates them.
     """
     subformulas = list(walk_subformulas(task.problem.goal))
     denied = {
@@ -282,7 +288,7 @@ def _copy_operators(benchmark: Benchmark, task: TransitionTask) -> Iterable[str]
 
 
 def _make_effect_on_all(name: str, parameters: Sequence[f.Variable], *, adds: bool) -> PddlEffect:
-    """Return the effect that makes a predicate true, or false, for all parameters of fitting types."""
+    """Return an effect that makes a predicate true, or false, for all objects of the parameters' types."""
     atom = f.Atom(name, tuple([f.Variable(parameter.name) for parameter in parameters]))
     effect: PddlEffect = Add(atom) if adds else Delete(atom)
     return quantify(ForAllEffect, parameters, effect)
@@ -305,8 +311,9 @@ _LOOKED_UP_ABILITIES = (Ability.GOAL_INTERPRETATION, Ability.SUBGOAL_DECOMPOSITI
 def open_lookup_book(benchmark: Benchmark, ability: Ability, source: Source = USUAL_SOURCE) -> AnswerBook:
     """Return answers that the model `eai/lookup` takes from the most similar public task.
 
-    Plans and subgoals come from the other task with the most similar goals. Goals come from the other task
-    whose instruction shares most words. An operator comes from any other task that needs it.
+    Plans and subgoals are taken from the other task with the most similar goals. Goals are taken from the
+    other task whose instruction has most words in common. An operator is taken from any other task that needs
+    this operator.
 
     Raises:
         DataError: the data cannot be obtained.
@@ -375,7 +382,7 @@ def _adapt_subgoals(
 ) -> Sequence[str]:
     """Return the subgoals of the most similar task, with objects renamed to this task's objects.
 
-    Subgoals about objects without a counterpart in this task are left out.
+    A subgoal is left out if this task has no match for one of its objects.
     """
     nearest = table.find_most_similar_task(task)
     if nearest is None:
@@ -393,9 +400,9 @@ def _adapt_subgoals(
 def _adapt_goals(
     benchmark: Benchmark, texts: Iterable[tuple[Task, Counter[str]]], task: Task
 ) -> Sequence[str]:
-    """Return goals of the task with the most similar instruction.
+    """Return goals of the other task with the most similar instruction.
 
-    Goals with names that this task lacks are left out.
+    Goals with names that do not occur in this task are left out.
     """
     notation = benchmark.notation.goals
     nearest = _find_most_similar(Counter(list_instruction_words(task)), task, texts)
@@ -407,13 +414,13 @@ def _adapt_goals(
 
 
 def _make_operator_copier(tasks: TaskSet[TransitionTask]) -> Callable[[TransitionTask], Sequence[str]]:
-    """Return a function from a task to its operators, except operators that no other task needs."""
+    """Return a function from a task to the PDDL texts of those operators that another task needs, too."""
     uses = Counter([name for task in tasks.values() for name in task.operators])
     return lambda task: [task.domain.operators[name].write_pddl for name in task.operators if uses[name] > 1]
 
 
 def _count_goals_by_category(task: Task) -> Counter[str]:
-    """Return the goals of a task as texts in which categories replace objects, with their counts."""
+    """Return the goals of a task as texts in which categories replace objects, and count equal texts."""
     return Counter([text for _, text in _write_goals_by_category(task)])
 
 
@@ -428,21 +435,21 @@ def _write_goals_by_category(task: Task) -> Iterator[tuple[f.Formula, str]]:
 def _find_most_similar(
     texts: Counter[str], excluded: Task, among: Iterable[tuple[Task, Counter[str]]]
 ) -> Task | None:
-    """Return the other task whose texts have the largest share in common with the given texts, or None."""
+    """Return the other task that has the largest share of texts in common with the given texts, if any."""
     others = [(task, task_texts) for task, task_texts in among if task.id != excluded.id]
     nearest = max(others, key=lambda entry: _compute_similarity(texts, entry[1]), default=None)
     return None if nearest is None else nearest[0]
 
 
 def _compute_similarity(texts: Counter[str], others: Counter[str]) -> int:
-    """Return the share of common texts among all texts of two tasks, in millionths."""
+    """Return which share of the texts of two tasks both tasks have, in millionths."""
     return 1_000_000 * (texts & others).total() // max(1, (texts | others).total())
 
 
 def _adapt_steps(source: Task, target: Task) -> Iterator[Action]:
-    """Yield the steps of one task's plan with matching objects of another task.
+    """Yield the steps of one task's plan, with objects replaced by matching objects of another task.
 
-    Steps without matches are left out.
+    A step is left out if one of its objects has no match.
     """
     counterparts = _match_objects(
         source, target, [index for action in source.script for index in action.arguments]
@@ -457,7 +464,7 @@ def _adapt_steps(source: Task, target: Task) -> Iterator[Action]:
 def _match_objects(source: Task, target: Task, named: Iterable[int]) -> Mapping[int, int]:
     """Return a mapping from objects of one task to matching objects of another task, by index.
 
-    Objects match if they are in equal positions of equal goals, or else if they have one category.
+    Objects match if they occur in equal positions of equal goals, or else if they have the same category.
     """
     counterparts: dict[int, int] = {}
     goals = list(_write_goals_by_category(target))

@@ -36,7 +36,7 @@ _FILE = "errata.toml"
 
 
 def ask_for_scored_operators(task: TransitionTask, question: str) -> str:
-    """Return a copy of a question that asks for the scored operators instead of those that it lists."""
+    """Return a copy of a question that asks for the scored operators instead of the listed operators."""
     before, mark, rest = question.rpartition(_HEADS_START)
     _, end, behind = rest.partition(_HEADS_END)
     return "".join(
@@ -45,7 +45,7 @@ def ask_for_scored_operators(task: TransitionTask, question: str) -> str:
 
 
 def _write_operator_head(task: TransitionTask, name: str) -> str:
-    """Return an operator with empty precondition and effect, as questions list the operators to complete."""
+    """Return the PDDL text of an operator with empty precondition and effect, for a model to complete."""
     parameters = task.domain.operators[name].parameters
     return f"(:action {name})\n:parameters {parameters}\n:precondition ()\n:effect ()\n)\n"
 
@@ -58,7 +58,7 @@ class _TextReplacement(Options):
 
 
 class _ScriptEdit(Options):
-    """Steps of the data set's plan from number `step` on, counted from 0, and the steps that replace them."""
+    """Steps of the data set's plan (`was`, from index `step` on), and the steps that replace them (`now`)."""
 
     step: int
     was: tuple[str, ...]
@@ -73,15 +73,15 @@ class _Erratum(Options):
         domain: name of the benchmark.
         abilities: the affected abilities.
         tasks: ids of the affected tasks.
-        since: version of the table that added the erratum.
-        wrong: the error.
+        since: first version of the table with this erratum.
+        wrong: description of the error.
         evidence: how anybody can verify the error.
         exclude: reason for excluding the tasks from statistics of plans; records of the tasks repeat it.
-        renamed: name of an operator in the data -> its name in the question.
+        renamed: name of an operator in the data -> name of this operator in the question.
         problem: replacement in the planning problem.
         plan: replacements in the data set's own plan.
         question: replacement in the data set's official question.
-        asks_scored: whether the question is changed to ask for the scored operators.
+        asks_scored: whether the question is changed so that it asks for the scored operators.
     """
 
     id: str
@@ -126,7 +126,7 @@ class Errata:
     def find_errata_use(self, ability: Ability, task_id: str) -> ErrataUse | None:
         """Return the version of the table, and ids of the errata that can change verdicts on a task.
 
-        A record stores them. Returns None if there is no table.
+        Records of results store this value. Returns None if there is no table of errata.
         """
         return (
             ErrataUse(self.version, self._deciding_ids.get((ability, task_id), ())) if self.version else None
@@ -134,7 +134,7 @@ class Errata:
 
     @cached_property
     def _deciding_ids(self) -> Mapping[tuple[Ability, str], tuple[str, ...]]:
-        """Ids of the errata that can change verdicts, by ability and task.
+        """Mapping from ability and task id to the ids of the errata that can change verdicts.
 
         Errata that change only questions or the data set's plans are left out.
         """
@@ -143,7 +143,7 @@ class Errata:
         return {key: tuple(ids) for key, ids in group_pairs(pairs).items()}
 
     def correct_tasks(self, tasks: TaskSet[TaskT]) -> TaskSet[TaskT]:
-        """Return the tasks about plans and goals, each with its errors corrected."""
+        """Return the benchmark's tasks with their errors corrected."""
         by_task = self._group_by_task(Ability.ACTION_SEQUENCING)
 
         def correct_task(task_id: str) -> TaskT:
@@ -157,7 +157,7 @@ class Errata:
         return TaskSet(tasks, correct_task, tasks.sha256) if by_task else tasks
 
     def correct_operators(self, tasks: TaskSet[TransitionTask]) -> TaskSet[TransitionTask]:
-        """Return the tasks of transition modeling, each with its errors corrected."""
+        """Return the tasks of transition modeling with their errors corrected."""
         by_task = self._group_by_task(Ability.TRANSITION_MODELING)
         names = {was: now for entry in self.entries for was, now in (entry.renamed or {}).items()}
 
@@ -210,7 +210,7 @@ class Errata:
 
 
 NO_ERRATA = Errata()
-"""Errata without entries: for a benchmark without errata, or if errata are switched off."""
+"""Errata without entries, for a benchmark without errata, or for a user who switches errata off."""
 
 
 def load_errata(domain: str) -> Errata:

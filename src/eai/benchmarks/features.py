@@ -22,8 +22,8 @@ class TaskStatistics:
     """The features of one task.
 
     A *goal* is one of the conditions for which plans are tested. It may quantify over objects ("every jar is
-    open"). A *ground goal* is a condition on certain objects, as in goal interpretation. Ground goals are
-    counted in the first option of each goal; a condition in two options counts twice.
+    open"). A *ground goal* is a condition on certain objects, as in goal interpretation. If a goal has
+    several options, ground goals are counted in the first option. A condition in two goals counts twice.
 
     Attributes:
         annotated_steps: number of steps of the data set's own plan; None if there is no plan.
@@ -36,15 +36,17 @@ class TaskStatistics:
         relation_goals: number of goals with relations.
         action_goals: number of goals that are actions to be taken.
         quantified_goals: number of goals that quantify over objects.
-        goal_options: number of ways to choose one option of each goal.
+        goal_options: number of ways to choose one option (set of conditions that reaches the goal) for each
+            goal.
         ground_goals: number of ground goals.
         ground_state_goals: number of ground goals about one object.
         ground_relation_goals: number of ground goals about two objects.
         ground_action_goals: number of ground goals that are actions.
-        goals_at_start: number of goals that hold initially.
+        goals_at_start: number of goals that hold in the initial state.
         objects: number of relevant objects.
         object_categories: number of categories of relevant objects.
-        initial_facts: number of changeable initial facts about relevant objects only.
+        initial_facts: number of initial facts that actions can change, and that mention only relevant
+            objects.
         instruction_words: number of words of the instruction.
     """
 
@@ -130,7 +132,7 @@ def _count_initial_facts(task: Task) -> int:
 
 
 def find_tool_operators(domain: Domain) -> frozenset[str]:
-    """Return names of operators that need an object of some kind, such as a knife, without naming it."""
+    """Return names of operators that need a tool which their arguments do not name, such as a knife."""
     kinds = {p.name for p in domain.vocabulary.predicates if p.static and p.arity == 1}
     return frozenset(operator.name for operator in domain.operators if _requires_tool(operator, kinds))
 
@@ -141,7 +143,10 @@ def _requires_tool(operator: Operator, kinds: set[str]) -> bool:
 
 
 def _requires_kind(formula: Formula, kinds: set[str]) -> bool:
-    """Whether a formula requires an object of a given kind. Negated conditions require no object."""
+    """Whether a formula requires that an object of one of these kinds exists.
+
+    Negated conditions do not count.
+    """
     if isinstance(formula, Not):
         return False
     if isinstance(formula, Exists):

@@ -1,12 +1,12 @@
-"""Read activities of BEHAVIOR, written in BDDL, and write planning problems about some of their goals.
+"""Read activities of BEHAVIOR from BDDL files, and write some of their goals as planning problems.
 
-The initial state of an activity has the facts of its problem file, and facts that are usual in the data set:
-abilities and sizes by category, furniture on the floor of its room, open cartons. If a problem has the name
-of a data set problem, its objects are the objects of that data set problem.
+The initial state of an activity has the facts of its problem file. It also has facts that hold for most such
+objects of the data set: abilities, sizes, furniture that stands on the floor of its room, open cartons. If
+the data set has a problem of the same name, that problem's objects are used.
 
-A planning problem has some goals of one activity. Its objects are the objects of these goals, objects whose
-categories help to reach them, and objects that the initial facts relate to those objects. PDDL names have
-underscores instead of the dots of BDDL.
+A planning problem has some goals of one activity. It has the objects of these goals, objects of categories
+that help to reach them, and objects that initial facts relate to those objects. PDDL names have underscores
+instead of the dots of BDDL.
 """
 
 from __future__ import annotations
@@ -35,11 +35,11 @@ _ROOM = "inroom"
 
 
 _UsualObject: TypeAlias = tuple[str, str, tuple[str, ...]]
-"""Model, synset and abilities that most objects of a category have."""
+"""Model, synset (sense of a word) and abilities that most objects of a category have."""
 
 
 def open_activities(tasks: TaskSet[BehaviorTask]) -> ProblemWorld:
-    """Return the world in which problem files of activities are read.
+    """Return the names that problem files of activities may use, and a function that makes initial states.
 
     Args:
         tasks: the tasks of the data set. Problems may name the rooms of these tasks.
@@ -126,14 +126,20 @@ _HELPERS: Mapping[str, tuple[str, ...]] = {
     "frozen": ("electric_refrigerator.n.01",),
     "cooked": ("pan.n.01",),
 }
-"""Predicate of a goal -> categories of objects that may help to reach the goal (``pddl_generator.py``)."""
+"""Predicate of a goal -> categories of objects that may help to reach the goal.
+
+The table is from ``pddl_generator.py`` in the paper's package.
+"""
 
 
 _AGENT = "agent"
 """Category of the robot in planning problems."""
 
 _SAME = "same_obj"
-"""Predicate of planning problems that relates each object to itself. States of this package lack it."""
+"""Predicate of planning problems that relates each object to itself.
+
+States of this package lack this predicate.
+"""
 
 
 def write_task_problem(task: Task, goals: Sequence[f.Formula]) -> str:
@@ -145,7 +151,7 @@ def write_task_problem(task: Task, goals: Sequence[f.Formula]) -> str:
 
 
 def build_pddl_problem(record: BehaviorRecord, goals: Sequence[f.Formula]) -> PddlProblem:
-    """Return the planning problem with these goals, which name objects as the problem file does."""
+    """Return the planning problem with the given goals. They name objects as the problem file does."""
     problem = record.problem
     categories = {item.name: item.type for item in problem.objects}
     needed = {name for goal in goals for name in find_object_names(goal)}
@@ -153,7 +159,7 @@ def build_pddl_problem(record: BehaviorRecord, goals: Sequence[f.Formula]) -> Pd
     needed |= {name for name, category in categories.items() if category in helping}
 
     def select_facts(facts: Iterable[f.Atom]) -> list[f.Atom]:
-        """Return the facts about at least one needed object, without facts about rooms."""
+        """Return the facts that mention at least one needed object and no room."""
         about = ((fact, {*find_object_names(fact)}) for fact in facts)
         return [fact for fact, names in about if names & needed and names <= categories.keys()]
 

@@ -3,8 +3,8 @@
 The published pipeline copies the text of an answer into the goal section of a prompt, one goal a line. It
 does not interpret the answer (``generate_goal_subgoal_.pipeline_prompts.py``, ``bddl_to_tl.py``, revision
 66a407d). This module does the same, which has three effects on answers in an unusual form. Names of
-predicates are spelt by the rule for object names, so that ``next_to`` becomes ``next.to``. A bare word in
-place of a condition is split into letters, so that ``["not", "dusty", "bed.n.01_1"]`` becomes
+predicates are spelt like names of objects, so that ``next_to`` becomes ``next.to``. A single word in place
+of a condition is split into letters, so that ``["not", "dusty", "bed.n.01_1"]`` becomes
 ``not d(u, s, t, y)``. A condition stated twice appears twice. Goals at which the pipeline stops with an error
 are left out here.
 """
@@ -83,7 +83,7 @@ def _map_instance_names(belief: TaskBelief) -> Mapping[str, str]:
 
 
 def _unwrap_entry(entry: object) -> object:
-    """Return a goal without the lists that contain only another list."""
+    """Return a goal without superfluous brackets: a list whose only item is a list becomes this item."""
     match entry:
         case [[*_] as inner]:
             return _unwrap_entry(inner)

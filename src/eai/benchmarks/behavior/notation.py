@@ -31,10 +31,10 @@ from eai.world.domain import Domain
 from eai.world.state import Scene
 
 STATES = tuple(state.name for state in p.GOAL_STATES if state.name != "burnt")
-"""Names of the states that goals of the data set's goal file use."""
+"""Predicates of one object that occur in the data set's file of goals."""
 
 RELATIONS = tuple(sorted([*(relation.name for relation in p.GOAL_RELATIONS), "touching"]))
-"""Names of the relations that goals of the data set's goal file use."""
+"""Predicates of two objects that occur in the data set's file of goals."""
 
 _UNARY_PREDICATES = (
     *(state.name.replace("toggled_on", "toggledon") for state in p.GOAL_STATES),
@@ -117,7 +117,7 @@ def make_behavior_lexicon(scene: Scene, signature: Signature, objects: Mapping[s
 
 
 def map_category_predicates(scene: Scene) -> dict[str, str]:
-    """Return a mapping from predicate to category, for predicates that assert the category of an object."""
+    """Return a mapping from predicates that state an object's category to this category."""
     categories = dict.fromkeys(obj.category for obj in scene.objects)
     return {category.replace(".", "_"): category for category in categories if "." in category}
 
@@ -132,7 +132,10 @@ def map_object_names(scene: Scene) -> dict[str, int]:
 
 
 def map_published_names(scene: Scene) -> dict[str, int]:
-    """Return a mapping from object names of the reference to indices. Parts of objects have no such name."""
+    """Return a mapping from object names in the paper's package to indices.
+
+    Parts of objects have no such name.
+    """
     return {_write_dotted(obj.name): i for i, obj in enumerate(scene.objects) if "." in obj.category}
 
 
@@ -151,7 +154,7 @@ class BehaviorSubgoals(SubgoalNotation):
         super().__init__(behavior.domain_in_paper_order())
 
     def make_formula_lexicon(self, scene: Scene) -> FormulaLexicon:
-        """Return the lexicon of a scene: states, actions and objects as prompts name them."""
+        """Return the lexicon of a scene: the names that prompts use for its states, actions and objects."""
         actions = {name: arity for name, arity in ACTION_ARITIES.items() if arity is not None}
         objects = map_object_names(scene)
         names = {*objects, *ROBOT_NAMES}
@@ -197,7 +200,7 @@ class BehaviorGoals(JsonGoals):
     """Goals in the words of BEHAVIOR's prompts: states and relations, no actions.
 
     Upper and lower case are equal, and ``toggledon`` is another spelling of ``toggled_on``. The right goals
-    are those of the data set's goal file. A few of them differ from the goals of the problem files.
+    come from the data set's file of goals. A few of them differ from the goals in the problem files.
     """
 
     symmetric: ClassVar[frozenset[str]] = frozenset({"nextto", "touching"})
@@ -215,20 +218,20 @@ class BehaviorGoals(JsonGoals):
         return {(name, arity): DOMAIN_NAMES.get(name, name) for name, arity in arities.items()}
 
     def list_object_names(self, task: Task) -> tuple[str, ...]:
-        """Return the name of each object in goals: its instance name, or the object's own name for a part."""
+        """Return each object's name in goals: its instance name, or the usual name of half an object."""
         instances = _map_instances(task)
         return tuple([instances.get(obj.name, obj.name) for obj in task.scene.objects])
 
     def list_goal_alternatives(self, task: Task) -> tuple[GoalAlternatives, ...]:
-        """Return for each published goal its options: conditions that together reach the goal.
+        """Return, for each published goal, its options: sets of conditions that together reach the goal.
 
-        A task that the data set does not have gets its options from its own goals.
+        If the task is not from the data set, the options follow from its goals.
         """
         if not isinstance(task, BehaviorTask):
             return super().list_goal_alternatives(task)
         names = {instance: name for name, instance in _map_instances(task).items()}
 
-        @cache  # because a condition occurs in many options of a goal
+        @cache  # a condition occurs in many options of a goal
         def make_leaf(condition: GoalCondition) -> LiteralChoice:
             return LiteralChoice(_to_literal(condition, names))
 

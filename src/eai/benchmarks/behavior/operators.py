@@ -1,7 +1,7 @@
 """The actions of BEHAVIOR, each with its ordered checks and its effects.
 
-The operators describe the simulator as the paper means it, with the reference's order of checks. The
-reference's defects are listed in `eai.extensions.reference.behavior_quirks`. The source is the reference's
+The operators describe the simulator as the paper means it. The order of checks is that of the paper's
+package, whose defects are listed in `eai.extensions.reference.behavior_quirks`. The source is its module
 ``evolving_graph.py``.
 """
 
@@ -33,7 +33,7 @@ F = Variable("f")
 
 
 class _Hand(NamedTuple):
-    """A hand: the prefix of its actions, and the predicates of objects in this and in the other hand."""
+    """A hand: the prefix of its actions' names, and predicates for objects in this and in the other hand."""
 
     name: str
     holds: Predicate
@@ -63,9 +63,9 @@ def require_cut_off(obj: Variable) -> Check:
 
 
 def require_interactable(obj: Variable) -> tuple[Check, ...]:
-    """Return the checks that an object is not shut in and not sliced.
+    """Return the checks that an object is in no closed container, and is not sliced.
 
-    After slicing, only the halves can be used.
+    A sliced object cannot be used, only its halves can.
     """
     shut = Exists(C, p.closed(C) & p.within(obj, C))
     return (
@@ -83,12 +83,15 @@ def add_movement(operator: Operator) -> Operator:
 
 
 def put_in(obj: Variable, container: Variable) -> tuple[Effect, ...]:
-    """Return effects that put an object without support into a container."""
+    """Return effects that put a loose object into a container.
+
+    A loose object lies in or on no other object.
+    """
     return (Add(p.lies_in(obj, container)),)
 
 
 def put_on(obj: Variable, support: Variable) -> tuple[Effect, ...]:
-    """Return effects that put an object without support onto another object, or let it stand on a floor."""
+    """Return effects that put a loose object onto another object or a floor."""
     return (
         When(p.floor(support), (Add(p.stands_on(obj, support)),)),
         When(~p.floor(support), (Add(p.lies_on(obj, support)),)),
@@ -96,7 +99,7 @@ def put_on(obj: Variable, support: Variable) -> tuple[Effect, ...]:
 
 
 def put_with(obj: Variable, neighbour: Variable) -> tuple[Effect, ...]:
-    """Return effects that put an object without support onto (or into) the support of its neighbour."""
+    """Return effects that put a loose object onto, or into, the object that supports its neighbour."""
     support = Exists(C, p.carries(C, neighbour))
     return (
         When(p.floor(neighbour), (Add(p.stands_on(obj, neighbour)),)),
@@ -112,7 +115,10 @@ def clear_support(obj: Variable) -> tuple[Effect, ...]:
 
 
 def make_grasp_action(hand: _Hand) -> Operator:
-    """Return the action GRASP of a hand. Objects on the grasped object come along, unless much larger."""
+    """Return the action GRASP of a hand.
+
+    Objects on the grasped object come along, unless they are much larger.
+    """
     checks = (
         affordance(~p.floor(X), "{x} is a floor"),
         affordance(~p.ungraspable(X), "{x} is too big to grasp"),
@@ -147,7 +153,7 @@ def make_release_action(hand: _Hand) -> Operator:
 
 
 def require_target_for_placing(hand: _Hand, target: Variable) -> tuple[Check, ...]:
-    """Return the checks of placing actions: the hand holds an object, which does not carry the target."""
+    """Return the checks of placing actions: the hand holds an object, and it does not carry the target."""
     return (
         missing_step(~hand.is_empty, "that hand holds nothing"),
         missing_step(~hand.holds(target), f"{{{target.name}}} is the object in that hand"),
@@ -163,7 +169,10 @@ NO_INSIDE = affordance(~p.floor(X), "{x} is a floor, which has no inside")
 
 
 def make_placing_actions(hand: _Hand) -> Iterator[Operator]:
-    """Yield the actions that put the held object down. In effects, ``h`` is the held object."""
+    """Yield the actions that put the held object down.
+
+    In their effects, the variable ``h`` is the held object.
+    """
     free, beside = require_target_for_placing(hand, X), make_symmetric_effects(Add, p.stands_by(H, X))
     fits = affordance(~Exists(H, hand.holds(H) & p.larger(H, X)), "what the hand holds is too big for {x}")
     for name, checks, effects, where in (
@@ -196,7 +205,7 @@ def _make_placing_action(
 
 
 def make_pouring_actions(hand: _Hand) -> Iterator[Operator]:
-    """Yield the actions that pour out the contents of the held object. In effects, ``c`` is each content."""
+    """Yield the actions that pour out the contents of the held object. Variable ``c`` is one content."""
     too_big = Exists(H, hand.holds(H) & Exists(C, p.carries(H, C) & p.larger(C, X)))
     fits = affordance(~too_big, "the contents of what the hand holds are too big for {x}")
     empty = Exists(H, hand.holds(H) & ~Exists(C, p.carries(H, C)))
@@ -212,7 +221,7 @@ def make_pouring_actions(hand: _Hand) -> Iterator[Operator]:
 
 
 def make_hand_actions(hand: _Hand) -> tuple[Operator, ...]:
-    """Return the actions of a hand, in the order of the reference's list."""
+    """Return the actions of a hand, in the order of the list in the paper's package."""
     ontop, inside, nextto, under, nextto_ontop = make_placing_actions(hand)
     return (
         make_grasp_action(hand),
@@ -237,7 +246,7 @@ def make_state_action(
     last: tuple[Check, ...] = (),
     effects: tuple[Effect, ...] = (),
 ) -> Operator:
-    """Return an action that sets or clears a state of an object. The robot needs a free hand."""
+    """Return an action that makes a state of an object true or false. The robot needs a free hand."""
     wanted = state(X)
     checks = (
         *first,
@@ -266,7 +275,10 @@ def make_toggle_on_action() -> Operator:
 
 
 def make_slice_action() -> Operator:
-    """Return the action SLICE: two halves replace an object, with its support, relations and states."""
+    """Return the action SLICE: two halves replace an object.
+
+    They take over its support, relations and states.
+    """
     parts = p.part_of(P, X)
     states: tuple[Effect, ...] = tuple(
         effect
@@ -368,7 +380,7 @@ def make_freeze_action() -> Operator:
 
 
 def make_operators() -> tuple[Operator, ...]:
-    """Return all actions in the order of the reference's list (``EvalActions``).
+    """Return all actions in the order of the list in the paper's package (``EvalActions``).
 
     The left hand comes first.
     """

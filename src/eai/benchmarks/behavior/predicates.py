@@ -18,7 +18,7 @@ _SUPPORTS = ("lies_in", "lies_on")
 
 
 def make_target_lookup(relation: str) -> LookupFunction:
-    """Return a function that finds an object's targets in a stored relation, as a bit mask."""
+    """Return a function that finds, as a bit mask, the objects to which a relation relates an object."""
 
     def find_targets(state: State, arguments: tuple[int, ...]) -> int:
         return state.relation(relation).row(arguments[0])
@@ -27,9 +27,9 @@ def make_target_lookup(relation: str) -> LookupFunction:
 
 
 def make_lookup_with_halves(values: LookupFunction) -> LookupFunction:
-    """Return a function that finds targets for goals.
+    """Return a function that finds the objects to which a relation in goals relates an object.
 
-    A sliced object has the targets that both halves have.
+    A sliced object is related to the objects to which both of its halves are related.
     """
 
     def find_common_values(state: State, arguments: tuple[int, ...]) -> int:
@@ -46,7 +46,7 @@ def make_lookup_with_halves(values: LookupFunction) -> LookupFunction:
 
 
 def _find_floor_bits(state: State, root: int) -> int:
-    """Return the floor, as a bit mask, on which an object without other support stands."""
+    """Return the floor on which an object stands that no other object supports. The result is a bit mask."""
     return state.relation("stands_on").row(root)
 
 
@@ -55,7 +55,7 @@ Y = f.Variable("y")
 Z = f.Variable("z")
 P = f.Variable("p")
 
-# Abilities and kinds of an object. They never change.
+# Abilities and kinds of objects. They never change.
 cookable = Predicate("cookable", 1, static=True)
 burnable = Predicate("burnable", 1, static=True)
 dustyable = Predicate("dustyable", 1, static=True)
@@ -105,7 +105,7 @@ stands_under = Predicate("stands_under", 2)
 stands_by = Predicate("stands_by", 2)
 
 LOOSE_RELATIONS = (stands_on, stands_under, stands_by)
-"""Relations other than support, in the order in which initial facts are added to a state."""
+"""Relations other than support, in the order in which a new state gets its initial facts."""
 
 STATES = (
     (cookable, is_cooked),
@@ -118,7 +118,7 @@ STATES = (
     (stainable, is_stained),
     (toggleable, is_toggled_on),
 )
-"""Pairs of an ability of objects and the state that it makes possible."""
+"""Pairs of an ability of objects and the state that this ability makes possible."""
 
 # Derived.
 part = DefinedPredicate("part", (X,), f.Exists(Y, part_of(X, Y)))
@@ -144,17 +144,20 @@ _BASIC_DERIVED = tuple(
     [item for item in globals().values() if isinstance(item, DefinedPredicate | LookupPredicate)]
 )
 
-# Derived predicates of goals.
+# Derived predicates that goals use.
 
 
 def _make_goal_state(name: str, stored: Predicate) -> DefinedPredicate:
-    """Return a predicate for goals: it holds for a sliced object if the state holds for all its halves."""
+    """Return a predicate for goals.
+
+    It holds for a sliced object if the state holds for all halves of the object.
+    """
     of_parts = f.ForAll(P, f.Implies(part_of(P, X), stored(P)))
     return DefinedPredicate(name, (X,), (stored(X) & ~halved(X)) | (halved(X) & of_parts))
 
 
 def _make_goal_relation(name: str, stored: Predicate | DefinedPredicate) -> DefinedPredicate:
-    """Return a relation for goals: it holds for a sliced object if it holds for all its halves."""
+    """Return a relation for goals. It holds for a sliced object if it holds for all halves of the object."""
     values = stored.values if isinstance(stored, DefinedPredicate) else None
     of_parts = f.ForAll(P, f.Implies(part_of(P, X), stored(P, Y)))
     seen = (stored(X, Y) & ~halved(X)) | (halved(X) & of_parts)
@@ -171,7 +174,7 @@ STORED = {
     "under": stands_under,
     "nextto": stands_by,
 }
-"""Relation of BDDL -> stored relation, in the order in which initial facts are added to a state."""
+"""Relation of BDDL -> stored relation, in the order in which a new state gets its initial facts."""
 
 GOAL_RELATIONS = tuple(
     _make_goal_relation(name, within if stored is lies_in else stored) for name, stored in STORED.items()

@@ -27,7 +27,7 @@ OPTIONS_MEMBER = "goal_options.jsonl"
 """Name of the pack's file with the goals of goal interpretation: one task a line, in data set order."""
 
 FLOOR = "room_floor"
-"""Name that records use for the model category of all floors."""
+"""Name of the model category of floors in records."""
 
 STATE_OF_ABILITY: Mapping[str, str] = {
     ability.name: state.name.removeprefix("is_") for ability, state in STATES
@@ -84,14 +84,14 @@ class BehaviorRecord:
     Attributes:
         id: the data set's id: activity, definition, scene, instance and date of a recorded demonstration.
         activity: the activity, such as ``bottling_fruit``.
-        definition: number of the problem file among those of the activity.
+        definition: number of the problem file, among the problem files of the activity.
         scene: the simulator's scene.
         instruction: the activity in one English sentence.
         objects: objects in the order of the problem file, without the agent.
         problem: the problem file, which names objects by instance.
         plan: a human's plan from the data set, as actions with objects. One action is misspelt.
         goal_options: for each goal of goal interpretation, all its options in the published order. For three
-            tasks they follow an earlier wording than `problem`.
+            tasks, the options were made from an earlier version of the problem file than `problem`.
     """
 
     id: str
@@ -106,7 +106,7 @@ class BehaviorRecord:
 
 
 def read_records(pack: PackFile) -> TaskSet[BehaviorRecord]:
-    """Return the records of a pack by task id, in data set order. Each is decoded on first use."""
+    """Return the records of a pack by task id, in data set order. Each record is decoded on first use."""
     lines, options = _split_by_id(pack.read(TASKS_MEMBER)), _split_by_id(pack.read(OPTIONS_MEMBER))
 
     def read(task_id: str) -> BehaviorRecord:
@@ -116,7 +116,7 @@ def read_records(pack: PackFile) -> TaskSet[BehaviorRecord]:
 
 
 def _split_by_id(content: bytes) -> dict[str, bytes]:
-    """Return a mapping from id to JSON text. Each line is an id, a tab and JSON."""
+    """Return a mapping from task id to JSON text. A line of the content is an id, a tab and JSON."""
     pairs = (line.split(b"\t", 1) for line in content.splitlines())
     return {task_id.decode(): text for task_id, text in pairs}
 

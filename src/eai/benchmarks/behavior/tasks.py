@@ -21,10 +21,10 @@ from eai.world.action import Action
 from eai.world.state import Fact, Scene, State, WorldObject
 
 MAX_GRASPABLE_VOLUME = 1.5
-"""Maximum volume of an object that a hand can grasp, in m3 (reference: ``evolving_graph.py`` grasp)."""
+"""Maximum volume of an object that a hand can grasp, in m3 (from ``evolving_graph.py``)."""
 
 MUCH_LARGER_RATIO = 5
-"""Ratio of volumes above which an object falls off its support when the support is grasped (same source)."""
+"""Ratio of volumes above which an object falls off its support when the support is grasped (from there)."""
 
 _ABILITY_PREDICATES: Mapping[str, str] = {
     **{ability.name: ability.name for ability, _ in p.STATES},
@@ -32,10 +32,13 @@ _ABILITY_PREDICATES: Mapping[str, str] = {
     "cleaningTool": p.cleaning_tool.name,
     "coldSource": p.cold_source.name,
 }
-"""Ability in the taxonomy -> predicate of the domain. Abilities that the domain does not use are absent."""
+"""Ability in the taxonomy -> predicate of the domain.
+
+The mapping lacks abilities that the domain does not use.
+"""
 
 _MODEL_PREDICATES = {kind.name for kind in (p.sink, p.dishwasher, p.teapot, p.saucepan, p.detergent)}
-"""Model categories that actions check. The predicate of each has the category's name."""
+"""Model categories that actions check. For each category, there is a predicate with its name."""
 
 RELATIONS = frozenset(p.STORED)
 """Names of BDDL's relations. All other predicates of BDDL are states of one object."""
@@ -48,7 +51,7 @@ class BehaviorTask(Task):
     Attributes:
         record: the task as published; its problem names objects by instance, as in ``rag.n.01_1``.
         initial_as_published: the initial state that reproduces the published verdicts on subgoals. It has the
-            same scene as `initial`, and mostly is `initial` itself.
+            same scene as `initial`, and for most tasks is `initial` itself.
     """
 
     record: BehaviorRecord
@@ -103,7 +106,7 @@ def collect_initial_relations(
 ) -> tuple[GroundRelation, ...]:
     """Return the initial relations of a task, with object names of the scene.
 
-    They come from the problem file, from assumptions about furniture, and from the unpublished facts.
+    The relations come from the problem file, from assumptions about furniture, and from unpublished facts.
     """
     listed = read_listed_relations(record)
     removed = evidence.removed.get(record.id, ())
@@ -126,7 +129,7 @@ def read_listed_relations(record: BehaviorRecord) -> tuple[GroundRelation, ...]:
 def assume_standing_relations(
     record: BehaviorRecord, evidence: UnpublishedFacts
 ) -> tuple[GroundRelation, ...]:
-    """Return relations to the floor of the room for furniture without support in the problem file."""
+    """Return relations that put furniture on the floor of its room, if the problem file does not place it."""
     stated = [fact for fact in record.problem.initial if fact.predicate == "inroom"]
     rooms = {fact.arguments[0].name: fact.arguments[1].name for fact in stated}
     floors = {
@@ -228,5 +231,5 @@ class _BehaviorTaskBuilder:
 
 
 def _classify_goal(formula: Formula) -> GoalKind:
-    """Return the kind of a goal: relation if the goal contains a relation, or else state."""
+    """Return the kind of a goal: `RELATION` if the goal contains a relation, or else `STATE`."""
     return GoalKind.STATE if RELATIONS.isdisjoint(find_predicates(formula)) else GoalKind.RELATION

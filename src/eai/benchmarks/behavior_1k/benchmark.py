@@ -1,7 +1,7 @@
 """The benchmark BEHAVIOR-1K, and its variants.
 
-Prompts either explain how the simulated household works, such as which tool removes a stain, or test whether
-a model knows it.
+In some variants, prompts explain how the simulated household works, such as which tool removes a stain.
+Others test whether a model knows this.
 """
 
 from __future__ import annotations
@@ -100,7 +100,7 @@ def _make_variant(
 
 
 def behavior_1k_untold() -> Benchmark:
-    """Return BEHAVIOR-1K with prompts that do not explain tools, heat and recipes."""
+    """Return BEHAVIOR-1K with prompts that explain neither tools nor heat nor recipes."""
     return _make_variant(UNTOLD, "BEHAVIOR-1K, conventions untold", describe=describe_situation)
 
 
@@ -110,5 +110,5 @@ def behavior_1k_challenge_2025() -> Benchmark:
 
 
 def behavior_1k_in_behavior_100() -> Benchmark:
-    """Return the benchmark of the 65 activities that BEHAVIOR-100 has under the same name."""
+    """Return the benchmark of the 65 activities that BEHAVIOR-100 also has, under the same names."""
     return _make_variant(OF_100, "BEHAVIOR-1K, also in BEHAVIOR-100", partial(_open_subset, "behavior_100"))

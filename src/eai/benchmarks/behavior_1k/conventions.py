@@ -45,7 +45,7 @@ _RESULT_WORDS: Mapping[str, Predicate] = {"cooked": p.makes_cooked, "hot": p.mak
 
 
 class SceneReader:
-    """Reads facts of a state by names of objects.
+    """Reads the facts of a state. Objects are given and returned by name.
 
     Args:
         state: the state.
@@ -98,10 +98,10 @@ def _list_below_heading(heading: str, lines: Iterable[str]) -> str:
 
 
 class _SituationWriter(SceneReader):
-    """Describes the substances of sources, and the floors of objects without support."""
+    """Describes which substances sources give, and on which floor objects without support stand."""
 
     def write_lines(self) -> Iterator[str]:
-        """Yield a line for each source and each floor."""
+        """Yield a line for each source of a substance, and for each floor with objects."""
         for source in self._names:
             given = self._find_targets(p.gives, source)
             if given:
@@ -114,9 +114,9 @@ class _SituationWriter(SceneReader):
                 yield f"- {floor} is the floor of {_join_names(above)}."
 
     def _describe_source(self, source: str, given: str) -> str:
-        """Return what a source does, as a verb phrase.
+        """Return a verb phrase for a source, such as "gives water".
 
-        Fixed sources serve FILL and SOAK, others POUR and APPLY.
+        The actions FILL and SOAK use fixed sources; POUR and APPLY use movable sources.
         """
         if not self._has(p.fixed, source):
             return f"always holds {given}"

@@ -27,7 +27,7 @@ CORRECTIONS: Mapping[str, tuple[str, str]] = {
     "loading_the_car": (") ) (not (open ?car.n.01_1) ) )", ") (not (open ?car.n.01_1) ) ) )"),
     "wash_a_baseball_cap": ("\\", ""),
 }
-"""Activity -> wrong text in its definition, and correction: a goal outside the conjunction, a backslash."""
+"""Activity -> wrong passage in its definition, and the corrected passage."""
 
 _PLAIN_ABILITIES = {
     *("openable", "toggleable", "slicer", "fillable", "cloth", "drapeable", "rope", "mixingTool"),
@@ -36,7 +36,7 @@ _PLAIN_ABILITIES = {
 """Abilities without parameters."""
 
 _TEMPERATURES = {"cookable": ("cook_temperature", 70.0), "heatable": ("heat_temperature", 40.0)}
-"""Ability -> parameter with its threshold temperature, and the default threshold in degrees Celsius."""
+"""Ability -> name of the parameter with its minimum temperature, and the default value in degrees Celsius."""
 
 
 def convert_tasks(files: ArchiveFiles, report: ReportProgress) -> dict[str, bytes]:
@@ -70,9 +70,9 @@ def _to_compact_json(value: object) -> bytes:
 
 
 def _get_value_index(values: list[object], value: object) -> int:
-    """Return the index of a value in a list, after appending the value if it is new.
+    """Return the index of a value in a list. A new value is appended first.
 
-    Tools have only nine different ways to remove substances, so each is stored once.
+    The list has the ways in which tools remove substances. There are only nine, so each is stored once.
     """
     if value not in values:
         values.append(value)
@@ -119,9 +119,10 @@ def _select_abilities(annotated: Mapping[str, Any]) -> Iterator[tuple[str, objec
 
 
 def _read_removal_manners(parameters: Mapping[str, Any]) -> Mapping[str, object] | None:
-    """Return how a kind of tool removes each substance, or None if the annotations state no conditions.
+    """Return a mapping from substances to the way in which a kind of tool removes them.
 
-    A few abstract kinds have no conditions. They remove substances as a rag does.
+    Returns None if the annotations state no conditions. A few abstract kinds of tools have none, and remove
+    substances as a rag does.
     """
     if not parameters:
         return None
@@ -180,9 +181,9 @@ def _read_rules(files: ArchiveFiles) -> dict[str, object]:
 
 
 def _read_products(rules: Iterable[Mapping[str, Any]]) -> dict[str, str]:
-    """Return a mapping from each kind to its product.
+    """Return a mapping from each kind to the kind into which the rules turn it.
 
-    Boiled water, which some rules also need, is left out.
+    Some rules also need boiled water. The mapping leaves it out.
     """
     return {
         next(name for name in rule["input_synsets"] if not name.startswith("cooked__")): next(

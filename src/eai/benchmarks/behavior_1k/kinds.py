@@ -21,18 +21,20 @@ ACTIVITIES, KINDS, RULES, PLANS = "activities.txt", "kinds.json", "rules.json", 
 _SYNSET = re.compile(r"([\w'-]+)\.n\.\d\d")
 
 RAG = "rag.n.01"
-"""The kind of rags.
-
-Abstract kinds without conditions of removal have the conditions of rags (`convert`).
+"""The kind of rags. Abstract kinds of tools without own conditions remove substances as rags do (`convert`).
 """
 
 WATER, BOILED_WATER = "water.n.06", "cooked__water.n.01"
 WASHER, DRYER = "washer.n.03", "clothes_dryer.n.01"
 MELTING_TEMPERATURE, LIGHTING_TEMPERATURE = 100, 1000
-"""Minimum temperatures in degrees Celsius of heat sources that melt (`MeltingRule`), and of lighters."""
+"""Minimum temperature in degrees Celsius of a heat source that melts objects, and of a lighter."""
 
 Manner: TypeAlias = str | list[str] | None
-"""How a tool removes a substance: dry ([]), soaked with a listed solvent, switched on, or never (None)."""
+"""How a tool removes a substance.
+
+A list has solvents with which the tool must be soaked; it is empty if the tool works dry. A text means that
+the tool must be switched on. None means that the tool cannot remove the substance.
+"""
 
 
 def get_lemma(synset: str) -> str:
@@ -41,7 +43,7 @@ def get_lemma(synset: str) -> str:
 
 
 class _HeatSource(NamedTuple):
-    """A source of heat or cold: its temperature in degrees Celsius, and when it works."""
+    """A source of heat or cold: its temperature in degrees Celsius, and the conditions that it needs."""
 
     temperature: float
     needs: tuple[str, ...]
@@ -54,13 +56,13 @@ class Recipe:
     Attributes:
         name: name of the recipe.
         by: the method: ``machine``, ``stirring`` or ``heat``.
-        takes: ingredient kind -> number of objects.
-        cooked: ingredient kind -> True if it must be cooked, False if it must be raw.
-        toppings: topping kind -> the kind that it lies on or covers.
+        takes: kind of ingredient -> number of objects that the recipe needs.
+        cooked: kind of ingredient -> True if the ingredient must be cooked, False if it must be raw.
+        toppings: kind of topping -> kind of the object on which the topping lies.
         vessel: kind of the machine, or of the vessel that is heated; empty for any fillable object.
         source: kind of the source of heat or cold; empty if the recipe is not heated.
-        makes: product kind -> number of objects.
-        result: states of the products.
+        makes: kind of product -> number of objects that the recipe makes.
+        result: states of the products, such as ``hot``.
     """
 
     name: str
@@ -88,16 +90,16 @@ class ProductionMethod:
 class _KindRules:
     """The rules that turn objects into other kinds.
 
-    A mapping is from a kind to the kind of its product, if not stated otherwise.
+    Mappings are from a kind to the kind of the product, if not stated otherwise.
 
     Attributes:
-        slice: kind -> kind and number of its halves.
-        dice: kind -> kind of its dice, by ``raw`` and ``cooked``.
-        melt: product of melting.
-        cook: product of a substance when it is hot enough.
-        cook_in_water: product of a substance that needs boiled water and heat.
-        wash: substance -> solvents that water needs to wash it off; None if it cannot be washed off.
-        fits: pairs of kinds of which the first can be attached to the second.
+        slice: kind -> kind of its halves, and their number.
+        dice: kind -> kinds of its dice: a mapping with the keys ``raw`` and ``cooked``.
+        melt: kind -> kind of the melted substance.
+        cook: substance -> substance that heat turns it into.
+        cook_in_water: substance -> substance that heat and boiled water turn it into.
+        wash: substance -> solvents that water needs to wash the substance off; None if this is impossible.
+        fits: pairs of kinds: objects of the first kind can be attached to objects of the second kind.
         recipes: the recipes.
     """
 
@@ -112,7 +114,7 @@ class _KindRules:
 
     @cached_property
     def production_methods(self) -> Mapping[str, Sequence[ProductionMethod]]:
-        """Kind -> all ways to make an object of the kind."""
+        """Mapping from a kind to all ways to make an object of this kind."""
         return group_pairs(self._yield_production_methods())
 
     def _yield_production_methods(self) -> Iterator[tuple[str, ProductionMethod]]:
@@ -147,7 +149,7 @@ class ObjectKinds:
         self.rules = TypeAdapter(_KindRules).validate_python(rules)
 
     def has_ability(self, synset: str, *abilities: str) -> bool:
-        """Whether a kind has at least one of the abilities."""
+        """Whether objects of a kind have at least one of the given abilities."""
         owned = self._kinds.get(synset, {})
         return any(ability in owned for ability in abilities)
 
@@ -157,17 +159,17 @@ class ObjectKinds:
         return None if temperature is None else float(temperature)
 
     def get_heat_source(self, synset: str, ability: str) -> _HeatSource | None:
-        """Return the temperature and conditions of a heat or cold source, or None for other kinds."""
+        """Return temperature and conditions of a kind of source of heat or cold, or None for other kinds."""
         source = self._kinds.get(synset, {}).get(ability)
         return None if source is None else _HeatSource(source["temperature"], tuple(source["needs"]))
 
     def get_given_substances(self, synset: str) -> Sequence[str]:
-        """Return the substances that objects of a kind give as sources or appliers."""
+        """Return the substances that objects of a kind give, such as water in the case of sinks."""
         substances: Sequence[str] = self._kinds.get(synset, {}).get("gives", ())
         return substances
 
     def get_removal_manner(self, tool: str, substance: str) -> Manner:
-        """Return how a kind of tool removes a substance."""
+        """Return the way in which a kind of tool removes a substance."""
         number = self._kinds.get(tool, {}).get("removes")
         if number is None:
             return None

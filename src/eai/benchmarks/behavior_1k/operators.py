@@ -1,9 +1,9 @@
 """The actions of BEHAVIOR-1K, each with its ordered checks and its effects.
 
-OmniGibson decides by physics; these operators are a symbolic model of it. Each docstring names the source:
-``primitives`` is ``action_primitives/symbolic_semantic_action_primitives.py``, ``rules`` is
-``transition_rules.py``, ``states`` is ``object_states/``. Decisions that the sources leave open are in
-`docs/behavior-1k.md` (D1 to D11), frozen as `READING`.
+OmniGibson simulates physics; these operators model the simulator symbolically. Each docstring names the
+source: ``primitives`` is ``action_primitives/symbolic_semantic_action_primitives.py``, ``rules`` is
+``transition_rules.py``, ``states`` is ``object_states/``. If sources leave a question open, one of the
+decisions D1 to D11 in `docs/behavior-1k.md` answers it. `READING` names the present set of decisions.
 """
 
 from __future__ import annotations
@@ -30,7 +30,7 @@ from eai.world.operator import (
 from eai.world.vocabulary import Predicate
 
 READING = "b1k-1"
-"""Name of the present decisions D1 to D11. If a decision changes, the set gets a new name."""
+"""Name of the present set of decisions D1 to D11. If a decision changes, the set gets a new name."""
 
 MOVABLE = affordance(~p.fixed(X), "{x} cannot be moved")
 HAND_FREE = missing_step(~p.hands_full(), "both hands are full")
@@ -42,13 +42,13 @@ def require_existing(obj: Variable) -> Check:
 
 
 def require_reachable(obj: Variable) -> Check:
-    """Return the check that an object is not in a closed container."""
+    """Return the check that an object is outside all closed containers."""
     shut = Exists(Z, p.closed(Z) & p.within(obj, Z))
     return missing_step(~p.shut_in(obj), f"{{{obj.name}}} is inside something that is closed", witness=shut)
 
 
 def require_object(obj: Variable) -> Check:
-    """Return the check that an argument is an object, not a substance or a recipe."""
+    """Return the check that an argument is a solid object, and neither a substance nor a recipe."""
     reason = f"{{{obj.name}}} is a substance: only what holds it can be handled"
     return affordance(~p.substance(obj) & ~p.recipe(obj), reason)
 
@@ -59,12 +59,12 @@ def require_in_hand(obj: Variable) -> Check:
 
 
 def require_different(one: Variable, other: Variable) -> Check:
-    """Return the check that two objects differ."""
+    """Return the check that two arguments of an action are different objects."""
     return affordance(~Equals(one, other), f"{{{one.name}}} cannot be used with itself")
 
 
 def require_ability(obj: Variable, ability: Predicate, reason: str) -> Check:
-    """Return the check that an object's kind has an ability."""
+    """Return the check that the kind of an object has an ability, such as being openable."""
     return affordance(ability(obj), f"{{{obj.name}}} {reason}")
 
 
@@ -90,7 +90,7 @@ def use_up(obj: Variable) -> tuple[Effect, ...]:
 
 
 def put_with(obj: Variable, neighbour: Variable) -> tuple[Effect, ...]:
-    """Return effects that put an object into or onto its neighbour's support, if any, or onto the floor."""
+    """Return effects that put an object where its neighbour is: on or in its support, or on the floor."""
     return (
         Let(C, p.lies_in(neighbour, C), (Add(p.lies_in(obj, C)),)),
         Let(C, p.lies_on(neighbour, C), (Add(p.lies_on(obj, C)),)),
@@ -139,7 +139,7 @@ def make_grasp_action() -> Operator:
 
 
 def make_release_action() -> Operator:
-    """Return the action RELEASE (OmniGibson: primitives RELEASE)."""
+    """Return the action RELEASE (OmniGibson: primitives RELEASE). The object falls to the floor."""
     effects = (Delete(p.held(X)), Let(F, p.robot_on(F), (Add(p.lies_on(X, F)),)))
     text = "let go of the object in a hand; it comes to lie on the floor where the robot is"
     return Operator("RELEASE", (X,), (require_in_hand(X),), effects, text, role=OperatorRole.RELEASES)
@@ -226,7 +226,7 @@ def _make_state_action(
 def make_state_actions() -> Iterator[Operator]:
     """Yield the actions that set states: OPEN, CLOSE, TOGGLE_ON, TOGGLE_OFF, FOLD and UNFOLD.
 
-    OmniGibson: the primitives of the first four names; states folded.
+    OmniGibson: for the first four actions the primitives with their names; for the others states folded.
     """
     hand = missing_step(p.held(X) | ~p.hands_full(), "both hands are full", (~p.hands_full(),))
     yield _make_state_action("OPEN", p.openable, p.is_open, "open the object", to=True)
@@ -243,7 +243,7 @@ def make_state_actions() -> Iterator[Operator]:
 
 
 def make_slice_action() -> Operator:
-    """Return the action SLICE: two halves replace an object, with its place, states and covers.
+    """Return the action SLICE: two halves replace an object. They take over its place, states and covers.
 
     OmniGibson: primitives CUT, rules SlicingRule.
     """
@@ -274,7 +274,7 @@ def _require_cutting_tool(ability: Predicate, reason: str) -> tuple[Check, ...]:
 
 
 def make_dice_action() -> Operator:
-    """Return the action DICE: dice, a substance, replace an object in its container or on its support.
+    """Return the action DICE: dice (a substance) replace an object in its container or on its support.
 
     OmniGibson: rules DicingRule.
     """
@@ -294,7 +294,7 @@ def make_dice_action() -> Operator:
     return Operator("DICE", (X, T), _require_cutting_tool(p.diceable, "cannot be diced"), effects, text)
 
 
-# Substances that can be poured: contents, the substance of a source, and covers other than stains.
+# Substances that can be poured out of an object: contents, a source's substance, covers except stains.
 POURABLE = p.has_in(X, S) | p.gives(X, S) | (p.has_cover(X, S) & ~p.visual(S))
 HOLDS_SOMETHING = missing_step(Exists(S, POURABLE), "{x} holds no substance")
 RUNNING = missing_step(~p.toggleable(Y) | p.is_toggled_on(Y), "{y} is not switched on")
@@ -422,7 +422,7 @@ def make_soak_action() -> Operator:
 def make_rinse_action() -> Operator:
     """Return the action RINSE.
 
-    It removes the substances that the table of the washing machine lists for water (D4).
+    The action removes substances that water dissolves, by OmniGibson's table for washing machines (D4).
     """
     solvent = Exists(W, p.dissolved_by(S, W) & (p.has_cover(X, W) | p.has_in(Y, W)))
     off = p.has_cover(X, S) & (p.washes_off(Y, S) | solvent)
@@ -439,12 +439,12 @@ def make_rinse_action() -> Operator:
 
 
 def make_products(vessel: Variable, chosen: Formula) -> tuple[Effect, ...]:
-    """Return effects of recipes: products appear in a vessel, and the ingredients are used up.
+    """Return the effects of completing recipes: products appear in a vessel, and ingredients are used up.
 
     Args:
         vessel: the vessel.
-        chosen: condition on a recipe ``r``. Effects apply to recipes that fulfil it and are ready in the
-            vessel.
+        chosen: condition on a recipe, the variable ``r``. Effects apply to recipes that fulfil this condition
+            and whose ingredients are ready in the vessel.
     """
     done = chosen & p.ready(R, vessel)
     of_it = Exists(R, p.makes(R, O) & done)
@@ -468,7 +468,7 @@ def make_products(vessel: Variable, chosen: Formula) -> tuple[Effect, ...]:
 def make_run_machine_action() -> Operator:
     """Return the action RUN (OmniGibson: rules ToggleableMachineRule).
 
-    Objects that the recipe does not need must be taken out first (D6).
+    Objects that the recipe does not need must be taken out of the machine first (D6).
     """
     checks = (
         require_existing(H),
@@ -632,7 +632,10 @@ def make_wait_action() -> Operator:
 
 
 def add_common_checks(operator: Operator) -> Operator:
-    """Return a copy of an action that checks its arguments to be objects, and moves the robot (D1)."""
+    """Return a copy of an action that also moves the robot (D1).
+
+    It checks that arguments are solid objects.
+    """
     checks, effects = (*map(require_object, operator.parameters), *operator.checks), operator.effects
     if operator.parameters and operator.role not in (OperatorRole.MOVEMENT, OperatorRole.RELEASES):
         effects = (*effects, _go_to(operator.parameters[-1]))
@@ -674,7 +677,8 @@ def build_domain() -> Domain:
 
     The robot sees the objects that it holds. It sees all objects on its floor that are not in closed
     containers. It sees and reaches objects without a known floor from everywhere. It sees a substance in an
-    open container, and a substance whose source, or whose covered or soaked object, it sees.
+    open container. It also sees a substance if it sees the source, or an object covered or soaked with this
+    substance.
     """
     operators = (*make_placing_actions(), *make_state_actions(), *(make() for make in _MAKERS))
 

@@ -42,7 +42,7 @@ heat_source, cold_source, flammable = map(
 washer, dryer, sink = map(_make_ability_predicate, ("washer", "dryer", "sink"))
 substance, liquid = map(_make_ability_predicate, ("substance", "liquid"))
 
-# Facts of a scene that state the annotations' rules. A recipe is an invisible object.
+# Facts of a scene that state rules of the annotations. Each recipe is represented by an invisible object.
 visual, heatable, water, boiled_water, recipe, relaxed = map(
     _make_hidden_predicate, ("visual", "heatable", "water", "boiled_water", "recipe", "relaxed")
 )
@@ -68,7 +68,7 @@ ingredient, topping, base, raw, cooked_first = (
 )
 made_in, heated_by, makes = (_make_hidden_predicate(n, 2) for n in ("made_in", "heated_by", "makes"))
 RULES = tuple([item for item in globals().values() if isinstance(item, Predicate) and item.arity == 2])
-"""Predicates for the rules of the annotations, such as recipes: relations of two objects."""
+"""Relations of two objects that state the rules of the annotations, such as recipes."""
 
 # States of one object.
 present, held, robot_on = Predicate("present", 1), Predicate("held", 1), Predicate("robot_on", 1, single=True)
@@ -79,7 +79,7 @@ is_on_fire, is_broken = Predicate("is_on_fire", 1), Predicate("is_broken", 1)
 STATES = (
     *(is_cooked, is_frozen, is_open, is_folded, is_unfolded, is_toggled_on, is_hot, is_on_fire, is_broken),
 )
-"""The states that goals use."""
+"""The states of objects that goals mention."""
 
 # Positions of objects. An object has at most one support.
 lies_in, lies_on = Predicate("lies_in", 2, single=True), Predicate("lies_on", 2, single=True)
@@ -99,9 +99,9 @@ carries, carried_by, within = support.make_carrying_predicates(_SUPPORTS)
 
 
 def _find_root_floor_bits(state: State, root: int) -> int:
-    """Return the floor of an object without support, as a bit mask.
+    """Return, as a bit mask, the floor of an object without support.
 
-    It is the robot's floor for a held object, and the floor of its room for another object.
+    For a held object this is the robot's floor, for any other object the floor of the object's room.
     """
     return state.mask("robot_on") if state.mask("held") >> root & 1 else state.relation("by_floor").row(root)
 
@@ -145,7 +145,7 @@ _BASIC_DERIVED = tuple(
     [item for item in globals().values() if isinstance(item, DefinedPredicate | LookupPredicate)]
 )
 
-# Derived predicates of goals.
+# Derived predicates that goals use.
 
 
 GOAL_STATES = (*(DefinedPredicate(state.name.removeprefix("is_"), (X,), state(X)) for state in STATES), real)
@@ -162,7 +162,7 @@ STORED = {
     "filled": full_of,
     "saturated": soaked_with,
 }
-"""Relation of BDDL -> its stored relation."""
+"""Relation of BDDL -> stored relation of a state."""
 
 GOAL_RELATIONS = (
     DefinedPredicate("inside", (X, Y), within.definition, within.values),

@@ -25,7 +25,7 @@ from eai.world.vocabulary import Predicate
 
 AGENT, ANY_OTHER = "agent", "_*"
 RECIPE = "recipe"
-"""Category of recipes. In a scene they follow all other objects, and no answer may name them."""
+"""Category of the objects that represent recipes. They come last in a scene, and no answer may name them."""
 GROUND = ("floor", "lawn", "driveway")
 """Categories of objects on which the agent may stand."""
 
@@ -49,9 +49,7 @@ _ABILITIES_OF_PREDICATE: Mapping[Predicate, tuple[str, ...]] = {
     p.heat_source: ("heatSource",),
     p.cold_source: ("coldSource",),
 }
-"""Predicate -> abilities in the annotations.
-
-The predicate holds for kinds with any of these abilities.
+"""Predicate -> names of abilities in the annotations. A kind with any of these abilities has the predicate.
 """
 
 
@@ -72,9 +70,9 @@ class _Activity:
 
     @cached_property
     def objects(self) -> Mapping[str, str]:
-        """Category of each declared object except the agent, by name.
+        """Mapping from the name of each declared object, except the agent, to its category.
 
-        A name that ends in ``_*`` means further objects of the simulator's scene. Here there are none.
+        Names that end in ``_*`` are left out: they mean further objects of the simulator's scene.
         """
         declared = self.problem.objects
         return {
@@ -82,14 +80,17 @@ class _Activity:
         }
 
     def yield_facts(self) -> Iterator[tuple[str, tuple[str, ...]]]:
-        """Yield the positive initial facts that are not about the agent, each as a predicate and names."""
+        """Yield the positive initial facts, except about the agent.
+
+        Each is a predicate and names of objects.
+        """
         for fact in self.problem.initial:
             names = tuple([term.name for term in fact.arguments])
             if not names[0].startswith(f"{AGENT}_") and not any(n.endswith(ANY_OTHER) for n in names):
                 yield fact.predicate, names
 
     def yield_goal_categories(self) -> Iterator[str]:
-        """Yield the category of each object and each variable in the goal."""
+        """Yield the category of each object and each variable that the goal mentions."""
         for formula in walk_subformulas(self.problem.goal):
             if isinstance(formula, f.Atom):
                 yield from (self.objects[t.name] for t in formula.arguments if t.name in self.objects)
@@ -97,7 +98,10 @@ class _Activity:
 
     @cached_property
     def _variables(self) -> Mapping[str, str]:
-        """Category of each variable of the goal. Variables of one name in a definition have one category."""
+        """Mapping from the name of each variable of the goal to its category.
+
+        In a definition, all variables of one name have one category.
+        """
         bound = chain.from_iterable(map(get_bound_variables, walk_subformulas(self.problem.goal)))
         return {variable.name: str(variable.category) for variable in bound}
 
@@ -108,14 +112,17 @@ class _Activity:
                 yield formula.predicate, *formula.arguments
 
     def _find_candidates(self, term: f.Term) -> Sequence[str]:
-        """Return the objects that a term of the goal may stand for."""
+        """Return the names of the objects that a term of the goal (an object or a variable) may stand for."""
         if isinstance(term, f.Constant):
             return (term.name,)
         return [name for name, category in self.objects.items() if category == self._variables[term.name]]
 
     @cached_property
     def moved_objects(self) -> frozenset[str]:
-        """Objects that the goal may move. A chair also counts if the goal wants it next to an object."""
+        """Objects that the goal may move.
+
+        A chair counts, too, if the goal is to put the chair next to an object.
+        """
         names = {
             name
             for predicate, obj, _ in self._yield_binary_atoms()
@@ -140,7 +147,7 @@ class _SceneMaker:
     Args:
         activity: the definition of the activity.
         kinds: the kinds of objects and the rules.
-        containers: kinds of objects that contain another object in some definition.
+        containers: kinds of objects that contain another object in the definition of some activity.
     """
 
     def __init__(self, activity: _Activity, kinds: k.ObjectKinds, containers: frozenset[str]) -> None:
@@ -178,7 +185,7 @@ class _SceneMaker:
     # The objects.
 
     def _find_objects_of_kind(self, synset: str) -> list[str]:
-        """Return the objects of a kind, objects that the activity declares first."""
+        """Return the names of the objects of a kind. Objects that the activity declares come first."""
         return [name for name, kind in self._kind_of_each.items() if kind == synset]
 
     def _add_object(self, synset: str) -> str:
@@ -189,7 +196,7 @@ class _SceneMaker:
         return f"{stem}_{number}"
 
     def _fill_sources(self) -> None:
-        """Add facts that sources give the substances of their kind, if the definition does not state them."""
+        """Add facts that state which substances sources of a kind give, unless the definition states them."""
         for name, kind in list(self._declared_kinds.items()):
             for substance in self._kinds.get_given_substances(kind):
                 objects = self._find_objects_of_kind(substance)
@@ -197,13 +204,13 @@ class _SceneMaker:
                     self._gives.add((name, objects[0] if objects else self._add_object(substance)))
 
     def _has_equipment(self, need: str, present: set[str]) -> bool:
-        """Whether the scene has an object that is of a kind, or that has an ability."""
+        """Whether the scene has an object of a needed kind, or with a needed ability."""
         return need in present or any(
             self._kinds.has_ability(kind, need) for kind in self._declared_kinds.values()
         )
 
     def _can_be_made(self, kind: str, present: set[str], above: tuple[str, ...]) -> bool:
-        """Whether the scene has an object of a kind, or objects from which one can be made."""
+        """Whether the scene has an object of a kind, or objects from which such an object can be made."""
         if kind in present:
             return True
         return kind not in above and any(
@@ -217,7 +224,7 @@ class _SceneMaker:
         )
 
     def _add_products(self, wanted: Sequence[str], present: set[str]) -> None:
-        """Add recipes, products and intermediate products by which the wanted kinds can be made."""
+        """Add the recipes, intermediate products and products that are needed to make the wanted kinds."""
         makings = self._kinds.rules.production_methods
         pending, ways = list(wanted), dict[str, list[k.ProductionMethod]]()
         while pending:
@@ -237,7 +244,7 @@ class _SceneMaker:
                 self._add_halves(name, kind)
 
     def _add_instances(self, kind: str, ways: Sequence[k.ProductionMethod]) -> None:
-        """Add objects of a kind until the scene has as many as can exist at one time."""
+        """Add objects of a kind until the scene has as many of them as can exist at one time."""
         number = 1
         for making in ways:
             if making.by == "slice":
@@ -250,7 +257,10 @@ class _SceneMaker:
                 self._future.add(self._add_object(kind))
 
     def _add_halves(self, whole: str, kind: str) -> None:
-        """Add the future halves of objects that can be sliced."""
+        """Add two halves for each object of a kind that can be sliced.
+
+        They do not exist before the slicing.
+        """
         half, number = self._kinds.rules.slice[kind]
         wholes = len(self._find_objects_of_kind(kind))
         while (
@@ -304,7 +314,7 @@ class _SceneMaker:
                 yield _NEED_PREDICATES[need], (name,)
 
     def _yield_temperatures(self, name: str, kind: str) -> _SceneFacts:
-        """Yield facts: which objects a source cooks, melts or chills. Every heat source makes objects hot."""
+        """Yield facts that state which objects a source of heat or cold cooks, melts or chills."""
         heat, cold = (
             self._kinds.get_heat_source(kind, "heatSource"),
             self._kinds.get_heat_source(kind, "coldSource"),
@@ -438,7 +448,10 @@ class _SceneMaker:
     def _yield_ingredients(
         self, name: str, recipe: k.Recipe, kind: str, number: int, *, bakes: bool
     ) -> _SceneFacts:
-        """Yield facts: which objects of a kind a recipe takes. Baking takes substances only on a base."""
+        """Yield facts that state which objects of a kind a recipe takes.
+
+        Baking takes substances only on a base.
+        """
         related = kind in recipe.toppings or kind in recipe.toppings.values()
         is_substance = self._kinds.has_ability(kind, "substance")
         if is_substance and bakes and not related:
@@ -456,9 +469,9 @@ SetUp: TypeAlias = Callable[[str], tuple[_Activity, State]]
 
 
 def make_scene_setup(kinds: k.ObjectKinds, texts: Mapping[str, str]) -> SetUp:
-    """Return the function that makes the initial state of an activity.
+    """Return the function from the name of an activity to its definition and initial state.
 
-    It raises KeyError for an unknown name.
+    The returned function raises KeyError for an unknown name.
 
     Args:
         kinds: the kinds of objects and the rules.

@@ -1,6 +1,6 @@
 """The activities of BEHAVIOR-1K as tasks, made from the pack on first use.
 
-The definitions have no instruction in English. It is written from the goals.
+The definitions have no instructions in English. Instructions are therefore written from the goals.
 """
 
 from __future__ import annotations
@@ -39,7 +39,7 @@ def load_exclusions() -> Mapping[str, str]:
 
 
 def load_subsets() -> Mapping[str, tuple[str, ...]]:
-    """Return lists of activities by the name of the list."""
+    """Return named subsets of the activities: a mapping from the name of a subset to names of activities."""
     return {
         name: tuple(names)
         for name, names in parse_toml(_read_packaged_file(_EVIDENCE).decode())["subsets"].items()
@@ -49,8 +49,8 @@ def load_subsets() -> Mapping[str, tuple[str, ...]]:
 def open_tasks(english: EnglishWords, source: Source | None = None) -> TaskSet[Task]:
     """Return the tasks in alphabetical order; download them first if they are missing.
 
-    The digest of the tasks covers the data, the plans, the evidence and the name of the decisions
-    (`READING`) on open questions.
+    The digest of the tasks covers the data, the plans, the evidence, and the name of the decisions on open
+    questions (`READING`).
 
     Args:
         english: English sentences for predicates.
@@ -94,9 +94,9 @@ def open_tasks(english: EnglishWords, source: Source | None = None) -> TaskSet[T
 
 
 def _read_plan(line: str) -> tuple[Action, ...]:
-    """Return the plan in a line ``OPERATOR 3 5;...``, whose numbers are indices of objects.
+    """Return the plan in a line such as ``OPERATOR 3 5;...``. The numbers are indices of objects.
 
-    It may be empty.
+    The line, and then the plan, may be empty.
     """
     steps = [step.split(" ") for step in line.split(";")] if line else []
     return tuple(Action(operator, tuple(map(int, names))) for operator, *names in steps)
@@ -119,8 +119,8 @@ def _write_instruction(
     """Return an instruction: the title of an activity, and a clause for each goal.
 
     Args:
-        title: the title.
-        goals: the goals.
+        title: the title of the activity.
+        goals: the goals of the activity.
         objects: category of each declared object.
         english: English sentences for predicates.
     """
@@ -138,7 +138,7 @@ class _SentenceWriter:
         self._english = english
 
     def name_term(self, term: f.Term, names: PhraseOfVariable) -> str:
-        """Return the phrase of a variable, ``the oven`` for the only oven, or else the name of an object."""
+        """Return words for a variable or object: its phrase, ``the oven`` for the only oven, or its name."""
         if term.name in names:
             return names[term.name]
         category = self._objects[term.name]
@@ -175,7 +175,7 @@ class _SentenceWriter:
         raise InputError(f"goals with {type(goal).__name__} cannot be written as a sentence")
 
     def _write_quantified(self, goal: f.Formula, names: PhraseOfVariable) -> str:
-        """Return the clause of a goal with a quantifier: all, some, a number, or pairs of objects."""
+        """Return the clause for a goal about all, some or a number of objects, or about pairs of objects."""
         match goal:
             case f.ForAll(variable, f.Not(f.Atom() as atom)):
                 return self._write_sentence(

@@ -1,9 +1,9 @@
 """Count the goals, states and plans of a benchmark by object category, to learn which goals are usual.
 
 A domain allows many actions that are unusual, such as washing a book. Plans of generated tasks therefore come
-from a restricted copy of the domain. In the copy, an operator has the additional precondition that each
-argument is usual: plans of the benchmark pass objects of its category. The copy lacks operators that no plan
-of the benchmark uses.
+from a restricted copy of the domain. In the copy, an operator has an additional precondition for each
+argument: plans of the benchmark use objects of this category as this argument. Operators that no
+plan of the benchmark uses are left out of the copy.
 """
 
 from __future__ import annotations
@@ -83,7 +83,7 @@ class UsualDomain:
 
 
 def _make_usual_predicate(operator: str, place: int) -> Predicate:
-    """Return the predicate of objects that are usual as this argument of an operator."""
+    """Return the predicate that holds for objects that are usual as this argument of an operator."""
     return Predicate(f"usual {operator} {place}", 1, static=True)
 
 
@@ -96,17 +96,17 @@ def _restrict_to_usual_arguments(operator: Operator) -> Operator:
 
 
 MAX_MEAN_TARGETS = 1.5
-"""Maximum mean number of targets of an object in a relation that states places of objects."""
+"""Maximum mean number of objects to which a relation relates an object, if the relation states places."""
 
 _QUANTIFIED = ("ForAll", "Exists", "Exactly", "ForPairs")
 _WEIGHTS_OF_SHAPES = {"Atom": 2, "ForAll": 6, "Exactly": 4, "Exists": 3}
-"""Weight of each shape of goals (class of the formula), if the data set has no goals with quantifiers."""
+"""Weights of the shapes of goals (class names of formulas), if no goal of the data set has a quantifier."""
 
 _APPROACH_ROLES = (OperatorRole.TAKES, OperatorRole.MOVEMENT)
 """Roles of operators by which the agent takes or approaches an object without using it."""
 
 _GOAL_WEIGHT, _EFFECT_WEIGHT, _FACT_WEIGHT = 4.0, 1.0, 0.05
-"""Weights of a fact that is a goal, of a fact that a plan makes true, and of a fact that holds in a scene."""
+"""Weights of a fact's pattern: if a goal states it, if a plan makes it true, and if it holds in a scene."""
 
 
 def count_prior(benchmark: Benchmark, tasks: Iterable[Task]) -> UsualGoals:
@@ -133,7 +133,7 @@ def count_prior(benchmark: Benchmark, tasks: Iterable[Task]) -> UsualGoals:
     patterns = {key: dict(known) for key, known in group_pairs(usual).items() if key in wanted}
     is_odd = (
         benchmark.notation.english.is_unlikely_request
-    )  # a literal that makes no sense as a goal makes sense when negated
+    )  # the negation of a literal that makes no sense as a goal does make sense
     sound = filter_patterns(patterns, lambda p: not (p.truth and is_odd(p.predicate, p.categories)))
     roles = {operator.name: infer_operator_role(operator) for operator in domain.operators}
     nestings, combinations, needy = _find_known_combinations(tasks)
@@ -174,7 +174,10 @@ def _get_goal_shape(goal: Goal) -> str:
 
 
 def _find_goal_patterns(task: Task) -> Iterator[tuple[f.Formula, LiteralPattern]]:
-    """Yield each goal about states with each of its patterns (literals with categories for objects)."""
+    """Yield each goal about states with each of its patterns.
+
+    A pattern has categories in place of objects.
+    """
     for goal in task.goals:
         if goal.kind is not GoalKind.ACTION:
             yield from ((goal.formula, pattern) for pattern in find_patterns(goal.formula, task.scene))
@@ -183,7 +186,7 @@ def _find_goal_patterns(task: Task) -> Iterator[tuple[f.Formula, LiteralPattern]
 def _weigh_patterns(
     tasks: Sequence[Task], courses: Sequence[Trajectory], listings: Sequence[FactLister]
 ) -> defaultdict[LiteralPattern, float]:
-    """Return the weight of each pattern of literals, given the tasks and the executions of their plans."""
+    """Return a mapping from patterns of literals to weights, given tasks and executions of their plans."""
     weights: defaultdict[LiteralPattern, float] = defaultdict(float)
     initial_patterns: dict[LiteralPattern, None] = {}
     crowds: Counter[str] = Counter()
@@ -210,7 +213,7 @@ _Triples: TypeAlias = set[tuple[str, str, str]]
 
 
 def _find_known_combinations(tasks: Iterable[Task]) -> tuple[_Triples, _Triples, set[tuple[str, str]]]:
-    """Return the fields `nestings`, `combinations` and `dependent_states` of `UsualGoals`, from tasks."""
+    """Return values of three fields of `UsualGoals`: `nestings`, `combinations` and `dependent_states`."""
     nestings, combinations = _Triples(), _Triples()
     alone, accompanied = Counter[tuple[str, str]](), Counter[tuple[str, str]]()
     for task in tasks:
@@ -230,7 +233,7 @@ def _find_known_combinations(tasks: Iterable[Task]) -> tuple[_Triples, _Triples,
 
 
 def _count_categories(task: Task) -> Counter[str]:
-    """Return how many objects of each category a task mentions or its plan uses."""
+    """Return a mapping from categories to the number of objects that a task mentions or its plan uses."""
     return Counter([task.scene.objects[i].category for i in _find_concerned_objects(task)])
 
 
@@ -247,9 +250,9 @@ def _make_themes(tasks: Iterable[Task], usual: Patterns) -> dict[str, TitleTheme
 
 
 def _weigh_shapes(forms: Counter[str]) -> Mapping[str, int]:
-    """Return weights of shapes of goals, for a data set without quantified goals.
+    """Return weights of the shapes of goals, for a data set without quantified goals.
 
-    Goals for actions keep the share that they have among all goals.
+    The share of goals that ask for actions stays as in the data set.
     """
     states, shares = forms.total() - forms["Occurs"], sum(_WEIGHTS_OF_SHAPES.values())
     varied = {form: states * share for form, share in _WEIGHTS_OF_SHAPES.items()}
@@ -257,7 +260,7 @@ def _weigh_shapes(forms: Counter[str]) -> Mapping[str, int]:
 
 
 def _cut_plan_at_error(plan: Sequence[Action], domain: Domain) -> list[Action]:
-    """Return the steps of a plan before the first unknown operator or wrong number of objects."""
+    """Return the steps of a plan before the first with an unknown operator or a wrong number of objects."""
     kept = []
     for action in plan:
         if domain.operator_arities.get(action.operator) != len(action.arguments):
@@ -275,7 +278,7 @@ def _find_concerned_objects(task: Task) -> list[int]:
 def _find_fact_patterns(
     state: State, objects: Sequence[int], listings: Iterable[FactLister]
 ) -> dict[LiteralPattern, None]:
-    """Return the patterns of facts that hold in a state and may be goals, each once."""
+    """Return the patterns of facts that hold in a state and may be goals. Each pattern occurs once."""
     things = state.scene.objects
     return {
         LiteralPattern(fact.predicate, tuple([things[i].category for i in fact.arguments]), True): None
@@ -285,9 +288,10 @@ def _find_fact_patterns(
 
 
 def _count_excess_pairs(state: State, objects: Sequence[int], listings: Iterable[FactLister]) -> Counter[str]:
-    """Return by how many pairs each relation exceeds `MAX_MEAN_TARGETS` targets for each source.
+    """Return a mapping from relations to their number of pairs beyond the maximum.
 
-    The number is negative if the relation has fewer pairs.
+    The maximum is `MAX_MEAN_TARGETS` pairs for each object that is related to others. The number is negative
+    if the relation has fewer pairs.
     """
     crowds: Counter[str] = Counter()
     for listing in listings:
@@ -331,9 +335,9 @@ def _make_all_possible_patterns(
 def _find_place_and_part_relations(
     domain: Domain, states: Sequence[State]
 ) -> tuple[tuple[str, ...], tuple[str, ...]]:
-    """Return the relations that state places of objects, and the relations between a part and its whole.
+    """Return two lists of relations: relations that place objects, and relations of parts to wholes.
 
-    Both kinds of relations are recognized by the mean number of objects to which an object is related.
+    Relations are recognized by the mean number of objects to which they relate an object.
     """
     places, parts = [], []
     for predicate in domain.vocabulary.predicates:
