@@ -1,6 +1,7 @@
-"""JSON schemas for answers. They use only features that all providers with enforced schemas support.
+"""JSON schemas for answers.
 
-An object has exactly its declared members. A text may be limited to a list of words.
+They use only features that are supported by all providers whose models must keep to a schema. An object has
+exactly its declared members. A text may be limited to a list of words.
 """
 
 from __future__ import annotations
@@ -17,23 +18,23 @@ MAX_WORDS = 1000
 """Maximum number of words in all enumerations of a schema: OpenAI's limit, the smallest published one."""
 
 LONG_CHOICE_WORDS = 250
-"""Maximum number of words of an enumeration without a limit on its number of characters."""
+"""Maximum number of words of an enumeration for which providers do not limit the number of characters."""
 MAX_LONG_CHOICE_CHARACTERS = 15_000
 """Maximum number of characters of all words of an enumeration with more than `LONG_CHOICE_WORDS` words."""
 
 
 def make_text_schema(words: Iterable[str] | None = None) -> Schema:
-    """Return the schema of a text that is one of some words, or of any text if the words are None."""
+    """Return the schema of a text: any of some words, or any text at all if `words` is None."""
     return {"type": "string"} if words is None else {"type": "string", "enum": list(words)}
 
 
 def make_list_schema(items: Schema) -> Schema:
-    """Return the schema of a list whose items have a schema."""
+    """Return the schema of a list, given the schema of its items."""
     return {"type": "array", "items": items}
 
 
 def make_object_schema(members: Mapping[str, Schema]) -> Schema:
-    """Return the schema of an object with exactly the given members."""
+    """Return the schema of an object with exactly the given members, each with its schema."""
     return {
         "type": "object",
         "properties": members,
@@ -43,12 +44,12 @@ def make_object_schema(members: Mapping[str, Schema]) -> Schema:
 
 
 def make_union_schema(schemas: Sequence[Schema]) -> Schema:
-    """Return the schema of a value that has one of several schemas."""
+    """Return the schema of a value that fits at least one of several schemas."""
     return schemas[0] if len(schemas) == 1 else {"anyOf": schemas}
 
 
 def is_schema_accepted_by_providers(schema: Schema) -> bool:
-    """Whether a schema has no more words and characters than all providers allow."""
+    """Whether a schema keeps all providers' limits on the numbers of words and characters."""
     choices = [list(map(str, choice)) for choice in _list_enumerated_values(schema)]
     return sum(map(len, choices)) <= MAX_WORDS and all(
         len(choice) <= LONG_CHOICE_WORDS or sum(map(len, choice)) <= MAX_LONG_CHOICE_CHARACTERS

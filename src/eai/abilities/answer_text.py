@@ -1,22 +1,22 @@
-"""Read the JSON value of an answer.
+"""Read the JSON value in the text of an answer.
 
-Each character is read, repaired by a named repair, or classified as prose.
+Every character of the text is read unchanged, is read after a named repair, or counts as prose.
 
-`read_json` serves all abilities and benchmarks. An `AnswerFormat` describes the expected value and signs of
-its parts. If text outside the value looks like a part, the value is incomplete and the answer is
-unreadable. An unclosed bracket makes the answer unreadable, too, because the answer was cut off. The repairs
-are:
+`read_json` serves all abilities and benchmarks. An `AnswerFormat` describes the expected value, and how to
+recognize its parts. If text outside the value resembles such a part, the value is incomplete and the answer
+is unreadable. An unclosed bracket makes the answer unreadable, too, because the answer was cut off. The
+repairs are:
 
 * ``reasoning``, ``special_tokens``: reasoning (`eai.abilities.reasoning`) or control tokens are removed;
 * ``code_fence``, ``prose``: the value stands in a code fence, or between other words;
 * ``line_breaks``: strings contain line breaks or tabs that JSON requires to be escaped;
-* ``curly_quotes``, ``single_quotes``, ``comments``, ``trailing_comma``: the value is JSON after their removal
-  or replacement;
+* ``curly_quotes``, ``single_quotes``, ``comments``, ``trailing_comma``: these are replaced or removed to get
+  JSON;
 * ``stray_bracket``: a closing bracket outside the value has no opening bracket;
-* ``json_in_string``, ``wrapper_key``: the value is JSON in a string, or a member of an object whose other
-  members are neither lists nor objects;
-* ``json_lines``, ``numbered``: the parts of the value follow each other without a list around them; with
-  ``numbered`` they have numbers.
+* ``json_in_string``: the value is JSON inside a string;
+* ``wrapper_key``: the value is a member of an object whose other members are neither lists nor objects;
+* ``json_lines``: the parts of the value follow each other without a list around them;
+* ``numbered``: such parts have numbers.
 """
 
 from __future__ import annotations
@@ -34,7 +34,7 @@ from eai.abilities.reasoning import blank_out_thoughts, find_thoughts
 from eai.abilities.verdict import Span, SpanKind, Unreadable
 
 MAX_LENGTH = 1_000_000
-"""Maximum length of an answer that is read, in characters. Models write less."""
+"""Maximum length of readable answers, in characters. Answers of models are shorter."""
 
 MAX_DEPTH = 100
 """Maximum depth of nested lists and objects in a value that is read."""
@@ -62,15 +62,15 @@ _INSIDE = re.compile(
     """,
     re.VERBOSE | re.DOTALL,
 )
-"""Pattern of strings, comments and brackets inside a value. Brackets in strings and comments do not count."""
+"""Pattern of strings, comments and brackets in a value. Brackets in strings and comments are not counted."""
 _STRING_OR_COMMENT = re.compile(
     r"""(?P<string>"[^"\\]*(?:\\.[^"\\]*)*")|(?P<comment>(?<=[\[\]{},\s])(?:\#|//)[^\n]*)""", re.DOTALL
 )
 _STRING_OR_COMMA = re.compile(r"""(?P<string>"[^"\\]*(?:\\.[^"\\]*)*")|(?P<comma>,)(?=\s*[\]}])""", re.DOTALL)
 _JSON_LIKE_LITERAL = re.compile(r"""[\[\]{},:0-9\s]*(?:'[^'"\\\x00-\x1f\ud800-\udfff]*'[\[\]{},:0-9\s]*)*""")
-"""Pattern of Python literals whose single quotes can be replaced by double quotes to get equal JSON."""
+"""Pattern of Python literals that become equal JSON if double quotes replace their single quotes."""
 _NUMBERING = re.compile(r"(?i:[\s,;*_#>-]|•|step\b|\d+[.):]|\d+(?=\s*$)|:)*")
-"""Pattern of text that only separates or numbers the parts of a value."""
+"""Pattern of text between parts of a value that only separates or numbers these parts."""
 _SEPARATORS = re.compile(r"[\s,;]*")
 _CURLY = str.maketrans("“”„‟‘’‚‛", "\"\"\"\"''''")
 _OPENING_BRACKET = {"}": "{", "]": "["}
@@ -79,7 +79,7 @@ T = TypeVar("T")
 
 
 class JsonObject:
-    """A JSON object as a sequence of members that keeps duplicate keys."""
+    """A JSON object as a sequence of members. Unlike a dictionary, it keeps members with duplicate keys."""
 
     __slots__ = ("members",)
 
@@ -97,7 +97,7 @@ class JsonObject:
 
     @property
     def repeated_key(self) -> str | None:
-        """The first key that occurs more than once, or None."""
+        """The first key that occurs more than once in the object, or None."""
         keys = [key for key, _ in self.members]
         return None if len(set(keys)) == len(keys) else next(key for key in keys if keys.count(key) > 1)
 
@@ -105,7 +105,10 @@ class JsonObject:
 _STRICT = json.JSONDecoder(object_pairs_hook=JsonObject)
 _LENIENT = json.JSONDecoder(object_pairs_hook=JsonObject, strict=False)
 _BEGINNINGS = frozenset('{["-0123456789tfnNI')
-"""First characters of JSON values, including NaN and Infinity. Checking them avoids slow exceptions."""
+"""First characters of JSON values, NaN and Infinity included.
+
+A text is tested for them before it is parsed, which avoids slow exceptions.
+"""
 
 
 def _never_looks_like_answer(text: str) -> bool:
@@ -126,20 +129,22 @@ def _find_no_flaw(value: object) -> str | None:
 
 @dataclass(frozen=True, slots=True)
 class AnswerFormat(Generic[T]):
-    """The form of the value in an answer.
+    """The form of the value that an answer must contain.
+
+    The meaning of a JSON value is the Python value that it stands for.
 
     Attributes:
-        description: the value in words, for messages that begin with "there is no".
-        read: returns what a JSON value means, or None if the value has another form. It gets objects as
+        description: the expected value in words, for messages that begin with "there is no".
+        read: returns the meaning of a JSON value, or None if the value has another form. It gets objects as
             `JsonObject` and arrays as lists.
         is_part: whether a bracketed text looks like a part of the answer, even if it cannot be read.
         is_line_of_answer: whether a line outside brackets looks like a part of the answer.
-        flaw: takes a JSON value that looks like a part of the answer. It returns in words why the value has
-            another form, or None.
-        join: makes one meaning of parts that follow each other without a list around them; None if such parts
-            are not joined.
+        flaw: returns in words why a JSON value that looks like a part of the answer has another form, or
+            None.
+        join: combines the meanings of parts that follow each other without a list around them; None if such
+            parts are not combined.
         is_piece: whether a meaning is only a single part of an answer, such as one step.
-        repairs_of: takes a meaning and returns the names of the repairs that were needed to read its value.
+        repairs_of: returns the names of the repairs that were needed to read the value of a meaning.
         is_certain: whether a meaning names something of the task. If some meaning does, all other meanings
             count as examples.
         is_single: whether two different values side by side make the answer unreadable.
@@ -164,7 +169,7 @@ _QUOTED = re.compile(r"""["'“‘]""")
 
 
 def contains_json_string(text: str) -> bool:
-    """Whether a bracketed text contains a string, as JSON answers do."""
+    """Whether a bracketed text contains a quoted string, as JSON answers do."""
     return _QUOTED.search(text) is not None
 
 
@@ -175,12 +180,12 @@ def _get_object_or_list(value: object) -> JsonObject | list[object] | None:
 ANY_VALUE = AnswerFormat(
     "JSON object or list", _get_object_or_list, is_part=contains_json_string, is_single=False
 )
-"""Form of an answer that is any JSON object or list. The last object or list in the answer counts."""
+"""Form of an answer whose value is any JSON object or list. The last object or list in the answer counts."""
 
 
 @dataclass(frozen=True, slots=True)
 class ParsedAnswer(Generic[T]):
-    """The value in an answer, the names of its repairs, and the treatment of each part of the text."""
+    """The value in an answer, the names of the repairs of its text, and the treatment of each text part."""
 
     value: T
     repairs: tuple[str, ...] = ()
@@ -193,7 +198,7 @@ class _DecodedJson(NamedTuple):
 
 
 class _JsonProblem(NamedTuple):
-    """The reason why a text is not JSON, and the position of the problem."""
+    """The reason why a text is not JSON, and the position of the first wrong character."""
 
     reason: str
     position: int
@@ -228,9 +233,9 @@ class _ValueInText(Generic[T]):
 
 
 def read_json(text: str, form: AnswerFormat[T]) -> ParsedAnswer[T] | Unreadable:
-    """Read the value of a form in an answer, or return why the whole answer cannot be read.
+    """Return the value in an answer that has the given form, or the reason why the answer cannot be read.
 
-    If an answer has several values with other text between them, the last value counts.
+    If an answer has several such values with other text between them, the last value counts.
     """
     if len(text) > MAX_LENGTH:
         return TOO_LONG
@@ -238,7 +243,7 @@ def read_json(text: str, form: AnswerFormat[T]) -> ParsedAnswer[T] | Unreadable:
 
 
 class _AnswerReader(Generic[T]):
-    """Reads the value that an answer must contain, in a given form."""
+    """Reads the value of a given form that an answer must contain."""
 
     def __init__(self, text: str, form: AnswerFormat[T]) -> None:
         self.form = form
@@ -271,10 +276,10 @@ class _AnswerReader(Generic[T]):
         return Unreadable(f"there is no {self.form.description}", spans=self._make_spans([]))
 
     def _read_values(self) -> list[_ValueInText[T]] | Unreadable:
-        """Read all bracketed values that have the form.
+        """Return all bracketed values that have the form, or the reason why the answer cannot be read.
 
-        A part that cannot be read makes the answer unreadable, unless it is a draft. A draft is closed, and a
-        complete answer follows it.
+        A part that cannot be read makes the answer unreadable, unless it is a draft: a closed part before a
+        complete answer.
         """
         values: list[_ValueInText[T]] = []
         error: Unreadable | None = None
@@ -310,7 +315,10 @@ class _AnswerReader(Generic[T]):
         return Unreadable(reason, spans=self._make_spans([], unread=stretch))
 
     def _choose_answer_value(self, values: list[_ValueInText[T]]) -> ParsedAnswer[T] | Unreadable:
-        """Return the value that counts as the answer, or the joined pieces of the answer, such as steps."""
+        """Return the value that counts as the answer, or the reason why no value does.
+
+        Pieces of an answer, such as single steps, are joined to one value.
+        """
         chosen = self._select_relevant(values)
         line = self._find_stray_line(values)
         if line is not None:
@@ -337,7 +345,7 @@ class _AnswerReader(Generic[T]):
         return self._make_parsed_answer(chosen[-1:], chosen[-1].meaning, ())
 
     def _select_relevant(self, values: list[_ValueInText[T]]) -> list[_ValueInText[T]]:
-        """Return the values that name something of the task, and the values beside them in the text.
+        """Return the values that name something of the task, and values that directly precede or follow them.
 
         If no value names something of the task, return all values.
         """
@@ -389,7 +397,7 @@ class _AnswerReader(Generic[T]):
     def _make_spans(
         self, chosen: Sequence[_ValueInText[T]], unread: _BracketedText | None = None
     ) -> tuple[Span, ...]:
-        """Return the parts of the answer's text, each with its treatment: read, repaired or prose.
+        """Return the parts of the answer's text, each with its treatment: as read, repaired or prose.
 
         Blank parts and code fences are left out.
         """
@@ -433,7 +441,7 @@ def _format_line_and_column(text: str, position: int) -> str:
 
 
 def is_unclosed(text: str) -> bool:
-    """Whether a bracket of a text is open at its end."""
+    """Whether a text opens a bracket that it never closes."""
     return any(
         stretch.problem is not None and stretch.problem.reason == _UNCLOSED
         for stretch in _find_bracketed_texts(text)
@@ -475,10 +483,10 @@ def _find_bracketed_text_at(text: str, start: int) -> _BracketedText:
 def _read_wrapped_value(
     value: object, form: AnswerFormat[T], depth: int = 3
 ) -> tuple[T, tuple[str, ...]] | None:
-    """Return the meaning of a value, and the names of the repairs that it needs.
+    """Return the meaning of a JSON value, and the names of the repairs that it needs; None without a meaning.
 
-    A value without a meaning in this form may be a string that contains JSON, or an object with one
-    meaningful member. The meaning is then that of the JSON or of the member.
+    A value without a meaning in this form may be a string that contains JSON, or an object with exactly one
+    member that has a meaning. The value then has the meaning of this JSON or of this member.
     """
     meaning = form.read(value)
     if meaning is not None or depth == 0:
@@ -510,11 +518,11 @@ def _read_wrapped_value(
 
 
 def _decode_with_repairs(text: str, offset: int = 0, *, repair: bool = True) -> _DecodedJson | _JsonProblem:
-    """Return the value of a text that is JSON, or that becomes JSON by repairs of its characters.
+    """Return the value of a text that is JSON, or that becomes JSON when some of its characters are repaired.
 
     Args:
         text: the text, without blanks around it.
-        offset: position of its first character in the answer.
+        offset: position of the text's first character in the answer.
         repair: whether repairs are tried.
     """
     value = _decode_json(text, _STRICT)
@@ -535,7 +543,7 @@ def _decode_with_repairs(text: str, offset: int = 0, *, repair: bool = True) -> 
 
 
 def _try_repairs(text: str) -> Iterator[tuple[str, tuple[str, ...]]]:
-    """Yield the text, then the text after one, two and more repairs, each with the names of its repairs."""
+    """Yield the text after no repair, one repair, two and more repairs, each time with the repairs' names."""
     names: tuple[str, ...] = ()
     yield text, names
     for repair, name in (
@@ -581,7 +589,7 @@ def _describe_json_error(error: json.JSONDecodeError) -> str:
 
 
 def _is_nested_shallowly(value: object) -> bool:
-    """Whether a value is nested at most `MAX_DEPTH` deep, the limit for recursive functions."""
+    """Whether a value is nested at most `MAX_DEPTH` deep. Recursive functions cannot read deeper values."""
     level = [value]
     for _ in range(MAX_DEPTH):
         level = [part for whole in level for part in _list_nested_values(whole)]
@@ -597,7 +605,7 @@ def _list_nested_values(value: object) -> Sequence[object]:
 
 
 def _parse_python_literal(text: str) -> _DecodedJson | None:
-    """Return the value of a Python literal with single quotes, or None if the text is no such literal."""
+    """Return the value of a text that is a Python literal with single quotes, or None for any other text."""
     if "'" not in text:
         return None
     if _JSON_LIKE_LITERAL.fullmatch(text):
@@ -606,7 +614,7 @@ def _parse_python_literal(text: str) -> _DecodedJson | None:
             return decoded
     try:
         with warnings.catch_warnings():
-            warnings.simplefilter("ignore")  # Python's compiler would warn about escapes in the answer
+            warnings.simplefilter("ignore")  # invalid escapes in an answer make Python warn
             tree = ast.parse(text, mode="eval").body
         return _DecodedJson(_evaluate_literal(tree, MAX_DEPTH))
     except (ValueError, SyntaxError, RecursionError, MemoryError):
@@ -614,7 +622,7 @@ def _parse_python_literal(text: str) -> _DecodedJson | None:
 
 
 def _evaluate_literal(node: ast.expr, depth: int) -> object:
-    """Return the value of a Python literal.
+    """Return the value of a Python literal, given its syntax tree.
 
     A dictionary becomes a `JsonObject`, which keeps the order and the duplicates of keys.
 

@@ -1,4 +1,4 @@
-"""Options of attempts at a task: their number, their world, and the feedback on failures."""
+"""Options of attempts at a task: their number, the state in which each begins, and feedback on failures."""
 
 from __future__ import annotations
 
@@ -12,12 +12,12 @@ from eai.base.files import to_file_name
 from eai.world.fault import Notice
 
 STUDY = "replanning"
-"""Name, in records, of the study of runs with several attempts or with actions that may slip."""
+"""Name in records of the study of several attempts, and of actions that may slip (have no effect)."""
 
 _LABEL_POSITION = 30
 
 AttemptStart: TypeAlias = Literal["restart", "continue"]
-"""Initial state of a further attempt: the task's (``restart``) or the present state (``continue``)."""
+"""State in which a further attempt begins: the initial (``restart``) or the present state (``continue``)."""
 
 
 FeedbackLevel: TypeAlias = Literal["none", "kind", "explained", "state"]
@@ -32,7 +32,7 @@ FeedbackForm: TypeAlias = Literal["prompt", "chat"]
 """Position of feedback: at the end of one question (``prompt``) or in turns of a conversation (``chat``)."""
 
 EndCondition: TypeAlias = Literal["goal", "done"]
-"""Condition that ends an episode: all goals hold (``goal``), or the command to end is given (``done``)."""
+"""Condition that ends an attempt: all goals hold (``goal``), or the model ends it by a command (``done``)."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -78,7 +78,7 @@ class AttemptOptions:
 
     @classmethod
     def from_experiment(cls, experiment: Experiment | None) -> AttemptOptions | None:
-        """Return the attempt options of an experiment, or None if the experiment has no such options."""
+        """Return the options of attempts in an experiment, or None if the experiment has no such options."""
         choice = None if experiment is None else experiment.study.get(STUDY)
         if choice is None:
             return None
@@ -92,12 +92,12 @@ class AttemptOptions:
 
     @property
     def uses_episodes(self) -> bool:
-        """Whether answers are executed as episodes: with several attempts, slips, or an end at the goal."""
+        """Whether answers are executed as episodes: with several attempts, with slips, or up to the goal."""
         return bool(self.replans or self.slip or self.until == "goal")
 
     @property
     def experiment(self) -> Experiment:
-        """The experiment with only these options."""
+        """The experiment that has only these options."""
         return Experiment({STUDY: StudySettings(self.label, asdict(self), _LABEL_POSITION)})
 
     @property

@@ -1,11 +1,11 @@
 """Declarations of abilities: their questions, scorers, metrics and columns of tables.
 
-Each ability is one value, an `AbilityDeclaration`. A distribution registers it by an entry point with the
-ability's name in the group ``eai.abilities``. The four abilities of the paper are registered in this way,
+One `AbilityDeclaration` declares one ability. A Python distribution registers it under the ability's name, as
+an entry point of the group ``eai.abilities``. The four abilities of the paper are registered in this way,
 too.
 
-Answers that are plans and answers that are subgoals have the same metrics (the paper's tables "trajectory
-evaluation" and "goal satisfaction").
+The abilities whose answers are plans or subgoals have the same metrics: those in the paper's tables
+"trajectory evaluation" and "goal satisfaction".
 """
 
 from __future__ import annotations
@@ -43,16 +43,16 @@ V = TypeVar("V", bound=Verdict)
 class AnswerOutcome(str, Enum):
     """The outcome of one answer, or of a missing answer.
 
-    Outcomes in which the model makes no error come first.
+    The first outcomes are those of answers without an error.
     """
 
     EXCLUDED = "excluded"
     NOT_ANSWERED = "not_answered"
     SUCCESS = "success"
     PARTLY_RIGHT = "partly_right"
-    """Only some of the goals or operators that the answer states are right."""
+    """Some of the goals or operators in the answer are right, others are wrong or missing."""
     GOAL_MISSED = "goal_missed"
-    """The plan ran but missed its goal, or no stated goal or operator is right."""
+    """The plan ran to its end but missed its goal, or no goal or operator in the answer is right."""
     PARSING = FaultKind.PARSING.value
     HALLUCINATION = FaultKind.HALLUCINATION.value
     ARGUMENT_NUMBER = FaultKind.ARGUMENT_NUMBER.value
@@ -69,10 +69,10 @@ class MetricColumn:
     """A column in the tables of an ability or a report.
 
     Attributes:
-        metric: name of the metric.
-        group: heading above several columns.
+        metric: name of the metric in this column.
+        group: heading above this column and its neighbours.
         label: heading of this column.
-        more_is_better: whether the largest number is the best. The best number is printed in bold.
+        more_is_better: whether the largest number is the best. Tables print the best number in bold.
         ability: ability of the metric in tables of several abilities; None for the average over all
             abilities.
     """
@@ -86,14 +86,14 @@ class MetricColumn:
 
 @dataclass(frozen=True, slots=True)
 class AbilityWorld:
-    """A benchmark's world as abilities use it: the declared domain, and the notation of answers.
+    """The parts of a benchmark that abilities need: its declared domain, its notation of answers, and more.
 
     Attributes:
         domain: the declared domain.
         notation: how answers are written and things are named.
         subgoals: returns the notation of subgoals.
-        make_planner: makes the planner that tests operators; it returns None if operators are not tested.
-        wording: takes an ability and returns the names of objects and predicates in its prompts.
+        make_planner: returns the planner that tests operators, or None if operators are not tested.
+        wording: returns the names of objects and predicates in the prompts of an ability.
         observation_wording: returns the names of objects and predicates in observations.
         benchmark: the benchmark, for abilities that need its own methods.
     """
@@ -108,40 +108,40 @@ class AbilityWorld:
 
 
 QuestionAndAnswer: TypeAlias = tuple[str | Mapping[str, str], str]
-"""A question about a task, and a right answer for built-in models to give.
+"""A pair: the question about a task, and a right answer, which built-in models give.
 
-The question is a text, or the values for the placeholders of the ability's template.
+The question is a text, or a mapping from the placeholders of the ability's template to texts.
 """
 
 
 QuestionMaker: TypeAlias = Callable[[AbilityWorld, Any], QuestionAndAnswer]
-"""Function that makes the question about a task in a world, together with a right answer."""
+"""Function that makes the question about a task in a benchmark's world, and a right answer."""
 
 SchemaMaker: TypeAlias = "Callable[[Sequence[str] | None], Schema | None]"
 """Function that makes the JSON schema of an answer.
 
-Its argument has the words that may name objects; None if any text may name an object.
+It takes the words that may name objects in the answer; None if any text may name an object.
 """
 
 
 @dataclass(frozen=True, slots=True)
 class Interaction:
-    """The exchange with a model: one question and one answer for each task. All members are pure functions.
+    """The exchange with a model: one question and one answer for each task. All functions in it are pure.
 
-    If a model answers a task several times, its most frequent answer may count. To compare answers, prose
-    around JSON, white space and the order of keys are ignored, unless the last three attributes say
-    otherwise.
+    If a model answers a task several times, its most frequent answer may count. Two answers are the same if
+    they differ only in prose around JSON, white space and the order of keys, unless the last three attributes
+    say otherwise.
 
     Attributes:
-        scorers: takes a world and returns a function that makes the scorer of a task.
-        make_question: makes the question about a task. None if questions are published or come from the
-            template of the ability's name; the data set then gives the right answers.
+        scorers: takes a benchmark's world and returns a function that makes the scorer of a task.
+        make_question: makes the question about a task. None if questions are published, or are rendered from
+            the template with the ability's name. The data set then has the right answers.
         pictures: returns the pictures before a question, each with its media type.
         answer_form: returns the words for objects in answers to a task, and the function that makes the JSON
             schema of an answer; None if answers have no schema.
-        open_file: opens a file with tasks of the ability's own. It returns the name of their domain in
-            records, and the tasks; or None if the file is of another kind.
-        features: returns the features of one of the ability's own tasks.
+        open_file: opens a file with tasks that only this ability has. It returns the name of their domain in
+            records, and the tasks; None for a file of another kind.
+        features: returns the features of such a task of the ability's own.
         task_command: command that writes the ability's own tasks; empty if the ability uses a benchmark's
             tasks.
         uses_operator_tasks: whether the ability uses the published tasks about operators instead of the
@@ -167,11 +167,13 @@ class Interaction:
 
 @dataclass(frozen=True, slots=True)
 class MultiTurnInteraction(Interaction):
-    """The exchange with a model whose answers are episodes: a first question, then commands in turns.
+    """The exchange with a model that plays a game: a first question, then the model's commands in turns.
+
+    The answer of the model is the complete episode.
 
     Attributes:
-        read_experiment: reads the harness and the rules of the game from an episode. It returns None for an
-            empty or unreadable episode, which fails under any rules.
+        read_experiment: returns the harness (the program around the model) and the rules of the game from an
+            episode; None for an empty or unreadable episode, which fails under any rules.
     """
 
     read_experiment: Callable[[str], Experiment | None] = field(kw_only=True)
@@ -179,23 +181,24 @@ class MultiTurnInteraction(Interaction):
 
 @dataclass(frozen=True, slots=True)
 class AbilityDeclaration(Generic[V]):
-    """The declaration of an ability: the exchange with a model, and the use of verdicts in tables.
+    """The declaration of an ability: the exchange with a model, and how tables use its verdicts.
 
     Attributes:
         ability: name of the ability.
         interaction: the exchange with a model; a `MultiTurnInteraction` if answers are episodes.
-        title: name for readers.
-        short_title: name for narrow columns.
+        title: name of the ability for readers.
+        short_title: name of the ability for narrow columns.
         verdict: class of the verdicts. `eai.Reward` uses its method `compute_credit`.
         contributions: takes a verdict and returns what the answer adds to each metric. All verdicts have the
             same metrics in the same order.
-        outcome: returns the outcome of an answer that is not excluded.
-        columns: columns of the tables, from left to right.
-        terminal_metrics: metrics that a terminal shows.
-        overview_headings: headings of the overview, by metric. The paper's metrics are among them.
-        averaged_metrics: metrics whose mean is the ability's part of the paper's average over all abilities.
-        replacements: metrics that replace a metric of the paper in rankings and averages if they are known,
-            by the paper's metric.
+        outcome: returns the outcome of an answer, given its verdict. The verdict must not be excluded.
+        columns: columns of the ability's tables, from left to right.
+        terminal_metrics: metrics in the tables that are printed in a terminal.
+        overview_headings: mapping from metrics to their headings in the overview of all abilities, the
+            paper's metrics included.
+        averaged_metrics: metrics whose mean enters the paper's average over all abilities.
+        replacements: mapping from some of the paper's metrics to metrics that replace them in rankings and
+            averages, if an answer has these.
         yes_no_metrics: metrics to which each answer contributes yes or no.
         combine_epochs: combines the verdicts on several answers to a task into a verdict with their mean
             metrics. None if the most frequent answer counts for all answers.
@@ -227,9 +230,10 @@ class AbilityDeclaration(Generic[V]):
         return isinstance(self.interaction, MultiTurnInteraction)
 
     def read_experiment(self, answer: str) -> Experiment | None:
-        """Return the harness and the rules of an episode; an empty experiment if answers are no episodes.
+        """Return the harness (the program around the model) and the rules of an episode.
 
-        Returns None if the episode is empty or unreadable, so that it fails under any rules.
+        If answers are no episodes, return an empty experiment. If the episode is empty or unreadable, return
+        None, so that it fails under any rules.
         """
         return (
             self.interaction.read_experiment(answer)
@@ -260,21 +264,21 @@ def get_declaration(ability: Ability) -> AbilityDeclaration[Any]:
 
 
 def load_paper_abilities() -> Mapping[Ability, AbilityDeclaration[Any]]:
-    """Return the declarations of the paper's four abilities, in the paper's order."""
+    """Return a mapping from the paper's four abilities to their declarations, in the paper's order."""
     return {ability: get_declaration(ability) for ability in PAPER_ABILITIES}
 
 
 def find_error_outcome(verdict: Verdict) -> AnswerOutcome | None:
-    """Return the outcome of an answer that an error ended, or None if there was no error."""
+    """Return the outcome of an answer with an error in its verdict, or None if the verdict has no error."""
     return None if verdict.error is None else AnswerOutcome(verdict.error.kind.value)
 
 
 def classify_counts(counts: Confusion, *, enough: bool = True) -> AnswerOutcome:
-    """Return the outcome of an answer whose parts are right or wrong.
+    """Return the outcome of an answer whose parts are judged separately.
 
     Args:
         counts: numbers of right, wrong and missed parts.
-        enough: whether an answer succeeds if all its parts are right.
+        enough: whether an answer succeeds if it has all parts and no wrong part.
     """
     if enough and not counts.false_positives and counts.false_negatives <= 0:
         return AnswerOutcome.SUCCESS
@@ -287,7 +291,7 @@ def get_display_name(name: str) -> str:
 
 
 def make_score_columns(parts: Sequence[str]) -> tuple[MetricColumn, ...]:
-    """Return the table columns for precision, recall and F1 of the given parts of answers."""
+    """Return table columns for the precision, the recall and the F1 of several parts of answers."""
     measures = (("precision", "P"), ("recall", "R"), ("f1", "F1"))
     return tuple(
         MetricColumn(f"{part}.{measure}", get_display_name(part), label)
@@ -298,15 +302,15 @@ def make_score_columns(parts: Sequence[str]) -> tuple[MetricColumn, ...]:
 
 SUCCESS, GRAMMAR, RUNTIME, SATISFIED = "Success", "Grammar errors", "Runtime errors", "Satisfied goals"
 PLANNER = "Planner"
-"""Heading of the columns about the success of a planner."""
+"""Heading of the table columns about the success of the planner that tests operators."""
 
 OVERALL = "overall"
-"""Prefix of the names of rates over all categories of predicates."""
+"""Prefix of the names of rates that count all categories of predicates."""
 
 KINDS = tuple(kind.value for kind in GoalKind)
 GOAL_METRICS = (*(f"{kind}_goal" for kind in KINDS), "total_goal")
 PARTIAL = "partial_success"
-"""Name of the metric: mean share of the goals' conditions that are met (`eai.tasks.goal_test`)."""
+"""Name of the metric of partial success: the mean share of the goals' conditions that are met."""
 
 GOAL_COLUMNS = (
     *(
@@ -315,7 +319,7 @@ GOAL_COLUMNS = (
     ),
     MetricColumn(PARTIAL, SATISFIED, "Partial success"),
 )
-"""Columns of tables for the rates of goals that plans reach."""
+"""Columns of tables for the shares of goals that plans reach."""
 
 COLUMNS = (
     MetricColumn("task_success", SUCCESS, "Task"),
@@ -329,7 +333,7 @@ COLUMNS = (
     MetricColumn("additional_step", RUNTIME, "Additional step", False),
     *GOAL_COLUMNS,
 )
-"""Columns of the paper's tables."""
+"""Columns of the paper's tables on plans and subgoals."""
 
 ENDING_FAULTS = {
     kind.value: kind
@@ -343,7 +347,7 @@ ENDING_FAULTS = {
         FaultKind.UNCATEGORISED,
     )
 }
-"""Kinds of error that make an action impossible and so end a plan, by the name of their metric."""
+"""Mapping from metrics to kinds of error: the kinds that make an action impossible and so end a plan."""
 
 P = TypeVar("P", bound=PlanVerdict)
 
@@ -375,16 +379,19 @@ def declare_plan_ability(
 
 
 def count_faults(verdict: PlanVerdict, kind: FaultKind) -> int:
-    """Return the number of errors of a kind that an answer has in summaries. Such an error ends a plan."""
+    """Return how often an answer counts for a kind of error in summaries.
+
+    Without `SummaryCounts`, it counts once if an error of this kind ended its plan.
+    """
     if verdict.counted is not None:
         return verdict.counted.errors.get(kind, 0)
     return int(verdict.error is not None and verdict.error.kind is kind)
 
 
 def count_additional_steps(verdict: PlanVerdict) -> int:
-    """Return the number of additional steps with which an answer counts in summaries.
+    """Return the number of additional (needless) steps with which an answer counts in summaries.
 
-    Several such steps count once, unless the verdict's `SummaryCounts` say otherwise.
+    All additional steps of an answer count once together, unless the verdict's `SummaryCounts` say otherwise.
     """
     if verdict.counted is not None:
         return count_faults(verdict, FaultKind.ADDITIONAL_STEP)
@@ -392,7 +399,10 @@ def count_additional_steps(verdict: PlanVerdict) -> int:
 
 
 def compute_goal_shares(verdict: PlanVerdict) -> Shares:
-    """Return what an answer adds to the rates of reached goals; 0 of 0 if its goals are unknown."""
+    """Return a mapping from metrics to the share that an answer adds to each rate of reached goals.
+
+    The share is 0 of 0 if the verdict does not say which goals are reached.
+    """
     goals = verdict.goals if verdict.counted is None else verdict.counted.goals
     shares: tuple[Share, ...] = (EMPTY_SHARE,) * len(KINDS) if goals is None else goals
     whole = Share(sum(share.numerator for share in shares), sum(share.denominator for share in shares))

@@ -13,18 +13,18 @@ if TYPE_CHECKING:
     from eai.tasks.task import Task
 
 IMPOSSIBLE, QUESTION = "impossible", "ask"
-"""Key of an answer that calls the task impossible; `QUESTION` is the key of an answer that asks."""
+"""Keys of declining answers: `IMPOSSIBLE` calls the task impossible, `QUESTION` asks for the meant object."""
 
 ASK, REFUSE = "ASK", "IMPOSSIBLE"
-"""Command for a question about the meant object; `REFUSE` is the command that calls the task impossible."""
+"""Commands of agents: `ASK` asks for the meant object, and `REFUSE` calls the task impossible."""
 
 
 class _DecliningAnswer(NamedTuple):
     """An answer that declines a task.
 
     Attributes:
-        reason: the reason for which the answer calls the task impossible, or its question.
-        is_right: whether declining is right.
+        reason: the reason in the answer why the task is impossible, or the question in the answer.
+        is_right: whether declining the task is right.
         notes: two sentences: the answer in words, and the evidence for or against it.
     """
 
@@ -52,7 +52,7 @@ def read_declining_answer(task: Task, text: str, notation: PlanNotation) -> _Dec
 
 
 def write_right_declining_answer(task: Task, notation: PlanNotation) -> str | None:
-    """Return the right answer to a task for which declining is right, or None if a plan is right."""
+    """Return the right answer that declines a task, or None if a plan is right."""
     match task.special:
         case Impossible(missing) if missing:
             return write_refusal_answer(notation.encode_names(", ".join(missing)))
@@ -62,7 +62,7 @@ def write_right_declining_answer(task: Task, notation: PlanNotation) -> str | No
 
 
 def write_refusal_command(task: Task, notation: PlanNotation) -> str | None:
-    """Return the command that refuses an impossible task by its missing facts, or None for other tasks."""
+    """Return the command that refuses an impossible task and names its missing facts, or None."""
     match task.special:
         case Impossible(missing) if missing:
             return notation.encode_names(f"{REFUSE}({', '.join(missing)})")
@@ -70,13 +70,13 @@ def write_refusal_command(task: Task, notation: PlanNotation) -> str | None:
 
 
 def list_declining_commands(task: Task) -> list[str]:
-    """Return a list with the command that declines a task; an empty list if the task allows no declining."""
+    """Return a list with the command that declines a task; an empty list if no answer may decline it."""
     words = {Impossible: REFUSE, Ambiguous: ASK}
     return [word for kind, word in words.items() if isinstance(task.special, kind)]
 
 
 def write_refusal_answer(reason: str, key: str = IMPOSSIBLE) -> str:
-    """Return an answer that calls a task impossible, or an answer that asks a question.
+    """Return an answer that calls a task impossible, or an answer that asks for the meant object.
 
     Args:
         reason: the reason why the task is impossible, or the question.
@@ -86,9 +86,10 @@ def write_refusal_answer(reason: str, key: str = IMPOSSIBLE) -> str:
 
 
 def read_refusal_reason(text: str, key: str = IMPOSSIBLE) -> str | None:
-    """Return the reason of a refusal, or the question of an answer that asks.
+    """Return the text of a declining answer: the reason for a refusal, or the question.
 
-    The last JSON value of the answer must be an object with only this key. Otherwise the result is None.
+    The last JSON value of the answer must be an object with the key as its only key. Otherwise the result is
+    None.
 
     Args:
         text: the answer.

@@ -1,4 +1,4 @@
-"""Experiments: the settings that distinguish a run from plain questions, and the label of the run."""
+"""Experiments: the settings that distinguish a run from plain questions, and the label of the settings."""
 
 from __future__ import annotations
 
@@ -16,16 +16,16 @@ RULES_SEPARATOR = "_"
 """Separator of the rules in `Experiment.rules`."""
 
 MAX_BUDGET = 100.0
-"""Maximum budget of actions, in multiples of the shortest known plan."""
+"""Maximum budget of actions in an episode, in multiples of the shortest known plan."""
 
 MAX_STEPS = 1_000_000
-"""Maximum number of actions before an episode is cut off."""
+"""Maximum number of actions in an episode. A longer episode is cut off."""
 
 MAX_SEED = 2**63 - 1
 """Maximum random seed of slips, which are actions without effect."""
 
 _DEFAULT_POSITION = 50
-"""Default of `StudySettings.label_position`."""
+"""Default of `StudySettings.label_position`, the rank of a study in labels."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -35,11 +35,12 @@ class StudySettings:
     All records of the run have these options.
 
     Attributes:
-        label: a short text that is unique among all settings of the study, for the name of the run's folder.
+        label: a short text for the name of the run's folder. All other settings of the study have other
+            labels.
         options: the options of the study by name, as JSON.
         summary: values that the study reports on one answer, by name; empty if the settings describe a run.
         label_position: rank of the study in labels that name several studies; smaller numbers come first.
-            Files list the studies in this order instead of holding the number.
+            Files list the studies in this order instead of storing the number.
 
     Raises:
         InputError: the label cannot be the name of a folder.
@@ -78,7 +79,7 @@ class StudySettings:
 def make_named_settings(
     kind: str, option: str, name: str, label_position: int = _DEFAULT_POSITION
 ) -> StudySettings:
-    """Return `StudySettings` with one option whose value is a name. Its label is ``kind-name``."""
+    """Return `StudySettings` with one option, whose value is a name. Their label is ``kind-name``."""
     return StudySettings(make_name_label(kind, name), {option: name}, label_position)
 
 
@@ -95,13 +96,13 @@ def make_name_label(kind: str, name: str) -> str:
 class Experiment:
     """The settings that distinguish a run from plain questions in a world where every action works.
 
-    All records of a run have the same experiment; the experiment of a plain run is None.
+    All records of a run have the same experiment; a run with plain questions has None instead.
 
     Attributes:
-        study: the settings of the run for each study, by name of the study.
-        harness: name of the program in which a model acts; None for a plain question, or if it is unknown.
+        study: mapping from names of studies to the settings of the run for each study.
+        harness: name of the program through which a model acts; None for a plain question, or if unknown.
         effort: the requested reasoning effort; None for the provider's default.
-        rules: the rules of the run's games that differ from the standard rules; None for the standard rules.
+        rules: the rules in the run's games that differ from the standard rules; None for the standard rules.
 
     Raises:
         InputError: the harness, the effort or the rules cannot be the name of a file.
@@ -122,7 +123,7 @@ class Experiment:
 
     @property
     def has_no_settings(self) -> bool:
-        """Whether only harness and effort are set, so that the run is ranked with plain runs."""
+        """Whether only harness and effort are set. Such a run is ranked together with plain runs."""
         return not self.study and self.rules is None
 
     def combine(self, other: Experiment) -> Experiment:
@@ -174,7 +175,7 @@ class Experiment:
 
     @property
     def label(self) -> str:
-        """A short text that is unique to this experiment; the name of its folder."""
+        """A short text by which this experiment differs from all others; it names the experiment's folder."""
         return self._join_label_parts(self.agent_settings)
 
     @property

@@ -1,7 +1,8 @@
-"""Explanations: the outcome of an answer step by step, in words, for people and for reports.
+"""Explanations: why an answer has its verdict, step by step and in words, for people and for reports.
 
-A `Statement` is an atom, an action or a step as a value, in addition to its text. `find_near_misses` lists
-the facts that an answer made true instead of a missed goal. `eai.abilities.reports` makes explanations.
+A `Statement` splits the text of an atom, an action or a step into its name and its arguments.
+`find_near_misses` lists the facts that an answer made true instead of a missed goal. `eai.abilities.reports`
+makes explanations.
 """
 
 from __future__ import annotations
@@ -17,12 +18,12 @@ _NOT = "not "
 
 
 class Statement(NamedTuple):
-    """An atom or an action, such as ``not open(jar_0)``, ``GRAB(soap.1002)`` or ``TOUCH``.
+    """The name and the arguments of an atom or an action, such as ``not open(jar_0)`` or ``GRAB(soap.1002)``.
 
     Attributes:
         name: name of the predicate or action.
         arguments: names of the objects; None if the text has no parentheses, as in goals that are actions.
-        positive: whether the statement is asserted; False if it is denied.
+        positive: whether the atom is asserted; False if it is negated.
     """
 
     name: str
@@ -36,7 +37,10 @@ class Statement(NamedTuple):
 
 
 def parse_statement(text: str) -> Statement:
-    """Read an atom from its text. A text without the form of an atom becomes a name without arguments."""
+    """Return the `Statement` in the text of an atom.
+
+    A text of another form becomes a name without arguments.
+    """
     positive = not text.startswith(_NOT)
     name, opened, rest = (text if positive else text[len(_NOT) :]).partition("(")
     if not opened or not rest.endswith(")"):
@@ -48,7 +52,7 @@ SLIP = FaultKind.SLIP.value
 """Outcome of a step that was possible, but had no effect because it slipped."""
 
 SLIPPED = "it was possible, but it did not work"
-"""Text of the reason why a step that slipped had no effect."""
+"""Reason, in words, why a step that slipped had no effect."""
 
 
 EXECUTED = "executed"
@@ -60,11 +64,11 @@ class StepReport:
     """The report on one step that was tried.
 
     Attributes:
-        action: the ground action as text.
-        outcome: `EXECUTED`, the kind of the fault, or ``slip``.
+        action: the action on its objects, as text.
+        outcome: `EXECUTED`, ``slip``, or the kind of the fault.
         reason: the failed check in words, or that the step slipped; otherwise empty. An action may try
-            several effects; if it was executed, this text names the effects that it did not reach.
-        earlier: if the steps are in the wrong order, the earlier step after which the missing condition held.
+            several effects. After its execution, this text names the effects that it did not reach.
+        earlier: for steps in the wrong order, the earlier step after which the missing condition held.
         added: facts that became true.
         removed: facts that became false.
         hidden_changes: number of other visible facts that changed, about objects that do not matter to the
@@ -90,8 +94,9 @@ class GoalReport:
         kind: kind of the goal.
         goal: the goal as text.
         satisfied: whether the goal was reached.
-        why: for a missed goal over time, the violated part and the moment of the violation.
-        predicates: predicates in the goal, each once; or the actions, if the goal is about actions.
+        why: for a missed goal over time, the violated formula in it and when it was violated.
+        predicates: names of the predicates in the goal, each once; names of actions, if the goal is about
+            actions.
     """
 
     kind: str
@@ -107,11 +112,12 @@ class GoalPartReport:
 
     Attributes:
         part: the part as text.
-        met_after: number of the step after which the part was first met, counted in the list of all steps; 0
-            for the start, None if the part was not met.
-        missing: formulas in the first unmet part that never held; the complete part if each formula held,
-            but never all together.
-        met_at: number of the action that met a part about an action, counted in the list of all steps.
+        met_after: number of the step after which the part was first met, counted among all steps; 0 for the
+            start, None if the part was not met.
+        missing: formulas in the first unmet part that never held; the complete part if each formula held at
+            some time, but never all together.
+        met_at: for a part about an action, the number of the action that met the part, counted among all
+            steps.
     """
 
     part: str
@@ -121,7 +127,7 @@ class GoalPartReport:
 
     @property
     def when(self) -> str:
-        """The moment at which the part was met, in words; empty if it was not met."""
+        """The time at which the part was met, in words; empty if it was not met."""
         if self.met_at is not None:
             return f"at step {self.met_at}"
         if self.met_after is None:
@@ -131,15 +137,15 @@ class GoalPartReport:
 
 @dataclass(frozen=True, slots=True)
 class Explanation:
-    """The explanation of an answer's outcome.
+    """The explanation of an answer's verdict.
 
     Attributes:
-        notes: sentences on the whole answer: why it could not be executed, or how it was read.
+        notes: sentences on the answer as a unit: why it could not be executed, or how it was read.
         steps: reports on the steps.
         goals: reports on the goals.
-        parts: reports on the parts of the task's temporal goal, if it has one.
-        atoms: mapping from the text of each stated or wanted goal to its value, for answers to goal
-            interpretation; None for other answers.
+        parts: reports on the parts of the task's temporal goal, if the task has such a goal.
+        atoms: for goal interpretations, a mapping from the texts of stated goals and of the task's goals to
+            `Statement` values; None for other answers.
     """
 
     notes: tuple[str, ...] = ()
@@ -154,7 +160,7 @@ class Explanation:
 
 
 def write_repair_notes(repairs: Iterable[str]) -> tuple[str, ...]:
-    """Return a sentence on each repair of the text that was needed to read the answer."""
+    """Return a sentence on each repair that was needed to read the answer's text."""
     return tuple(f"read with repair: {repair}" for repair in repairs)
 
 
@@ -173,12 +179,12 @@ MAX_NEAR_MISSES = 2
 
 
 def find_near_misses(explanation: Explanation) -> Mapping[str, tuple[str, ...]]:
-    """Map each missed goal to its near misses: facts that the answer made true instead of the goal, as texts.
+    """Return a mapping from missed goals to their near misses: facts that the answer reached instead.
 
-    A near miss became true and stayed true. It is one of the following: another relation of the same objects
-    in the same order; a state of the same object that ended the wanted state; or the wanted relation of the
-    first object to another object. A relation that holds in both directions is no near miss: it only means
-    that two objects are close.
+    Goals and facts are texts. A near miss became true and stayed true. It is one of three kinds of facts:
+    another relation of the same objects in the same order; a state of the same object that ended the wanted
+    state; or the wanted relation of the first object to another object. A relation that holds in both
+    directions is no near miss: it only means that two objects are close.
     """
     missed = [goal.goal for goal in explanation.goals if not goal.satisfied]
     made, ended = _find_made_and_ended_facts(explanation.steps if missed else ())
@@ -198,7 +204,7 @@ def find_near_misses(explanation: Explanation) -> Mapping[str, tuple[str, ...]]:
 def _find_made_and_ended_facts(
     steps: Iterable[StepReport],
 ) -> tuple[list[_FactWords], Mapping[_FactWords, frozenset[_FactWords]]]:
-    """Return the facts that became true and stayed true, and a mapping from each to the facts that it ended.
+    """Return a pair: the facts that became true and stayed true, and a mapping from facts to ended facts.
 
     A fact that holds in both directions at the end is left out of the first result.
     """
@@ -225,7 +231,7 @@ def _is_near_miss(
 
 
 def _split_fact(text: str) -> tuple[str, ...] | None:
-    """Split ``INSIDE(soap.1002, cup.1003)`` into predicate and objects; return None if the form differs."""
+    """Return the predicate and the objects of a fact such as ``INSIDE(soap.1002, cup.1003)``, or None."""
     name, bracket, rest = text.partition("(")
     if not bracket or not rest.endswith(")") or not name.isidentifier() or "(" in rest:
         return None

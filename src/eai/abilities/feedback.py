@@ -25,17 +25,17 @@ from eai.tasks.wording import SuiteWording
 from eai.world.fault import NOT_EXECUTED, FaultKind
 
 REASONS = "What went wrong in attempt"
-"""Beginning of a list of reasons for a failure. A built-in model recognizes feedback by this text."""
+"""Beginning of a list of reasons for a failure. By this text, a built-in model recognizes feedback."""
 
 _FOLDER = "feedback"
 
 Restate: TypeAlias = Callable[[TaskBelief], Prompt]
-"""Function that makes the question about a task from a belief about its present state."""
+"""Function that makes the question about a task in its present state, given the belief about this state."""
 
 ScenePerception: TypeAlias = Callable[[Task, int], tuple[TaskBelief, Mapping[str, str]]]
-"""Function that perceives the scene of a task before the attempt with a given number.
+"""Function that perceives the present scene of a task, before the attempt with the given number.
 
-It returns the belief about the scene, and metadata for the record of the question.
+It returns the belief about the task, and metadata for the record of the question.
 """
 
 
@@ -44,10 +44,10 @@ class QuestionWriter:
     """Writes the question of each attempt at a task.
 
     Attributes:
-        prompt_of: returns the question of the first attempt, by task id.
+        prompt_of: returns the question of the first attempt, given the task's id.
         wording: the names of predicates and objects in questions.
-        restate: makes the question about a task in its present state. None if questions cannot be made again;
-            the present state is then added to the first question.
+        restate: makes the question about a task in its present state. None if there is no such question; a
+            description of the present state is then added to the first question.
         templates: the templates of feedback.
         perceive: perceives the present scene; None if questions describe the true scene.
     """
@@ -59,7 +59,7 @@ class QuestionWriter:
     perceive: ScenePerception | None = None
 
     def describe_scene_metadata(self, trial: Trial) -> Mapping[str, str]:
-        """Return metadata about the scene in the next question, or an empty mapping if it is unchanged."""
+        """Return metadata about the scene in the next question; empty if it describes no new scene."""
         return (
             self._perceive_scene(trial)[1]
             if self.perceive is not None and _describes_present_world(trial)
@@ -130,7 +130,7 @@ class QuestionWriter:
     def _list_reasons(
         self, attempt: Attempt, goals: Sequence[GoalReport], chosen: AttemptOptions
     ) -> Iterator[str]:
-        """Yield the reasons why an attempt failed: the steps that were not executed, and the missed goals."""
+        """Yield the reasons why an attempt failed: needless and failed steps, the error, and missed goals."""
         error, explanation = attempt.verdict.error, attempt.explanation or Explanation()
         explains = chosen.feedback == "explained"
         for number, step in enumerate(explanation.steps):
@@ -165,7 +165,7 @@ class QuestionWriter:
         return self._fill_template("earlier", meaning=meaning, reason=step.reason, earlier=step.earlier)
 
     def _describe_world(self, trial: Trial) -> str:
-        """Describe the present state of the world, and the actions that a plan must still contain."""
+        """Return a text on the present state of the world, and on actions that a plan must still contain."""
         belief = self._perceive_scene(trial)[0]
         actions = [write_goal(goal.formula) for goal in belief.task.get_goals_of_kind(GoalKind.ACTION)]
         state = write_initial_state(self.wording, belief)
@@ -174,7 +174,7 @@ class QuestionWriter:
         return self._fill_template("now_actions", state=state, actions="\n".join(actions))
 
     def _perceive_scene(self, trial: Trial) -> tuple[TaskBelief, Mapping[str, str]]:
-        """Return the belief about the scene and the remaining goals, and metadata of the next question."""
+        """Return the belief about the present scene and the remaining goals, and metadata of the question."""
         if self.perceive is None:
             return TaskBelief(trial.remaining_task), {}
         return self.perceive(trial.remaining_task, len(trial.attempts) + 1)

@@ -26,9 +26,10 @@ if TYPE_CHECKING:
 
 
 def compute_metric_shares(verdict: PlanVerdict) -> dict[str, Share]:
-    """Return the share that one plan adds to each metric.
+    """Return a mapping from metrics to the share that one plan adds to each metric.
 
-    The numbers come from the verdict's `SummaryCounts` (counts as in a published script), if it has them.
+    If the verdict has `SummaryCounts`, which count as a published script does, the shares come from these
+    counts.
     """
     counted = verdict.counted
     return {
@@ -43,7 +44,8 @@ def compute_metric_shares(verdict: PlanVerdict) -> dict[str, Share]:
 def _make_scorers(world: AbilityWorld) -> Callable[[Task], Scorer]:
     """Return a function that makes the scorer of a task.
 
-    The module of scorers is imported late, so that reports do not load the engine.
+    The module with scorers is imported only here, so that programs that only make reports do not load the
+    simulator.
     """
     from eai.abilities.action_sequencing.scorer import ActionSequencing
 
@@ -51,9 +53,10 @@ def _make_scorers(world: AbilityWorld) -> Callable[[Task], Scorer]:
 
 
 def _make_answer_schema(world: AbilityWorld, task: Task | None) -> tuple[Sequence[str], SchemaMaker]:
-    """Return the words for objects in answers, and the function that makes the answer's JSON schema.
+    """Return the words for objects in answers, and a function that makes the answer's JSON schema from them.
 
-    Without a task no words are returned. A task that may be declined has no schema.
+    There are no words without a task. A task that answers may decline has no schema: the function returns
+    None.
     """
     if task is not None and task.may_be_declined:
         return world.notation.plans.list_object_words(task), lambda words: None

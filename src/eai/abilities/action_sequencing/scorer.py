@@ -28,18 +28,18 @@ if TYPE_CHECKING:
     from eai.abilities.plan_repairer import PlanRepairer
 
 _MAX_CACHED_STEPS = 1000
-"""Maximum number of different steps of a task whose actions are cached."""
+"""Maximum number of different steps in answers to a task whose translations to actions are cached."""
 
 _MAX_CACHED_OUTCOMES = 200
-"""Maximum number of steps whose outcomes are cached for a task. The state after a step takes up to 2 kB."""
+"""Maximum number of steps whose outcomes are cached for a task. A cached outcome takes up to 2 kB."""
 
 
 class ActionSequencing(PlanScorer):
     """The scorer of the plans for one task.
 
-    The whole plan is tested before any step is executed: first whether it can be read, then whether all names
-    are known, then whether each action has the right number of objects. A plan succeeds if it runs to its end
-    and reaches all goals. A plan that fails these tests is not executed and reaches no goal.
+    Three tests come before any step is executed: whether all steps can be read, whether all names are
+    known, and whether each action has the right number of objects. A plan that fails a test is not executed
+    and reaches no goal. Any other plan is executed. It succeeds if it runs to its end and reaches all goals.
 
     Args:
         task: the task.
@@ -62,14 +62,20 @@ class ActionSequencing(PlanScorer):
         self._tried = 0
 
     def assess(self, text: str) -> Assessment:
-        """Return the verdict on a plan that runs from the initial state. No action slips."""
+        """Return the assessment of a plan that runs from the task's initial state.
+
+        No action slips (lacks its effect).
+        """
         assessment = self.assess_execution(text, self._execute_from_start)
         repair = partial(self._add_repair_to_verdict, text, assessment.verdict)
         return assessment._replace(analyze_failure=repair) if self._uses_standard_rules else assessment
 
     @property
     def _uses_standard_rules(self) -> bool:
-        """Whether the standard rules execute plans and test goals, as the search for repairs assumes."""
+        """Whether plans are executed and goals tested by the standard rules.
+
+        The search for repairs assumes these.
+        """
         if self.domain.begin is not make_declared_simulator:
             return False
         return type(self) is ActionSequencing and type(self.goals) is GoalTest
@@ -110,9 +116,9 @@ class ActionSequencing(PlanScorer):
         return PlanRepairer(self.task, self.domain, self.notation)
 
     def assess_execution(self, text: str, execute: PlanExecutor) -> Assessment:
-        """Return the verdict on a plan.
+        """Return the assessment of a plan.
 
-        The explanation executes the plan even if the task is excluded from scoring.
+        If the task is excluded from scoring, the plan is executed only for the explanation.
 
         Args:
             text: the answer.
@@ -138,7 +144,7 @@ class ActionSequencing(PlanScorer):
         return self._execute_and_assess(plan, actions, execute)
 
     def read(self, text: str) -> WrittenPlan | Unreadable:
-        """Read the plan in an answer.
+        """Return the plan in an answer, or the reason why the answer cannot be read.
 
         A plan without steps is readable only if all goals hold at the start.
         """
@@ -152,16 +158,16 @@ class ActionSequencing(PlanScorer):
         return all(self._test_goals(self._execute_from_start(())))
 
     def resolve_names(self, plan: WrittenPlan) -> tuple[Action, ...] | ErrorReport:
-        """Return the plan as ground actions, or its first grammar error.
+        """Return the actions on objects that a plan means, or the first error in its names.
 
         Unknown names are reported before wrong numbers of arguments.
         """
         if len(self._known) > _MAX_CACHED_STEPS:
             self._known = {}
-        known = self._known  # a local variable, since another thread may replace the attribute
+        known = self._known  # kept in a local variable, because another thread may replace the attribute
         try:
             new = tuple([step for step in plan.steps if step not in known])
-        except TypeError:  # a step with a list of objects is not hashable
+        except TypeError:  # a step that contains a list cannot be looked up in the cache
             return self._resolve_uncached(plan)
         if new:
             actions = self._resolve_uncached(WrittenPlan(new))
@@ -244,7 +250,10 @@ class ActionSequencing(PlanScorer):
         refused: str | None = None,
         partial: Share | None = None,
     ) -> PlanVerdict:
-        """Return the verdict for the given reached goals. Without `partial` the plan was not executed."""
+        """Return the verdict on a plan, given for each goal whether it is reached.
+
+        `partial` is None if the plan was not executed.
+        """
         return PlanVerdict(
             executable=error is None and refused is None,
             success=success,
@@ -272,7 +281,7 @@ class ActionSequencing(PlanScorer):
         return (*write_repair_notes(repairs), *excluded)
 
     def _test_goals(self, execution: Execution) -> tuple[bool, ...]:
-        """Return a truth value for each goal, in order: whether the executed plan reaches the goal."""
+        """Return for each goal, in order, whether the executed plan reaches it."""
         return self.goals.find_reached(
             self._get_final_state(execution),
             execution.taken_actions,
@@ -283,7 +292,7 @@ class ActionSequencing(PlanScorer):
         return execution.trajectory.final_state
 
     def _test_goals_unexecuted(self, execute: PlanExecutor) -> tuple[bool, ...]:
-        """Return a truth value for each goal, in order, for an answer that cannot be executed."""
+        """Return for each goal, in order, whether an answer that cannot be executed reaches it."""
         return self.goals.none_reached
 
     def _succeeds(self, error: ErrorReport | None, reached: tuple[bool, ...]) -> bool:
