@@ -42,18 +42,8 @@ def make_example(domain: Domain, tasks: Sequence[Task], predicates: Collection[s
             predicate, arguments = facts[-1]
             wanted = f.Atom(predicate, tuple([f.Constant(first.scene.objects[i].name) for i in arguments]))
             said = f"Reach a state in which this holds: {print_ltl(wanted)}"
-            return replace(
-                first,
-                id="example",
-                title="Example",
-                instruction=said,
-                goals=(goal(wanted),),
-                script=plan,
-                temporal_goal=None,
-                annotated_final=None,
-                unsolvable=None,
-                special=None,
-            )
+            asked = Task("example", "Example", said, first.initial, (goal(wanted),), first.relevant, plan)
+            return replace(asked, unnamed=first.unnamed)
     return None
 
 

@@ -54,13 +54,11 @@ def print_learnability(
         }
         if not as_json:
             title = f"{suite.domain} {ability.value}: null models' reward {shaping.value}, percent"
-            means = [Estimate.from_rate(rewards.mean) for rewards in nulls.values()]
-            full = [Estimate.from_rate(rewards.full) for rewards in nulls.values()]
-            columns: list[NamedCells] = [
-                ("", [*nulls]),
-                (replace(PERCENT, name="mean"), means),
-                (replace(PERCENT, name="full reward"), full),
-            ]
+            columns: list[NamedCells] = [("", [*nulls])]
+            for heading, rates in zip(
+                ("mean", "full reward"), zip(*nulls.values(), strict=True), strict=True
+            ):
+                columns.append((replace(PERCENT, name=heading), list(map(Estimate.from_rate, rates))))
             print_table(get_output_console(), Table.from_columns(title, columns))
         lines = []
         if runs:
@@ -80,10 +78,9 @@ def _describe_groups(groups: Counter[str]) -> str:
     if not number:
         return "no task has two answers of one model: run the model with --epochs"
     percent = Rate(groups["mixed"], number).percent
-    equal = ", ".join([f"{groups[kind]:,} {text}" for kind, text in _EQUAL.items() if groups[kind]])
-    rest = f"; equal rewards: {equal}" if equal else ""
     mixed = f"mixed rewards in {groups['mixed']:,} of {format_count(number, 'group')} of answers"
-    return f"{mixed} ({percent:.1f} %){rest}"
+    equal = ", ".join([f"{groups[kind]:,} {text}" for kind, text in _EQUAL.items() if groups[kind]])
+    return f"{mixed} ({percent:.1f} %){'; equal rewards: ' * bool(equal)}{equal}"
 
 
 _EQUAL = {"none": "with no reward", "full": "with full rewards", "equal": "between"}
@@ -97,6 +94,5 @@ def _measure_long_tasks(suite: Suite, prompt_set: PromptSet, context: int) -> tu
     prompts = PromptLibrary(prompt_set, None, suite.source).open(suite.benchmark, suite.ability)
     found = find_long_tasks(suite, prompts, None, context)
     fits = f"all {format_count(len(prompts), 'task')} fit into {context:,} tokens"
-    return f"{describe_long_tasks(context, [found]) or fits}, by estimate (--set {prompt_set})", [
-        *found.needs
-    ]
+    told = describe_long_tasks(context, [found]) or fits
+    return f"{told}, by estimate (--set {prompt_set})", [*found.needs]
