@@ -78,10 +78,9 @@ def estimate_ability(
     Args:
         scores: the scores, from 0 to 1, of the tasks that were asked.
         difficulties: difficulties of at least these tasks.
-        names: name of each task. Near copies share a name, so their scores depend on each other and the
-            standard error
-            is larger: its square rises by ``variance`` times the sum of the squared shares of names in the
-            Fisher information.
+        names: name of each task. Near copies share a name, so their scores depend on each other. This
+            raises the squared standard error by ``variance`` times the sum of the squared shares of names in
+            the Fisher information.
         variance: how much one model's ability varies between names, in squared logits
             (`eai.extensions.adaptive.rasch.estimate_variance_between_names`); 0 if tasks are independent.
     """

@@ -26,7 +26,7 @@ from eai.results.totals import RunTotals
 from eai.tasks.prompts.prompt import Prompt
 
 TASKS_PER_ROUND = 5
-"""Number of tasks in a round. Rounds of one task would save almost no tasks in total."""
+"""Number of tasks that a round adds. Rounds of one task would save almost no tasks in total."""
 
 _FILE = "adaptive.json"
 

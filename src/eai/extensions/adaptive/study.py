@@ -65,7 +65,7 @@ class SuiteScores:
         models: the names of the models, in the order of the rows of ``matrix``.
         tasks: the ids of the tasks, in the order of the columns of ``matrix``.
         names: name of each task. Near copies share a name.
-        matrix: the scores, from 0 to 1.
+        matrix: the scores, from 0 to 1: a row for each model, a column for each task.
     """
 
     models: tuple[str, ...]

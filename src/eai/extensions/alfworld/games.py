@@ -99,7 +99,7 @@ def open_alfworld_games(reference: str) -> Benchmark:
 
 
 def _read_game_file(path: Path) -> Mapping[str, Any]:
-    """Return the JSON object in the file of a game, after checking that it has all needed texts."""
+    """Return the JSON object in the file of a game. It must have a domain, a problem and a grammar."""
     try:
         game: Mapping[str, Any] = json.loads(read_content(path))
     except ValueError as error:
@@ -312,7 +312,7 @@ class _CommandPlans(PddlPlans):
     def read_step(self, line: str) -> WrittenStep | None:
         """Return the step of the first operator whose command matches a line.
 
-        The line may begin with its number.
+        A number may precede the command, as in a numbered list.
         """
         command = _NUMBERED.sub("", line).rstrip(".")
         for name, pattern in self._patterns.items():

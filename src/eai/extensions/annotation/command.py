@@ -361,7 +361,7 @@ def write_planning_problems(
 
 
 def _read_published_operators(benchmark: Benchmark, source: Source) -> PddlDomain | None:
-    """Return the data set's planning domain, or None if its problems do not use one."""
+    """Return the planning domain of the benchmark's data set, or None if its problems do not use one."""
     if benchmark.data.problem_of is None:
         return None
     library = next(iter(benchmark.operators(source).values())).domain

@@ -100,7 +100,7 @@ class GoalPattern:
 
 
 Entry: TypeAlias = tuple[GoalPattern, ...]
-"""Alternative patterns of one condition of a goal. A demonstration must meet one of them."""
+"""A list of patterns for one condition of a goal. A demonstration must meet one of the patterns."""
 
 
 def parse_pattern(text: str) -> GoalPattern:

@@ -25,10 +25,10 @@ from eai.world.domain import Domain
 from eai.world.relation import iterate_bits
 
 MAX_DRAWS = 20
-"""Maximum number of times that conditions are drawn for a task."""
+"""Maximum number of times that conditions of a goal are drawn to make a problem from a task."""
 
 _MAX_LISTED_OPTIONS = 10_000
-"""Maximum number of ways to meet a goal, first ones in a fixed order, from which one way is drawn."""
+"""Maximum number of ways to meet a goal from which one is drawn: the first ways in a fixed order."""
 
 
 @dataclass(frozen=True, slots=True)

@@ -64,9 +64,8 @@ def compute_krippendorff_alpha(units: Units) -> float | None:
     """Return Krippendorff's alpha, the agreement of raters, for ratings on an interval scale.
 
     1 is perfect agreement. 0 is the agreement of raters who draw from all ratings at random. A negative value
-    is less agreement than that.
-    Raters may leave out tasks. (K. Krippendorff, Content Analysis, chapter "Reliability": the ratio of
-    observed to expected squared differences.)
+    is less agreement than that. Raters may leave out tasks. (K. Krippendorff, Content Analysis, chapter
+    "Reliability": the ratio of observed to expected squared differences.)
 
     Returns:
         alpha, or None if no task was rated twice or all ratings of such tasks are equal.
@@ -77,7 +76,7 @@ def compute_krippendorff_alpha(units: Units) -> float | None:
         return None
     number = len(ratings)
     # The squared differences of all pairs of one task's ratings sum to 2 size^2 variance.
-    # Divided by size - 1, because each rating is in size - 1 pairs.
+    # This sum is divided by size - 1, because each rating is in size - 1 pairs.
     observed = sum(2 * len(unit) ** 2 * pvariance(unit) / (len(unit) - 1) for unit in pairable) / number
     expected = 2 * number * pvariance(ratings) / (number - 1)
     return 1 - observed / expected

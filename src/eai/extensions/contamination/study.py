@@ -25,13 +25,13 @@ from eai.tasks.options import Options
 from eai.tasks.share import Share
 
 STEP_BOUNDS = (4, 8, 12, 20)
-"""Upper bounds, in steps, of the groups of similar plan lengths.
+"""Upper bounds, in steps, of the groups of tasks with similar plan lengths.
 
 A task's length is that of its plan in the data set, or of the plan that proves a generated task solvable.
 """
 
 GOAL_BOUNDS = (1, 2, 4, 8)
-"""Upper bounds of the groups of similar numbers of goals."""
+"""Upper bounds of the groups of tasks with a similar number of goals."""
 
 _REMARKS = (
     "A difference below zero means that fresh tasks are harder than public tasks with equally long plans, "
@@ -50,7 +50,7 @@ StratifiedCase: TypeAlias = tuple[RateCase, Hashable]
 def match_tasks_in_strata(
     first: Sequence[StratifiedCase], second: Sequence[StratifiedCase]
 ) -> tuple[list[RateCase], list[RateCase]]:
-    """Return the tasks of each of two sets whose stratum has tasks of both sets.
+    """Return the tasks of two sets, except those in strata (groups of similar tasks) of one set only.
 
     Weights make each stratum of the second set as heavy as in the first set. Names of tasks get a prefix, so
     that no name is in both sets. Strata reduce the variance of a difference, but its interval ignores this,

@@ -81,7 +81,7 @@ def write_task_folders(
 
     Raises:
         InputError: The folder is not empty or cannot be written, a wheel or a file of tasks cannot be read,
-            the tasks cannot be asked in folders, or all tasks are left out.
+            the tasks cannot be written as folders, or all tasks are left out.
     """
     if out.exists() and (not out.is_dir() or any(out.iterdir())):
         raise InputError(f"{out}: expected a new or an empty folder")

@@ -1,7 +1,7 @@
 """Turn lines that a person types into commands of an episode, or answer the person's questions.
 
 The person gets the observations that models get, and every command counts as a model's command does. A person
-who asks which actions are possible knows more than a model, so the record of the episode says it.
+who asks which actions are possible knows more than a model, so the record of the episode says so.
 """
 
 from __future__ import annotations

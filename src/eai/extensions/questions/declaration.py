@@ -78,7 +78,7 @@ class _QuestionVerdict(Verdict):
         form: the form of the answer.
         depth: number of actions that the answer has to consider.
         gold: the gold answers.
-        chances: probability that guessing or a shortcut answers the question correctly, by its name.
+        chances: probability that guessing, or each shortcut, answers the question correctly, by name.
     """
 
     success: bool = False
@@ -164,7 +164,7 @@ def find_outcome(verdict: _QuestionVerdict) -> AnswerOutcome:
 
 
 def is_same_question(one: _QuestionVerdict, other: _QuestionVerdict) -> bool:
-    """Whether two verdicts are about the same question. Its prompts may differ in the rules of actions."""
+    """Whether two verdicts are about one question, even if only one of them showed the rules of actions."""
     return (one.kind, one.form, one.depth, one.gold) == (other.kind, other.form, other.depth, other.gold)
 
 

@@ -51,10 +51,10 @@ Half of the plans fail, because two of the four choices of a question say that a
 """
 
 _MAX_ACTIONS = 8
-"""Maximum number of actions that a question lists if it is about all plans of listed actions."""
+"""Maximum number of actions listed in a question about all plans that use only these actions."""
 
 _MIN_ACTIONS = 5
-"""Minimum number of actions that a question lists if it is about all plans of listed actions."""
+"""Minimum number of actions listed in a question about all plans that use only these actions."""
 
 _MAX_STATES = 150
 """Maximum number of states that the listed actions may lead to. With more states, no question is asked."""
@@ -104,7 +104,10 @@ class _PlanOutcome(NamedTuple):
 def _find_outcome(
     setting: QuestionSetting, start: State, plan: Sequence[Action], done: int = 0
 ) -> _PlanOutcome:
-    """Return the outcome of a plan. ``start`` is the state after its first ``done`` steps."""
+    """Return the outcome of a plan whose first ``done`` steps are already executed.
+
+    ``start`` is the state after these steps.
+    """
     states = _find_states(setting, start, plan[done:])
     position = done + len(states) - 1
     if position < len(plan):

@@ -98,7 +98,7 @@ class Question(BaseModel):
 
 
 def questions_to_bytes(questions: Iterable[Question]) -> bytes:
-    """Return questions as the content of a file; equal questions give equal bytes."""
+    """Return the content of a question file as bytes. Equal questions give equal bytes."""
     return "".join(f"{question.model_dump_json()}\n" for question in questions).encode()
 
 

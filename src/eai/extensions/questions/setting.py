@@ -219,7 +219,10 @@ def _restrict_to_shown_objects(task: Task) -> Task:
 
 
 def _execute_plan(task: Task, rules: DomainRules, plan: Sequence[Action]) -> tuple[Action, ...]:
-    """Return the beginning of a plan up to the first step that is impossible, or whose rule prompts omit."""
+    """Return the first steps of a plan, up to `_MAX_PATH_ACTIONS`.
+
+    They end before the first step that is impossible, or whose operator prompts cannot explain.
+    """
     arities = rules.domain.operator_arities
     well_formed = takewhile(lambda action: arities.get(action.operator) == len(action.arguments), plan)
     executed = execute_plan(rules.domain, task.initial, well_formed).executed_actions

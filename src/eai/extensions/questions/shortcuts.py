@@ -140,7 +140,7 @@ _Trait: TypeAlias = tuple[str, str]
 class ShortcutLedger:
     """Counts how often statements with each trait were right in earlier questions of one kind and form.
 
-    A trait is a label that a shortcut relies on. It is in balance if statements with the trait are right as
+    A trait is a label that a shortcut relies on. A trait is in balance if statements with it are right as
     often as random guesses are.
     """
 
@@ -169,8 +169,8 @@ class ShortcutLedger:
         """Add a question to the counts.
 
         Returns:
-            the probability that each shortcut answers the question correctly, by name. It uses the counts
-            before this question. It is a fraction if the shortcut has to guess among several choices.
+            the probability that each shortcut answers the question correctly, by name of the shortcut. It is
+            computed from the counts before this question, and a fraction if the shortcut has to guess.
         """
         traits = self._find_traits(question)
         hits = {shortcut: self._score_shortcut(shortcut, question, traits) for shortcut in SHORTCUTS}
@@ -394,7 +394,7 @@ def compute_answer_entropy(
 
 
 def _classify_answer(question: Question) -> tuple[str, ...]:
-    """Return a question's gold answer; of an outcome of a plan, only ``works``, ``step`` or ``goal``."""
+    """Return the class of a gold answer: the whole answer, or the first word of a plan's outcome."""
     if question.form is QuestionForm.OPEN and question.kind in (
         QuestionKind.COUNTERFACTUAL,
         QuestionKind.VALIDATION,

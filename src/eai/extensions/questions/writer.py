@@ -202,7 +202,10 @@ class QuestionGenerator:
     def _phrase_question(
         self, draft: _QuestionDraft, cell: _KindAndFormState, turn: int
     ) -> tuple[Question, str | None]:
-        """Return the question of a draft, and its prompt without rules; None as prompt if it needs rules."""
+        """Return the question that a draft becomes, and its prompt without the rules of actions.
+
+        This prompt is None if the question needs the rules.
+        """
         setting, item, posed = draft
         form, shown = cell.form, [] if posed is None else posed.shown
         right = None if posed is None else posed.right

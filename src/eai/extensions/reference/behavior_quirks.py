@@ -359,7 +359,7 @@ def make_behavior_goal_test(task: Task) -> GoalTest:
 
 
 def _truncate_options(formula: f.Formula, scene: Scene) -> f.Formula:
-    """Return the condition that eai-eval tests for a goal: any option that bddl tries is true."""
+    """Return the condition that eai-eval tests for a goal: some option that bddl tries is true."""
     return map_leaves(
         f.Or(tuple(map(f.And, list_truncated_options(formula, scene.names_of_category)))),
         _use_direct_container,

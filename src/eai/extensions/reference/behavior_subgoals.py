@@ -84,7 +84,7 @@ _Hands: TypeAlias = Mapping[str, int | None]
 
 
 def read_hands(state: State) -> _Hands:
-    """Return the index of the object in each hand in a state."""
+    """Return for each hand the index of the object that it holds in a state."""
     masks = {"LEFT": state.mask(p.in_left_hand.name), "RIGHT": state.mask(p.in_right_hand.name)}
     return {hand: mask.bit_length() - 1 if mask else None for hand, mask in masks.items()}
 
@@ -232,7 +232,7 @@ class BehaviorSubgoalDecomposition(ReferenceSubgoals):
 
 
 def find_wrong_use(formula: Formula, objects: Collection[str]) -> RejectedAnswer | None:
-    """Return the rejection of an answer whose formula fails eai-eval's semantic check, or None.
+    """Return why an answer is rejected because its formula fails eai-eval's semantic check, or None.
 
     The package eai-eval checks the number of objects before their names, and states before actions. It raises
     an exception, which counts as a parsing error, for a predicate or action without objects. It also does so

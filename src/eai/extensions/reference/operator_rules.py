@@ -7,8 +7,8 @@ counted. If such a predicate matches, eai-eval raises a KeyError and loses the w
 
 Extraction reproduces the first lines of ``worker_process`` in
 ``transition_modeling/scripts/evaluate_results.py`` and ``extract_action_details`` in
-``simulation/evolving_graph/eval_utils.py``, both of ``virtualhome_eval``. Its quirks, in order of
-application:
+``simulation/evolving_graph/eval_utils.py``, both of ``virtualhome_eval``. Quirks of the
+extraction, in order of application:
 
 * only a code fence at the very start counts;
 * line ends are deleted before JSON is read, so a comment outside JSON swallows the rest;
@@ -177,8 +177,8 @@ class ReferenceRules(OperatorRules):
 
         All other operators are gold operators. The result is None for an operator that the answer lacks,
         which eai-eval counts as a failure. The mapping is empty for an answer with eai-eval's format error,
-        because eai-eval skips such answers (``evaluate_results_sequential``). Its count
-        ``task_variate_control_precond`` is never filled.
+        because eai-eval skips such answers (``evaluate_results_sequential``). The count
+        ``task_variate_control_precond`` of eai-eval is never filled.
         """
         written = extract_as_reference(text)
         if written is None:

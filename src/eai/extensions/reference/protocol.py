@@ -3,12 +3,13 @@
 For comparison with the paper, it also counts as the paper's runs did: they required one goal of one task of
 BEHAVIOR that release 1.0.5 does not require.
 
-Replanning in VirtualHome: release 1.0.5 lacks the script (``eval_action.py``, ``end_to_end_action_eval``).
-The script counts errors of the third and last attempt only. An earlier success counts no errors, although
-under ``eai-1.0.5`` a plan that reaches all goals and then fails is a success. Such a task is neither
-executable nor an error, so it is in no column of the paper's table. There are three such tasks.
+The paper's replanning in VirtualHome used a script that release 1.0.5 lacks (``eval_action.py``,
+``end_to_end_action_eval``). The script counts errors of the third and last attempt only. An earlier success
+counts no errors, although under ``eai-1.0.5`` a plan that reaches all goals and then fails is a success. A
+task with such a plan counts neither as executable nor as an error, so it is in no column of the paper's
+table. There are three such tasks.
 
-Stochastic actions in BEHAVIOR: the script is in the package (``action_sequencing/scripts/replanning.py``).
+The script of stochastic actions in BEHAVIOR is in the release (``action_sequencing/scripts/replanning.py``).
 """
 
 from __future__ import annotations

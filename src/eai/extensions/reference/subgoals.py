@@ -82,7 +82,7 @@ class ReferenceSubgoals(SubgoalDecomposition):
         """Draw one alternative of a subgoal such as ``a or b``; None if eai-eval ignores the subgoal."""
 
     def _find_misuse(self, formula: f.Formula) -> RejectedAnswer | None:
-        """Return the rejection of an answer whose formula uses a name wrongly, or None."""
+        """Return why an answer is rejected because its formula uses a name wrongly; None if it is not."""
         return None
 
     @abstractmethod

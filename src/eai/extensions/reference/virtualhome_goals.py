@@ -94,7 +94,7 @@ class VirtualHomeGoalInterpretation(GoalInterpretation):
         )
 
     def score_missing_answer(self) -> GoalVerdict:
-        """Count all goals as missing: eai-eval skips only tasks with unreadable answers."""
+        """Return a verdict with all goals missing. The package eai-eval skips only unreadable answers."""
         return self.judge(WrittenGoals(()))
 
     def judge(self, goals: WrittenGoals) -> GoalVerdict:

@@ -85,6 +85,6 @@ def draw_pixels(task: Task, benchmark: Benchmark, state: State, objects: Sequenc
         EaiError: matplotlib, which draws the diagram, is not installed.
     """
     drawn = to_pillow_image(draw_scene(task, make_picture_words(benchmark), state=state, objects=objects)[0])
-    import numpy as np  # installed with matplotlib
+    import numpy as np  # numpy is installed with matplotlib
 
     return np.asarray(drawn)

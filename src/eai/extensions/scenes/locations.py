@@ -56,9 +56,9 @@ class ObjectLocations:
     hands: Mapping[int, int] = field(default_factory=dict)
 
     def find_carrier(self, thing: int) -> tuple[str, int] | None:
-        """Return the object that carries an object, after the relation between both; None if no object does.
+        """Return an object's relation to its carrier, and the carrier; None if no object carries it.
 
-        An object is carried by the container or support that it is in or on.
+        The carrier is the container or support that the object is in or on.
         """
         for relation in SUPPORTS:
             for carried, carrier in self.relations[relation]:
@@ -67,7 +67,10 @@ class ObjectLocations:
         return None
 
     def describe_location(self, thing: int) -> tuple[object, ...]:
-        """Return an object's relations to other objects and its floor. The value changes only if it moves."""
+        """Return the relations of an object to other objects, and its floor.
+
+        The value changes only if the object moves.
+        """
         return (self.find_carrier(thing), self.floor_of.get(thing), *sorted(self._list_neighbours(thing)))
 
     def _list_neighbours(self, thing: int) -> Iterator[tuple[str, int]]:
