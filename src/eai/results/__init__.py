@@ -1,1 +1,1 @@
-"""Records, the scoring of many answers, rewards, rates, intervals, and tables with their writers."""
+"""Records of scored answers, rewards, rates with confidence intervals, and tables of results."""

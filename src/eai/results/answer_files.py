@@ -1,4 +1,4 @@
-"""Find the response files that answer a suite, without files that name another suite.
+"""Find the response files of a suite: files with a model's answers to the suite's tasks.
 
 A file names its suite by its folders, ``<domain>/<ability>/..._outputs.json``, or, as in the challenge, by
 its own name, ``<domain>_<ability>_outputs.json``. Many files name no suite.
@@ -26,7 +26,7 @@ if TYPE_CHECKING:
     from eai.benchmarks.benchmark import Benchmark
 
 _RUN_FILES, _MAX_FOLDERS_ABOVE = "run*.toml", 4
-"""Pattern of names of run specifications; maximum number of folders from one to its records."""
+"""Pattern of file names of run specifications; maximum depth of records below the specification."""
 
 ZIP = ".zip"
 """File extension of zip archives."""
@@ -55,10 +55,10 @@ class _SuiteFile:
 
 
 def find_benchmarks_of_runs(paths: Iterable[Path]) -> Mapping[str, Benchmark]:
-    """Return a mapping from names to the unregistered benchmarks of the runs at some paths.
+    """Return the benchmarks of the runs at some paths that are not registered, by name.
 
-    The ``run.toml`` of a run has the references of its benchmarks. A benchmark that can no longer be opened
-    is left out.
+    The ``run.toml`` of a run states where its benchmarks are. A benchmark that can no longer be opened is
+    left out.
     """
     benchmarks: dict[str, Benchmark] = {}
     for path in map(Path.absolute, paths):
@@ -119,7 +119,7 @@ def unpack_answers(path: Path, other_names: Collection[str] = ()) -> Iterator[Pa
         other_names: names of further files to unpack, besides response files.
 
     Raises:
-        InputError: the zip or a response file in it cannot be read, or they unpack to too many bytes.
+        InputError: the zip or a response file in it cannot be read, or its files unpack to too many bytes.
     """
     if path.suffix.lower() != ZIP or not path.is_file():
         yield path
@@ -187,8 +187,8 @@ def find_files_of_suite(path: Path, domain: str, ability: Ability) -> list[Path]
 def find_recorded_file(path: Path, domain: str, ability: Ability, attempt: int = 1) -> Path:
     """Return the only response file with the answers to a suite. In a folder, the file must name the suite.
 
-    Experiments with several attempts have a file for each attempt. The file whose name has no number of
-    an attempt has the first answers; this file is returned.
+    Experiments with several attempts have a file for each attempt. Only the file with the first answers has
+    no number of an attempt in its name; this file is returned.
 
     Raises:
         InputError: there is no such file, or more than one.
@@ -199,7 +199,7 @@ def find_recorded_file(path: Path, domain: str, ability: Ability, attempt: int =
         return first if attempt == 1 else first.with_name(f"{format_attempt_name(name, attempt)}{SUFFIX}")
     files: list[Path] = []
     if attempt == 1:
-        with suppress(InputError):  # raises InputError if all files are of single attempts
+        with suppress(InputError):  # raises InputError if every file has the answers of one attempt
             files = find_response_files(path)
     files = files or sorted(path.rglob(f"*{format_attempt_name('', attempt)}{SUFFIX}"))
     of_suite = [file for file in files if _read_suite_from_path(file) == (domain, ability.value)]

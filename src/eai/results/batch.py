@@ -31,7 +31,10 @@ NO_ROW = "the response file has no row of the task"
 
 
 OTHER_RULES = "the model played the task by other rules of the game"
-"""Reason for a missing answer if the model played the episode by other rules. The task counts as failed."""
+"""Reason for a missing answer if the model played the task by rules other than the scored run's.
+
+The task counts as failed.
+"""
 
 
 ProgressCallback: TypeAlias = Callable[[int], None]
@@ -60,7 +63,7 @@ class Scoring(WorkerPool):
         """Yield the records of a model's answers, in order.
 
         Args:
-            suite: the tasks, opened for these answers (`Suite.adapt_to_answers`).
+            suite: the tasks, adapted to these answers (`Suite.adapt_to_answers`).
             model: name of the model that answered.
             responses: the answers; a task may have any number of answers.
             explanations: put the step-by-step explanation into each record.
@@ -70,7 +73,7 @@ class Scoring(WorkerPool):
     def _score_responses(
         self, suite: Suite, model: str, responses: Iterable[Response], settings: ScoringOptions
     ) -> Iterator[Record]:
-        workers = self if suite.is_portable else Scoring()  # workers open a pickled suite by its name
+        workers = self if suite.is_portable else Scoring()  # workers cannot open a suite that has no name
         answered, to_score = tee(responses)
         batch_sizes = workers._choose_batch_sizes(suite, length_hint(responses))
         outcomes = workers.map_batches(
@@ -97,7 +100,8 @@ class Scoring(WorkerPool):
             suite: the tasks.
             answers: the answers. Some protocols decide from all answers how to read each one.
             unanswered: mapping from the id of each task without an answer to the reason.
-            settings: options of scoring; their number of processes is ignored in favour of this object's.
+            settings: options of scoring. Their number of processes is ignored, because this object has its
+                own.
             finish: function that changes a record before it is written; workers get it pickled.
             shard: the part of the tasks to score; None for all tasks.
         """
@@ -209,8 +213,7 @@ def _list_rows_in_task_order(
 ) -> Iterator[ResponseRow]:
     """Yield a response, or a missing answer, for each task of a run, in the order of the data set.
 
-    If a task may have several answers, they come in the order of their file, before all tasks without an
-    answer.
+    If a task may have several answers, they come in the order of their file. Then the missing answers follow.
     """
     missing = {task_id: Response(task_id, "", unanswered=why) for task_id, why in unanswered.items()}
     if answers.has_samples:
@@ -220,10 +223,10 @@ def _list_rows_in_task_order(
 
 
 def split_by_game_rules(ability: Ability, answers: ResponseFile) -> dict[str | None, ResponseFile]:
-    """Group response files, with their further epochs, by the game rules by which the model played.
+    """Return the answers of a response file, grouped by the game rules by which the model played.
 
-    Answers by the standard rules come first, under the key None. Empty and unreadable answers name no rules;
-    they are added to this group, or to the largest group if no answer is by the standard rules.
+    Games by the standard rules come first, under the key None. Empty and unreadable answers name no rules;
+    they are added to this group, or to the largest group if no game had the standard rules.
     """
     declared = get_declaration(ability)
     if not declared.takes_turns:
@@ -249,7 +252,10 @@ def split_by_game_rules(ability: Ability, answers: ResponseFile) -> dict[str | N
 
 
 def _find_harness_and_rules(ability: Ability, answers: ResponseFile) -> Experiment:
-    """Return the first harness that the answers name, and the game rules of the first readable answer."""
+    """Return the first harness that answers name, and the game rules of the first readable answer.
+
+    A harness is the program that lets a model act.
+    """
     declared = get_declaration(ability)
     first: Experiment | None = None
     if not declared.takes_turns:
@@ -262,7 +268,7 @@ def _find_harness_and_rules(ability: Ability, answers: ResponseFile) -> Experime
 
 
 def _add_harness_and_rules(record: Record, first: Experiment) -> Record:
-    """Return a record with the harness and rules of its answer, or of the run if the answer names none."""
+    """Return a record with the harness and the game rules that its answer names, or else the run's."""
     agent = get_declaration(record.ability).read_experiment(record.response) or first
     return record.add_experiment(replace(agent, harness=agent.harness or first.harness))
 

@@ -1,9 +1,9 @@
 """Confidence intervals of rates and of their differences, with near copies of tasks as one unit.
 
-Tasks of one name tend to succeed and fail together: 342 such tasks may give no more information than 40
-different ones. Therefore the unit of all intervals is the *name*. A second interval takes each task as a
-unit. The design effect is the factor by which the variance grows because of this; 342 divided by it is the
-effective number of tasks.
+Near copies of a task share a *name*. They tend to succeed and fail together: 342 such tasks may give no more
+information than 40 different ones. Therefore the unit of an interval is all tasks of one name. A second
+interval takes each task as a unit. The design effect is the factor by which the variance grows because near
+copies agree. The number of tasks divided by the design effect is the effective number of tasks.
 
 An interval is Wilson's (1927) for the effective number of tasks; it also holds at 0 and at 100 percent. This
 number is estimated from few names, therefore the estimate is conservative and uses Student's quantile.
@@ -85,7 +85,7 @@ class _RateDeviations:
         value: the estimate, as a fraction of 1.
         centre: the estimate with the pseudo-units included, half of them right.
         of_units: mapping from each unit to its contribution; the contributions sum to 0.
-        of_pseudo_units: contribution of a pseudo-unit, in each of its equally likely cases.
+        of_pseudo_units: contributions of a pseudo-unit if it is all right, and if it is all wrong.
         weights: mapping from each unit to its share of the denominator; the shares sum to 1.
     """
 
@@ -119,7 +119,7 @@ class _RateDeviations:
 
 
 def compute_rate_deviations(sums: Mapping[str, Share]) -> _RateDeviations | None:
-    """Return a rate with the deviations of its units, or None if the denominator is zero.
+    """Return a rate with each unit's contribution to its error, or None if the denominator is zero.
 
     Args:
         sums: mapping from each unit to the numerator and denominator that it adds to the rate.
@@ -140,12 +140,12 @@ def compute_rate_deviations(sums: Mapping[str, Share]) -> _RateDeviations | None
 
 
 def compute_mean_deviations(parts: Sequence[tuple[float, _RateDeviations]]) -> _RateDeviations:
-    """Return the weighted mean of several rates over the same units, with the deviations of the units.
+    """Return the weighted mean of rates over the same units, with each unit's contribution to its error.
 
     Pseudo-units count as right in all rates, or as wrong in all.
 
     Args:
-        parts: pairs of the weight and the deviations of a rate; the weights sum to 1.
+        parts: for each rate, its weight and the result of `compute_rate_deviations`; the weights sum to 1.
     """
     return _RateDeviations(
         sum(weight * rate.value for weight, rate in parts),
@@ -157,7 +157,7 @@ def compute_mean_deviations(parts: Sequence[tuple[float, _RateDeviations]]) -> _
 
 
 def compute_difference_deviations(first: _RateDeviations, second: _RateDeviations) -> _RateDeviations:
-    """Return the second rate minus the first, with the deviations of the units.
+    """Return the second rate minus the first, with each unit's contribution to the error of the difference.
 
     Pseudo-units are right or wrong in each rate independently.
     """
@@ -211,7 +211,7 @@ class ConfidenceIntervals:
     """Confidence intervals of a rate or of a difference of rates, with the number of its tasks.
 
     Attributes:
-        interval: 95 % interval with names as units.
+        interval: 95 % interval with all tasks of one name as one unit.
         by_task: 95 % interval as if all tasks were independent.
         tasks: number of tasks.
         names: number of different names of these tasks.
@@ -242,7 +242,7 @@ def sum_by_name(cases: Cases) -> dict[str, Share]:
 
 
 def compute_mean_over_names(cases: Cases) -> float | None:
-    """Return the mean over names of their rates, in percent; None if there are no cases."""
+    """Return the mean of the rates of all names of tasks, in percent; None if there are no cases."""
     rates = [Rate(*share).percent for share in sum_by_name(cases).values() if share.denominator]
     return fmean(rate for rate in rates if rate is not None) if rates else None
 
@@ -285,7 +285,7 @@ def _compute_share_intervals(cases: Cases) -> ConfidenceIntervals | None:
 def compute_mean_intervals(parts: Sequence[tuple[float, Cases]]) -> ConfidenceIntervals | None:
     """Return the confidence intervals of a weighted mean of rates on the same tasks.
 
-    It is None if a rate has no cases.
+    The result is None if a rate has no cases.
 
     Args:
         parts: pairs of the weight and the cases of a rate; the weights sum to 1.
@@ -348,7 +348,8 @@ class _IntervalParts(NamedTuple):
 
     Attributes:
         value: the estimate, as a fraction of 1.
-        variance: variance of the estimate, or the inverse of the effective number of tasks.
+        variance: variance of the estimate; for Wilson's interval, the inverse of the effective number of
+            tasks.
         observed: variance of the estimate without the pseudo-units.
         quantile: distance from the estimate to each bound, in standard errors.
         units: number of units, tasks or names, from which the variance is computed.
@@ -373,13 +374,13 @@ def _make_interval_parts(deviations: _RateDeviations) -> _IntervalParts:
 
 
 def _make_scaled_interval_parts(deviations: _RateDeviations) -> _IntervalParts:
-    """Return the interval parts with their variance divided by that of one answer that is right or wrong."""
+    """Return the interval parts; their variance is divided by the variance of a single yes-or-no answer."""
     parts = _make_interval_parts(deviations)
     return parts._replace(variance=parts.variance / (deviations.centre * (1 - deviations.centre)))
 
 
 def _make_binomial_interval_parts(deviations: _RateDeviations) -> _IntervalParts:
-    """Return the interval parts of independent right or wrong answers, without an estimated variance."""
+    """Return the interval parts of independent yes-or-no answers, whose rate determines their variance."""
     units = len(deviations.of_units)
     return _IntervalParts(deviations.value, 1 / units, deviations.observed_variance, _NORMAL, units)
 

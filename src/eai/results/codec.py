@@ -40,7 +40,7 @@ READABLE_SCHEMAS = (2, 3, SCHEMA)
 """Versions of the record format that can be read."""
 
 _FIELDS_WITH_HALVES = ("goals", "partial")
-"""Fields with counts that may contain halves.
+"""Fields with counts that may be multiples of a half, such as 1.5.
 
 All numbers in these fields are written as floats, so that each field has one type in all records.
 """
@@ -108,10 +108,10 @@ def experiment_to_json(
 ) -> dict[str, Json]:
     """Return the fields ``study`` and ``agent`` of records and summaries as a JSON object.
 
-    A field is left out if the run has no choices of this kind.
+    A field is left out if the run has no choices for it.
 
     Args:
-        experiment: the choices of the run.
+        experiment: the choices of the run's studies, and of its agent.
         summaries: mapping from the name of a study to its summary of the answer.
     """
     study: dict[str, Json] = {}
@@ -295,7 +295,7 @@ def _find_encoder(kind: type) -> Callable[[Any], Json]:
 def _explanation_to_json(explanation: Explanation) -> dict[str, Json]:
     """Return an explanation as JSON.
 
-    Its atoms become a list, because field names must not depend on the answer.
+    The explained goals (``atoms``) become a list, because field names must not depend on the answer.
     """
     atoms = explanation.atoms
     listed = None if atoms is None else [{"text": text, **_statement_to_json(atoms[text])} for text in atoms]
@@ -307,7 +307,7 @@ def _statement_to_json(statement: Statement) -> dict[str, Json]:
 
 
 def _read_explanation_fields(value: Any) -> Any:
-    """Return the fields of an explanation from JSON; the list of atoms becomes a mapping from their texts."""
+    """Return the fields of an explanation from JSON; explained goals become a mapping by the goals' texts."""
     if not isinstance(value, dict) or not isinstance(value.get("atoms"), list):
         return value
     atoms = {atom.get("text"): {n: p for n, p in atom.items() if n != "text"} for atom in value["atoms"]}
@@ -317,7 +317,7 @@ def _read_explanation_fields(value: Any) -> Any:
 def _read_verdict(values: Mapping[str, Any], ability: Ability, made_before: int) -> Verdict:
     """Read a verdict from JSON.
 
-    The first ``made_before`` repairs are left out, because they were made before scoring.
+    The first ``made_before`` corrections of the answer are left out, because they were made before scoring.
     """
     for name in COMMON_FIELDS:
         _require_field(values, name)
@@ -341,7 +341,7 @@ def _read_verdict(values: Mapping[str, Any], ability: Ability, made_before: int)
 
 
 def _read_attempts(values: Mapping[str, Any], ability: Ability) -> tuple[Attempt, ...]:
-    if isinstance(values.get("attempts"), int):  # schema 2 stores the number of tried actions here
+    if isinstance(values.get("attempts"), int):  # in schema 2 the field is the number of tried actions
         return ()
     attempts = []
     for number, values_of_attempt in enumerate(

@@ -31,8 +31,7 @@ class Spending:
 
     Attributes:
         answers: number of answers with a known number of tokens.
-        usage: tokens of these answers. Its dollars are those of the answers whose price was known when they
-            were requested.
+        usage: tokens of these answers, with the dollars of the answers whose price was known at the request.
         unpriced: tokens of the answers without a price.
         unpriced_answers: number of answers without a price.
     """
@@ -91,7 +90,7 @@ class PriceList(Options):
 
 
 class _PaperCost(Options):
-    """Cost, as the paper reports it, of one run of all its models."""
+    """Cost of running all models of the paper once, as the paper reports it."""
 
     model_config = ConfigDict(strict=True)
 
@@ -113,7 +112,7 @@ def sum_spending(records: Iterable[Record]) -> Spending:
 
 
 def make_cost_cases(records: Iterable[Record]) -> dict[str, Cases]:
-    """Return a mapping from units of cost to cases: the cost of each answer, and 1 for a success or 0.
+    """Return a mapping from units of cost to cases: for each answer its cost, and 1 for a success, else 0.
 
     Units are ``tokens``, ``dollars`` and ``seconds``. Failed answers cost something, too. A unit is left out
     if its amount is unknown for an answer with other known amounts.

@@ -1,4 +1,4 @@
-"""Makes records from a model's answers: of each epoch, if there are several, and of all epochs together.
+"""Makes records from a model's answers: for each epoch, if there are several, and for all together.
 
 An epoch is one round of answers to all tasks. The ability declares whether a task counts by the mean over its
 epochs or by the majority. The majority is self-consistency: of several answers to a task, the first answer
@@ -179,7 +179,8 @@ class ModelAnswers:
         answers: mapping from task and epoch to the answer.
         failures: mapping from task and epoch to the reason why the answer is missing.
         epochs: number of answers requested for each task.
-        trials: executed the answers and asked again after failures; None if each question was sent once.
+        trials: object that executed the answers and asked again after failures; None if each question was
+            sent once.
         attempts: mapping from task and epoch to all attempts, in an experiment with attempts.
         beliefs: the beliefs that questions stated instead of the facts; tasks without a belief are in
             ``failures``.
@@ -226,7 +227,7 @@ class SuiteResult:
 
     @property
     def failures(self) -> dict[str, list[str]]:
-        """Mapping from each reason for missing answers to the tasks that lack one."""
+        """Mapping from each reason for missing answers to the ids of the tasks that it concerns."""
         unanswered = [
             (record.unanswered, record.task_id)
             for record in self._counted_records
@@ -402,7 +403,7 @@ def _score_model_answers(
 def _make_trial_records(
     model_answers: ModelAnswers, trials: TrialSet, answers: Mapping[str, Answer], unanswered: Iterable[Record]
 ) -> list[Record]:
-    """Return the records of an experiment; ``answers`` has the last answer to each task."""
+    """Return the records of a run with several attempts; ``answers`` has the last answer to each task."""
     suite, options = trials.suite, trials.options
     by_task = {record.task_id: replace(record, experiment=options.experiment) for record in unanswered}
     for task_id, answer in answers.items():

@@ -42,7 +42,7 @@ def measure_null_rewards(reward: Reward) -> dict[str, _NullRewards]:
     for name, open_book in _NULL_BOOKS.items():
         try:
             book = open_book(suite.benchmark, suite.ability, suite.source)
-        except InputError:  # it has no answers of this ability
+        except InputError:  # the null model has no answers to this ability
             continue
         paid = [
             value for task_id in suite.task_ids if (value := reward(task_id, book[task_id].text)) is not None

@@ -57,32 +57,32 @@ class AnswerLine(TidyLine):
 
     Attributes:
         outcome: outcome of the answer: ``success``, ``goal_missed``, a kind of error, ``excluded``, ...
-        success: whether it counts as a success in the ability's tables; None if the ability has no success
-            metric or the answer is excluded.
-        executable: plans and subgoals: whether all steps were executed.
+        success: whether the answer counts as a success in the ability's tables; None if the ability has no
+            success metric or the answer is excluded.
+        executable: for plans and subgoals, whether all steps were executed.
         error_kind: kind of the error that ended the plan.
         error_check: name of the check that failed.
         error_step: number of the failed step or subgoal, from 0.
         error_objects: objects that the reason names, separated by spaces.
-        additional_steps: plans and subgoals: number of steps that were not needed.
+        additional_steps: for plans and subgoals, number of steps that were not needed.
         steps_tried: number of steps that were tried; None in records without explanations.
-        state_met: plans and subgoals: number of state goals reached, halves included.
+        state_met: for plans and subgoals, number of state goals reached, halves included.
         state_total: number of state goals.
         relation_met: number of relation goals reached, halves included.
         relation_total: number of relation goals.
         action_met: number of action goals reached, halves included.
         action_total: number of action goals.
-        conditions_met: plans and subgoals: number of goal conditions met (`eai.tasks.goal_test`).
+        conditions_met: for plans and subgoals, number of goal conditions met (`eai.tasks.goal_test`).
         conditions: number of all goal conditions.
         hits: number of right goal conditions (goal interpretation) or right clauses of preconditions and
             effects (transition modeling) in the answer.
         extras: number of wrong goal conditions or clauses in the answer.
         misses: number of right goal conditions or clauses that the answer lacks.
-        stated: goal interpretation: number of goals in the answer, with those that scoring leaves out.
-        ill_formed: goal interpretation: number of stated goals that lack an argument or field.
-        hallucinated: goal interpretation: number of stated goals with unknown names.
-        planner: transition modeling: result of the planner with the answer's operators.
-        task_categories: transition modeling: categories of the task, separated by spaces.
+        stated: in goal interpretation, number of goals in the answer, also of goals that scoring leaves out.
+        ill_formed: in goal interpretation, number of stated goals that lack an argument or field.
+        hallucinated: in goal interpretation, number of stated goals with unknown names.
+        planner: in transition modeling, result of the planner with the answer's operators.
+        task_categories: in transition modeling, categories of the task, separated by spaces.
         cut_off: whether a length limit cut the answer off; None if unknown.
         characters: length of the answer in characters.
         output_tokens: tokens of the answer; None if the run did not count them.
@@ -293,7 +293,7 @@ def group_by_run(lines: Iterable[L]) -> Iterator[tuple[tuple[str, str, str, str]
 
 
 def compute_score_share(answer: AnswerLine) -> Share:
-    """Return an answer's contribution to the main score of its ability: success, or F1 without success."""
+    """Return an answer's contribution to its ability's main score: success, or F1 if there is no success."""
     if answer.success is not None:
         return Share(int(answer.success), 1)
     if answer.hits is None or answer.extras is None or answer.misses is None:
@@ -316,7 +316,7 @@ def compute_goal_share(answer: AnswerLine) -> Share:
 
 
 def make_case(line: TidyLine, share: Share) -> RateCase:
-    """Return the contribution of a line's task to a rate, as a case."""
+    """Return the task of a line, with the numerator and denominator that the line adds to a rate."""
     return RateCase(line.task, line.name, share)
 
 

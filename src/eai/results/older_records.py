@@ -17,7 +17,7 @@ _OPTIONS = {
     "scene": ("perception", "scene"),
     "prompt_name": ("prompts", "prompt"),
 }
-"""Mapping from an option of old records to its study and the first part of its label (``kind-name``)."""
+"""Mapping from each option of old records to its study and to the prefix ``kind`` of its label."""
 
 _ORDER = ("pipeline", "perception", STUDY, "prompts")
 
@@ -31,7 +31,10 @@ _STATED = (
 
 
 def read_older_experiment(names: Mapping[str, str], attempts: AttemptOptions) -> Experiment:
-    """Return the experiment of an older record, from its named options and its options of attempts."""
+    """Return the experiment of an older record from the two kinds of its options.
+
+    They are options whose values are names, and options of attempts.
+    """
     study: dict[str, StudySettings] = dict(attempts.experiment.study) if attempts.uses_episodes else {}
     for option, (name, kind) in _OPTIONS.items():
         if option in names:

@@ -68,8 +68,8 @@ def read_columns(path: Path, names: Sequence[str], also: Sequence[str] = ()) -> 
 def _check_row_group_size(path: Path, metadata: Any, columns: Sequence[str]) -> bool:
     """Raise InputError if a group of rows unpacks to too many bytes.
 
-    Return whether texts are stored without beginnings that they share. Then a row may be much larger
-    than its bytes in the file.
+    Return whether a text is stored without the beginning that it shares with the text before. Then a row may
+    be much larger than its bytes in the file.
     """
     limit = MAX_UNPACKED + UNPACKED_PER_BYTE * path.stat().st_size
     is_prefixed = False
@@ -85,7 +85,7 @@ def _check_row_group_size(path: Path, metadata: Any, columns: Sequence[str]) -> 
 
 
 def _read_column_values(column: Any) -> list[object]:
-    """Return the values of a column in a batch of rows; equal texts of its dictionary are one object."""
+    """Return the values of a column in a batch of rows; a text that is stored once becomes one object."""
     if not hasattr(column, "dictionary"):
         return list(column.to_pylist())
     entries = column.dictionary.to_pylist()

@@ -275,8 +275,8 @@ def draw_rates_by_name(
 ) -> Figure | None:
     """Draw rates by name with intervals, one line of the plot for each name.
 
-    Return None if there are no cases. The label of a name states its number of cases, or the number that
-    count if all names have equally many.
+    Return None if there are no cases. The label of a name states its number of cases, or, if all names have
+    equally many cases, its number of successes.
 
     Args:
         rows: the rows of a suite.

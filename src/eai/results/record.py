@@ -27,7 +27,7 @@ The run is then not ranked.
 class AnswerOrigin:
     """The source of an answer in a run: its prompt, and how the model's reply ended.
 
-    Also set for a task without an answer; it then states the prompt.
+    A task without an answer has an origin, too, which states only the prompt.
 
     Attributes:
         prompt_sha256: digest of the prompt.
@@ -103,7 +103,7 @@ class Record:
 
     @property
     def study(self) -> dict[str, StudySettings]:
-        """Mapping from each study to the choice of the run, with the study's summary of the answer."""
+        """Mapping from each study to the run's choice of options, with the study's summary of the answer."""
         choices = {} if self.experiment is None else self.experiment.settings_in_label_order
         return {n: replace(choice, summary=self.summaries.get(n, {})) for n, choice in choices.items()}
 

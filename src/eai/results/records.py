@@ -181,7 +181,7 @@ _SHARD_FILE = re.compile(r"records\.shard-([0-9]+)-of-([0-9]+)\.jsonl")
 
 
 class RunShard(NamedTuple):
-    """One of several equal parts of a run: every ``of``-th task, from the ``number``-th (from 1) on."""
+    """One of ``of`` equal parts of a run: every ``of``-th task, beginning with task ``number``, from 1 on."""
 
     number: int
     of: int

@@ -98,7 +98,7 @@ class ResponseFile:
         )
 
     def split_by_key(self, key: Callable[[str], T]) -> dict[T, ResponseFile]:
-        """Return a mapping from a key, computed from each text, to the answers with it.
+        """Return a mapping from keys to answers; the key of an answer is computed from its text.
 
         Further epochs are left out.
         """
@@ -133,7 +133,7 @@ class _StoredSamples(Collection[Response]):
         )
 
     def split_by_key(self, key: Callable[[str], T]) -> dict[T, _StoredSamples]:
-        """Return a mapping from a key, computed from each text, to the answers with this key."""
+        """Return a mapping from keys to answers; a function computes each answer's key from its text."""
         numbers: dict[T, set[int]] = {}
         tasks: dict[T, set[str]] = {}
         for number, row in enumerate(_read_response_rows(self.path), 1):
@@ -220,7 +220,10 @@ def read_responses(
 
 
 class _CheckedResponseRow(NamedTuple):
-    """A row of a response file: number from 1, location for messages, task (None if left out)."""
+    """A row of a response file, with its number from 1, its location for messages, and its task.
+
+    The task is None if the row is left out.
+    """
 
     number: int
     location: str

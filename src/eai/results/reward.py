@@ -3,7 +3,7 @@
 A shaping is a rule that turns the verdict on an answer into its reward, from 0 to 1. ``docs/training.md`` has
 the definitions, and what they prevent a policy from learning. For every answer:
 
-    success <= goals <= progress        diagnosis <= progress        a success is paid as much as its progress
+    success <= goals <= progress        diagnosis <= progress        for a right answer, success == progress
     success <= partial
 
 Episodes are paid by the same definitions: the reward of a turn is the change of the episode's value.
@@ -59,7 +59,7 @@ class Shaping(str, Enum):
 
 
 def compute_reward_of_credit(credit: Credit, shaping: Shaping) -> float:
-    """Return the reward for a credit under any shaping except `REPAIR`, which needs the steps of the plan.
+    """Return the reward for an answer's `Credit` by any shaping but `REPAIR`, which needs the plan's steps.
 
     Raises:
         ValueError: the shaping is `REPAIR`.
@@ -83,7 +83,7 @@ def compute_reward_of_credit(credit: Credit, shaping: Shaping) -> float:
 
 
 def compute_credit(verdict: Verdict, at_start: Sequence[bool] = ()) -> Credit | None:
-    """Return the credit of an answer, or None if its task pays nothing.
+    """Return the credit of an answer, from which its reward follows; None if its task pays nothing.
 
     A task pays nothing if it is excluded from statistics, has no goals, or has only goals that hold at the
     start.
@@ -128,9 +128,9 @@ def is_paid(ability: Ability) -> bool:
 class Reward:
     """Reward function of a suite. It depends only on the task and the text of the answer.
 
-    It may be called from any number of threads, and can be pickled like its suite: by name. Operators are
-    compared with the gold operators and never given to a planner. A planner takes seconds, and operators
-    without preconditions would satisfy it.
+    It may be called from any number of threads. It can be pickled, because its suite is pickled by name.
+    Operators are compared with the gold operators and never given to a planner. A planner takes seconds, and
+    operators without preconditions would satisfy it.
 
     Args:
         suite: the tasks. Under protocols other than ``strict``, rewards may break the rules of this module.

@@ -110,8 +110,8 @@ def make_average_weights(
     """Return each metric's weight in the average: a quarter for an ability, halved if it has two metrics.
 
     Args:
-        values: known values in percent. If the value of a metric that may replace one of the paper's is
-            known, it replaces it. Without values the metrics are the paper's.
+        values: known values in percent. Some metrics may replace a metric of the paper; they do so if their
+            value is known. Without values all metrics are the paper's.
     """
     known_values = values or {}
     weights: dict[AbilityMetric, float] = {}
@@ -199,11 +199,11 @@ class AnswerBreakdown:
         flow: number of scored answers that reach each stage: answers, readable, known (without unknown
             names), well_formed (each action has its number of arguments), executed, reached; None for
             abilities without plans.
-        by_goals: mapping from a number of goals to the success of each answer to a task with so many; the
-            mean if a record stands for several answers.
-        by_length: mapping from a number of steps of the data set's own plan to the success of each answer to
-            such a task. The answer's number
-            of tried steps is no feature: a plan that fails early would count as short.
+        by_goals: mapping from a number of goals to the success of each answer to a task with this number of
+            goals; a mean if a record represents several answers.
+        by_length: mapping from the length of the data set's own plan to the success of each answer to a task
+            with such a plan. The length of the answer's plan is not used: a plan that fails early would count
+            as short.
         by_action: mapping from each operator to the share of executed steps among its tried steps, which
             include additional steps; F1 in transition modeling.
         by_predicate: mapping from each predicate to the share of reached goals among the goals that mention
@@ -302,7 +302,7 @@ def list_reported_steps(record: Record) -> Iterator[tuple[int, StepReport]]:
 def _break_down_operators(
     verdict: OperatorVerdict, by_action: dict[str, list[Share]], by_predicate: dict[str, list[Share]]
 ) -> None:
-    """Count the clauses of an answer's operators, by operator and once for each predicate in a clause."""
+    """Add each clause of an answer's operators to the counts of its operator and of its predicates."""
     for operator in verdict.operators:
         for side in (operator.precondition, operator.effect):
             wrong = (*side.additional, *side.missing)

@@ -72,7 +72,7 @@ class Estimate:
         return {name: getattr(self, name) for name in ESTIMATE_PARTS}
 
     def format_number(self, column: Column, nothing: str) -> str:
-        """Return the number as text with the column's number of digits, or another text without a number."""
+        """Return the number as text, with the digits of the column; ``nothing`` if there is no number."""
         if self.value is None:
             return nothing
         return format_short_number(self.value) if column.digits is None else f"{self.value:.{column.digits}f}"

@@ -44,7 +44,7 @@ def write_tables(folder: Path, name: str, tables: Sequence[Table], remarks: Sequ
 
 
 def write_files(folder: Path, contents: Mapping[str, str]) -> list[Path]:
-    """Write the text of each file name to a folder, and return the paths of the files.
+    """Write files to a folder, given as a mapping from file names to texts. Return their paths.
 
     Raises:
         InputError: the folder cannot be written.
@@ -54,7 +54,7 @@ def write_files(folder: Path, contents: Mapping[str, str]) -> list[Path]:
 
 
 def format_csv(columns: Sequence[str], rows: Iterable[Sequence[Plain]]) -> str:
-    """Return a table as the text of a CSV file: ``true``, ``false``, and empty fields for unknown values.
+    """Return a table as the text of a CSV file. Unknown values become empty fields.
 
     Texts that spreadsheets read as formulas, such as ``=1+1``, get an apostrophe in front.
     """

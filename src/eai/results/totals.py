@@ -37,12 +37,12 @@ class RunTotals:
         head: first record, without explanations and texts.
         sums: numerator and denominator of each metric.
         statuses: status bits of each task, in the order of the records.
-        sizes: numbers of tasks of the suite that records state.
+        sizes: sizes of the suite, in tasks, as the records state them; usually only one.
         versions: versions of the errata.
         void: metrics that have no cases in this run, as records declare.
         judges: mapping from planners to the number of answers whose operators they tested.
-        left: number of answers that the first planner could not decide, by the decision of the second
-            planner.
+        left: mapping from a decision of the second planner to the number of answers with this decision. It
+            decides only if the first planner cannot.
     """
 
     number: int = 0

@@ -74,7 +74,7 @@ def make_reward_rows(
         prompt_sha256 = None if record.origin is None else record.origin.prompt_sha256
         settings = record.experiment
         if settings is not None and prompt_sha256 is not None:
-            settings = settings.without_study(_PROMPTS)  # the digest shows whether the prompt is exported
+            settings = settings.without_study(_PROMPTS)  # the digest of a prompt suffices to find the prompt
         if settings is not None and not settings.has_no_settings:
             left_out[EXPERIMENT] += 1
             continue
@@ -105,8 +105,9 @@ def make_step_columns(suite: Suite, effort: int, counts: Counter[str]) -> AddCol
 
     Args:
         suite: the suite.
-        effort: the approximate limit of the effort for each state, as in `make_step_labeler`.
-        counts: counts the executed steps (``executed``), and those with a known change (``exact``).
+        effort: the approximate limit of the search for each state, as in `make_step_labeler`.
+        counts: gets the number of executed steps (``executed``), and of steps whose change of the distance to
+            the goal is known (``exact``).
     """
     labelers: dict[str, Label] = {}
 

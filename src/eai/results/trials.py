@@ -72,7 +72,7 @@ class Conversation:
     Args:
         ask: returns the next question.
         trial: executes the answers; None if there is only one question.
-        about: returns metadata of the next question on a changed scene.
+        about: returns the metadata of the next question if the scene has changed.
 
     Attributes:
         asked: the answered questions, in order.
@@ -231,7 +231,7 @@ def open_trials(
     """Return the trials of some tasks of a suite.
 
     Questions may state other goals (`TrialSet.stated`). Some protocols decide from all answers how to read
-    each one. Trials cannot wait for all answers: they decide from the examples in the questions.
+    each one. Trials execute each answer at once, so they decide from the examples in the questions.
 
     Raises:
         InputError: the answers of the suite are not plans.

@@ -117,7 +117,7 @@ T = TypeVar("T")
 R = TypeVar("R")
 
 MIN_BATCH_SIZE, MAX_BATCH_SIZE = 16, 1024
-"""Number of items in a worker's first batch (small, so that all workers get some), and maximum."""
+"""Numbers of items in a worker's first batch, small so that each worker gets items, and in its largest."""
 
 MAX_BATCHES_PER_WORKER = 2
 """Maximum number of batches that a worker has at a time: one in progress and one waiting.
@@ -296,7 +296,7 @@ class WorkerPool:
         # the fork server imports this module once for all workers
         context.set_forkserver_preload(["eai.results.batch"])
         if "forkserver" in methods:
-            resource_tracker.ensure_running()  # not in the block, because this start would release interrupts
+            resource_tracker.ensure_running()  # done first, because it releases held interrupts
             with _hold_interrupts():  # the fork server passes held interrupts on to workers
                 ensure_running()
         if self._folder is None:
