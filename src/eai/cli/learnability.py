@@ -55,10 +55,9 @@ def print_learnability(
         if not as_json:
             title = f"{suite.domain} {ability.value}: null models' reward {shaping.value}, percent"
             columns: list[NamedCells] = [("", [*nulls])]
-            for heading, rates in zip(
-                ("mean", "full reward"), zip(*nulls.values(), strict=True), strict=True
-            ):
-                columns.append((replace(PERCENT, name=heading), list(map(Estimate.from_rate, rates))))
+            for i, heading in enumerate(("mean", "full reward")):
+                rates = [Estimate.from_rate(rewards[i]) for rewards in nulls.values()]
+                columns.append((replace(PERCENT, name=heading), rates))
             print_table(get_output_console(), Table.from_columns(title, columns))
         lines = []
         if runs:
