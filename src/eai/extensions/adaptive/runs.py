@@ -32,10 +32,7 @@ _FILE = "adaptive.json"
 
 
 _Difficulties: TypeAlias = tuple[Mapping[str, float], float, str]
-"""Difficulty of each task, a variance of abilities, and words that name the models.
-
-`_estimate_difficulties` returns all three and explains them.
-"""
+"""The result of `_estimate_difficulties`: difficulties by task, a variance, and the models' description."""
 
 
 def open_runs(

@@ -193,7 +193,10 @@ def _rename_problem(problem: m.PddlProblem, names: Mapping[str, str]) -> m.PddlP
 def _replace_actions_by_commands(
     source: m.PddlDomain, grammar: str
 ) -> tuple[m.PddlDomain, Mapping[str, str]]:
-    """Return the domain with one action for each command of a grammar, and commands by name of action."""
+    """Return the domain with one action for each command of a grammar, and a mapping from action to command.
+
+    Actions and commands are texts: the name of the action, and the template of the command.
+    """
     templates = {
         name.lower(): _PARAMETER_LIST.sub(r"{\1}", text) for name, text in _TEMPLATE.findall(grammar)
     }

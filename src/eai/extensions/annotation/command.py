@@ -213,7 +213,7 @@ def _apply_user_commands(
     except EOFError:
         return "the input ended"
     except KeyboardInterrupt:
-        # the interrupt may have prevented the last decision from being written
+        # the last decision may be unwritten, because the interrupt came before
         annotation.write_decisions(path, listing.without, {**saved, title: chosen})
         raise InterruptError(
             f"interrupted; every decision is in {path}, and the same command resumes from here"

@@ -116,7 +116,7 @@ def make_published_domain(operators: Sequence[str], header: PddlDomain) -> PddlD
 
 
 def share_domain(problems: Sequence[DrawnProblem], benchmark: Benchmark) -> list[DrawnProblem]:
-    """Return the problems with one common planning domain, which has the categories of all their objects.
+    """Return the problems with one common planning domain, which declares the categories of all objects.
 
     If the data set provides all problems, they stay as they are.
     """

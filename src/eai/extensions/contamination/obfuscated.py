@@ -72,7 +72,7 @@ def _make_word_cipher(benchmark: Benchmark, tasks: Iterable[Task]) -> Mapping[st
     for group in group_pairs(alike).values():
         changing = [names for names in group if _FORMAT_WORDS.isdisjoint(names)]
         start = rng.sample(changing, len(changing))
-        for old, new in zip(start, (*start[1:], *start[:1]), strict=True):  # a cyclic shift changes all names
+        for old, new in zip(start, (*start[1:], *start[:1]), strict=True):  # a cyclic shift renames each
             words |= dict(zip(old, new, strict=True))
     return words
 
@@ -193,9 +193,9 @@ class _ObfuscatedWording(SuiteWording):
 
 
 def _make_exact_operator(operator: Operator) -> Operator:
-    """Return an equivalent operator without description and without alternatives.
+    """Return an equivalent operator without description and without alternative effects.
 
-    Each alternative becomes an effect with a condition.
+    Each of the alternative effects becomes a conditional effect.
     """
     tried = [f.And(attempt.conditions) for attempt in operator.alternatives]
     effects = [

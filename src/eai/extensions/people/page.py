@@ -206,7 +206,7 @@ def serve_page(
     try:
         server.serve_forever(poll_interval=0.1)
     finally:
-        with server.lock:  # wait until another thread has saved the current line
+        with server.lock:  # wait, because another thread may be saving a line
             server.server_close()
     if server.error is not None:
         raise server.error

@@ -147,7 +147,7 @@ def make_why_not_item(setting: QuestionSetting, rng: random.Random, number: int)
     seen = sorted({n for each in unmet.values() for n in each})
     if not seen:
         return None
-    one = rng.choice(seen)  # rarely unmet requirements are as likely to be asked as others
+    one = rng.choice(seen)  # all requirements are equally likely, also rarely unmet ones
     fitting = [each for each in drawn if one in unmet[each]]
     best = min(fitting, key=lambda each: len(unmet[each]))
     action = best if rng.random() < _FEWEST_UNMET_PROBABILITY else rng.choice(fitting)

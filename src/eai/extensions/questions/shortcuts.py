@@ -54,7 +54,7 @@ _QUESTIONS_PER_TOLERANCE = 10
 """Number of questions after which the tolerated imbalance of traits grows by one."""
 
 _MAX_OCCURRENCES = 5
-"""Maximum counted number of times that a statement's names occur in the question's text."""
+"""Maximum count of a statement's names in a question's text. Higher counts are treated as this count."""
 
 
 SHORTCUTS = ("names", "longest", "operator", "text", "unchanged")

@@ -90,7 +90,7 @@ class _KindAndFormState:
 
 
 class _QuestionDraft(NamedTuple):
-    """A question before it is put into words: material, content, and choices (None in open form)."""
+    """A question before it is put into words: its setting, its content, and choices (None in open form)."""
 
     setting: QuestionSetting
     item: QuestionContent

@@ -201,7 +201,7 @@ class BehaviorSubgoalDecomposition(ReferenceSubgoals):
         self.excluded = None
 
     def compile_answer(self, text: str) -> CompiledAnswer | RejectedAnswer:
-        """Compile an answer into a program for the search, or reject it."""
+        """Return an answer as a program that the search executes, or why the answer is rejected."""
         return super().compile_answer(text.replace("toggled.on", "toggledon").replace("t-shirt", "shirt"))
 
     def _draw_alternative(self, subgoal: str, rng: Random) -> str | None:

@@ -47,7 +47,7 @@ _OBJECT = re.compile(r"{[^{}]*}")
 _THEN = " then "
 
 _COUNTED_ONCE = (FaultKind.WRONG_ORDER, FaultKind.MISSING_STEP, FaultKind.AFFORDANCE)
-"""Kinds of error that count once for each entry of eai-eval's error report."""
+"""Kinds of error of which each entry in eai-eval's error report counts once."""
 
 
 class ReferenceSubgoals(SubgoalDecomposition):
@@ -59,7 +59,10 @@ class ReferenceSubgoals(SubgoalDecomposition):
     """
 
     def compile_answer(self, text: str) -> CompiledAnswer | RejectedAnswer:
-        """Compile an answer into a program for the search, or reject it. Random draws start from `SEED`."""
+        """Return an answer as a program that the search executes, or why the answer is rejected.
+
+        Random draws start from `SEED`.
+        """
         rng = Random(SEED)  # noqa: S311 - the same generator as the reference's
         written = read_output(text)
         if isinstance(written, Unreadable):
@@ -90,7 +93,7 @@ class ReferenceSubgoals(SubgoalDecomposition):
         """Return the planners of literals in order, each with the index of its first literal."""
 
     def _program(self, literals: Sequence[f.Formula]) -> Program:
-        """Return the program for the search: it executes the plans in order, and never tests a literal."""
+        """Return the program that the search executes: the plans in order, without any test of a literal."""
         program: list[Instruction] = [None]
         for number, plans in reversed(self._make_planners(literals)):
             program.append(PerformInstruction(plans, number, len(program) - 1))

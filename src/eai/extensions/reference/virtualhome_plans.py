@@ -112,8 +112,7 @@ class _VirtualHomePlanNotation(VirtualHomePlans):
 
     Args:
         with_ids: whether plans name objects by class and id, as in release 1.0.5, or by class only, as in the
-            paper's answers. Release 1.0.5 and the paper each expect all answers in one form. If None,
-            each answer is read in its own form.
+            paper's answers. If None, each answer is read in the form that it has.
     """
 
     def __init__(self, *, with_ids: bool | None = None) -> None:

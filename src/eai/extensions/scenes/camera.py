@@ -78,7 +78,7 @@ class Camera:
         self._shadows = shadows
         try:
             self._renderer = self._mujoco.Renderer(scene.model, size[1], size[0])
-        except Exception as error:  # raised by MuJoCo, by OpenGL, or because EGL is missing
+        except Exception as error:  # an error of MuJoCo or OpenGL, or EGL is missing
             raise EaiError(f"{_EGL_ERROR}: {error}") from error
 
     def render_colours(self, view: CameraView) -> Any:
