@@ -1,8 +1,9 @@
-"""Label each step of a plan with the change of the distance to the goals.
+"""Label each step of a plan with the change in the distance to the goals.
 
-The distance of a state is the number of actions in a shortest plan from it. The search for the fewest edits
-finds it: a shortest plan has the fewest actions that must be inserted into an empty plan. The search ends at
-a limit of effort, which counts operations. It then gives bounds only, and the distance is unknown.
+The distance of a state is the number of actions in a shortest plan from this state. The search for the fewest
+edits of a plan also finds distances: a shortest plan has the fewest actions that must be inserted into an
+empty plan. The search ends at a limit of effort, counted in operations. It then finds only bounds, and the
+distance is unknown.
 """
 
 from __future__ import annotations
@@ -26,18 +27,18 @@ from eai.world.execution import Step, execute_plan
 from eai.world.state import State
 
 NOT_TRIED = "not_tried"
-"""Outcome of a step after a failed step."""
+"""Outcome of a step that was not tried because an earlier step failed."""
 
 
 _MAX_UNKNOWN = 3
-"""Number of successive states with unknown distances after which a plan's earlier states are not searched.
+"""Number of successive states with unknown distances after which the search skips earlier states of the plan.
 
-States are searched from the last to the first, because distances near the goals are easier to prove.
+The search goes from the last state to the first, because distances near the goals are easier to prove.
 """
 
 
 class _Bounds(NamedTuple):
-    """Bounds of a distance: proved minimum and maximum numbers of actions."""
+    """The proved minimum and the proved maximum of a distance, in actions."""
 
     at_least: float
     at_most: float
@@ -53,7 +54,7 @@ class _StepLabel(NamedTuple):
     Attributes:
         step: the action as text.
         outcome: ``executed``, the kind of the fault, or `NOT_TRIED`.
-        distance: the distance after the step; None if it is unknown.
+        distance: the distance of the state after the step; None if it is unknown.
         change: the change of the distance by the step: -1 for a step of a shortest plan, 0 for a step without
             effect. None if it is unknown, or the step was not tried.
     """
@@ -65,13 +66,13 @@ class _StepLabel(NamedTuple):
 
 
 Label: TypeAlias = Callable[[Sequence[Action]], tuple["int | None", tuple[_StepLabel, ...]]]
-"""Function that returns the distance at the start, and the label of each step of a plan."""
+"""Function that returns a pair for a plan: the distance of its initial state, and the labels of its steps."""
 
 
 def make_step_labeler(repairer: PlanRepairer, limit: int) -> Label:
-    """Return a function that labels the steps of plans for one task. It keeps the distances of states.
+    """Return a function that labels the steps of plans for one task. It caches the distances of states.
 
-    Shortest plans use the objects of the task and of the answer.
+    Shortest plans may use the objects of the task, and the objects in the labelled plan.
 
     Args:
         repairer: the repairer of plans for the task.
@@ -133,7 +134,10 @@ class _StepLabeler:
 
 
 def _tighten(bounds: Sequence[_Bounds]) -> list[_Bounds]:
-    """Return the bounds of successive states, tightened: one action lowers a distance by at most one."""
+    """Return narrower bounds of the distances of successive states.
+
+    One action lowers a distance by at most one, so bounds of one state limit the distances of its neighbours.
+    """
     tightened = [*bounds]
     for i in range(1, len(tightened)):
         at_least, at_most = tightened[i]

@@ -21,19 +21,22 @@ from eai.world.domain import Domain
 from eai.world.fault import FaultKind
 
 _KIND_RANKS: dict[EditKind, int] = {"insert": 0, "object": 1, "hand": 1, "action": 2, "delete": 3, "step": 4}
-"""Rank of each kind of edit. If several edits are equally good, the kind with the lowest rank is reported."""
+"""Rank of each kind of edit.
+
+Among equally good edits, the edit whose kind has the lowest rank is reported.
+"""
 
 _STEPS_TRIED_PER_STEP, _MAX_CLOSENESS_STEPS = 200, 5_000
-"""Maximum number of steps that the search for a plan's closeness may try, per step of the plan and in all."""
+"""Limits of the steps that a search for a plan's closeness may try: per step of the plan, and in all."""
 
 _MAX_CACHED_PLANS = 10_000
-"""Maximum number of plans for a task whose closeness is cached."""
+"""Maximum number of plans for a task whose closeness to success is cached."""
 
 _HAND_CHANGES = {("LEFT", "RIGHT"), ("RIGHT", "LEFT")}
 
 
 class PlanRepairer:
-    """Finds the smallest repairs of answers to one task.
+    """Finds the smallest repairs of the plans in answers to one task.
 
     Args:
         task: the task.
@@ -49,7 +52,7 @@ class PlanRepairer:
         self._cached_closeness = lru_cache(_MAX_CACHED_PLANS)(self._search_closeness)
 
     def read_steps(self, plan: WrittenPlan) -> tuple[Action | None, ...]:
-        """Return the steps of a plan as actions, with None for steps with unknown names."""
+        """Return the actions of a plan's steps, with None for each step that names something unknown."""
         return tuple(map(self._to_action, plan.steps))
 
     def _to_action(self, step: WrittenStep) -> Action | None:
@@ -60,7 +63,7 @@ class PlanRepairer:
         return Action(operator, tuple(indices)) if fits else None
 
     def find_smallest_repair(self, plan: WrittenPlan, verdict: PlanVerdict, limit: int) -> Repair:
-        """Return the smallest repair of a plan that a bounded search finds.
+        """Return the smallest repair of a plan that a search with limited effort finds.
 
         Args:
             plan: the plan.
@@ -84,7 +87,7 @@ class PlanRepairer:
 
     @property
     def why_distance_unknown(self) -> str | None:
-        """Reason why plans for this task have no known distance from success; None if it can be computed."""
+        """Reason why the distance from success is unknown for all plans; None if it can be computed."""
         if self.task.has_no_plan:
             return "unsolvable"
         if any(goal.is_over_time for goal in self.task.goals):
@@ -95,14 +98,15 @@ class PlanRepairer:
         return None
 
     def compute_closeness(self, steps: PlanSteps) -> float | None:
-        """Return the closeness of steps to success: 1 - d / n if d edits are needed, 0 for more than n edits.
+        """Return the closeness of a plan to success: ``1 - d / n``, or 0 if this is negative.
 
-        Every plan of the task has at least n steps, so an empty plan has closeness 0. If the
-        search knows only bounds of d, the upper bound counts, so that stopping early never raises closeness.
-        The effort grows with the number of steps plus n. Inserted steps use only objects of the task.
+        Here d is the number of edits after which the plan succeeds, and n is a lower bound of the length of
+        all plans for the task. So an empty plan has closeness 0. If the search knows only bounds of d, the
+        upper bound counts, so that a search that stops early never raises closeness. The effort grows with
+        the number of steps plus n. Inserted steps use only objects of the task.
 
         Args:
-            steps: the steps; None for a step without a meaning.
+            steps: the steps of the plan; None for a step without a meaning.
 
         Returns:
             The closeness, from 0 to 1, or None if it is unknown.
@@ -112,7 +116,7 @@ class PlanRepairer:
         number = len(steps) + self._min_plan_steps
         effort = min(
             _MAX_CLOSENESS_STEPS, _STEPS_TRIED_PER_STEP << number.bit_length()
-        )  # powers of two, since each different limit starts another search
+        )  # limits are powers of two, because each different limit starts a new search
         return self._cached_closeness(tuple(steps), effort)
 
     def _search_closeness(self, steps: PlanSteps, limit: int) -> float:
@@ -125,11 +129,11 @@ class PlanRepairer:
 
     @cached_property
     def _min_plan_steps(self) -> int:
-        """A proved lower bound: every plan for the task has at least this number of steps."""
+        """A proved lower bound of the number of steps in every plan for the task."""
         return self._make_repairer(()).find_min_steps(SearchEffort(DEFAULT_EFFORT))
 
     def _make_repairer(self, steps: PlanSteps) -> Repairer:
-        """Return a repairer. Its edits may use the task's objects and the objects in the given steps."""
+        """Return a repairer whose edits may use the objects of the task and objects in some steps."""
         named = [index for step in steps if step is not None for index in step.arguments]
         return _get_cached_repairer(self, tuple(dict.fromkeys([*self.task.relevant, *sorted(named)])))
 
@@ -154,7 +158,7 @@ class PlanRepairer:
                 if edit.removed is not None and steps[edit.removed] is None and action
                 else _KIND_RANKS[kind]
             )
-            if edit.removed in needless and edit.action is not None:  # deleting the step is enough
+            if edit.removed in needless and edit.action is not None:  # deletion of the step is enough
                 cost = len(EDIT_KINDS)
             elsewhere = failing.isdisjoint(arguments)
             return (
@@ -229,7 +233,7 @@ def _get_cached_repairer(plans: PlanRepairer, usable: tuple[int, ...]) -> Repair
 
 
 def _rank_position(step: int, shown: int | None, end: int) -> int:
-    """Return the rank of an edit by its position: 0 at the failed step, 1 before it, 2 after it."""
+    """Return the rank of an edit by its position: 0 at the failed step, 1 before this step, 2 after it."""
     if shown is None or step == shown:
         return 0
     return 1 if step < shown or shown == end else 2

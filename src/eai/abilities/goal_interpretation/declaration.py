@@ -30,7 +30,7 @@ if TYPE_CHECKING:
 
 
 OVERALL = "overall"
-"""Prefix of the names of rates over all goals."""
+"""Prefix of the names of rates that count goals of all kinds."""
 
 _GRAMMAR = "Grammar errors"
 _PARTS = (*(kind.value for kind in GoalKind), OVERALL)
@@ -38,11 +38,11 @@ _SCORES = make_score_columns(_PARTS)
 
 
 def compute_metric_shares(verdict: GoalVerdict) -> dict[str, Share]:
-    """Return the share that one answer adds to each metric.
+    """Return a mapping from metrics to the share that one answer adds to each metric.
 
     Three metrics are not in the paper's tables. ``parsing`` is the share of unreadable answers.
-    ``ill_formed`` and ``hallucination`` are the shares of predicted goals that are incomplete, or name
-    something that does not exist. Precision and F1 leave these goals out.
+    ``ill_formed`` and ``hallucination`` are the shares of stated goals that are incomplete, or that name
+    something that does not exist. Precision and F1 leave such goals out.
     """
     counts = verdict.counts or {}
     by_kind = {kind.value: counts.get(kind.value, NO_COUNTS) for kind in GoalKind}
@@ -68,7 +68,8 @@ def classify_outcome(verdict: GoalVerdict) -> AnswerOutcome:
 def _make_scorers(world: AbilityWorld) -> Callable[[Task], Scorer]:
     """Return a function that makes the scorer of a task.
 
-    The module of scorers is imported late, so that reports do not load the engine.
+    The module with scorers is imported only here, so that programs that only make reports do not load the
+    simulator.
     """
     from eai.abilities.goal_interpretation.scorer import GoalInterpretation
 

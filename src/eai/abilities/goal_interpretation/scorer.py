@@ -1,11 +1,11 @@
 """The scorer of goal interpretation: from the text of an answer to counts, for any benchmark.
 
 Ill-formed goals and goals with unknown names are left out first. They are counted separately, and are neither
-right nor wrong (paper, appendix "Goal Interpretation: State Goal, Relation Goal and Action Goal"). The other
-goals are compared with the goals of the task. A task's goal can have several options; the answer is compared
-with the option that has most stated conditions. If several objects have one name, a goal that occurs
-twice matches two goals about different objects with this name. More occurrences than there are such objects
-do not count. An unreadable answer misses all goals of its task.
+right nor wrong (paper, appendix "Goal Interpretation: State Goal, Relation Goal and Action Goal"). All other
+goals of the answer are compared with the goals of the task. If there are several ways (options) to meet a
+goal of the task, the option with most stated conditions counts. If several objects have the same name,
+repetitions of a stated goal match goals about different objects with this name. More repetitions than there
+are such objects do not count. An unreadable answer misses all goals of its task.
 """
 
 from __future__ import annotations
@@ -31,15 +31,15 @@ from eai.world.fault import FaultKind
 from eai.world.relation import iterate_bits, keep_lowest_bits
 
 _MAX_ENTRY_CHARACTERS = 100
-"""Maximum number of characters of an ill-formed entry in a message."""
+"""Maximum number of characters that a message quotes from an ill-formed entry of an answer."""
 
 
 class _SortedGoals(NamedTuple):
-    """The goals of an answer, sorted by whether they can be compared.
+    """The goals of an answer, sorted by whether they can be compared with the task's goals.
 
     Attributes:
         known: well-formed goals without an unknown name, each with its number of occurrences.
-        unknown: well-formed goals with an unknown name, each with its first unknown name.
+        unknown: pairs of a well-formed goal with an unknown name, and the first such name in the goal.
         ill_formed: ill-formed goals, each once.
     """
 
@@ -49,16 +49,18 @@ class _SortedGoals(NamedTuple):
 
 
 class _GoldGoals:
-    """The goals of a task, with numbered conditions.
+    """The goals of a task, whose conditions have numbers.
 
-    A bit mask stands for a set of conditions: bit i for condition i.
+    A bit mask stands for a set of conditions: bit i for condition i. An option of a goal is a set of
+    conditions that meets the goal.
 
     Attributes:
         goals: the goals, in order.
-        best: for each goal, a function from the mask of stated conditions to the option with most of them.
-        stated: for each condition, its statement in an answer, in canonical form.
-        mask_of: mapping from a statement to the mask of the conditions that it can mean.
-        of_kind: mapping from the name of a kind to the mask of the conditions of this kind.
+        best: for each goal, a function that takes the mask of stated conditions and returns the option with
+            most stated conditions.
+        stated: for each condition, the goal by which an answer states the condition, in canonical form.
+        mask_of: mapping from goals in answers to the mask of the conditions that the goal can mean.
+        of_kind: mapping from the names of kinds of goals to the mask of the conditions of this kind.
     """
 
     def __init__(self, alternatives: tuple[GoalAlternatives, ...], lexicon: GoalLexicon) -> None:
@@ -74,12 +76,12 @@ class _GoldGoals:
         ]
 
     def choose_option_masks(self, stated: int) -> list[int]:
-        """Return for each goal the mask of its option with most stated conditions; 0 if it has no option."""
+        """Return for each goal the mask of its option with most stated conditions; 0 without options."""
         options = [best(stated) for best in self.best]
         return [0 if option is None else option.conditions for option in options]
 
     def get_conditions(self, mask: int) -> tuple[WrittenGoal, ...]:
-        """Return the statements of the conditions in a mask."""
+        """Return the conditions in a mask as goals of an answer."""
         return tuple([self.stated[number] for number in iterate_bits(mask)])
 
     def get_condition_texts(self, mask: int) -> tuple[str, ...]:
@@ -100,7 +102,10 @@ class _GoldGoals:
 
 
 class GoalInterpretation(Scorer):
-    """The scorer of answers to one task. Goals over time are left out, since answers cannot state them."""
+    """The scorer of goal interpretations for one task.
+
+    It leaves out goals over time, because answers cannot state them.
+    """
 
     def __init__(self, task: Task, domain: Domain, notation: GoalNotation) -> None:
         self.task = task = task.without_goals_over_time
@@ -165,7 +170,7 @@ class GoalInterpretation(Scorer):
         )
 
     def describe_left_out_goals(self, goals: WrittenGoals) -> Iterable[str]:
-        """Yield descriptions of the parts of an answer that are neither right nor wrong, with the reasons."""
+        """Yield texts on the goals in an answer that are neither right nor wrong, with the reasons."""
         _, unknown, lacking = self._sort_goals(goals)
         entries = [(self.lexicon.classify_goal(goal), str(goal)) for goal in lacking]
         yield from describe_ill_formed_entries([*entries, *goals.ill_formed])
@@ -173,9 +178,9 @@ class GoalInterpretation(Scorer):
             yield f"left out as hallucination: {goal}, there is no {name}"
 
     def report_goals(self, goals: WrittenGoals) -> tuple[GoalReport, ...]:
-        """Return a report on each goal of the task: whether the answer states the goal.
+        """Return a report on each goal of the task, which says whether the answer states the goal.
 
-        Each statement counts for only one condition.
+        If the answer states a goal once, this counts for only one condition.
         """
         left = self._sort_goals(goals).known
         options = self._choose_option_masks(left)
@@ -218,7 +223,7 @@ class GoalInterpretation(Scorer):
         return self._sort_goals(goals).known
 
     def _describe_partial_goals(self, goals: WrittenGoals) -> Iterator[str]:
-        """Yield the missed conditions of each goal that the answer states in part."""
+        """Yield a text on each goal that the answer states incompletely, with the missed conditions."""
         left = self._sort_goals(goals).known
         for option in self._choose_option_masks(left):
             missed = [
@@ -228,7 +233,10 @@ class GoalInterpretation(Scorer):
                 yield f"missed of a goal that is stated in part: {', '.join(missed)}"
 
     def _sort_goals(self, goals: WrittenGoals) -> _SortedGoals:
-        """Sort the goals of an answer; well-formed goals get their canonical form."""
+        """Return the goals of an answer, sorted by whether they can be compared.
+
+        Well-formed goals become canonical.
+        """
         lexicon = self.lexicon
         known: dict[WrittenGoal, int] = {}
         ill_formed: dict[WrittenGoal, None] = {}
@@ -252,17 +260,17 @@ class GoalInterpretation(Scorer):
 
 
 def describe_ill_formed_entries(entries: Iterable[IllFormed]) -> Iterator[str]:
-    """Yield a line of text on each ill-formed entry, once. Long entries are cut off."""
+    """Yield one line of text on each ill-formed entry of an answer. Long entries are cut off."""
     for _, text in dict.fromkeys(entries):
         yield f"left out as ill-formed: {shorten(text, _MAX_ENTRY_CHARACTERS, placeholder=' ...')}"
 
 
 def describe_wrong_goals(verdict: GoalVerdict, options: Container[str] = ()) -> tuple[str, ...]:
-    """Return a sentence on each wrong goal of an answer, once, with its number of occurrences.
+    """Return one sentence on each wrong goal of an answer, with the goal's number of occurrences.
 
     Args:
         verdict: the verdict on the answer.
-        options: conditions of all options of the task's goals.
+        options: texts of the conditions in all options of the task's goals.
     """
     return tuple(
         f"wrong: {goal}"

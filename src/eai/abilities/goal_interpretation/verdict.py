@@ -24,18 +24,18 @@ class GoalVerdict(Verdict):
     """The verdict on a goal interpretation.
 
     Attributes:
-        counts: numbers of goals found, wrong and missed, by kind, and in total under ``all``. Ill-formed
-            goals and goals with unknown names are not counted as wrong (the paper's reference package counts
-            some of them).
+        counts: numbers of right, wrong and missed goals, by kind, and in total under ``all``. Ill-formed
+            goals and goals with unknown names do not count as wrong (the paper's package counts some of
+            them).
         predicted: number of goals that the answer states, including goals that are not counted.
         ill_formed: number of ill-formed goals in the answer.
-        hallucinated: the first unknown name of each goal that has one.
-        unknown_predicates: predicates that do not exist.
+        hallucinated: for each goal with an unknown name, the first such name.
+        unknown_predicates: predicates in the answer that do not exist.
         matched: right goals as texts, each as often as it counts.
-        wrong: wrong goals as texts, each as often as it counts. Incomplete entries come first, as they were
-            written.
+        wrong: wrong goals as texts, each as often as it counts. Incomplete entries come first, as the answer
+            states them.
         missing: conditions of the task that the answer does not state, as texts.
-        aborts: whether the paper's reference package would end its run with an exception at this answer.
+        aborts: whether the paper's package would end its run with an exception at this answer.
     """
 
     counts: Mapping[str, Confusion] | None = None
@@ -59,12 +59,12 @@ class GoalVerdict(Verdict):
 
     @property
     def columns(self) -> Mapping[str, Json]:
-        """Values of table columns: the numbers of stated, of ill-formed and of hallucinated goals."""
+        """Mapping from table columns to the numbers of stated, of ill-formed and of hallucinated goals."""
         hallucinated = len(self.hallucinated)
         return {"stated": self.predicted, "ill_formed": self.ill_formed, "hallucinated": hallucinated}
 
     def compute_credit(self, at_start: Sequence[bool]) -> Credit | None:
-        """Return the credit, which is the F1 of the stated goals.
+        """Return the credit for the answer: the F1 of its goals.
 
         Ill-formed goals and goals with unknown names count as wrong and as faults.
         """

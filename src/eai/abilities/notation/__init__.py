@@ -1,1 +1,1 @@
-"""Notations of answers. Each benchmark has one: abilities read it, built-in models write it."""
+"""Notations of answers, one for each benchmark. Abilities read a notation, and built-in models write it."""

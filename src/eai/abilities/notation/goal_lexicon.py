@@ -1,9 +1,9 @@
 """The vocabulary of answers to a task, the task's goals in this vocabulary, and the meaning of stated goals.
 
-`read_stated_goals` returns the goals of an answer to goal interpretation for use as the task's goals. It
-reads answers as goal interpretation does, and also connectives and quantifiers if the notation has them. A
-well-formed goal is kept even if it is wrong, and its unknown names stay as written.
-Ill-formed goals are left out. An unreadable answer states no goals.
+`read_stated_goals` returns the goals of an answer to goal interpretation, so that they can replace the task's
+goals. It reads an answer as the scorer of goal interpretation does, and also reads connectives and
+quantifiers if the notation has them. A well-formed goal is kept even if it is wrong, and its unknown names
+stay as written. Ill-formed goals are left out. An unreadable answer states no goals.
 """
 
 from __future__ import annotations
@@ -29,9 +29,9 @@ class GoalLexicon:
     """The vocabulary of answers to a task.
 
     Attributes:
-        words: the predicates as answers spell them.
+        words: the names of predicates in answers, with their numbers of objects.
         actions: names of the actions.
-        objects: names of objects, and the number of objects with each name.
+        objects: mapping from names of objects to the number of objects with this name.
     """
 
     def __init__(self, task: Task, domain: Domain, notation: GoalNotation) -> None:
@@ -48,7 +48,10 @@ class GoalLexicon:
         self._arity = dict(self.words)
 
     def classify_goal(self, goal: WrittenGoal) -> GoalKind:
-        """Return the kind of a goal by its predicate's arity, or else by its number of objects."""
+        """Return the kind of a goal, by the arity of its predicate.
+
+        If the predicate is unknown, the number of the goal's objects decides.
+        """
         if goal.is_action:
             return GoalKind.ACTION
         arity = len(goal.names)
@@ -76,7 +79,7 @@ class GoalLexicon:
         return None if goal.predicate in self._arity else goal.predicate
 
     def count_instances(self, goal: WrittenGoal) -> int:
-        """Return the number of different tuples of objects that the names of a goal can mean."""
+        """Return how many different tuples of objects the names in a goal can mean."""
         return prod([self.objects[name] for name in goal.names])
 
     def canonicalize(self, goal: WrittenGoal) -> WrittenGoal:
@@ -86,7 +89,7 @@ class GoalLexicon:
         return goal
 
     def use_answer_names(self, goal: WrittenGoal) -> WrittenGoal:
-        """Return a goal whose objects have their names in answers instead of their names in the scene."""
+        """Return a goal with the objects' names in answers in place of their names in the scene."""
         if all(name in self.objects for name in goal.names):
             return goal
         return goal._replace(names=tuple(map(self._get_answer_name, goal.names)))
@@ -97,7 +100,7 @@ class GoalLexicon:
         return name if name in self.objects else self._name_of.get(in_scene, name)
 
     def to_answer_goal(self, literal: Literal) -> WrittenGoal:
-        """Return a condition as answers state it: with their predicates and their names of objects."""
+        """Return a condition as answers state it: with the answers' predicates and names of objects."""
         ground = self.to_ground_goal(literal)
         return ground._replace(names=tuple([self._name_of[name] for name in ground.names]))
 
@@ -119,7 +122,10 @@ def _get_object_names(arguments: tuple[Term, ...]) -> tuple[str, ...]:
 
 
 def write_goals(task: Task, domain: Domain, notation: GoalNotation) -> tuple[str, ...]:
-    """Return a right answer as texts of goals: the first option of each goal about the final state."""
+    """Return the goals of a right answer as texts.
+
+    For each goal about the final state, they state its first option.
+    """
     task = task.without_goals_over_time
     lexicon = GoalLexicon(task, domain, notation)
     options = [
@@ -135,10 +141,10 @@ class _StatedGoals:
 
     Attributes:
         goals: the stated goals, each once, in order.
-        meaningful: the goals without an unknown name, in order.
-        unknown: the unknown names, each once: predicates, actions, objects.
+        meaningful: the stated goals without an unknown name, in order.
+        unknown: the unknown names of predicates, actions and objects, each once.
         left_out: the ill-formed entries of the answer, as texts.
-        unreadable: why the answer cannot be read; None if it was read.
+        unreadable: the reason why the answer cannot be read; None if it was read.
     """
 
     goals: tuple[Goal, ...]
@@ -165,11 +171,11 @@ def read_stated_goals(text: str, task: Task, domain: Domain, notation: GoalNotat
 
 
 class _AnswerInterpreter:
-    """Finds the meaning of an answer's words in a task.
+    """Translates the words of an answer into formulas about the scene of a task.
 
-    An ambiguous name means the last object with this name, as in plans without object numbers. If
-    an answer repeats a goal, each repetition means the previous object with this name, as in the counts of
-    goal interpretation.
+    If several objects have the same name, the name means the last such object, as in plans without object
+    numbers. If an answer repeats a goal, each repetition means the object before, as in the counts of goal
+    interpretation.
     """
 
     def __init__(self, task: Task, domain: Domain, notation: GoalNotation) -> None:
@@ -182,9 +188,9 @@ class _AnswerInterpreter:
         self._times: Counter[WrittenGoal] = Counter()
 
     def to_formula(self, said: WrittenGoal, variables: frozenset[str]) -> Formula | None:
-        """Return a stated goal as a formula, or None if it is ill-formed.
+        """Return a stated goal as a formula, or None if the goal is ill-formed.
 
-        ``variables`` has the names that quantifiers bind.
+        ``variables`` contains the names of the variables that quantifiers around the goal bind.
         """
         if not self._lexicon.is_well_formed(said):
             return None
@@ -205,7 +211,7 @@ class _AnswerInterpreter:
         yield from (name for name in find_object_names(formula) if name not in self._known)
 
     def _find_meant_objects(self, said: WrittenGoal, variables: frozenset[str]) -> tuple[str, ...]:
-        """Return the scene's names of the objects that a goal means. An unknown name is kept."""
+        """Return the scene's names of the objects that a goal means. Unknown names are kept."""
         named = [[name] if name in variables else self._named.get(name, [name]) for name in said.names]
         first = tuple([things[0] for things in named])
         if len(first) > 2:  # goals about three or more objects always mean the first object of each name

@@ -1,6 +1,6 @@
 """Notations of goals: how answers to goal interpretation state goals, in a benchmark or by default.
 
-The names in a goal as written may be unknown.
+A goal in the form in which an answer writes it may contain unknown names.
 
 Prompts ask for literals. Some answers nest conditions as JSON lists with the words of BDDL: ``["forall",
 ["jar", "-", "jar"], ["not", ["open", "jar"]]]``. The operands of a connective may stand in a list of their
@@ -35,16 +35,17 @@ from eai.tasks.task import GoalKind, Task
 from eai.world.domain import Domain
 
 LiteralReader: TypeAlias = Callable[[object, frozenset[str]], f.Formula | None]
-"""Function that returns the formula for an entry without connectives.
+"""Function that returns the formula for an entry of an answer that has no connectives.
 
-Its second argument has the names that quantifiers bind. It returns None if the entry is not a literal.
+It takes the entry and the names of the variables that quantifiers around the entry bind. It returns None if
+the entry is not a literal.
 """
 
 
 def read_nested_formula(
     entry: object, literal: LiteralReader, variables: frozenset[str] = frozenset()
 ) -> f.Formula | None:
-    """Return the formula for a nested entry, or None if a part of the entry is not a condition."""
+    """Return the formula for an entry that may be nested, or None if an entry in it has another form."""
 
     def read_part(part: object, *bound: f.Variable) -> f.Formula | None:
         return read_nested_formula(part, literal, variables | {variable.name for variable in bound})
@@ -129,7 +130,7 @@ SECTIONS = {
     GoalKind.RELATION: "edge goals",
     GoalKind.ACTION: "action goals",
 }
-"""Keys under which an answer lists its goals, by kind of goal."""
+"""Mapping from each kind of goal to the key under which an answer lists its goals of this kind."""
 
 
 _SECTION_OF = {section: section for section in SECTIONS.values()}
@@ -137,11 +138,12 @@ _NO_WORD = re.compile(r"[\W_]+")
 
 
 class GoalSections(NamedTuple):
-    """The sections of an answer's JSON object that list goals.
+    """The sections of an answer's JSON object. Each section lists goals of one kind.
 
     Attributes:
-        members: key and entries of each section, in order. Keys are respelled as in `SECTIONS`, if known.
-        repairs: ``section_name`` if a key was spelled differently.
+        members: key and entries of each section, in order. A key that resembles a key in `SECTIONS` has its
+            spelling.
+        repairs: ``section_name`` if the answer spells a key differently.
     """
 
     members: tuple[tuple[str, object], ...]
@@ -155,7 +157,7 @@ def make_sections_format(
 
     Args:
         read: takes sections and returns them if they state goals, else None.
-        flaw: takes a value and returns why it is not such an object, or None.
+        flaw: takes a JSON value and returns in words why the value has another form, or None.
     """
 
     def read_sections(value: object) -> GoalSections | None:
@@ -181,7 +183,7 @@ _SECTION_LINE = re.compile(r"""\W*["'](?:node|edge|action)[ _-]goals["']\s*:""",
 
 
 def _normalize_section_name(key: str) -> str:
-    """Return the key of a section in the spelling of prompts. Unknown keys are returned unchanged."""
+    """Return the key of a section as prompts spell it. An unknown key is returned unchanged."""
     return _SECTION_OF.get(_NO_WORD.sub(" ", key).strip().lower(), key)
 
 
@@ -192,7 +194,7 @@ class WrittenGoal(NamedTuple):
         predicate: name of the predicate or the action.
         names: names of the objects.
         positive: whether the literal must be true; False if it must be false.
-        is_action: whether the goal is an action.
+        is_action: whether the goal is an action instead of a literal.
     """
 
     predicate: str
@@ -215,7 +217,7 @@ class WrittenGoal(NamedTuple):
 IllFormed: TypeAlias = tuple[GoalKind | None, str]
 """An entry of an answer that is not a goal.
 
-It is a pair of the kind of goals in its section, None if unknown, and the entry's text.
+It is a pair: the kind of goals in its section of the answer (None if unknown), and the entry's text.
 """
 
 
@@ -225,9 +227,9 @@ class WrittenGoals:
 
     Attributes:
         goals: the stated goals.
-        ill_formed: the entries that are not goals.
+        ill_formed: the entries of the answer that are not goals.
         repairs: names of the repairs that were needed to read the goals.
-        spans: parts of the text and how each was treated.
+        spans: parts of the answer's text, and how each was treated.
     """
 
     goals: tuple[WrittenGoal, ...]
@@ -251,9 +253,9 @@ SpelledPredicate: TypeAlias = tuple[str, int]
 """A pair: a predicate as answers spell it, and its number of objects."""
 
 GoalMeaning: TypeAlias = Callable[[WrittenGoal, frozenset[str]], Formula | None]
-"""Function that returns the formula for a goal, or None if the goal is ill-formed.
+"""Function that returns the formula for a goal in an answer, or None if the goal is ill-formed.
 
-Its second argument has the names that quantifiers bind.
+It takes the goal and the names of the variables that quantifiers around the goal bind.
 """
 
 
@@ -267,9 +269,10 @@ class GoalAlternatives:
 
     Attributes:
         kind: kind of the goal, for explanations.
-        text: the goal as text, for explanations; None if they show the option that an answer meets best.
-        options: alternative sets of conditions. Each set meets the goal. Objects have their names in the
-            scene.
+        text: the goal as text, for explanations; None if explanations show the option that an answer meets
+            best.
+        options: alternative sets of conditions (options). Any of the sets meets the goal. Objects have their
+            names in the scene.
     """
 
     kind: str
@@ -290,10 +293,10 @@ class GoalNotation(ABC):
 
     @abstractmethod
     def read(self, text: str) -> WrittenGoals | Unreadable:
-        """Return the goals of an answer, or why it cannot be read."""
+        """Return the goals of an answer, or the reason why the answer cannot be read."""
 
     def read_conditions(self, text: str, meaning: GoalMeaning) -> StatedConditions | Unreadable:
-        """Return the goals of an answer as conditions on its task, or why it cannot be read."""
+        """Return the goals of an answer as formulas about its task, or why the answer cannot be read."""
         read = self.read(text)
         if isinstance(read, Unreadable):
             return read
@@ -311,9 +314,9 @@ class GoalNotation(ABC):
         """Return the texts of goals as one answer."""
 
     def map_predicate_spellings(self, domain: Domain) -> Mapping[SpelledPredicate, str]:
-        """Return a mapping from the spelling of a predicate in answers to its name in the vocabulary.
+        """Return a mapping from the spelling of a predicate in answers to the predicate's name in the domain.
 
-        If a predicate has two spellings, the goals of tasks use the first one.
+        If a predicate has two spellings, texts of tasks use the first.
         """
         vocabulary = domain.vocabulary
         stored = [
@@ -323,7 +326,7 @@ class GoalNotation(ABC):
         return words | {(predicate.name, predicate.arity): predicate.name for predicate in vocabulary.derived}
 
     def list_object_names(self, task: Task) -> tuple[str, ...]:
-        """Return the name of each object in the scene. Several objects may share a name."""
+        """Return the name in answers of each object in the scene. Several objects may share a name."""
         return tuple([scene_object.name for scene_object in task.scene.objects])
 
     def make_schema(self, domain: Domain, words: Sequence[str] | None) -> Schema | None:
@@ -336,7 +339,7 @@ class GoalNotation(ABC):
         return None
 
     def list_goal_alternatives(self, task: Task) -> tuple[GoalAlternatives, ...]:
-        """Return the goals of the task for the comparison with answers.
+        """Return the goals of the task with their options, for the comparison with answers.
 
         Raises:
             InputError: a goal has infinitely many options (see `choice.build_choice_tree`).
@@ -354,11 +357,11 @@ class GoalNotation(ABC):
 class JsonGoals(GoalNotation):
     """A notation of goals as JSON: ``["open", "jar"]``, ``["not", ["open", "jar"]]``, or names of actions.
 
-    The JSON object with the lists of goals may stand anywhere in the text, also inside another object.
-    Entries in the section for actions are actions; all other entries are literals.
+    The JSON object with the lists of goals may stand anywhere in the answer, also inside another object.
+    Entries in the section for actions are actions. All other entries are literals.
 
     Args:
-        sections: the kinds of goals that have their own section.
+        sections: the kinds of goals that have their own section in the object.
     """
 
     def __init__(self, sections: Iterable[GoalKind] = GoalKind) -> None:
@@ -375,7 +378,7 @@ class JsonGoals(GoalNotation):
         return WrittenGoals.from_entries(goals, reading)
 
     def read_entries(self, text: str) -> list[tuple[GoalKind | None, object]] | Unreadable:
-        """Return all entries of an answer with their kinds, states first; or why it cannot be read."""
+        """Return all entries of an answer with their kinds, states first, or why it cannot be read."""
         reading = read_json(text, _LISTS)
         if isinstance(reading, Unreadable):
             return reading
@@ -390,7 +393,7 @@ class JsonGoals(GoalNotation):
         return [(kind, entry) for kind, entries in lists for entry in entries]
 
     def read_conditions(self, text: str, meaning: GoalMeaning) -> StatedConditions | Unreadable:
-        """Return the goals of an answer as conditions on its task. They may be nested."""
+        """Return the goals of an answer as formulas about its task. Entries of the answer may be nested."""
         entries = self.read_entries(text)
         if isinstance(entries, Unreadable):
             return entries
@@ -403,14 +406,17 @@ class JsonGoals(GoalNotation):
         return tuple(json.dumps(_to_entry(goal)) for goal in goals)
 
     def join(self, parts: Iterable[str]) -> str:
-        """Return the goals in their sections. Literals are sorted by their number of objects."""
+        """Return texts of goals as one answer, in sections.
+
+        Literals are sorted by their number of objects.
+        """
         sections: dict[str, list[object]] = {key: [] for key in self._kinds}
         for entry in map(json.loads, parts):
             sections[SECTIONS[_get_section_kind(entry)]].append(entry)
         return json.dumps(sections)
 
     def make_schema(self, domain: Domain, words: Sequence[str] | None) -> Schema:
-        """Return the schema of sections with literals as lists of words, and with names of actions."""
+        """Return the schema of an object with sections: lists of words for literals, names for actions."""
         spelt = self.map_predicate_spellings(domain)
 
         def make_entry_schema(kind: GoalKind) -> Schema:
@@ -426,11 +432,14 @@ class JsonGoals(GoalNotation):
         )
 
     def normalize_word(self, text: str) -> str:
-        """Return the normal spelling of a word of an answer."""
+        """Return a word of an answer in its normal spelling, by default unchanged."""
         return text
 
     def _normalize_words(self, value: object) -> object:
-        """Return a JSON value with its words in normal spelling. Variables may begin with a question mark."""
+        """Return a JSON value with its words in normal spelling.
+
+        Question marks before variables are removed.
+        """
         if isinstance(value, list):
             return [self._normalize_words(part) for part in value]
         return self.normalize_word(value).lstrip("?") if isinstance(value, str) else value
@@ -466,9 +475,10 @@ class JsonGoals(GoalNotation):
 
 
 def _check_section_lists(sections: GoalSections) -> GoalSections | None:
-    """Return the sections if all of them are lists, else None.
+    """Return the sections if each of them is a list, else None.
 
-    An object with a section of `SECTIONS` may have other members that are plain remarks.
+    An object that has a key of `SECTIONS` may also have other members that are not lists. They count as
+    remarks.
     """
     has_section = any(key in _SECTION_OF for key, _ in sections.members)
     plain = [key for key, part in sections.members if not isinstance(part, list | None)]

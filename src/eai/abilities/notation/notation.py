@@ -1,4 +1,4 @@
-"""The notation of a benchmark: how answers are written, and how prompts name objects and predicates."""
+"""The notation of a benchmark: the form of answers, and the names of objects and predicates in prompts."""
 
 from __future__ import annotations
 
@@ -24,11 +24,12 @@ class Notation:
         plans: notation of plans; by default a JSON list of actions with their objects.
         goals: notation of goals; by default JSON lists of conditions.
         subgoals: notation of subgoals; None for formulas with the names of the domain.
-        formats: description of the answer for prompts, by ability. An ability that is not listed describes
-            the default notation.
-        short_texts: texts of the prompt set ``short``: the ``rules`` of actions, and the form of answers by
-            ability. Without a text, the rules are shortened, and the default notation is described.
-        wordings: takes an ability and returns the names in its prompts; None for the names of the domain.
+        formats: mapping from abilities to prompt texts that describe the answer. For other abilities, prompts
+            describe the default notation.
+        short_texts: texts of the prompt set ``short``: under ``rules`` on the rules of actions, and under the
+            name of an ability on its form of answers. If a text is missing, prompts have shortened rules, or
+            describe the default notation.
+        wordings: returns the names in the prompts of an ability; None for the names of the domain.
         also_observed: predicates that observations list after the predicates in prompts of action sequencing.
         english: the words with which instructions are written, and the role of the agent.
     """

@@ -1,7 +1,7 @@
-"""Steps of plans in JSON: the forms that answers use, and how a step outside the plan is recognized.
+"""Steps of plans in JSON: the forms that answers use, and how to recognize a step outside the list of steps.
 
-Prompts ask for ``{"action": "OPEN", "object": "jar_0"}`` or ``{"OPEN": ["jar_0"]}``. A step in the form that
-the benchmark does not ask for is read with the repair ``step_form``.
+Prompts ask for ``{"action": "OPEN", "object": "jar_0"}`` or ``{"OPEN": ["jar_0"]}``, depending on the
+benchmark. A step in the other form is read with the repair ``step_form``.
 """
 
 from __future__ import annotations
@@ -16,7 +16,7 @@ from eai.abilities.answer_text import AnswerFormat, JsonObject, read_json
 from eai.abilities.verdict import Span, Unreadable
 
 ACTION, OBJECT = "action", "object"
-"""Key of a step's action; `OBJECT` is the key of the action's objects."""
+"""Keys of a step in JSON: `ACTION` for its action, and `OBJECT` for the action's objects."""
 
 _OBJECT_KEYS = (OBJECT, "objects", "args", "arguments", "parameters")
 _REMARK_KEYS = frozenset(
@@ -33,7 +33,7 @@ _REMARK_KEYS = frozenset(
         "id",
     )
 )
-"""Keys of remarks in the JSON object of a step."""
+"""Keys of a step's JSON object that only hold remarks on the step."""
 
 STEP_FORM = "step_form"
 """Name of the repair of a step in a form that the benchmark does not ask for."""
@@ -45,15 +45,16 @@ _LABEL = r"(?i:[\s*_>#-]|•|step\b|\d+[.):]|\d+\s*:|:)*"
 _KEY = r"""["'“‘]\s*action\s*["'”’]\s*:"""
 ORDINARY_WORD = re.compile(r"\b(?:the|to|a|an|into|from|with|and|on|in|of|is|it)\b", re.IGNORECASE)
 _MAX_WORDS = 3
-"""Maximum number of words after the name of an action in a line that counts as a step."""
+"""Maximum number of words that follow the name of an action in a line, if the line counts as a step."""
 
 
 class WrittenStep(NamedTuple):
     """One step of an answer.
 
     Attributes:
-        action: the action as written.
-        objects: the expression for each of its objects, as written. Messages quote these expressions.
+        action: the name of the action, as written.
+        objects: for each object of the action, the JSON value that names the object, as written. Messages
+            quote these values.
     """
 
     action: str
@@ -67,7 +68,7 @@ class WrittenPlan:
     Attributes:
         steps: the steps.
         repairs: names of the repairs that were needed to read the steps.
-        spans: parts of the text and how each was treated.
+        spans: parts of the answer's text, and how each was treated.
     """
 
     steps: tuple[WrittenStep, ...]
@@ -76,7 +77,7 @@ class WrittenPlan:
 
 
 class StepList(NamedTuple):
-    """The steps in a JSON value.
+    """The steps in a JSON value of an answer.
 
     Attributes:
         steps: the steps, in order.
@@ -90,7 +91,7 @@ class StepList(NamedTuple):
 
 
 def join_step_lists(parts: Iterable[StepList], *, is_piece: bool = False) -> StepList:
-    """Return the steps of several values as one list."""
+    """Return the steps in several JSON values as one list."""
     listed = list(parts)
     repairs = dict.fromkeys([repair for part in listed for repair in part.repairs])
     return StepList(tuple([step for part in listed for step in part.steps]), tuple(repairs), is_piece)
@@ -103,9 +104,9 @@ def make_plan_format(
 
     Args:
         description: the plan in words, for messages that begin with "there is no".
-        read: returns the steps of a value, or None; it is called for each item of a list.
+        read: returns the steps in a value, or None. It is called for each item of a list.
         actions: names of actions in answers; empty if these names are unknown.
-        wrapper: key of an object around the plan, if the question may ask for such an object.
+        wrapper: key of an object around the plan, if questions may ask for such an object.
     """
     part, line = _compile_step_patterns(frozenset(actions))
     return AnswerFormat(
@@ -123,13 +124,13 @@ def make_plan_format(
 
 
 def join_item_steps(items: Iterable[object], read: Callable[[object], StepList | None]) -> StepList | None:
-    """Return the steps of several values as one list, or None if a value has no steps."""
+    """Return the steps in several JSON values as one list, or None if some value has no steps."""
     parts = [read(item) for item in items]
     return None if None in parts else join_step_lists([part for part in parts if part is not None])
 
 
 def read_plan(text: str, form: AnswerFormat[StepList]) -> WrittenPlan | Unreadable:
-    """Read the plan in an answer, or return why the answer cannot be read."""
+    """Return the plan in an answer, or the reason why the answer cannot be read."""
     reading = read_json(text, form)
     if isinstance(reading, Unreadable):
         return reading
@@ -139,11 +140,11 @@ def read_plan(text: str, form: AnswerFormat[StepList]) -> WrittenPlan | Unreadab
 def spell_as_declared(
     plan: WrittenPlan, actions: Collection[str], operator: Callable[[str], str] = str
 ) -> WrittenPlan:
-    """Return a plan with the declared names of actions that are written as ``open`` or ``Open``.
+    """Return a plan with the declared names of actions in place of other spellings such as ``open``.
 
     Args:
         plan: the plan.
-        actions: names of actions.
+        actions: the declared names of actions.
         operator: returns the name of the operator that a word means.
     """
     if not actions or all(operator(step.action) in actions for step in plan.steps):
@@ -167,7 +168,7 @@ def _compile_step_patterns(actions: frozenset[str]) -> tuple[re.Pattern[str], re
 
 
 def _is_step_line(line: re.Pattern[str], text: str) -> bool:
-    """Whether a line is the name of an action, followed by text that is probably the action's objects."""
+    """Whether a line is the name of an action, followed by text that probably names the action's objects."""
     if re.search(_KEY, text):
         return True
     match = line.match(text)
@@ -180,14 +181,14 @@ def _is_step_line(line: re.Pattern[str], text: str) -> bool:
 
 
 def read_labelled_step(value: JsonObject) -> StepList | None:
-    """Return the step in an object with keys for action and objects, or None if the object has another form.
+    """Return the step in a JSON object with keys for action and objects, or None for another object.
 
-    Two objects of an action are separated by a comma or stand in a list. An empty text is no object.
+    Two objects of an action are separated by a comma or stand in a list. An empty text stands for no object.
     """
     members = value.members
     repairs: tuple[str, ...] = ()
     if len(members) == 2 and members[0][0] == ACTION and members[1][0] == OBJECT:
-        action, objects = members[0][1], members[1][1]  # the form that prompts ask for
+        action, objects = members[0][1], members[1][1]  # a step in the form that prompts ask for
     else:
         by_key = dict(members)
         keys = [key for key in _OBJECT_KEYS if key in by_key]
@@ -212,7 +213,7 @@ def read_labelled_step(value: JsonObject) -> StepList | None:
 
 
 def find_unknown_keys(step: JsonObject) -> list[str]:
-    """Return the keys of an object that belong neither to a step nor to remarks on the step."""
+    """Return those keys of a JSON object that belong neither to a step nor to remarks on the step."""
     return [
         key
         for key, _ in step.members
@@ -221,13 +222,14 @@ def find_unknown_keys(step: JsonObject) -> list[str]:
 
 
 def read_keyed_steps(value: JsonObject, actions: Collection[str]) -> StepList | None:
-    """Return the steps of an object whose keys are actions, or None if a member is not a step.
+    """Return the steps of a JSON object whose keys are actions, or None if a member is not a step.
 
-    The value of each key is a list of objects or, with the repair ``step_form``, a text that names them.
+    The value of each key is a list of objects. A text that names the objects is read with the repair
+    ``step_form``.
 
     Args:
-        value: the object.
-        actions: names of the actions whose objects may be a text instead of a list.
+        value: the JSON object.
+        actions: names of the actions whose objects may be named by a text instead of a list.
     """
     steps: list[WrittenStep] = []
     repairs: tuple[str, ...] = ()
@@ -243,12 +245,12 @@ def read_keyed_steps(value: JsonObject, actions: Collection[str]) -> StepList | 
 
 
 def strip_names(words: Iterable[str]) -> tuple[str, ...]:
-    """Return names without the space around each."""
+    """Return names without blanks before and after each name."""
     return tuple(map(str.strip, words))
 
 
 def _find_list_flaw(value: object, step_of: Callable[[object], StepList | None]) -> str | None:
-    """Return the reason why the first bad item in a list is not a step; None if all items are steps."""
+    """Return why some item of a list is not a step, or None if all items are steps."""
     if isinstance(value, JsonObject):
         lists = [member for _, member in value.members if isinstance(member, list | JsonObject)]
         return (

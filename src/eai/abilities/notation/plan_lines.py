@@ -1,9 +1,9 @@
 """Plans with one step a line, as planners, text games and small models write them.
 
-Each line is a step, a comment, a number, or prose before or after the plan. A line is never prose if it
-begins with the name of an action, stands between steps, or has an unclosed bracket. Such a line makes the
-answer unreadable. In every notation, lines such as ``WALK(soap)`` or ``1. walk soap`` are read with the
-repair ``action_lines`` if the answer has no JSON.
+Each line counts as a step, a comment, a number, or prose before or after the plan. A line cannot be prose if
+it begins with the name of an action, stands between steps, or has an unclosed bracket. Such a line makes the
+answer unreadable unless it states a step. In every notation, lines such as ``WALK(soap)`` or ``1. walk soap``
+are read with the repair ``action_lines`` if the answer has no JSON.
 """
 
 from __future__ import annotations
@@ -28,7 +28,10 @@ from eai.abilities.verdict import Span, SpanKind, Unreadable
 _COMMENT = re.compile(r";[^\n]*")
 _FENCE = "```"
 _LABEL = re.compile(r"(?:[*>•-]\s+|(?i:step)\s*\d+\s*(?:[.:)]|$)|\d+\s*[.:)](?!\d)\s*)\s*")
-"""Number or list sign at the beginning of a line. A time as in ``0.000:`` belongs to the step."""
+"""Pattern of a number or list sign at the beginning of a line.
+
+A time as in ``0.000:`` belongs to the step.
+"""
 _FIRST_WORD = re.compile(r"""[\s"'`(\[{]*([^\s()\[\]{}"'`,:;]+)""")
 _MAX_QUOTED = 60
 """Maximum number of characters of a line that a message quotes."""
@@ -42,7 +45,7 @@ _EMPHASIS = re.compile(r"\*\*|(?<!`)`(?!`)")
 _JSON_LIKE = re.compile(r"\{|\[(?!\w+\])")
 _NO_COMMENT = re.compile(r"(?!)")
 _AROUND = " \t,.;"
-"""Characters around an action in a line."""
+"""Characters that may stand around an action in a line."""
 
 
 class _PlanLine(NamedTuple):
@@ -53,7 +56,7 @@ class _PlanLine(NamedTuple):
         end: position after the line's last character.
         text: the line without comments, number or list sign, and outer space.
         block: number of code-fence marks before the line; odd inside a code fence.
-        has_label: whether it begins with a number or a list sign.
+        has_label: whether the line begins with a number or a list sign.
         step: the step that the line states, or None.
     """
 
@@ -68,12 +71,14 @@ class _PlanLine(NamedTuple):
 def read_plan_or_lines(
     text: str, form: AnswerFormat[StepList], actions: Collection[str]
 ) -> WrittenPlan | Unreadable:
-    """Read the plan in an answer. Lines of actions are read only if the answer has no JSON.
+    """Return the plan in an answer, or the reason why it cannot be read.
+
+    Lines of actions are read only if the answer has no JSON.
 
     Args:
         text: the answer.
         form: the form of the plan in JSON.
-        actions: names of actions; if it is empty, lines are not read.
+        actions: names of actions; without names, lines are not read.
     """
     plan = read_plan(text, form)
     if isinstance(plan, WrittenPlan) or not actions or len(text) > MAX_LENGTH:
@@ -83,7 +88,7 @@ def read_plan_or_lines(
 
 
 def _read_action_lines(text: str, actions: Collection[str]) -> WrittenPlan | Unreadable | None:
-    """Read a plan in lines of actions. Return None if no line is an action, or if the answer has JSON."""
+    """Return the plan in lines of actions, or None if no line is an action or if the answer has JSON."""
     if _JSON_LIKE.search(blank_out_thoughts(find_thoughts(text), text)):
         return None
     names = {name.casefold() for name in actions}
@@ -94,7 +99,7 @@ def _read_action_lines(text: str, actions: Collection[str]) -> WrittenPlan | Unr
     steps = [text[span.start : span.end] for span in plan.spans if span.kind is SpanKind.READ]
     are_steps = any("(" in step for step in steps) or any(step.action in actions for step in plan.steps)
     if "prose" in plan.repairs and not are_steps and "numbered" not in plan.repairs:
-        return None  # short sentences between others, such as "wash hands"
+        return None  # the lines are short sentences in prose, such as "wash hands"
     if "numbered" in plan.repairs:
         prose = [plain[span.start : span.end] for span in plan.spans if span.kind is SpanKind.PROSE]
         if any(map(_LABEL.match, prose)):
@@ -125,15 +130,16 @@ def read_plan_lines(
     looks_like_step: Callable[[str], bool],
     comment: re.Pattern[str] = _COMMENT,
 ) -> WrittenPlan | Unreadable | None:
-    """Read a plan with one step a line. Return None if no line is a step and some line is not a comment.
+    """Return a plan with one step a line, or None if a text without steps has other lines than comments.
 
-    A text with only comments is a plan without steps. If several code fences hold plans, the last one counts.
+    A text with only comments is a plan without steps. If several code fences contain plans, the last plan
+    counts.
 
     Args:
         text: the answer.
-        step_of: returns the step of a line, or None.
+        step_of: returns the step in a line, or None.
         actions: names of actions.
-        looks_like_step: takes a line without a readable step and returns whether a step was probably meant.
+        looks_like_step: whether a line without a readable step was probably meant as a step.
         comment: pattern of comments, which are ignored.
     """
     thoughts = find_thoughts(text)

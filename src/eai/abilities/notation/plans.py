@@ -1,7 +1,8 @@
-"""Notations of plans: the form of plans in a benchmark's answers, and the meaning of their names.
+"""Notations of plans: the form of plans in a benchmark's answers, and the meaning of names in them.
 
-The names in a written plan may be unknown. `resolve_plan` translates the plan into ground actions. An
-`Execution` is the outcome of a plan in a world that may have a history, and in which actions may slip.
+The names in a plan as written may be unknown. `resolve_plan` translates a written plan into actions on
+objects. An `Execution` is the outcome of a plan in a world in which plans may have been executed before, and
+in which actions may slip (have no effect).
 """
 
 from __future__ import annotations
@@ -53,7 +54,7 @@ def resolve_plan(
     object_of: ObjectLookup,
     unknown_prefix: str = "there is no",
 ) -> tuple[Action, ...] | ErrorReport:
-    """Return a written plan as ground actions, or its first grammar error.
+    """Return the actions on objects that a written plan means, or the first error in its names.
 
     Unknown names are reported before wrong numbers of arguments.
 
@@ -89,9 +90,9 @@ class Execution(NamedTuple):
 
     Attributes:
         trajectory: the trajectory of this plan alone, from the state in which it began.
-        earlier_actions: names of the actions that were executed before in this world.
-        slipped: whether a slip ended the plan.
-        whole_trajectory: the trajectory since the beginning of this world; None if the plan began it.
+        earlier_actions: names of the actions that were executed in this world before the plan.
+        slipped: whether the plan ended because an action slipped (had no effect).
+        whole_trajectory: the trajectory since the beginning of this world; None if the plan began the world.
     """
 
     trajectory: Trajectory
@@ -106,7 +107,7 @@ class Execution(NamedTuple):
 
 
 PlanExecutor: TypeAlias = Callable[[tuple[Action, ...]], Execution]
-"""Function that executes a plan from a world's present state. An empty plan leaves the state unchanged."""
+"""Function that executes a plan from the present state of a world. An empty plan changes nothing."""
 
 
 _SPECIAL = re.compile(r"[\\^$.|?*+()\[\]{}/]")
@@ -114,11 +115,11 @@ _STEP = re.compile(r"(?:[\d.]+\s*:\s*)?\(\s*([^\s()][^()]*)\)\s*(?:\[[\d.]*\])?"
 
 
 class PlanNotation(ABC):
-    """Reads and writes plans, and translates the names of operators and objects in answers."""
+    """Reads and writes plans, and translates the names of operators and objects in answers to a benchmark."""
 
     @abstractmethod
     def read(self, text: str, actions: Collection[str] = ()) -> WrittenPlan | Unreadable:
-        """Read the plan in an answer, or return why the whole answer cannot be read.
+        """Return the plan in an answer, or the reason why the answer cannot be read.
 
         Args:
             text: the answer.
@@ -132,7 +133,10 @@ class PlanNotation(ABC):
 
     @abstractmethod
     def make_object_lookup(self, task: Task) -> Callable[[object], int | None]:
-        """Return the function from the expression for an object in a step to the object's index, or None."""
+        """Return the function that finds objects of a task.
+
+        It takes the JSON value by which a step names an object, and returns the object's index or None.
+        """
 
     @abstractmethod
     def write(self, plan: Iterable[Action], scene: Scene) -> tuple[str, ...]:
@@ -143,15 +147,15 @@ class PlanNotation(ABC):
         """Return the texts of steps as one answer."""
 
     def encode_names(self, text: str) -> str:
-        """Replace the domain's names in a text by the words of answers."""
+        """Return a text with the words of answers in place of the domain's names."""
         return text
 
     def decode_names(self, text: str) -> str:
-        """Replace the words of answers in a text by the domain's names."""
+        """Return a text with the domain's names in place of the words of answers."""
         return text
 
     def write_command(self, operator: str, names: Sequence[str]) -> str:
-        """Return an action on named objects as the command of an agent, such as ``OPEN(jar_0)``."""
+        """Return an action on objects with the given names as an agent's command, such as ``OPEN(jar_0)``."""
         return f"{operator}({', '.join(names)})"
 
     def list_object_words(self, task: Task) -> tuple[str, ...]:
@@ -169,15 +173,18 @@ class PlanNotation(ABC):
 
 
 class JsonPlans(PlanNotation):
-    """The default notation: a list of steps, each an action with its objects, by the names of the task.
+    """The default notation of plans: a JSON list of steps.
 
-    ``[{"action": "OPEN", "object": "jar_0"}]``: two objects are separated by a comma or stand in a list. An
-    empty text is no object. Repairs are those of `eai.abilities.answer_text`, ``step_form`` for a step
-    ``{"OPEN": ["jar_0"]}``, ``action_lines`` for lines of actions, and ``letter_case`` for ``open``.
+    Each step has an action and the names of its objects.
+
+    A step is ``{"action": "OPEN", "object": "jar_0"}``. Two objects are separated by a comma or stand in a
+    list. An empty text stands for no object. Repairs are those of `eai.abilities.answer_text`, ``step_form``
+    for a step ``{"OPEN": ["jar_0"]}``, ``action_lines`` for lines of actions, and ``letter_case`` for
+    ``open``.
     """
 
     def read(self, text: str, actions: Collection[str] = ()) -> WrittenPlan | Unreadable:
-        """Read the plan in an answer. A plan without steps is an empty list."""
+        """Return the plan in an answer. A plan without steps is an empty list."""
         plan = read_plan_or_lines(text, _make_json_plan_format(frozenset(actions)), actions)
         return (
             plan if isinstance(plan, Unreadable) else spell_as_declared(plan, actions, self.to_operator_name)
@@ -222,17 +229,15 @@ class JsonPlans(PlanNotation):
 
 
 class PddlPlans(JsonPlans):
-    """A notation that reads JSON plans, and plans with one step a line as planners write them.
+    """A notation that reads plans in JSON, and plans with one step a line as planners write them.
 
-    Upper and lower case do not matter in names.
-
-    A line is ``(pick ball1 rooma left) ; cost 1``. Comments, the time before a step, its duration in brackets
-    and numbers before a step are ignored. A line between steps that is not a step makes the answer
-    unreadable.
+    Upper and lower case do not matter in names. A line is ``(pick ball1 rooma left) ; cost 1``. Comments,
+    numbers and times before a step, and a duration in brackets after it are ignored. A line between steps
+    that is not a step makes the answer unreadable.
     """
 
     def read(self, text: str, actions: Collection[str] = ()) -> WrittenPlan | Unreadable:
-        """Read the plan in the lines of an answer, or in its JSON if no line is a step."""
+        """Return the plan in the lines of an answer, or in its JSON if no line is a step."""
         plan = None
         if len(text) <= MAX_LENGTH:
             plan = read_plan_lines(text, self.read_step, actions, self.looks_like_step)
@@ -243,7 +248,7 @@ class PddlPlans(JsonPlans):
         return False
 
     def read_step(self, line: str) -> WrittenStep | None:
-        """Return the step in a line without comments and outer blanks, or None if the line is not a step."""
+        """Return the step in a line, or None. The line has no comment, and no blanks at its ends."""
         step = _STEP.fullmatch(line)
         words = [] if step is None else step[1].split()
         return WrittenStep(words[0], tuple(words[1:])) if words else None
@@ -253,7 +258,10 @@ class PddlPlans(JsonPlans):
         return word.lower()
 
     def make_object_lookup(self, task: Task) -> Callable[[object], int | None]:
-        """Return the function that finds objects by their names in the scene, whatever their case."""
+        """Return the function that finds objects by their names in the scene.
+
+        Upper and lower case do not matter.
+        """
         index = {name.lower(): i for name, i in task.scene.index.items()}
         return lambda name: index.get(str(name).lower())
 

@@ -1,4 +1,7 @@
-"""Notations of subgoals: their form in answers and their meaning. A benchmark may replace the default."""
+"""Notations of subgoals: the form of subgoals in answers, and their meaning.
+
+Benchmarks may replace the default.
+"""
 
 from __future__ import annotations
 
@@ -26,10 +29,10 @@ from eai.world.state import Fact, Scene, State, compare_states
 _TOKEN = re.compile(r"[\w\-]+(?:\.\d+)?|[^\w\s]")
 _NAME = re.compile(r"\w")
 _WORDS = frozenset({"and", "or", "not", "then", "until", "implies", "next", "eventually", "always"})
-"""Connectives and operators of formulas."""
+"""Words that are connectives or temporal operators in formulas."""
 
 _OUTPUT = "output"
-"""Key of the subgoals in an answer."""
+"""Key of an answer's JSON object under which the subgoals stand."""
 
 _FORMULA_LINE = re.compile(
     rf"""\W*(?:{_OUTPUT}["']\s*:.*|(?:not\s+)?[\w.]+\([\w.,\s-]*\)(?:\s*(?:and|or)\b.*)?)\W*"""
@@ -55,11 +58,11 @@ class WrittenSubgoals:
 
 
 class SubgoalNotation:
-    """Reads and writes subgoals, and has the vocabulary of their names.
+    """Reads and writes subgoals, and knows the names that subgoals may contain.
 
-    This default serves any declared domain. An answer is an object with the key ``output``, a list of
+    This default works for any declared domain. An answer is a JSON object whose key ``output`` has a list of
     formulas. Formulas use the names that the domain declares (`spelt`), and the names of objects in the scene
-    or of their classes.
+    or of the objects' classes.
 
     Args:
         domain: the domain.
@@ -69,25 +72,25 @@ class SubgoalNotation:
         self.domain = domain
 
     def acting_domain(self) -> Domain:
-        """Return the domain in which subgoals are carried out."""
+        """Return the domain whose actions carry out the subgoals."""
         return self.domain
 
     def make_formula_lexicon(self, scene: Scene) -> FormulaLexicon:
-        """Return the vocabulary of subgoals about a scene."""
+        """Return the names that subgoals about a scene may contain."""
         return make_declared_lexicon(self.domain, scene)
 
     def read(self, text: str) -> WrittenSubgoals | Unreadable:
-        """Return the subgoals in an answer, or why it cannot be read."""
+        """Return the subgoals in an answer, or the reason why the answer cannot be read."""
         alone = [p.name for p in self.domain.vocabulary.predicates if p.arity == 0]
         alone += [operator.name for operator in self.domain.operators if operator.arity == 0]
         return read_output(text, frozenset(map_spellings_to_names(alone)))
 
     def write(self, task: Task, plan: Iterable[Action]) -> tuple[str, ...]:
-        """Return the subgoals of a plan: for each action the facts about its objects that it makes true.
+        """Return subgoals for the actions of a plan: the facts that each action makes true about its objects.
 
-        If subgoals cannot state these facts, the subgoal is the facts that the action makes false, or else
-        the action's name. An action about the agent alone is written by its name. Actions without a name in
-        subgoals and impossible actions are left out.
+        If the notation cannot state these facts, the subgoal consists of the facts that the action makes
+        false, or else of the action's name. The subgoal for an action about the agent alone is its name.
+        Actions that fail, and actions without a name in subgoals, get no subgoal.
         """
         lexicon = self.make_formula_lexicon(task.scene)
         subgoals: list[str] = []
@@ -105,13 +108,13 @@ class SubgoalNotation:
     def _write_subgoal(
         self, action: Action, before: State, after: State, lexicon: FormulaLexicon
     ) -> Formula | None:
-        """Return the subgoal for an action between two states, or None if subgoals cannot state it."""
+        """Return the subgoal for an action between two states, or None if the notation cannot express it."""
         about = {*action.arguments} - {before.scene.agent}
         named = lexicon.names_action(action.operator)
         if about or not named:
             changes = compare_states(before, after)
             for facts, truth in ((changes.added, True), (changes.removed, False)):
-                # a fact that holds in both directions is written once
+                # a relation that holds in both directions makes only one subgoal
                 distinct: dict[tuple[str, frozenset[int]], Fact] = {}
                 for fact in facts:
                     if not about or not about.isdisjoint(fact.arguments):
@@ -127,7 +130,10 @@ class SubgoalNotation:
     def _write_change(
         self, fact: Fact, truth: bool, before: State, after: State, lexicon: FormulaLexicon
     ) -> Formula | None:
-        """Return the subgoal for a changed fact: by its predicate, or by a predicate that changes with it."""
+        """Return the subgoal for a changed fact, or None if no predicate states it.
+
+        The subgoal uses the fact's predicate, or else another predicate whose truth changes with the fact.
+        """
         stored = self.domain.vocabulary.find_stored(fact.predicate)
         if stored is None or not stored.visible or len({*fact.arguments}) < len(fact.arguments):
             return None
@@ -143,7 +149,7 @@ class SubgoalNotation:
         return json.dumps({"output": list(parts)})
 
     def make_schema(self) -> Schema:
-        """Return the JSON schema of an answer for providers that can enforce it.
+        """Return the JSON schema of an answer, for providers that enforce schemas.
 
         The schema allows any text as a formula.
         """
@@ -153,15 +159,15 @@ class SubgoalNotation:
 def read_output(
     text: str, without_arguments: Collection[str], others: Collection[str] = ()
 ) -> WrittenSubgoals | Unreadable:
-    """Read the formulas in the list ``output`` of an answer's object, or return why they cannot be read.
+    """Return the formulas in the list ``output`` of an answer's JSON object, or why they cannot be read.
 
-    Empty texts in the list are ignored. Names without objects need no brackets; if brackets are added, the
-    repair is named ``brackets``.
+    Empty texts in the list are ignored. Names without objects may lack their brackets. If brackets are added,
+    the repair is named ``brackets``.
 
     Args:
         text: the answer.
         without_arguments: names that take no objects.
-        others: other keys of the object whose values may be lists.
+        others: other keys of the JSON object whose values may be lists.
     """
     reading = read_json(text, _make_output_format(frozenset(others)))
     if isinstance(reading, Unreadable):
@@ -205,12 +211,15 @@ def _make_output_format(others: frozenset[str]) -> AnswerFormat[list[str]]:
 
 
 def _is_formula_line(line: str) -> bool:
-    """Whether a line outside the answer's object consists of a formula or of the object's key."""
+    """Whether a line outside the answer's JSON object consists of a formula, or of the object's key."""
     return _FORMULA_LINE.fullmatch(line) is not None
 
 
 def _add_brackets(text: str, without_arguments: Collection[str]) -> str:
-    """Add brackets to names that take no objects. A text without a formula is returned unchanged."""
+    """Return a text with brackets after names that take no objects.
+
+    A text without a formula stays unchanged.
+    """
     tokens = [match[0] for match in _TOKEN.finditer(text)]
     if "(" not in tokens and any(t not in _WORDS and t not in without_arguments for t in tokens):
         return text
