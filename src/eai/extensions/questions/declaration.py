@@ -164,7 +164,7 @@ def find_outcome(verdict: _QuestionVerdict) -> AnswerOutcome:
 
 
 def is_same_question(one: _QuestionVerdict, other: _QuestionVerdict) -> bool:
-    """Whether two verdicts are about one question, even if only one of them showed the rules of actions."""
+    """Whether two verdicts are about one question, even if only one prompt showed the rules of actions."""
     return (one.kind, one.form, one.depth, one.gold) == (other.kind, other.form, other.depth, other.gold)
 
 

@@ -183,7 +183,10 @@ def _format_condition(condition: Value) -> str:
 
 
 def _to_statement(condition: Value) -> Statement:
-    """Return a condition as predicate, objects and sign; an ill-formed condition as a predicate alone."""
+    """Return a condition as a `Statement`: predicate, objects, and whether the condition is negated.
+
+    An ill-formed condition becomes a predicate without objects.
+    """
     match condition:
         case ("not", (predicate, *arguments)):
             return Statement(str(predicate), tuple(map(str, arguments)), positive=False)

@@ -81,7 +81,7 @@ class _VirtualHomeGoalTest(GoalTest):
     ) -> Sequence[int]:
         """Return the indices of the action goals that count as met.
 
-        They are all goals, in the order of the search, before the first goal without a match.
+        The goals are searched in order. Those before the first goal that the plan does not match are met.
         """
         text = " ".join(actions)
         position = 0
