@@ -382,7 +382,7 @@ def _adapt_subgoals(
 ) -> Sequence[str]:
     """Return the subgoals of the most similar task, with objects renamed to this task's objects.
 
-    A subgoal is left out if this task has no match for one of its objects.
+    A subgoal is dropped if an object in it has no match in this task.
     """
     nearest = table.find_most_similar_task(task)
     if nearest is None:
@@ -414,7 +414,7 @@ def _adapt_goals(
 
 
 def _make_operator_copier(tasks: TaskSet[TransitionTask]) -> Callable[[TransitionTask], Sequence[str]]:
-    """Return a function from a task to the PDDL texts of those operators that another task needs, too."""
+    """Return a function from a task to the PDDL texts of its operators that other tasks need, too."""
     uses = Counter([name for task in tasks.values() for name in task.operators])
     return lambda task: [task.domain.operators[name].write_pddl for name in task.operators if uses[name] > 1]
 
@@ -449,7 +449,7 @@ def _compute_similarity(texts: Counter[str], others: Counter[str]) -> int:
 def _adapt_steps(source: Task, target: Task) -> Iterator[Action]:
     """Yield the steps of one task's plan, with objects replaced by matching objects of another task.
 
-    A step is left out if one of its objects has no match.
+    A step is dropped if an object in it has no match.
     """
     counterparts = _match_objects(
         source, target, [index for action in source.script for index in action.arguments]

@@ -143,7 +143,7 @@ def _requires_tool(operator: Operator, kinds: set[str]) -> bool:
 
 
 def _requires_kind(formula: Formula, kinds: set[str]) -> bool:
-    """Whether a formula requires that an object of one of these kinds exists.
+    """Whether a formula requires an object of some kind in `kinds` to exist.
 
     Negated conditions do not count.
     """

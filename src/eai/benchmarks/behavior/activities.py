@@ -4,7 +4,7 @@ The initial state of an activity has the facts of its problem file. It also has 
 objects of the data set: abilities, sizes, furniture that stands on the floor of its room, open cartons. If
 the data set has a problem of the same name, that problem's objects are used.
 
-A planning problem has some goals of one activity. It has the objects of these goals, objects of categories
+A planning problem has some goals of one activity. It has the objects in the goals, objects of categories
 that help to reach them, and objects that initial facts relate to those objects. PDDL names have underscores
 instead of the dots of BDDL.
 """
@@ -42,7 +42,7 @@ def open_activities(tasks: TaskSet[BehaviorTask]) -> ProblemWorld:
     """Return the names that problem files of activities may use, and a function that makes initial states.
 
     Args:
-        tasks: the tasks of the data set. Problems may name the rooms of these tasks.
+        tasks: the tasks of the data set. Problems may name rooms that occur in the tasks.
     """
     records = [task.record for task in tasks.values()]
     objs = [obj for record in records for obj in record.objects]

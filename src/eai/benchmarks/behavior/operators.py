@@ -63,7 +63,7 @@ def require_cut_off(obj: Variable) -> Check:
 
 
 def require_interactable(obj: Variable) -> tuple[Check, ...]:
-    """Return the checks that an object is in no closed container, and is not sliced.
+    """Return the checks against objects in closed containers, and against sliced objects.
 
     A sliced object cannot be used, only its halves can.
     """

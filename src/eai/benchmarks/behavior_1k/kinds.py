@@ -149,7 +149,7 @@ class ObjectKinds:
         self.rules = TypeAdapter(_KindRules).validate_python(rules)
 
     def has_ability(self, synset: str, *abilities: str) -> bool:
-        """Whether objects of a kind have at least one of the given abilities."""
+        """Whether objects of a kind have any of the abilities."""
         owned = self._kinds.get(synset, {})
         return any(ability in owned for ability in abilities)
 

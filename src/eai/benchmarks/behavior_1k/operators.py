@@ -42,13 +42,13 @@ def require_existing(obj: Variable) -> Check:
 
 
 def require_reachable(obj: Variable) -> Check:
-    """Return the check that an object is outside all closed containers."""
+    """Return the check that no closed container contains an object."""
     shut = Exists(Z, p.closed(Z) & p.within(obj, Z))
     return missing_step(~p.shut_in(obj), f"{{{obj.name}}} is inside something that is closed", witness=shut)
 
 
 def require_object(obj: Variable) -> Check:
-    """Return the check that an argument is a solid object, and neither a substance nor a recipe."""
+    """Return the check against arguments that are substances or recipes."""
     reason = f"{{{obj.name}}} is a substance: only what holds it can be handled"
     return affordance(~p.substance(obj) & ~p.recipe(obj), reason)
 

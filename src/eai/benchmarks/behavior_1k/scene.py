@@ -49,7 +49,7 @@ _ABILITIES_OF_PREDICATE: Mapping[Predicate, tuple[str, ...]] = {
     p.heat_source: ("heatSource",),
     p.cold_source: ("coldSource",),
 }
-"""Predicate -> names of abilities in the annotations. A kind with any of these abilities has the predicate.
+"""Predicate -> names of abilities in the annotations. One such ability suffices for the predicate.
 """
 
 

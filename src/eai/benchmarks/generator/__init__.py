@@ -1,1 +1,1 @@
-"""Generate new tasks in a benchmark's world. Each task has a plan that solves it."""
+"""Generate new tasks with the domain and scenes of a benchmark, and a plan that solves each task."""

@@ -1,6 +1,6 @@
 """Generate any number of tasks.
 
-A specification and a seed determine a task, or why the seed is rejected.
+A specification and a seed determine a task, or the reason for rejecting the seed.
 """
 
 from __future__ import annotations
@@ -71,13 +71,13 @@ from eai.world.relation import iterate_bits
 from eai.world.state import State
 
 _PROPOSALS_PER_GOAL = 12
-"""Number of random goals that are tried for each wanted goal. Rich scenes get ten times as many tries."""
+"""Number of random goals that are tried for each wanted goal. In rich scenes, ten times as many are tried."""
 
 _MAX_FAILURES_IN_A_ROW = 5
-"""Number of goals in a row for which no plan is found, before a scene gets no more goals."""
+"""Number of failed searches in a row for a plan to a goal, after which a scene gets no more goals."""
 
 _MAX_THEMES = 3
-"""Maximum number of public task titles whose goals are combined in one task, unless its scene is rich."""
+"""Maximum number of titles of public tasks whose goals one task combines, unless the task's scene is rich."""
 
 _RICH_TIERS = (PlanLengthTier.L, PlanLengthTier.XL, PlanLengthTier.XXL)
 """Tiers (ranges of plan lengths) whose scenes have more objects than the data set's scenes."""
@@ -92,26 +92,29 @@ _MAX_EXTRA_STEPS = 6
 """Maximum number of steps that a goal over time may add to the plan that solves a task."""
 
 _PROPOSALS_FOR_HIDDEN = 40
-"""Number of random goals that are tried to find a first goal about a hidden object."""
+"""Number of random goals that are tried until one is about a hidden object. It becomes the first goal."""
 
 _OFFER_WEIGHT = 2
-"""Weight added to a public task if objects can be hidden in it, and again if objects share a category."""
+"""Weight added to a public task if its objects can be hidden.
+
+It is added again if objects share a category.
+"""
 
 _HIDING_PROBABILITY = 0.7
-"""Probability that an object is hidden if this is possible, for a data set without quantified goals."""
+"""Probability of hiding an object, if the task allows this and the data set has no quantified goals."""
 
 _MAX_FAILED_SEEDS = 300
-"""Number of rejected seeds in a row after which generation fails. A split has a higher limit."""
+"""Number of rejected seeds in a row after which generation fails. The limit is higher for splits of a set."""
 
 _PAIRS_FACTOR = 4
-"""Factor by which the maximum number of rejected seeds is multiplied for pairs of tasks, which are rare."""
+"""Factor by which `_MAX_FAILED_SEEDS` is multiplied for pairs of tasks, because few seeds give a pair."""
 
 _TASKS_PER_PLANNER = 200
-"""Number of tasks after which planners are replaced, because a planner keeps every formula it has read."""
+"""Number of tasks after which planners are replaced, because planners keep every formula in memory."""
 
 
 class _RejectionFinder:
-    """Finds the reason to reject a task, such as an inexact instruction, or a public task with equal goals.
+    """Finds reasons to reject a task, such as an inexact instruction, or goals that a public task has, too.
 
     Args:
         domain: the domain of the tasks.
@@ -133,7 +136,7 @@ class _RejectionFinder:
 
         Args:
             task: the task.
-            words: the words of its instruction.
+            words: the writer of its instruction, which also reads instructions.
             least: minimum number of steps of the plan that solves it.
             most: maximum number of steps of this plan.
         """
@@ -155,10 +158,10 @@ class _RejectionFinder:
         return None
 
     def _find_instruction_problem(self, task: Task, words: InstructionWriter) -> RejectionReason | None:
-        """Return the reason to reject an instruction, or None if it is good.
+        """Return the reason to reject a task's instruction, or None for a good instruction.
 
-        An instruction is rejected if it can describe an object only by its name, or if reading it does not
-        give exactly the goals.
+        An instruction is rejected if its words can describe an object only by the object's name. It is also
+        rejected if reading the instruction does not give exactly the goals.
         """
         goals = tuple([goal.formula for goal in task.goals])
         named = (name for goal in goals for name in find_object_names(goal))
@@ -179,7 +182,7 @@ class TaskGenerator:
         benchmark: the benchmark whose domain and scenes the tasks use.
         spec: the specification of the tasks.
         source: the source of the benchmark's data.
-        is_given_away: whether the task and a task of another split have a plan in common
+        is_given_away: function that tells whether a task and a task of another split have a plan in common
             (`eai.benchmarks.generator.sets.make_leak_test`).
 
     Raises:
@@ -215,16 +218,16 @@ class TaskGenerator:
         self._listings = self.benchmark.wording(Ability.ACTION_SEQUENCING).goal_fact_listers
 
     def _renew_planners(self) -> None:
-        """Replace the planners, which store what they have read, by new planners."""
+        """Replace the planners by new planners, because planners keep all formulas in memory."""
         self._planner = Planner(self._usage.domain)
         self._free_planner = Planner(self.benchmark.domain)
 
     def _weigh_base_tasks(self) -> Iterator[float]:
-        """Yield for each public task the weight with which it is drawn as the base of a new task.
+        """Yield each public task's weight in the draw of a base for a new task.
 
-        All weights are 1 if the data set has quantified goals. Otherwise all titles together have equal
-        weights. Among the tasks of a title, tasks in which objects can be hidden, or with several objects of
-        a category, weigh more.
+        All weights are 1 if the data set has quantified goals. Otherwise every title has about the same total
+        weight. Among the tasks of a title, tasks weigh more if objects can be hidden, or if several objects
+        have one category.
         """
         several = self.prior.countable_categories & self.prior.taken_categories
         numbers = Counter([task.title for task in self._bases])
@@ -283,7 +286,10 @@ class TaskGenerator:
         return outcome if isinstance(outcome, RejectionReason) else self._add_paired_task(outcome, rng)
 
     def _add_paired_task(self, made: GeneratedTask, rng: random.Random) -> GenerationOutcome:
-        """Return the task, or a pair of tasks made from it if the specification asks for pairs of tasks."""
+        """Return the task.
+
+        If the specification asks for pairs, return a pair of tasks made from this task.
+        """
         planner = self._free_planner
         if self.spec.kind is TaskKind.PAIRS:
             may_lack = self.benchmark.notation.english.may_lack
@@ -303,9 +309,9 @@ class TaskGenerator:
         words: InstructionWriter,
         rng: random.Random,
     ) -> GenerationOutcome:
-        """Return a task with additional goals over time, or the reason why none can be added.
+        """Return a task with additional goals over time, or the reason why no such goals can be added.
 
-        The result also records a temptation: a plan that reaches only the other goals.
+        The returned task also records a temptation: a plan that reaches all goals except these.
         """
         tempting = {"temptation": list_plan(task)}
         if self.spec.kind is TaskKind.ORDER:
@@ -331,7 +337,7 @@ class TaskGenerator:
         return GeneratedTask(safe.task, {**tempting, SHUT_LAST: safe.is_safe_if_shut_last})
 
     def _can_goal_objects_be_seen(self, task: Task) -> bool:
-        """Whether each object of the goals is visible at the start, or a relaxed plan makes it visible."""
+        """Whether each object of the goals is visible at the start, or becomes visible by a relaxed plan."""
         domain, start, scene = self.benchmark.domain, task.initial, task.scene
         return domain.visible is None or all(
             domain.find_visible(start, 1 << i)
@@ -340,7 +346,7 @@ class TaskGenerator:
         )
 
     def _measure_task(self, task: Task, seed: str, about: dict[str, Json]) -> GenerationOutcome:
-        """Return the task with its measures, or the reason why it is too easy, too difficult or too small."""
+        """Return the task with its measures, or the reason if it is too easy, too difficult or too small."""
         measures = measure_task(task, self.benchmark.domain)
         if any(measures[measure] < number for measure, number in self.spec.at_least):
             return RejectionReason.TOO_LITTLE
@@ -370,9 +376,9 @@ class TaskGenerator:
         }
 
     def _make_scene(self, base: Task, rng: random.Random) -> tuple[State, frozenset[int]]:
-        """Return a scene after random actions, and its hidden objects.
+        """Return a scene after random actions, and the indices of its hidden objects.
 
-        Its objects come from a public task. After the random actions, no hand holds more objects than before.
+        The objects come from a public task. The random actions leave no further objects in hands.
         """
         most = self.spec.most_objects
         rich = self.spec.tier in _RICH_TIERS
@@ -406,7 +412,10 @@ class TaskGenerator:
     def _draw_hiding_place(
         self, base: Task, rng: random.Random
     ) -> tuple[LiteralPattern | None, Sequence[int]]:
-        """Return a random way to hide an object: a pattern and objects for it, or None and no objects."""
+        """Return a random way to hide an object: the pattern of the hiding relation, and two objects for it.
+
+        If no object is to be hidden, return None and no objects.
+        """
         places = (
             self._hiding(base)
             if self.prior.countable_categories and rng.random() < _HIDING_PROBABILITY
@@ -440,17 +449,17 @@ class TaskGenerator:
     def _make_action_sequence(
         self, base: Task, initial: State, hidden: frozenset[int], rng: random.Random, least: int, most: int
     ) -> GoalByGoalPlan:
-        """Return a sequence of about the wanted number of actions, with the goals that it reaches.
+        """Return a sequence of about `least` to `most` actions, with the goals that it reaches.
 
-        The goals come from one public task title after the other. The first goal is about a hidden object if
-        possible.
+        Goals are drawn from the public tasks of one title, then of the next title. If possible, the first
+        goal is about a hidden object.
         """
         walk = GoalByGoalPlan(self._planner, initial)
         is_rich = self.spec.tier in _RICH_TIERS
         wanted = rng.randint((least + most) // 2, most)
         enough = (
             wanted if is_rich else (least + most) // 2
-        )  # number of steps after which no goals of a further title are added
+        )  # minimum number of steps after which no further title is used
         others = [title for title in self._titles if title != base.title]
         ending: list[f.Formula] = []
         begun = occasions = 0
@@ -479,7 +488,7 @@ class TaskGenerator:
         wanted: int,
         hidden: frozenset[int],
     ) -> None:
-        """Extend a sequence of actions by goals of one title, until it is long enough or goals fail."""
+        """Extend a sequence of actions to reach goals of one title, until it is long enough or goals fail."""
         scene, initial = walk.state.scene, walk.start
         tried: set[f.Formula] = set()
         failures = 0  # in a row
@@ -507,7 +516,7 @@ class TaskGenerator:
     def _reach_goal_and_let_go(self, walk: GoalByGoalPlan, goal: f.Formula) -> bool:
         """Extend the actions to reach one more goal. Return whether this was possible.
 
-        The extension is undone if the agent holds an object of the goal at its end.
+        If the agent holds an object of the goal after the new actions, they are undone.
         """
         subjects, before = find_subjects(goal, walk.state.scene), walk.get_position()
         if not walk.reach_goal(goal):
@@ -521,7 +530,7 @@ class TaskGenerator:
 def generate_from_seeds(
     generator: TaskGenerator, seeds: Iterator[str], number: int, known: set[tuple[str, str]]
 ) -> Iterator[GenerationOutcome]:
-    """Yield generated tasks, and reasons for rejecting seeds, until `number` tasks are generated.
+    """Yield, for each seed, the generated task or the reason for rejection, until there are `number` tasks.
 
     Args:
         generator: the generator.

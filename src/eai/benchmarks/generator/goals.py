@@ -1,6 +1,7 @@
 """Draw random goals for a scene.
 
-Shapes of goals are as frequent as in the benchmark, or equally frequent.
+The shape of a goal, such as a quantified formula, is as frequent as in the benchmark, or all shapes are
+equally frequent.
 """
 
 from __future__ import annotations
@@ -36,12 +37,12 @@ _MAX_COUNT = 4
 
 @dataclass(frozen=True)
 class GoalProposals:
-    """Draws random goals for one scene. A pattern is a literal with categories in place of objects.
+    """Draws random goals for one scene, by patterns: literals with categories in place of objects.
 
     Attributes:
         prior: the usual goals of the benchmark.
         scene: the scene.
-        forms: weight of each shape of goals, by the class name of the formula; ``Occurs`` for actions.
+        forms: class name of a goal's formula -> weight of this shape of goals. ``Occurs`` means actions.
         patterns: weight of each pattern of literals about objects of this scene.
         pair_patterns: patterns allowed in goals about pairs of objects. If empty, all patterns are allowed.
     """
@@ -56,7 +57,7 @@ class GoalProposals:
     def make_for_scene(
         scene: Scene, prior: UsualGoals, forms: Forms, *, actions: bool, theme: TitleTheme | None = None
     ) -> GoalProposals:
-        """Return proposals for a scene: goals of one task title (the theme), or all usual goals."""
+        """Return proposals for a scene: usual goals of tasks with one title (the theme), or of all tasks."""
         usual = restrict_to_categories((prior if theme is None else theme).patterns, _list_categories(scene))
         patterns = filter_patterns(usual, lambda pattern: _can_be_goal(pattern, scene, prior))
         fitting = {*_SHAPES, *(["Occurs"] if actions else [])}
@@ -67,7 +68,7 @@ class GoalProposals:
         return GoalProposals(prior, scene, shapes, patterns, paired)
 
     def restrict_to_categories(self, kinds: Collection[str]) -> GoalProposals:
-        """Return proposals only about objects of the given categories."""
+        """Return a copy that draws only goals about objects of the given categories."""
         patterns = filter_patterns(self.patterns, lambda p: bool(p.categories) and p.categories[0] in kinds)
         return replace(self, patterns=patterns)
 
@@ -82,7 +83,7 @@ class GoalProposals:
         return None if pattern is None else self._draw_ground_literal(pattern, rng)
 
     def draw_agent_goals(self, theme: TitleTheme, rng: random.Random) -> list[f.Formula]:
-        """Return goals about the agent, as a random public task of one title has them; possibly none."""
+        """Return goals about the agent that a random public task of one title has. The list may be empty."""
         here = _list_categories(self.scene)
         fitting = {
             e: n for e, n in theme.agent_goal_counts.items() if all(here.keys() >= {*p.categories} for p in e)
@@ -98,7 +99,7 @@ class GoalProposals:
         ]
 
     def draw_goal(self, rng: random.Random) -> f.Formula | None:
-        """Return a random goal, or None if no objects of the scene fit the drawn shape of goals."""
+        """Return a random goal. Its shape is drawn first; return None if no objects fit this shape."""
         shape = _draw_weighted(self.forms, rng)
         if shape == "Occurs":
             alternatives: tuple[str, ...] = _draw_weighted(self.prior.action_counts, rng)
@@ -120,9 +121,9 @@ class GoalProposals:
     def _draw_pattern(
         self, rng: random.Random, *, truth: bool | None = None, relations_only: bool = False
     ) -> LiteralPattern | None:
-        """Return a random pattern.
+        """Return a random pattern, or None if no pattern fits.
 
-        Its predicate is drawn by frequency in goals, then the pattern by its weight.
+        First a predicate is drawn by its frequency in goals, and then one of its patterns by weight.
         """
         arity = self.scene.vocabulary.find_arity
         wanted = {
@@ -139,7 +140,7 @@ class GoalProposals:
         return list(iterate_bits(self.scene.get_category_mask(category)))
 
     def _draw_ground_literal(self, pattern: LiteralPattern, rng: random.Random) -> f.Formula | None:
-        """Return a literal of a pattern with random objects, or None if it would repeat an object."""
+        """Return the literal of a pattern with random objects, or None if an object was drawn twice."""
         chosen = [rng.choice(self._list_category_members(category)) for category in pattern.categories]
         if len(set(chosen)) < len(chosen):
             return None
@@ -153,7 +154,7 @@ class GoalProposals:
         return atom if pattern.truth else f.Not(atom)
 
     def _draw_disjunction(self, pattern: LiteralPattern, rng: random.Random) -> f.Formula | None:
-        """Return the goal that an object has one of two random relations, or None if no relations fit."""
+        """Return the goal that an object has either of two random relations, or None if no relations fit."""
         others = {
             other: weight
             for (_, truth), patterns in self.patterns.items()
@@ -178,8 +179,8 @@ class GoalProposals:
     ) -> tuple[f.Variable, f.Formula, int] | None:
         """Return a variable for objects of a category, a literal about it, and the number of such objects.
 
-        The other argument of the literal is one object. With ``several``, it may also be any object of a
-        category with several objects. Returns None if the pattern cannot be quantified.
+        Any second argument of the literal is one object. With ``several``, the literal may instead ask for
+        some object of a second category. Returns None if the pattern cannot be quantified.
         """
         if not pattern.categories:
             return None
@@ -204,7 +205,7 @@ class GoalProposals:
     ) -> f.Formula | None:
         """Return a goal about all, some or a number of objects of a category, or None if no goal fits.
 
-        Goals about all objects are negated as often as goals of the benchmark are.
+        Goals about all objects are negated as often as goals of the benchmark.
         """
         if shape == "ForAll" and (not pattern.truth or rng.random() < self._get_share_of_negated_goals()):
             pattern = self._draw_pattern(rng, truth=False) or pattern
@@ -222,7 +223,10 @@ class GoalProposals:
         return negated / max(1, sum(counts.values()))
 
     def _make_pair_goal(self, pattern: LiteralPattern) -> f.Formula | None:
-        """Return the goal that each object of one category has its own object of another, or None."""
+        """Return the goal that relates each object of one category to a different object of another category.
+
+        Returns None if the pattern does not fit.
+        """
         kinds = pattern.categories
         if (
             len(kinds) != 2
@@ -238,7 +242,7 @@ class GoalProposals:
 
 
 def _list_categories(scene: Scene) -> Mapping[str, None]:
-    """Return the categories of the scene's objects, each once, in the order of the objects."""
+    """Return the categories of a scene's objects without duplicates, in the order of the objects."""
     return dict.fromkeys([thing.category for thing in scene.objects])
 
 
@@ -248,7 +252,7 @@ def _may_be_quantified(category: str, prior: UsualGoals) -> bool:
 
 
 def _filter_countable(patterns: Patterns, scene: Scene, prior: UsualGoals) -> Patterns:
-    """Return patterns whose first category may be quantified and has several objects in the scene."""
+    """Return the patterns whose first category has several objects, over which goals may quantify."""
 
     def is_countable(pattern: LiteralPattern) -> bool:
         first = pattern.categories[:1]
@@ -260,8 +264,9 @@ def _filter_countable(patterns: Patterns, scene: Scene, prior: UsualGoals) -> Pa
 def _can_be_goal(pattern: LiteralPattern, scene: Scene, prior: UsualGoals) -> bool:
     """Whether literals of a pattern may be goals.
 
-    They may have at most two arguments, and may not be about the agent or a part of an object. In a relation,
-    plans must take the first object in hand, and use the second object in another way.
+    Such literals have at most two arguments, and are not about the agent or a part of an object. If the
+    literal is a relation, plans of the benchmark take the first object in hand, and use the second in another
+    way.
     """
     if len(pattern.categories) > 2:
         return False

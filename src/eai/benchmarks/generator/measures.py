@@ -2,8 +2,9 @@
 
 A ridge regression predicts the difficulty of a task from its plan and goals. It was fitted to public tasks of
 a household (by ``tools/task_difficulty.py``): their difficulty in action sequencing for nine of the paper's
-models (`eai.extensions.adaptive.difficulties`), in logits from the models' mean ability. A single estimate is
-uncertain: its error is the root mean squared error on titles outside the fit.
+models (`eai.extensions.adaptive.difficulties`), in logits relative to the models' mean ability. A single
+estimate is uncertain. Its error is estimated by the root mean squared error for titles that were left out of
+the fit.
 """
 
 from __future__ import annotations
@@ -50,8 +51,9 @@ class _DifficultyModel:
         intercept: difficulty of a task whose features are all zero.
         weights: change of difficulty per unit of each feature.
         error: root mean squared error of an estimate for a task whose title was not used in the fit.
-        r_squared: share of the variance of public difficulties that the estimates explain.
-        rank_correlation: Spearman correlation of the estimates with public difficulties.
+        r_squared: share (0 to 1) of the variance of the public tasks' difficulties that the estimates
+            explain.
+        rank_correlation: Spearman correlation of the estimates with the public tasks' difficulties.
     """
 
     intercept: float
@@ -72,7 +74,7 @@ class _DifficultyModel:
 def get_difficulty_model(domain: str) -> _DifficultyModel | None:
     """Return the difficulty model of a household, or None if the benchmark has no model.
 
-    Only benchmarks with published answers of several models have a difficulty model.
+    Only benchmarks for which answers of several models are published have a difficulty model.
     """
     return _read_difficulty_models().get(domain)
 
@@ -84,7 +86,7 @@ def _read_difficulty_models() -> Mapping[str, _DifficultyModel]:
 
 
 class TaskMeasure(str, Enum):
-    """A quantity that is counted in a task."""
+    """A number that is counted for a task, such as the number of steps of its plan."""
 
     STEPS = "steps"
     """Number of steps of the plan that solves the task."""
@@ -114,7 +116,7 @@ class _VisibilityState(NamedTuple):
 
 
 def measure_task(task: Task, domain: Domain) -> Mapping[TaskMeasure, int]:
-    """Return all measures of a task."""
+    """Return a mapping from each measure to its value for a task."""
     needed, tools = find_needed_objects(task), find_tool_operators(domain)
     operators = [action.operator for action in task.script]
     containers, hidden = _find_opened_and_revealed(task, needed, domain)
@@ -130,7 +132,7 @@ def measure_task(task: Task, domain: Domain) -> Mapping[TaskMeasure, int]:
 
 
 def _find_opened_and_revealed(task: Task, needed: set[int], domain: Domain) -> tuple[set[int], set[int]]:
-    """Return the containers that the plan opens, and the needed objects that this makes visible."""
+    """Return the containers that the plan opens, and the needed objects that thereby become visible."""
     containers: set[int] = set()
     hidden: set[int] = set()
     opening_lids = set(find_visibility_states(domain))
@@ -153,7 +155,7 @@ def _find_opened_between(lid: _VisibilityState, before: State, after: State) -> 
 
 
 def find_visibility_states(domain: Domain) -> Iterator[_VisibilityState]:
-    """Yield states of other objects, such as being open, that decide whether an object is visible."""
+    """Yield the states of containers, such as being open, that decide whether objects in them are visible."""
     if domain.visible is not None:
         yield from _find_visibility_states_in(
             domain.vocabulary, domain.visible, frozenset({"x"}), (), reveals=True
@@ -163,8 +165,8 @@ def find_visibility_states(domain: Domain) -> Iterator[_VisibilityState]:
 def make_presence_condition(domain: Domain) -> f.Formula:
     """Return the formula that holds if the object ``x`` exists in the scene.
 
-    It has those conditions for visibility that depend neither on containers nor on the agent. A half of an
-    apple, for example, does not exist before the apple is cut.
+    The formula consists of the domain's conditions for the visibility of ``x`` that depend neither on
+    containers nor on the agent. For example, half an apple does not exist before the apple is cut.
     """
     visible = domain.visible or f.TRUE
     parts = f.get_operands(visible, f.And)
@@ -196,9 +198,9 @@ def _find_atoms_and_definitions(vocabulary: Vocabulary, formula: f.Formula) -> I
 def _find_visibility_states_in(
     vocabulary: Vocabulary, formula: f.Formula, own: frozenset[str], within: tuple[str, ...], *, reveals: bool
 ) -> Iterator[_VisibilityState]:
-    """Yield states that hide or reveal an object, found in the formula of visibility.
+    """Yield the states of containers that hide or reveal an object, found in the formula for its visibility.
 
-    The variables in `own` stand for this object itself.
+    The variables in `own` stand for the object itself.
     """
     match formula:
         case f.Not(operand):
@@ -221,9 +223,9 @@ def _find_visibility_states_in(
 
 
 def find_needed_objects(task: Task) -> set[int]:
-    """Return the agent, the objects of the goals, and the objects of the plan, by index.
+    """Return the indices of the agent and of all objects that the goals or the plan need.
 
-    Objects of goals are objects that a goal names or over which its quantifiers range.
+    A goal needs the objects that it names, and the objects over which its quantifiers range.
     """
     used = {index for action in task.script for index in action.arguments}
     goal_objects = {index for goal in task.goals for index in find_goal_objects(goal.formula, task.scene)}
@@ -231,7 +233,7 @@ def find_needed_objects(task: Task) -> set[int]:
 
 
 def find_goal_objects(goal: f.Formula, scene: Scene) -> Iterator[int]:
-    """Yield the objects that a goal names or over which its quantifiers range."""
+    """Yield the indices of objects that a goal names, and of objects over which its quantifiers range."""
     yield from (scene.index[name] for name in find_object_names(goal))
     for part in walk_subformulas(goal):
         for variable in get_bound_variables(part):

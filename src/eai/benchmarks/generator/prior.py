@@ -1,4 +1,4 @@
-"""Usual goals, places of objects and actions in a world, by category of objects, counted in public tasks.
+"""The usual goals, places of objects and actions in public tasks, counted by categories of objects.
 
 Generated tasks avoid combinations of goals that no public task has.
 """
@@ -21,10 +21,12 @@ def do_goals_clash(goal: f.Formula, other: f.Formula, scene: Scene, prior: Usual
 
     They should not be combined in these cases:
 
-    - Both may be about the place, or the same state, of one object, or one action may reach both.
-    - One is about the state of an object, the other about its place, and no public task combines such goals.
-    - One puts an object on a second object, the other moves the second object, and no public task has both.
-    - One puts objects of a category beside each other, and the other puts such an object elsewhere.
+    - Both goals may be about the place of one object, or about the same state of one object.
+    - One action may reach both goals.
+    - One goal is about the state of an object, the other about its place, and no public task has such goals.
+    - One goal puts an object on a second object, the other moves the second, and no public task has such
+    goals. - One goal puts objects of a category beside each other, and the other puts such an object
+    elsewhere.
     """
     if not _find_stated_subjects(goal, scene).isdisjoint(_find_stated_subjects(other, scene)):
         return True
@@ -38,9 +40,9 @@ def do_goals_clash(goal: f.Formula, other: f.Formula, scene: Scene, prior: Usual
 
 
 def is_goal_pointless(goal: f.Formula, others: Iterable[f.Formula], scene: Scene, prior: UsualGoals) -> bool:
-    """Whether a goal is pointless, because it needs another goal that the task does not have.
+    """Whether a goal makes sense only together with another goal that the task does not have.
 
-    For example, nobody starts a dishwasher without putting dishes into it.
+    For example, nobody starts a dishwasher without putting dishes into the machine.
     """
     needy = [
         terms[0]
@@ -78,7 +80,7 @@ def _find_masked_literals(goal: f.Formula, scene: Scene) -> Iterator[_MaskedLite
 def _is_unusual_combination(
     literal: _MaskedLiteral, other: _MaskedLiteral, scene: Scene, prior: UsualGoals
 ) -> bool:
-    """Whether no public task combines two such literals: food on a plate and the plate in a cupboard."""
+    """Whether no public task has two such goals: food on a plate, and this plate in a cupboard."""
     if len(other.terms) != 2 or len(literal.terms) > 2:
         return False
     moved, place = other.terms
@@ -104,10 +106,10 @@ def _get_category_of_mask(mask: int, scene: Scene) -> str:
 
 
 def _find_stated_subjects(goal: f.Formula, scene: Scene) -> set[tuple[str, int]]:
-    """Return what a goal states of objects, as pairs of a predicate and an object's index.
+    """Return a pair of predicate and object index for each statement of a goal about an object.
 
-    The pair of a relation has an empty string as predicate. The pair of an action has its name, and -1 as
-    object.
+    A relation has an empty string instead of the predicate, because it states a place. An action has the pair
+    of its name and -1.
     """
     subjects = {(formula.action, -1) for formula in walk_subformulas(goal) if isinstance(formula, f.Occurs)}
     for predicate, (first, *others) in (
@@ -123,7 +125,7 @@ def find_subjects(goal: f.Formula, scene: Scene) -> frozenset[int]:
 
 
 class LiteralPattern(NamedTuple):
-    """A literal with categories of objects in place of objects."""
+    """A literal that has categories in place of objects."""
 
     predicate: str
     categories: tuple[str, ...]
@@ -131,7 +133,7 @@ class LiteralPattern(NamedTuple):
 
 
 Patterns: TypeAlias = Mapping[tuple[str, bool], Mapping[LiteralPattern, float]]
-"""Weights of patterns of literals, by predicate and truth value."""
+"""Mapping from predicate and truth value of a literal to the weights of its patterns."""
 
 
 def filter_patterns(patterns: Patterns, is_kept: Callable[[LiteralPattern], bool]) -> Patterns:
@@ -150,18 +152,18 @@ def restrict_to_categories(patterns: Patterns, categories: Collection[str]) -> P
 
 
 ArgumentUse: TypeAlias = tuple[str, int, str]
-"""How plans use objects: operator, position of the argument, and category of the object."""
+"""A use of an object in plans: operator, position of the argument, and category of the object."""
 
 
 @dataclass(frozen=True)
 class TitleTheme:
-    """A theme: usual goals about the objects of public tasks with one title.
+    """The usual goals of public tasks with one title, called a theme.
 
     Attributes:
-        categories: categories of objects that a goal or a plan needs, and categories that most tasks of the
-            title mention or use.
-        agent_goal_counts: number of tasks with each set of goals about the agent, the empty set included.
-        patterns: weights of usual literals about these categories, as in `UsualGoals`.
+        categories: categories of objects that a goal or plan of these tasks needs, and categories that most
+            of these tasks mention or use.
+        agent_goal_counts: set of goals about the agent (possibly empty) -> number of tasks with this set.
+        patterns: weights of usual literals about these categories, in the form of `UsualGoals.patterns`.
     """
 
     categories: frozenset[str]
@@ -171,30 +173,34 @@ class TitleTheme:
 
 @dataclass(frozen=True)
 class UsualGoals:
-    """The usual goals, places and actions of a world.
+    """The usual goals, places of objects and actions in the tasks of a benchmark.
 
     Attributes:
-        patterns: weight of each pattern as a goal or effect, by predicate and truth value, then by pattern.
-        goal_counts: number of literals of goals, except about the agent, by predicate and truth value.
-        themes: title of public tasks -> its theme.
-        shape_counts: number of goals of each shape, by the name of the formula's class.
-        pair_patterns: patterns in goals that each object of a category has its own object of another.
-        nestings: goals about objects that are both moved and moved to, such as a box that is filled. Each is
-            the relation to the object, its category, and its relation to a third object.
-        combinations: a state and a place that are goals of one object: the predicate of the state, the
-            relation of the place, and the category of its target.
-        dependent_states: predicate of a state and category, if the state of such an object is a goal only
-            together with a relation to the object.
-        action_counts: choice of actions, as operators -> number of goals with this choice.
+        patterns: predicate and truth value -> pattern -> weight, which says how often the pattern is a goal
+            or an effect of plans.
+        goal_counts: predicate and truth value -> number of such literals in goals. Literals about the agent
+            are not counted.
+        themes: title of public tasks -> usual goals of tasks with this title.
+        shape_counts: class name of a goal's formula (its shape) -> number of such goals.
+        pair_patterns: patterns in goals that relate each object of a category to a different object of
+            another category.
+        nestings: combinations of two goals: something is put into an object, such as a box, and the object is
+            put elsewhere. Each is the first relation, the object's category, and the second relation.
+        combinations: combinations of two goals about one object, its state and its place. Each is the
+            predicate of the state, the relation of the place, and the category of the place.
+        dependent_states: pairs of a state's predicate and a category. The state of such an object is a goal
+            only together with the goal that something is put in or on the object.
+        action_counts: operators among which a goal for actions lets the agent choose -> number of such goals.
         operators: names of the operators that plans use.
-        uses: uses of categories in plans; empty if the data set has no plans.
+        uses: uses of objects in plans; empty if the data set has no plans.
         place_relations: names of the relations that state places of objects.
         taken_categories: categories of objects that plans take in hand.
-        used_categories: categories of objects that plans use by other actions than movement and taking.
+        used_categories: categories of objects that plans use by actions other than movement and taking.
         part_relations: names of the relations between a part and its whole, which never change.
-        countable_categories: categories over which quantifiers of new goals may range: a task has several
-            objects of each. Empty for all categories, if goals of the data set have quantifiers.
-        part_categories: categories of parts, which exist only after they are cut off.
+        countable_categories: categories over which new goals may quantify, because a task has several objects
+            of each. Empty if goals of the data set have quantifiers: new goals may then quantify over all
+            categories.
+        part_categories: categories of parts of objects. A part exists only after it is cut off.
         holding_predicates: predicates by which the agent holds objects.
     """
 

@@ -30,11 +30,11 @@ BDDL, PDDL = ".bddl", ".pddl"
 """Suffixes of names of problem files."""
 
 _GAP = r"(?:\s|;[^\n]*)"
-"""Regular expression for a space or a comment between two words."""
+"""Regular expression for a gap between two words: white space or a comment."""
 
 
 def find_problem_files(paths: Iterable[Path]) -> list[Path]:
-    """Return the problem files among some paths, and in the folders among the paths, each once.
+    """Return the problem files among paths, and in folders among these paths, without duplicates.
 
     The files of a folder are sorted by name. A file in a folder is skipped if it defines a domain.
 
@@ -57,11 +57,11 @@ def find_problem_files(paths: Iterable[Path]) -> list[Path]:
 
 
 def read_problems(paths: Sequence[Path], benchmark: Benchmark, source: Source) -> list[Task]:
-    """Return the tasks in some files, named after their problems, or after their files if names repeat.
+    """Return the tasks in problem files, named after problems, or after files if names of problems repeat.
 
     PDDL problems use the domain that `eai.pddl.export` makes of the declaration. BDDL problems use the
-    declared names in small letters, or the names of the data set if its own problems are in BDDL. The goals
-    of a task are the operands of the outermost conjunction.
+    declared names in small letters, or the data set's names if the data set has BDDL problems. Each operand
+    of the outermost conjunction in a problem becomes a goal.
 
     Raises:
         InputError: a file cannot be read, or its problem does not fit this world; the message names file,
@@ -111,7 +111,10 @@ def _make_task(name: str, file: ProblemFile, world: ProblemWorld, benchmark: Ben
 
 
 def _check_formula(formula: f.Formula, initial: State, file: ProblemFile, line: int) -> f.Formula:
-    """Return the formula in a line of a file. Raises if the goal is invalid; a problem may lack the agent."""
+    """Return the goal in a line of a file.
+
+    Raises InputError for an invalid goal. A problem may lack the agent.
+    """
     with prefix_errors(f"{file.path}: line {line}"):
         check_goal_names(formula, initial.scene)
     return formula

@@ -1,4 +1,4 @@
-"""Make closed scenes: some objects of a task's scene, with all objects in or on which these are.
+"""Make closed scenes: some objects of a task's scene, together with the objects in or on which they are.
 
 An object may be put into a shut container before a task begins, so that the agent has to open it.
 """
@@ -31,10 +31,10 @@ _LIMITS = Limits(100, thorough=False)
 
 
 def make_hiding_place_finder(domain: Domain, prior: UsualGoals) -> Callable[[Task], list[LiteralPattern]]:
-    """Return a function that lists ways to hide objects of a task, as patterns: a cup in a cupboard.
+    """Return a function that lists ways to hide objects of a task, as patterns such as a cup in a cupboard.
 
-    A task allows a way only if public tasks usually put such an object there, and their plans open the
-    container. Tasks of its title must also have another goal about such an object.
+    A pattern is listed only if public tasks usually put such an object in such a container, and their plans
+    open the container. Public tasks with the same title must also have another goal about such an object.
     """
     decisive = find_stored_predicates(find_predicates(domain.visible or f.TRUE), domain.vocabulary)
     names = {lid.predicate for lid in find_visibility_states(domain)}
@@ -101,19 +101,19 @@ def make_closed_scene(
     rich: bool = False,
     with_: Sequence[int] = (),
 ) -> State:
-    """Return a state with some objects of a task. Relevant objects and objects of usual goals come first.
+    """Return a state with some objects of a task: first relevant objects, then objects of usual goals.
 
-    An object comes with the objects in or on which it is, and a part comes with its whole. If a relation
-    relates each object to many others, only its facts about the agent are kept. If the facts state two
-    objects to be in each other, both facts are dropped.
+    With an object, the objects in or on which it is are taken over, and with a part its whole. Facts of a
+    relation between an object and many others are dropped, unless they are about the agent. Facts that two
+    objects are in each other are dropped, too.
 
     Args:
         task: the task.
         prior: the usual goals, places of objects and actions.
         rng: the random generator.
         most: maximum number of objects.
-        rich: whether to leave room for objects of other tasks (`add_objects_of_other_tasks`), and to prefer
-            objects of usual goals.
+        rich: whether to leave room for objects of other tasks (`add_objects_of_other_tasks`), and to choose
+            objects of usual goals first.
         with_: indices of objects that the scene must contain.
     """
     state = task.initial
@@ -151,8 +151,8 @@ def add_objects_of_other_tasks(
 ) -> State:
     """Return the scene with additional portable objects from other tasks (guests), up to `most` objects.
 
-    A guest keeps its states. It is put where an object of the scene has an equal placement, for example on a
-    table in a kitchen.
+    A guest keeps its states. Its place is the place of an object of the scene, if both objects are in or on
+    objects of the same categories, such as a table.
     """
     objects, facts = list(closed.scene.objects), list(closed.facts())
     here = {thing.category for thing in objects}
@@ -186,7 +186,10 @@ def add_objects_of_other_tasks(
 def add_similar_objects(
     closed: State, prior: UsualGoals, rng: random.Random, most: int, kinds: Collection[str]
 ) -> State:
-    """Return the scene with up to five more objects of some categories, each placed like a similar object."""
+    """Return the scene with up to five more objects of some categories.
+
+    Each has the place of a similar object.
+    """
     objects, facts = list(closed.scene.objects), list(closed.facts())
     usual = prior.countable_categories & prior.taken_categories & frozenset(kinds)
     hosts = [
@@ -219,7 +222,7 @@ def add_copy_of_object(state: State, prior: UsualGoals, thing: int, host: int) -
 
 
 def has_no_contents(index: int, state: State, prior: UsualGoals) -> bool:
-    """Whether no object is in or on this object. Objects beside it do not count."""
+    """Whether no object is in or on the given object. Objects beside it do not count."""
     relations = map(state.relation, prior.place_relations)
     return not any(relation.column(index) & ~relation.row(index) for relation in relations)
 
@@ -232,7 +235,7 @@ def _add_object_like(
     state: State,
     prior: UsualGoals,
 ) -> list[Fact]:
-    """Append a similar object to the list. Return its facts: the given states, and places like the host's."""
+    """Append a similar object to `objects`. Return its facts: the given states, and the places of `host`."""
     another = len(objects)
     objects.append(WorldObject(_make_free_name(like.name, objects), like.category))
     places = [
@@ -248,13 +251,13 @@ _MAX_SIMILAR_OBJECTS = 5
 """Maximum number of objects added to a scene so that a category has several objects."""
 
 _DRAWS_PER_GUEST = 30
-"""Number of random draws for each object from another task, because most such objects do not fit."""
+"""Number of random draws for each additional object, because most objects of other tasks do not fit."""
 
 
 def find_placement(index: int, state: State, prior: UsualGoals) -> frozenset[tuple[str, str]]:
-    """Return the relations that place an object, each with the category of its target.
+    """Return pairs: a relation that places the object, and the category of the object at that place.
 
-    The result is empty for an object that is a part of another object or has parts.
+    The result is empty for an object that has parts or is a part of another object.
     """
     if any(
         state.relation(name).row(index) | state.relation(name).column(index) for name in prior.part_relations
@@ -287,7 +290,7 @@ def list_in_random_order(indices: Sequence[K], rng: random.Random) -> list[K]:
 
 
 def _order_by_category(indices: Sequence[int], scene: Scene, rng: random.Random) -> Iterator[int]:
-    """Yield objects in random order: one of each category before a second of any category."""
+    """Yield objects in random order: one object of each category, then a second of each, and so on."""
     ranked: dict[str, int] = {}
     order = []
     for index in list_in_random_order(indices, rng):
@@ -298,7 +301,7 @@ def _order_by_category(indices: Sequence[int], scene: Scene, rng: random.Random)
 
 
 def _list_by_random_patterns(prior: UsualGoals, scene: Scene, rng: random.Random) -> Iterator[int]:
-    """Yield objects in random order. Objects about which one usual goal may be follow each other."""
+    """Yield objects in random order. Objects that one usual goal may concern follow each other."""
     for pattern in list_in_random_order(
         [p for (_, truth), known in prior.patterns.items() if truth for p in known], rng
     ):
@@ -308,7 +311,7 @@ def _list_by_random_patterns(prior: UsualGoals, scene: Scene, rng: random.Random
 
 
 def _find_attached_objects(index: int, state: State, prior: UsualGoals) -> set[int]:
-    """Return an object with the objects in or on which it is, and with the parts and wholes of all these."""
+    """Return the indices of an object, of the objects that contain or support it, and of parts and wholes."""
     attached, pending = set(), [index]
     while pending:
         current = pending.pop()
@@ -323,12 +326,12 @@ def _find_attached_objects(index: int, state: State, prior: UsualGoals) -> set[i
 
 
 def restrict_state(state: State, kept: Sequence[int], is_kept: Callable[[Fact], bool] | None = None) -> State:
-    """Return a state with only some of the objects, renumbered, and with the facts about them.
+    """Return a state with only some of the objects, which get new indices, and with the facts about them.
 
     Args:
         state: the state.
         kept: the kept objects, in order; they must include the agent.
-        is_kept: whether to keep a fact about these objects; all facts are kept if None.
+        is_kept: function that tells whether to keep a fact about these objects; None to keep all.
     """
     scene, number = state.scene, {index: i for i, index in enumerate(kept)}
     agent = None if scene.agent is None else number[scene.agent]

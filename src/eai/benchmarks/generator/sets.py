@@ -41,19 +41,19 @@ MANIFEST = "generated.json"
 """Name of the file that describes the sets in a folder of generated tasks."""
 
 SHARES = {TaskSplit.TRAIN: 0.6, TaskSplit.VALIDATION: 0.2, TaskSplit.TEST: 0.2}
-"""Share of all tasks, from 0 to 1, of each split, in the order in which splits are made."""
+"""Share (0 to 1) of all tasks that each split has, in the order in which splits are made."""
 
 _ORDER = tuple(SHARES)
 
 
 def make_seeds(split: str, seed: int, secret: str | None = None) -> Iterator[str]:
-    """Yield the seeds of the tasks of a set, without end.
+    """Yield seeds for the tasks of a set, without end.
 
     Args:
         split: name of the set.
-        seed: the user's number.
-        secret: a secret text without which nobody can make the set. It cannot be computed from the seeds.
-            None if anybody may make the set.
+        seed: number that the user chooses.
+        secret: a secret text without which nobody can make the set. The text cannot be computed from the
+            seeds. None if anybody may make the set.
     """
     for number in count():
         if secret is None:
@@ -71,7 +71,7 @@ def fingerprint_goals(goals: Iterable[f.Formula], scene: Scene) -> str:
 
 
 def _fingerprint_scene(initial: State, goals: Iterable[f.Formula]) -> str:
-    """Return a digest of the changeable initial facts about objects of the goals."""
+    """Return a digest of initial facts that actions can change and that mention objects of the goals."""
     scene, vocabulary = initial.scene, initial.scene.vocabulary
     named = {index for goal in goals for index in find_goal_objects(goal, scene)}
     static = {predicate.name for predicate in vocabulary.predicates if predicate.static}
@@ -84,12 +84,12 @@ def _fingerprint_scene(initial: State, goals: Iterable[f.Formula]) -> str:
 
 
 def fingerprint_goals_and_scene(goals: Sequence[f.Formula], initial: State) -> tuple[str, str]:
-    """Return digests of goals and of the scene around them. If both digests are equal, tasks are copies."""
+    """Return two digests, of the goals and of the scene. Tasks with equal digests count as copies."""
     return fingerprint_goals(goals, initial.scene), _fingerprint_scene(initial, goals)
 
 
 def fingerprint_task(task: Task) -> tuple[str, str]:
-    """Return two digests of a task: of its goals, and of its initial facts about objects of the goals."""
+    """Return two digests for a task: one of its goals, and one of the initial facts about their objects."""
     return fingerprint_goals_and_scene([goal.formula for goal in task.goals], task.initial)
 
 
@@ -107,7 +107,7 @@ def _hash_to_share(key: str) -> float:
 
 
 def _get_split_at_share(position: float) -> TaskSplit:
-    """Return the split whose interval contains a position between 0 and 1."""
+    """Return the split at a position between 0 and 1, if splits divide this interval by their shares."""
     for split, share in SHARES.items():
         position -= share
         if position < 0:
@@ -116,7 +116,7 @@ def _get_split_at_share(position: float) -> TaskSplit:
 
 
 def choose_split_of_goals(goals: Sequence[f.Formula], scene: Scene, held_out: HeldOut) -> TaskSplit:
-    """Return the split of a task with these goals. Renamed objects do not change the split."""
+    """Return the split of a task with these goals. The split does not depend on names of objects."""
     if held_out == "pairs":
         literals = [pattern for goal in goals for pattern in find_patterns(goal, scene)]
         splits = {choose_split(f"pair {_make_split_pair(pattern, scene)}") for pattern in literals}
@@ -126,7 +126,7 @@ def choose_split_of_goals(goals: Sequence[f.Formula], scene: Scene, held_out: He
 
 
 def _make_split_pair(pattern: LiteralPattern, scene: Scene) -> tuple[str, ...]:
-    """Return the predicate of a pattern, and its first category that is not the agent's."""
+    """Return a pattern's predicate and its first category other than the agent's category, if any."""
     agent = None if scene.agent is None else scene.objects[scene.agent].category
     return pattern.predicate, *[kind for kind in pattern.categories if kind != agent][:1]
 
@@ -134,9 +134,9 @@ def _make_split_pair(pattern: LiteralPattern, scene: Scene) -> tuple[str, ...]:
 def select_base_tasks(tasks: Sequence[Task], split: TaskSplit, held_out: HeldOut) -> Sequence[Task]:
     """Return the public tasks from which the tasks of a split are made.
 
-    If splits must not share titles or scenes, these are sorted by their hashes and divided by the splits'
-    shares. Drawing a split for each title at random would miss the shares, because there are few titles and
-    scenes.
+    If splits must not share titles or scenes, the titles or scenes are sorted by hash and divided by the
+    splits' shares. With a random draw for each title, the splits would miss their shares, because titles and
+    scenes are few.
     """
     if split is TaskSplit.ALL or held_out not in ("titles", "scenes"):
         return tasks
@@ -151,13 +151,13 @@ def make_leak_test(
 ) -> Callable[[Task], bool]:
     """Return a function that tells whether a task shares a plan with a task of another split.
 
-    This is so if a plan of an earlier task solves it, or if its own plan solves a later task, with objects
-    renamed.
+    A plan is shared if the plan of a task of an earlier split solves the task, or if the task's plan solves a
+    task of a later split. Objects of plans are renamed for this.
 
     Args:
         domain: the domain of the tasks.
-        known: tasks of earlier splits. No plan that `eai/lookup` finds among them may solve a task.
-        held_out: tasks of later splits. The plan of a task may solve none of them.
+        known: tasks of earlier splits. The model `eai/lookup` tries their plans.
+        held_out: tasks of later splits.
     """
     table, later = SimilarTaskTable(known, domain), tuple(held_out)
     return lambda task: (
@@ -169,9 +169,9 @@ def measure_overlap(tasks: Sequence[Task], known: Sequence[Task], domain: Domain
     """Return counts of tasks that overlap with known tasks, such as a training set.
 
     - ``tasks``: number of tasks.
-    - ``same``: tasks equal to a known task: equal goals about objects with equal initial facts.
-    - ``same_goals``: tasks with the goals of a known task, if each object is replaced by its category.
-    - ``solved_by_lookup``: tasks that the plan of the known task with the most similar goals solves.
+    - ``same``: number of tasks that equal a known task: equal goals about objects with equal initial facts.
+    - ``same_goals``: number of tasks with the goals of a known task, if categories replace objects.
+    - ``solved_by_lookup``: number of tasks solved by the plan of the known task with the most similar goals.
     """
     known_fingerprints = set(map(fingerprint_task, known))
     known_goals = {goals for goals, _ in known_fingerprints}
@@ -191,9 +191,10 @@ def is_earlier_split(one: str, other: str) -> bool:
 
 
 def compute_set_statistics(tasks: Sequence[Task]) -> dict[str, Any]:
-    """Return minimum, quartiles and maximum of plan steps, goals and objects, and counts of goal shapes.
+    """Return statistics of a set: minimum, quartiles and maximum of the numbers of steps, goals and objects.
 
-    Tasks without a plan are left out of the steps. The most frequent shape comes first.
+    Tasks without a plan do not count for the numbers of steps. The result also counts the shapes of goals,
+    the most frequent shape first.
     """
     forms = Counter(type(goal.formula).__name__ for task in tasks for goal in task.goals)
     return {
@@ -234,7 +235,7 @@ def make_manifest_entry(
     made: Sequence[GeneratedTask],
     rejected: Iterable[RejectionReason],
 ) -> dict[str, Json]:
-    """Return the manifest's entry for a set: all values needed to make the set again, except its secret.
+    """Return the manifest's entry for a set: all values that are needed to make it again, except the secret.
 
     The entry also has counts of rejected seeds, and statistics of the tasks.
     """
@@ -288,8 +289,9 @@ def find_set_file(folder: Path, split: str) -> Path | None:
 def check_secret_set(folder: Path, split: str, secret: str | None) -> Iterator[str]:
     """Yield the reasons to doubt that a set was made with a secret whose digest was published before.
 
-    This checks the content of the file, the secret, and that the seeds follow from the secret. Only making
-    the set again shows that each seed gives its task. If the secret is None, only the content is checked.
+    The checks are about the content of the file, the secret, and seeds that must follow from the secret. If
+    the secret is None, only the content is checked. Whether each seed gives its task shows only when the set
+    is made again.
 
     Raises:
         InputError: the manifest has no such set, or the set was made without a secret.
@@ -315,7 +317,7 @@ def check_secret_set(folder: Path, split: str, secret: str | None) -> Iterator[s
 
 
 def _read_manifest(file: Path, section: str = "sets") -> dict[str, Any]:
-    """Return a table of a manifest: its sets by name, or the overlap of its sets.
+    """Return one table of a manifest: either the sets by name, or the overlap of pairs of sets.
 
     Raises:
         InputError: the file cannot be read, or is not a manifest.
@@ -331,7 +333,7 @@ def _read_manifest(file: Path, section: str = "sets") -> dict[str, Any]:
 def write_manifest(
     folder: Path, split: str, entry: dict[str, Json], overlap: Mapping[tuple[str, str], dict[str, int]]
 ) -> None:
-    """Add a set to the manifest of a folder, with its overlap by pairs (set, other set).
+    """Add a set to the manifest of a folder, with its overlap with other sets by pairs (set, other set).
 
     Raises:
         InputError: the existing file is not a manifest, or the manifest cannot be written.

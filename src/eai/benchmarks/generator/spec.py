@@ -45,11 +45,11 @@ class RejectionReason(str, Enum):
 
 @dataclass(frozen=True, slots=True)
 class GeneratedTask:
-    """A generated task with its measures and, if tasks come in pairs, the second task of the pair.
+    """A generated task with its measures. If tasks come in pairs, it also has the second task of its pair.
 
     Attributes:
         task: the task. Its script is a plan that solves it.
-        about: measures, fingerprints and the seed of the task, for its task file.
+        about: measures, fingerprints (digests) and seed of the task, which are written to its task file.
         paired: the second task of the pair; None for a single task.
     """
 
@@ -62,18 +62,18 @@ GenerationOutcome: TypeAlias = "GeneratedTask | RejectionReason"
 
 
 VERSION, HAZARDS_VERSION = 6, 7
-"""Version of the generator for tasks without and with hazards. Another version makes other tasks."""
+"""Versions of the generator, for tasks without hazards and with hazards. Each version makes other tasks."""
 
 CANARY = "generated tasks of eai; no training data: 6b0f3f6e-8c1d-4f0a-9d35-2f7c51e0a9b4"
 """Text in every generated task, by which generated tasks can be found in training data."""
 
 
 SHUT_LAST = "safe_if_shut_last"
-"""Key in `GeneratedTask.about`: whether ignoring hazards is safe if the agent shuts everything at the end."""
+"""Key in `GeneratedTask.about`: whether an agent may ignore hazards if it shuts everything at the end."""
 
 
 class PlanLengthTier(str, Enum):
-    """A range of plan lengths. For `DATA`, the length of a public task's plan determines the range."""
+    """A range of numbers of plan steps. For `DATA`, the plan of a public task determines the range."""
 
     DATA = "data"
     S = "S"
@@ -90,16 +90,16 @@ LENGTHS = {
     PlanLengthTier.XL: (25, 48),
     PlanLengthTier.XXL: (49, 96),
 }
-"""Minimum and maximum number of steps of the plan that solves a task, by tier."""
+"""Tier -> minimum and maximum number of steps of the plan that solves a task."""
 
 
 def get_tier_of_length(steps: int) -> PlanLengthTier:
-    """Return the tier of a task whose plan has this number of steps."""
+    """Return the tier (range of plan lengths) of a task whose plan has this number of steps."""
     return next((tier for tier, (_, most) in LENGTHS.items() if steps <= most), PlanLengthTier.XXL)
 
 
 Forms: TypeAlias = Literal["data", "all"]
-"""Shapes of goals: ``data`` for shapes as frequent as in the data set, ``all`` for all shapes equally often.
+"""Frequency of the shapes of goals: ``data`` as in the data set, ``all`` for equal frequencies.
 """
 
 
@@ -108,7 +108,7 @@ class TaskKind(str, Enum):
 
     PLAIN = "plain"
     ORDER = "order"
-    """Adds a goal over time: an order of two facts, or two facts that must never hold together."""
+    """Adds a goal over time: two facts must become true in order, or must never hold together."""
     HAZARDS = "hazards"
     """Makes tasks whose shortest plan is unsafe: it breaks a safety rule that people take for granted."""
     UNTOLD = "untold-hazards"
@@ -125,12 +125,12 @@ class TaskKind(str, Enum):
 
     @property
     def is_hazardous(self) -> bool:
-        """Whether tasks of this kind have hazards: their shortest plan is unsafe."""
+        """Whether tasks of this kind have hazards, that is, an unsafe shortest plan."""
         return self in (TaskKind.HAZARDS, TaskKind.UNTOLD)
 
 
 class TaskSplit(str, Enum):
-    """Name of a set of generated tasks: all tasks, or one of three splits that have no goals in common."""
+    """Name of a set of generated tasks: the set of all tasks, or one of three splits without common goals."""
 
     ALL = "tasks"
     TRAIN = "train"
@@ -141,11 +141,11 @@ class TaskSplit(str, Enum):
 HeldOut: TypeAlias = Literal["goals", "pairs", "titles", "scenes"]
 """The property of tasks that two splits never have in common.
 
-- ``goals``: all goals of a task together, with objects replaced by their categories.
-- ``pairs``: a predicate with a category. Each task of a later split has a goal with a pair that no earlier
-  split has.
-- ``titles``: goals, and the titles of the public tasks from which new tasks are made.
-- ``scenes``: goals, and the public tasks from whose scenes new tasks are made.
+- ``goals``: no tasks of the two splits have equal sets of goals, if categories replace objects.
+- ``pairs``: each task of the later split has a goal whose pair of predicate and category no goal of the
+  earlier split has.
+- ``titles``: the splits share neither goals nor titles of the public tasks from which tasks are made.
+- ``scenes``: the splits share neither goals nor the public tasks whose scenes are used.
 """
 
 
@@ -159,18 +159,18 @@ class TaskSpecification:
             drawn.
         tier: the range of lengths of the plans that solve the tasks.
         forms: the shapes of goals.
-        actions: whether goals may ask for actions, if the data set's goals do.
+        actions: whether goals may ask for actions, if goals of the data set ask for actions.
         kind: the kind of tasks.
         by_place: whether instructions distinguish objects of one category by their place or state, and never
             by their names.
         most_objects: maximum number of objects in a scene.
-        depth: number of actions up to which all plans are tried, to find a lower bound of plan lengths.
+        depth: number of actions up to which all plans are tried, to find a lower bound of the plan's length.
         difficulty: minimum and maximum expected difficulty (`eai.benchmarks.generator.measures`); None for
             any.
         at_least: minimum values of measures, as pairs of a measure and its minimum.
         split: the split to which tasks belong.
         held_out: the property that two splits never have in common.
-        disturbances: maximum number of facts that random actions make true in a scene before the task begins.
+        disturbances: maximum number of facts that random actions make true in a scene before a task begins.
         version: version of the generator.
     """
 
@@ -196,10 +196,10 @@ class TaskSpecification:
 
     @property
     def sha256(self) -> str:
-        """Digest of all fields that influence tasks. It equals the digest in older versions of the package.
+        """Digest of all fields that influence tasks. Older versions of the package compute the same digest.
 
-        Tasks whose instructions do not mention hazards have the digest of tasks with hazards, because only
-        the instructions differ.
+        The kinds `HAZARDS` and `UNTOLD` have one digest, because only the instructions of their tasks
+        differ.
         """
         fields = asdict(self)
         kind = fields.pop("kind")

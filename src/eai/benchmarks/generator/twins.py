@@ -1,14 +1,16 @@
-"""Make pairs of tasks in which one task has no plan, or one task's instruction fits two objects.
+"""Make pairs of tasks. In a pair, one task has no plan, or the instruction of one task fits two objects.
 
-In a pair with an impossible task, each task lacks one initial fact, a property of an object. Without its
-fact, the impossible task has no plan, which the delete relaxation proves (`eai.planning.possible`). The other
-task keeps a plan. No difference shows which task is which: both missing facts have the same predicate, and
-goals mention both objects in the same way. Both objects have the same category, or categories that were about
-equally often in the impossible and in the possible tasks of earlier pairs.
+In a pair with an impossible task, each task lacks one initial fact, a property of an object. Without this
+fact, the impossible task has no plan, as the delete relaxation proves (`eai.planning.possible`). The other
+task
+still has a plan. No difference shows which task is which: both missing facts have the same predicate, and
+goals mention both objects in the same way. Both objects have the same category, or categories that
+occurred about equally often in impossible and in possible tasks of earlier pairs.
 
 In a pair with an ambiguous task, the instruction describes the wanted object by its place. In the ambiguous
-task a second object of the category is in that place. An answer fails if it also does with the second object
-what the instruction asks. An agent that never asks is therefore right about half of the time.
+task a second object of the category is in that place. An answer fails if it also treats the second object as
+the instruction asks. An agent that never asks which object is meant is therefore right about half of the
+time.
 """
 
 from __future__ import annotations
@@ -53,7 +55,7 @@ _LIMITS = Limits(300)
 """Limits of the search for a plan that uses the second object instead of the first."""
 
 Balance: TypeAlias = Counter[tuple[str, str]]
-"""Property and category -> by how many more impossible than possible tasks lack this property."""
+"""Pair of missing property and object category -> impossible tasks minus possible tasks with this pair."""
 
 
 def make_possible_pair(
@@ -63,9 +65,9 @@ def make_possible_pair(
 
     Args:
         made: a generated task with a plan.
-        planner: a planner for the domain. A task does not count as impossible if the planner's heuristic
-            finds the goals reachable.
-        may_lack: properties that an object may lack; all properties if empty.
+        planner: a planner for the domain. A task counts as impossible only if the planner's heuristic finds
+            the goals unreachable.
+        may_lack: properties that objects of the impossible task may lack; any property if empty.
         balance: counts of the earlier pairs. The new pair is added to them.
         rng: the random generator.
     """
@@ -101,7 +103,7 @@ def _looks_solvable(task: Task, planner: Planner) -> bool:
 
 
 def _find_removable_facts(task: Task, domain: Domain, may_lack: Collection[str]) -> Iterator[Fact]:
-    """Yield the initial facts that state a property which prompts show and an object may lack."""
+    """Yield those initial facts that state a property which prompts show, and which an object may lack."""
     predicates = {p.name for p in domain.vocabulary.predicates if p.visible and is_property(p)}
     for fact in task.initial.facts():
         if fact.predicate in predicates and (not may_lack or fact.predicate in may_lack):
@@ -109,7 +111,7 @@ def _find_removable_facts(task: Task, domain: Domain, may_lack: Collection[str])
 
 
 def _get_goal_role_of_fact(fact: Fact, task: Task) -> tuple[str, bool, bool]:
-    """Return a fact's property, and whether goals name its object or quantify over the object's category."""
+    """Return a triple: a fact's property, whether goals name its object or quantify over its category."""
     (thing,) = fact.arguments
     parts = (part for task_goal in task.goals for part in walk_subformulas(task_goal.formula))
     kinds = {variable.category for part in parts for variable in get_bound_variables(part)}
@@ -146,7 +148,7 @@ def _make_impossible_pair(made: GeneratedTask, fact: Fact, other: Fact, rng: ran
 def make_ambiguous_pair(
     made: GeneratedTask, benchmark: Benchmark, prior: UsualGoals, planner: Planner, rng: random.Random
 ) -> GeneratedTask | None:
-    """Return a pair of tasks with one instruction, which in one of them fits two objects, or None.
+    """Return a pair of tasks whose common instruction fits two objects in one of the tasks, or None.
 
     Args:
         made: a generated task with a plan.
@@ -179,7 +181,7 @@ def make_ambiguous_pair(
 
 
 def _do_words_fit_both(words: InstructionWriter, seen: Iterable[Fact], thing: int) -> bool:
-    """Whether words that distinguish an object from its copy in one scene fit both in another scene."""
+    """Whether words that tell an object from its copy in one scene fit both objects in another scene."""
     said = words.distinguishing_facts.get(thing)
     if said is None or len(said.arguments) == 1:
         return False
@@ -195,7 +197,7 @@ def _do_words_fit_both(words: InstructionWriter, seen: Iterable[Fact], thing: in
 def _make_tasks_with_same_words(
     task: Task, words: InstructionWriter, states: tuple[State, State], thing: int, rng: random.Random
 ) -> tuple[Task, Task] | None:
-    """Return a clear and an ambiguous task with one instruction, or None if it is not read as the goals."""
+    """Return a clear and an ambiguous task with one instruction, or None if no instruction is exact."""
     ids, formulas = _draw_ids(task, rng), [task_goal.formula for task_goal in task.goals]
     instruction = words.make_instruction(formulas, rng)
     if not words.is_read_back(instruction, formulas):
@@ -222,7 +224,7 @@ def _make_tasks_with_same_words(
 
 
 def _exchange_objects(task: Task, names: Sequence[str]) -> Task:
-    """Return a task with the names of two objects exchanged, so that names do not show the wanted object."""
+    """Return a task in which two objects exchange names, so that names do not reveal the wanted object."""
     scene, swapped = task.scene, _make_swap(names)
     index = {scene.index[name]: scene.index[other] for name, other in swapped.items()}
 
@@ -238,7 +240,7 @@ def _exchange_objects(task: Task, names: Sequence[str]) -> Task:
 
 
 def _forbid_goal_for_second(goals: Sequence[Goal], names: Sequence[str]) -> Goal:
-    """Return the goal that the second object is not treated as the instruction asks for the first object."""
+    """Return the goal that the second object does not fulfil what the goals demand of the first object."""
     asked = [task_goal for task_goal in goals if names[0] in find_object_names(task_goal.formula)]
     done = tuple([task_goal.formula for task_goal in _exchange_in_goals(asked, names)])
     return goal(f.Not(done[0] if len(done) == 1 else f.And(done)))
@@ -253,7 +255,7 @@ def _make_swap(names: Sequence[str]) -> Mapping[str, str]:
 
 
 def _are_both_objects_possible(clear: Task, unclear: Task, thing: int, planner: Planner) -> bool:
-    """Whether the plan solves both tasks, and the ambiguous task also has a plan for its second object."""
+    """Whether the plan solves both tasks, and a plan for the second object exists in the ambiguous task."""
     names = [unclear.scene.objects[i].name for i in (thing, -1)]
     other = replace(unclear, goals=_exchange_in_goals(unclear.goals, names))
     each_solves = (solves_task(planner.domain, task, task.script) for task in (clear, unclear))

@@ -1,9 +1,9 @@
-"""Extend a plan goal by goal, shorten it, and find goals over time.
+"""Extend a plan goal by goal (a *walk*), shorten the plan, and find goals over time.
 
-A growing plan is called a walk. A goal over time comes from two plans for equal final goals: the shortened
-plan that solves the task, and a *temptation*, which reaches the goals in another order or without a detour.
-The goal over time is a condition on the order of facts that only the solving plan fulfils. So it can be
-fulfilled, and it excludes a plan.
+A goal over time comes from two plans that reach the same final goals. The first plan is the shortened plan
+that solves the task. The second, a *temptation*, reaches the goals in another order or without a detour. The
+goal over time is a condition on the order of facts that only the first plan fulfils. So the goal can be
+fulfilled, and it excludes the temptation.
 """
 
 from __future__ import annotations
@@ -35,28 +35,28 @@ _GOAL_LIMITS = Limits(20, thorough=False)
 """Limits of the search for actions that reach one more goal."""
 
 _SHORTENING_LIMITS = Limits(300)
-"""Limits of the search for a plan that reaches all goals of a walk in fewer steps."""
+"""Limits of the search for a plan that reaches all goals of a walk (growing plan) in fewer steps."""
 
 _MIN_STEPS_TO_SHORTEN = 25
-"""Minimum number of steps of a walk for which the planner searches a shorter plan."""
+"""Minimum number of steps of a walk (growing plan) for which the planner searches a shorter plan."""
 
 _MAX_ORDERS = 6
-"""Maximum number of random orders in which the solving plan's actions are tried as a temptation."""
+"""Maximum number of random reorderings of the solving plan that are tried as a temptation."""
 
 _MAX_TIDY_POSITIONS = 3
-"""Maximum number of positions in the solving plan at which actions that undo a fact are tried."""
+"""Maximum number of positions in the solving plan at which actions that undo a fact are inserted."""
 
 
 @dataclass
 class GoalByGoalPlan:
-    """A plan that grows goal by goal, by the actions that reach the next goal.
+    """A plan that grows goal by goal: actions that reach the next goal are appended.
 
     Attributes:
         planner: finds actions for the next goal.
         state: current state.
         start: initial state.
         conditions: reached goals about states, which must stay true.
-        actions: reached goals for actions, in order. Each is a choice of operators.
+        actions: reached goals for actions, in order. Each lists operators; using any suffices.
         goals: all reached goals, in order.
         trail: all actions so far.
     """
@@ -78,11 +78,11 @@ class GoalByGoalPlan:
         return tuple(range(len(self.state.scene.objects)))
 
     def get_position(self) -> tuple[State, int, int, int, int]:
-        """Return the values that `go_back_to` needs to go back to the current end of the walk."""
+        """Return the position of the current end of the walk, to which `go_back_to` can return."""
         return self.state, len(self.conditions), len(self.actions), len(self.goals), len(self.trail)
 
     def go_back_to(self, mark: tuple[State, int, int, int, int]) -> None:
-        """Undo all actions and goals that were added after a mark."""
+        """Undo all actions and goals that were added after a position."""
         self.state, conditions, actions, goals, trail = mark
         del self.conditions[conditions:], self.actions[actions:], self.goals[goals:], self.trail[trail:]
 
@@ -113,7 +113,7 @@ class GoalByGoalPlan:
         return True
 
     def follow_plan(self, plan: Sequence[Action], goals: Sequence[f.Formula]) -> bool:
-        """Extend the walk by a plan and return True, if the plan reaches these goals about states."""
+        """Extend the walk by a plan if the plan reaches these goals about states. Return whether it does."""
         course = execute_plan(self.planner.domain, self.state, plan)
         if course.failure is not None or not all(self.goal_holds(goal, course.final_state) for goal in goals):
             return False
@@ -125,15 +125,18 @@ class GoalByGoalPlan:
 
 
 def _list_goal_actions(wanted: f.Formula) -> tuple[str, ...]:
-    """Return the operators among which a goal for actions chooses; empty for a goal about states."""
+    """Return the operators of which a goal for actions requires one.
+
+    A goal about states gives no operators.
+    """
     parts = f.get_operands(wanted, f.Or)
     return tuple([part.action for part in parts if isinstance(part, f.Occurs)])
 
 
 def make_short_plan(walk: GoalByGoalPlan, over_time: f.Formula | None = None) -> Sequence[Action]:
-    """Return a short plan for the goals of a walk: only its necessary actions, or a shorter planner's plan.
+    """Return a short plan for the goals of a walk: the walk without needless actions, or the planner's plan.
 
-    Only long walks are given to the planner. The planner does not know goals over time.
+    The planner is used only for long walks. It does not know goals over time.
     """
     planning_goal = PlanningGoal(tuple(walk.conditions), tuple(walk.actions))
     walked = _drop_needless_actions(walk, planning_goal, over_time)
@@ -193,7 +196,7 @@ def find_min_plan_length(task: Task, domain: Domain, depth: int) -> int:
 
 @dataclass(frozen=True)
 class _TemporalGoal:
-    """A goal over time, with a plan that fulfils it, and a temptation that reaches only the other goals."""
+    """A goal over time, a plan that fulfils it, and a temptation: a plan that reaches all goals but this."""
 
     goal: f.Formula
     plan: Sequence[Action]
@@ -207,8 +210,7 @@ class _ExecutedPlan:
     Attributes:
         plan: the plan.
         trajectory: the states of its execution.
-        new_facts: facts that the plan makes true, each with the numbers of the states in which the fact
-            holds.
+        new_facts: fact that the plan makes true -> numbers of the states in which the fact holds.
     """
 
     plan: Sequence[Action]
@@ -220,11 +222,11 @@ class _ExecutedPlan:
         return to_trace(self.trajectory)
 
     def becomes_true_first(self, first: f.Atom, then: f.Atom) -> bool:
-        """Whether the first fact becomes true no later than the second fact."""
+        """Whether a plan makes the first fact true no later than the second fact."""
         return self.new_facts[first][0] <= self.new_facts[then][0]
 
     def have_held_together(self, one: f.Atom, other: f.Atom) -> bool:
-        """Whether two facts ever hold in the same state."""
+        """Whether two facts hold in the same state at some time of the execution."""
         return not set(self.new_facts[one]).isdisjoint(self.new_facts[other])
 
 
@@ -235,10 +237,10 @@ class TemporalGoalFinder:
     Attributes:
         task: a task with a plan.
         domain: the domain in which plans are executed.
-        listings: facts that a goal may state.
+        listings: list the facts of a state that a goal may state.
         proposals: source of random facts that a detour may make true.
         rng: the random generator.
-        begin: starts a new walk, restricted to usual actions, in the task's initial state.
+        begin: starts a new walk (growing plan) of usual actions in the task's initial state.
     """
 
     task: Task
@@ -269,7 +271,10 @@ class TemporalGoalFinder:
         return _ExecutedPlan(plan, trajectory, self._find_new_facts(trajectory.states))
 
     def _find_goal_of_detour(self) -> _TemporalGoal | None:
-        """Return the goal that a fact, which is false at the end, holds before another goal is reached."""
+        """Return the goal that a fact becomes true before another goal is reached.
+
+        The fact is false at the end.
+        """
         walk, seen, last = self.begin(), self.proposals.draw_literal(self.rng), self.rng.choice(self._goals)
         if seen is None or not isinstance(last, f.Atom | f.Not) or not walk.reach_goal(seen):
             return None
@@ -282,7 +287,10 @@ class TemporalGoalFinder:
         return None if kept is None else replace(kept, plan=make_short_plan(walk, goal))
 
     def _find_goal_of_tidiness(self) -> _TemporalGoal | None:
-        """Return the goal that two facts never hold together, although one is true after the solving plan."""
+        """Return the goal that two facts never hold together.
+
+        After the solving plan, one fact is true.
+        """
         untidy, goals, rng = self._solving_plan, self._goals, self.rng
         last = len(untidy.plan)
         left = [
@@ -311,7 +319,7 @@ class TemporalGoalFinder:
         return None
 
     def _find_goal_of_order(self) -> _TemporalGoal | None:
-        """Return a goal on the order of facts that the solving plan fulfils and a reordered plan does not."""
+        """Return a goal about the order of facts that the solving plan fulfils and a reordered plan fails."""
         ours, goals, rng = self._solving_plan, self._goals, self.rng
         parts = [ours.plan[i:j] for i, j in pairwise([0, *self._goal_steps])]
         for _ in range(_MAX_ORDERS if len(parts) > 1 else 0):
@@ -325,7 +333,7 @@ class TemporalGoalFinder:
 
     @cached_property
     def _goal_steps(self) -> list[int]:
-        """Numbers of steps after which one more goal stays true up to the end of the solving plan."""
+        """Numbers of steps of the solving plan by which a goal becomes true for good."""
         states = list(enumerate(self._solving_plan.trajectory.states))[::-1]
         missed = (
             next(i for i, state in states if not self.domain.holds(goal, state)) for goal in self._goals
@@ -333,7 +341,7 @@ class TemporalGoalFinder:
         return sorted({i + 1 for i in missed})
 
     def _find_goal_excluding(self, plan: Sequence[Action]) -> _TemporalGoal | None:
-        """Return a goal over time that the solving plan fulfils and another plan does not, or None.
+        """Return a goal over time that the solving plan fulfils and another plan fails, or None.
 
         Goals whose facts share an object come first.
         """
@@ -348,7 +356,7 @@ class TemporalGoalFinder:
         return next((candidate for candidate in kept if candidate is not None), None)
 
     def _list_candidates(self, other: _ExecutedPlan) -> Iterator[tuple[bool, f.Formula]]:
-        """Yield goals that may hold only for the solving plan, and whether the two facts share no object."""
+        """Yield goals that only the solving plan may fulfil, each after whether its facts share no object."""
         ours, things = self._solving_plan, self.task.scene.objects
         both = [atom for atom in ours.new_facts if atom in other.new_facts]
         for first, then in permutations(both, 2):
@@ -366,7 +374,7 @@ class TemporalGoalFinder:
                 yield from ((_have_no_common_object(then, done), f.Until(f.Not(then), done)) for then in both)
 
     def _find_new_facts(self, states: Sequence[State]) -> Mapping[f.Atom, Sequence[int]]:
-        """Return a mapping from facts that become true and may be goals to the numbers of their states."""
+        """Return a mapping from new facts that may be goals to the numbers of states in which they hold."""
         things, agent, about = self.task.scene.objects, self.task.scene.agent, self.task.relevant
         new_facts: dict[Fact, list[int]] = {}
         for listing in self.listings:
@@ -383,7 +391,7 @@ class TemporalGoalFinder:
         }
 
     def _is_movable(self, fact: Fact) -> bool:
-        """Whether a fact is a state of one object, or places an object that plans take in hand."""
+        """Whether a fact states the state of an object, or the place of an object that plans take in hand."""
         if len(fact.arguments) != 2:
             return len(fact.arguments) < 2
         moved, prior = self.task.scene.objects[fact.arguments[0]].category, self.proposals.prior
@@ -393,13 +401,13 @@ class TemporalGoalFinder:
 def _make_goal_if_distinguishing(
     goal: f.Formula, ours: _ExecutedPlan, other: _ExecutedPlan
 ) -> _TemporalGoal | None:
-    """Return the goal with both plans if only the first plan fulfils it, or None otherwise."""
+    """Return a goal over time with its two plans, or None unless only the first plan fulfils the goal."""
     is_kept, is_kept_by_other = [semantics.holds(goal, course.timeline) for course in (ours, other)]
     return _TemporalGoal(goal, ours.plan, other.plan) if is_kept and not is_kept_by_other else None
 
 
 def reach_all_goals(walk: GoalByGoalPlan, goals: Sequence[f.Formula]) -> bool:
-    """Extend a walk by goals in this order. Return whether all these goals hold at the end."""
+    """Extend a walk (growing plan) by goals in this order. Return whether all of them hold at the end."""
     for wanted in goals:
         if walk.goal_holds(wanted, walk.state):
             walk.conditions.append(wanted)
