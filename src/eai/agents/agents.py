@@ -2,7 +2,8 @@
 
 An agent is made for one game and returns its next command whenever it is called. Null agents take random
 actions: possible actions, possible actions that lead to new states, or any actions. Planning agents know the
-goals and read facts about known objects from the state: they show how much the setting allows.
+goals and read facts about known objects from the state. Their results show how well an agent can play by the
+rules of the games.
 """
 
 from __future__ import annotations
@@ -154,9 +155,9 @@ def _substitute_object(formula: Formula, constant: Constant) -> Formula:
 class _Explorer:
     """Agent `eai/explorer`, which plans with known objects, and explores if no plan reaches the goals.
 
-    It visits the landmarks one by one, then opens containers that may hide objects, by the domain's
-    definition of visibility.
-    It says `DONE` if all goals hold, or nothing is left to try.
+    It visits the landmarks (objects known from the start) one by one. Then it opens containers that may hide
+    objects, by the domain's definition of visibility. It says `DONE` if all goals hold, or nothing is left to
+    try.
 
     Args:
         game: the game to play, which no other agent may play at the same time.
@@ -210,7 +211,7 @@ class _Explorer:
         return plan
 
     def _explore_again(self) -> Sequence[Action]:
-        """Forget the visited landmarks, because an opened object may show its contents from elsewhere."""
+        """Visit the landmarks again, because from some of them the agent may look into an opened object."""
         if not self._has_opened:
             return ()
         self._has_opened = False
@@ -273,7 +274,7 @@ class _Explorer:
         return ()
 
     def _find_unvisited_landmarks(self) -> Sequence[tuple[int, Formula]]:
-        """Return the unvisited landmarks, each with the condition under which the agent sees it."""
+        """Return the unvisited landmarks, each with the condition under which the agent sees the landmark."""
         visible, names = self._domain.visible, self._game.task.scene.objects
         if visible is None:
             return ()

@@ -42,7 +42,7 @@ class CommandNotation:
 
     Args:
         task: the task.
-        benchmark: the benchmark of the task. Commands may write objects as observations or as answers do.
+        benchmark: the benchmark of the task. Commands may name objects as in observations or as in answers.
     """
 
     def __init__(self, task: Task, benchmark: Benchmark) -> None:

@@ -34,7 +34,7 @@ if TYPE_CHECKING:
     from eai.tasks.task import Task
 
 WITHIN = {"within_1x": 1.0, "within_1.5x": 1.5, "within_2x": 2.0, "within_4x": 4.0}
-"""For each metric, the multiple of the shortest known plan's length within which an episode must succeed."""
+"""For each metric, the maximum length of a successful episode, as a multiple of the shortest known plan."""
 
 KINDS = tuple(ENDING_FAULTS)
 """Names of the kinds of impossible actions. Needless actions are counted separately."""
@@ -46,7 +46,7 @@ _MAX_RECOVERY_TURNS = 2
 def compute_rate_contributions(verdict: ActingVerdict) -> dict[str, Share]:
     """Return the numerator and denominator that an episode adds to each rate, by the rate's name.
 
-    If the verdict stands for all episodes of a task, these are their means.
+    If the verdict represents all episodes of a task, the numbers are means over these episodes.
     """
     if verdict.mean is not None:
         return dict(verdict.mean)

@@ -99,7 +99,7 @@ class TextEnvironment(gymnasium.Env[str, str]):
         if render_mode is not None and render_mode not in _MODES:
             modes = ", ".join(map(repr, _MODES))
             raise InputError(f"render_mode: expected {modes} or None, not {render_mode!r}")
-        if render_mode == CAMERA:  # listed on request, because few worlds have camera scenes
+        if render_mode == CAMERA:  # a mode for the few worlds with 3D scenes, so listed only on request
             self.metadata = {**self.metadata, "render_modes": [*_MODES]}
         # gymnasium's environment checker renders in every mode listed here
         elif "diagrams" not in get_entry_points("eai.offers"):
@@ -136,7 +136,8 @@ class TextEnvironment(gymnasium.Env[str, str]):
     ) -> tuple[str, dict[str, Any]]:
         """Begin a new game.
 
-        Return the first observation, with instruction, goals and objects, and information.
+        Return two values: the first observation, with instruction, goals and objects, and a mapping with
+        further information.
 
         Args:
             seed: the seed of the choice among several tasks and of slips; equal seeds give equal games in
@@ -154,7 +155,10 @@ class TextEnvironment(gymnasium.Env[str, str]):
         return self._game.write_opening(), {**self._game.make_info()}
 
     def step(self, action: str) -> tuple[str, float, bool, bool, dict[str, Any]]:
-        """Play one turn. Return observation, reward, end by the rules, cut-off, and information.
+        """Play one turn. Return gymnasium's five values.
+
+        They are the observation, the reward, whether the rules ended the game, whether a limit cut it off,
+        and further information.
 
         Raises:
             ResetNeeded: no game has begun, or the last game is over.

@@ -96,7 +96,7 @@ class Game:
         refused: the agent's reason for calling the task impossible; None if the agent has not done so.
         taken: names of the operators of the executed actions, in order.
         reached: whether each goal is reached now.
-        worth: the value of the episode by its present state; 0 if nothing can be earned.
+        worth: the value of the episode in its present state; 0 if the task pays no reward.
         tried: number of actions tried, impossible actions included.
         action: the action of the last command; None if the command was not an action.
         outcome: the outcome of the last command.
@@ -125,7 +125,7 @@ class Game:
 
     @property
     def memory(self) -> AgentMemory:
-        """The agent's memory, up to the present state even if turns report only outcomes."""
+        """The agent's memory, updated to the present state even if turns report only outcomes of actions."""
         if self._memory.observation.state is not self.state:
             self._memory.update(self.state)
         return self._memory

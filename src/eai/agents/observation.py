@@ -203,7 +203,7 @@ class Observer:
     def find_changes_about(
         self, before: _Observation, after: _Observation, chosen: AbstractSet[int]
     ) -> list[SignedFact]:
-        """Return the changed facts that are about one of some objects, but not about the agent."""
+        """Return the changed facts about some objects, without facts about the agent."""
         return [
             (sign, fact)
             for sign, fact in self.find_changes(before, after, compare_states(before.state, after.state))
@@ -236,7 +236,7 @@ class Observer:
     def _find_required_objects(
         self, listing: FactLister, chosen: AbstractSet[int] | None = None
     ) -> AbstractSet[int] | None:
-        """Return the objects of which a fact must contain at least one to be listed; None to list all."""
+        """Return objects, at least one of which must occur in a listed fact; None if any fact is listed."""
         if listing.predicate not in self._egocentric_predicates:
             return chosen
         return frozenset() if self.agent is None else frozenset((self.agent,))
@@ -256,7 +256,7 @@ class AgentMemory:
     Args:
         observer: the observer of the task.
         feedback: the facts that the text after each turn contains.
-        templates: the templates of the text of what is seen; by default the plain templates.
+        templates: the templates of texts on visible objects and facts; by default the plain templates.
 
     Attributes:
         observation: the last observation.
@@ -328,7 +328,7 @@ class AgentMemory:
             yield from (f"{sign} {line}" for line in self._observer.render_facts(fact for _, fact in facts))
 
     def _describe_sight_changes(self, before: _Observation, new: Sequence[int]) -> Iterator[str]:
-        """Yield lines about objects that went out of sight or came back, with the changes in between."""
+        """Yield lines about objects that went out of sight, or came back with changed facts."""
         observer, after = self._observer, self.observation
         visible, expected = {*after.visible}, {*before.visible, *new}
         gone = [index for index in before.visible if index not in visible]

@@ -111,7 +111,7 @@ class EpisodeFactory:
 def make_prompts_in_setting(
     setting: AgentSetting, prompts: Mapping[str, Prompt], suite: Suite
 ) -> tuple[Mapping[str, Prompt], Mapping[str, Mapping[str, str]]]:
-    """Return two mappings by task id: the questions in a setting, and metadata that contain the setting.
+    """Return two mappings by task id: the questions of episodes in a setting, and metadata with the setting.
 
     Raises:
         InputError: no agent has the name of the harness, or a scene cannot be shown in pictures.
@@ -153,7 +153,7 @@ _MAX_NAME_LENGTH = 100
 
 
 MAX_QUOTED_REPLY = 300
-"""Maximum number of characters that an episode keeps of a reply without a call."""
+"""Maximum number of characters that an episode keeps of a reply that called no tool."""
 
 _Count = Annotated[int, Field(ge=0, le=MAX_SEED)]
 _Seed = Annotated[int, Field(ge=-MAX_SEED, le=MAX_SEED)]
@@ -230,14 +230,14 @@ RULE_NAMES = {
     "max_steps": "steps",
     **{name: name for name in ("until", "reward", "gamma", "admissible")},
 }
-"""Fields of a setting that are rules of an episode, by their names in labels, in the order of labels."""
+"""Mapping from each rule of an episode to its name in labels, in the order of labels."""
 
 
 def make_rules_label(episode: EpisodeAnswer) -> str | None:
     """Return a text with the rules of an episode that differ from the standard setting.
 
-    The text is written as `AgentSetting.label`, and None if no rule differs. The seed of random failures
-    (slips) is a rule, because a player could choose a lucky seed.
+    The text has the form of `AgentSetting.label`. The result is None if no rule differs. The seed of random
+    failures (slips) is a rule, because a player could choose a lucky seed.
     """
     standard = make_game_rules(STANDARD)
     rules = episode.rules or standard
@@ -323,11 +323,11 @@ class RecordedGame(Game):
         return images
 
     def to_text(self, end_reason: str) -> str:
-        """Return the episode as a JSON text. ``end_reason`` says why it stopped if the game is not over."""
+        """Return the episode as a JSON text. ``end_reason`` says why it stopped before the game was over."""
         return json.dumps(self.to_json(end_reason), ensure_ascii=False)
 
     def to_json(self, end_reason: str) -> dict[str, Any]:
-        """Return the episode as a JSON object. ``end_reason`` says why it stopped if the game is not over."""
+        """Return the episode as a JSON object. ``end_reason`` says why it stopped if the game is not yet over."""
         end_reason = self.ended or end_reason
         episode = replace(
             self._about,

@@ -33,7 +33,7 @@ _SHORTER_PLAN_LIMITS = Limits(300, looks=50_000)
 """Limits of the search for a plan that is shorter than the gold plan."""
 
 _MAX_COMMANDS = 200
-"""Maximum number of commands of an agent whose game is tried as a task's reference."""
+"""Maximum number of commands that an agent may need to win a task, in the search for winning commands."""
 
 _MAX_STAGES = 4096
 """Maximum number of setups of games in the cache. Making a setup takes some milliseconds."""

@@ -189,8 +189,8 @@ def reward_func(
     """Return rewards and metrics, as a reward function of OpenRLHF: ``--reward.remote_url FILE``.
 
     FILE imports this function, or defines ``reward_func = functools.partial(reward_func,
-    shaping="progress")`` for another shaping. If a query does not contain its prompt, an example in it could
-    be taken for the answer. Its reward is then 0, ``prompt_not_found`` is 1, and a warning is issued.
+    shaping="progress")`` for another shaping. If a query does not contain its prompt, an example in the query
+    could be taken for the answer. The reward is then 0, ``prompt_not_found`` is 1, and a warning is issued.
 
     Args:
         queries: prompts with answers, decoded with special tokens.

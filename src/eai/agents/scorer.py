@@ -63,7 +63,7 @@ def make_question_and_answer(world: AbilityWorld, task: Task) -> QuestionAndAnsw
 
 
 NO_REFERENCE = "nobody is known to win the task with what is seen in the standard setting"
-"""Reason for excluding a task, in all settings, for which no winning commands are known."""
+"""Reason for excluding a task in all settings: nobody knows commands that win it."""
 
 
 class _ActingScorer(Scorer):
@@ -269,9 +269,9 @@ Moment: TypeAlias = tuple[State, Sequence[str]]
 def judge_recoverability(
     task: Task, domain: Domain, moments: Sequence[Moment], max_states: int
 ) -> tuple[Recoverability, int | None]:
-    """Return whether the goals can be reached at the end.
+    """Return whether the goals can be reached at the end, and the turn after which they no longer can.
 
-    If not, also return the first turn after which they cannot.
+    The turn is the first such turn. It is None if the goals are not lost.
 
     The agent may use all objects of the scene, seen or not, and any number of actions. A plan shows that the
     goals can be reached. A search through all reachable states shows that they are lost. For goals

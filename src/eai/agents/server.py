@@ -76,8 +76,8 @@ def make_mcp_server(worlds: EpisodeServer, domain: Domain, *, open_to_all: bool 
     Args:
         worlds: the worlds.
         domain: the domain of the worlds.
-        open_to_all: whether all callers act in the first world; otherwise each acts in the world of its
-            ticket.
+        open_to_all: whether all callers act in the first world; otherwise each caller acts in the world of
+            the caller's ticket.
     """
     tools = [
         Tool(name=name, description=meaning, input_schema={**schema})
@@ -149,7 +149,7 @@ def make_http_app(
         open_to_all: whether all callers act in the first world, without a ticket.
     """
     hosts = [text for name in names for text in (name, f"{name}:*")]
-    issuer = AnyHttpUrl("http://localhost")  # never called, because the user hands out tickets
+    issuer = AnyHttpUrl("http://localhost")  # not a real address: the user hands out tickets
     return make_mcp_server(worlds, domain, open_to_all=open_to_all).streamable_http_app(
         json_response=True,
         stateless_http=True,

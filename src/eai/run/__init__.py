@@ -1,1 +1,1 @@
-"""Model runs on Inspect and the built-in models; the only package that talks to a model."""
+"""Ask models through the library Inspect, with the built-in models. No other package calls a model."""

@@ -136,8 +136,8 @@ def _make_player(harness: str | None = None) -> Solver:
     """Return a solver that plays a task with the model: by tools in Inspect's ``react``, or by lines of text.
 
     Args:
-        harness: the program that plays: react, text, auto or module:object; None for the one that the task
-            names.
+        harness: the program that plays: react, text, auto or module:object; None for the harness that the
+            task names.
     """
 
     async def solve(state: TaskState, generate: Generate) -> TaskState:
@@ -199,7 +199,7 @@ async def _play_by_tools(state: TaskState, agent: AgentState, harness: str) -> N
         if harness != AUTO or not is_refused_parameter(error):
             raise
         refusal = f"the server refused tools: {describe_error(error)}"
-    play = _begin_episode(state)  # the tools have played another copy of the game
+    play = _begin_episode(state)  # the tools have played a copy of the game, and stored its state
     if play is None or play.over or (not refusal and agent.output.message.tool_calls):
         return
     play.without_call = refusal or split_reply(agent.output.completion).answer.strip() or "(an empty reply)"

@@ -40,7 +40,7 @@ GOLD_LENGTHS = 4
 _REASONING_MODEL = re.compile(
     r"think|reason|magistral|qwq|qwen-?3|gpt-(?:5|oss)|\b(?:r1|o[1-9])\b", re.IGNORECASE
 )
-"""Pattern of the names of models that reason before they answer. Other such models show it in a reply."""
+"""Pattern of names of models that reason before they answer. Replies show whether other models reason."""
 
 _PROVIDERS_OF_SERVERS = ("openai-api", "ollama", "llama-cpp-python")
 """Providers in Inspect that call a server of the user."""
@@ -67,7 +67,7 @@ def estimate_longest_answer(suite: Suite) -> int:
 def _estimate_answers(suite: Suite) -> Mapping[str, int]:
     """Return a mapping from tasks to the estimated tokens of their gold answers.
 
-    No plan is searched: tasks without a plan of the data set are left out.
+    Tasks without a plan in the data set are left out, because a search for plans takes long.
     """
     if suite.ability not in PAPER_ABILITIES:
         return {}
@@ -122,7 +122,7 @@ def find_long_tasks(
 ) -> _LongTasks:
     """Return the tasks whose question and answer need more tokens than a context has.
 
-    An answer needs the user's maximum, or the tokens of the task's gold answer.
+    The length of an answer is the user's maximum, or else the length of the task's gold answer.
     """
     answers = _estimate_answers(suite) if max_tokens is None else dict.fromkeys(prompts, max_tokens)
     needs = {
@@ -135,7 +135,7 @@ def find_long_tasks(
 
 
 def describe_long_tasks(context: int, suites: Sequence[_LongTasks]) -> str:
-    """Return the numbers of tasks that do not fit into a context, and their estimated lengths."""
+    """Return a text with the numbers of tasks that do not fit into a context, and their estimated lengths."""
     parts = []
     for suite, asked, needs in suites:
         if needs:
@@ -194,7 +194,7 @@ def _find_connection_error(server: Any) -> Exception | None:
         server.get("/models", cast_to=object)
     except APIConnectionError as error:
         return error
-    except (OpenAIError, ValueError):  # it listens, but lists no models
+    except (OpenAIError, ValueError):  # the server listens, but lists no models
         pass
     return None
 
@@ -209,7 +209,8 @@ def _yield_context_lengths(server: Any, address: str, name: str) -> Iterator[Any
 
     vLLM and SGLang list ``max_model_len`` with each model, hosted services ``context_length``. llama.cpp
     lists ``meta.n_ctx``, older versions only in ``/props``. Ollama states the context of a running model in
-    ``/api/ps``, and otherwise the parameter ``num_ctx``. The last statements are of the model's training.
+    ``/api/ps``, and otherwise the parameter ``num_ctx``. The last statements are the context lengths for
+    which the model was trained.
     """
     root = address.rstrip("/").removesuffix("/v1")
     models = _read_list(_read_json(server, "/models"), "data")

@@ -50,7 +50,10 @@ _ABILITIES_OF_MODEL: Mapping[str, Collection[Ability]] = {
     CAPTIONER: (SCENE_GRAPH,),
     **dict.fromkeys(EXPLORERS, ()),
 }
-"""Abilities without turns that a built-in model answers, by model, for models that do not answer all."""
+"""Abilities without turns that a built-in model can answer, by model.
+
+Models that answer all abilities are left out.
+"""
 
 
 def can_model_answer(name: str, ability: Ability) -> bool:

@@ -1,4 +1,4 @@
-"""The journal of a run, a file with every answer as it arrived, and the state of the run with open questions.
+"""The journal of a run, which is a file of all answers so far, and the state of a run with open questions.
 
 A run resumes from its journal. A line that a crash cut off is ignored. Inspect's own resume is not used,
 because it takes over whole samples by id and epoch, even if the question has changed. An experiment would ask
@@ -137,7 +137,7 @@ class RunState:
 
     @property
     def is_complete(self) -> bool:
-        """Whether all answers are there."""
+        """Whether every question of the job has an answer."""
         return self._finished == len(self.conversations)
 
     @property

@@ -69,7 +69,10 @@ _OPEN_BOOK = {
     "copy": open_copy_book,
     "empty": open_empty_book,
 }
-"""For each built-in model that does not use the data set's answers: the function that opens its answers."""
+"""Functions that open the answers of built-in models, by model.
+
+Models that use the data set's own answers are left out.
+"""
 
 _REQUIRED_METADATA = frozenset({"domain", "ability", "task_id"})
 """Names of the metadata that every built-in model needs with a question."""
@@ -258,7 +261,7 @@ class _BuiltInModel(ModelAPI):
     def _describe_scene(self, question: _ModelQuestion) -> str:
         """Return the scene graph of a task with errors.
 
-        The errors are facts that are left out, and as many facts, on average, with a wrong object.
+        Some facts are left out, and on average as many facts have a wrong object.
         """
         from eai.studies.perception.belief import open_scene_words
         from eai.studies.perception.noise import PerceptionNoise, perceive_with_noise

@@ -22,7 +22,7 @@ _MIN_PROMPT_LENGTH = 2000
 """Minimum number of characters of a prompt whose tokens are compared with its length."""
 
 _MIN_TOKENS = 256
-"""Minimum number of counted tokens of a long prompt. A server that states a smaller number does not count."""
+"""Minimum number of tokens of a long prompt. A server that states fewer tokens has not counted them."""
 
 _MAX_CHARACTERS_PER_TOKEN = 8
 """Number of characters that a token has at most, on average over a prompt."""

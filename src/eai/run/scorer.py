@@ -278,10 +278,10 @@ def _select_majority_score(scores: Sequence[SampleScore], ability: Ability) -> S
 
 
 def _read_verdicts(scores: Sequence[SampleScore]) -> list[Verdict]:
-    """Return the verdict on the given score of each task.
+    """Return the verdict on each task, read from the given score of the task.
 
-    If the protocol decides from all answers how to read each one, they are scored again. Verdicts of an
-    experiment do not change, because each answer was read before the next question was asked.
+    If the protocol decides from all answers how to read each one, the answers are scored again. Verdicts of
+    an experiment do not change, because each answer was read before the next question was asked.
     """
     texts = {str(score.sample_id): score.score.answer or "" for score in _select_answered_scores(scores)}
     verdicts = {str(score.sample_id): _read_verdict(score) for score in scores}

@@ -264,7 +264,7 @@ class _SampleTranscript:
             self._state.messages.append(messages[-1])
             self._state.output = ModelOutput(
                 model=str(self._state.model)
-            )  # empty until the question is answered
+            )  # the output stays empty until the question is answered
         return messages
 
     def add_recorded_answer(self, answer: Answer) -> None:
