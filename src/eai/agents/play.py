@@ -323,11 +323,11 @@ class RecordedGame(Game):
         return images
 
     def to_text(self, end_reason: str) -> str:
-        """Return the episode as a JSON text. ``end_reason`` says why it stopped before the game was over."""
+        """Return the episode as a JSON text. ``end_reason`` says why an unfinished game stopped."""
         return json.dumps(self.to_json(end_reason), ensure_ascii=False)
 
     def to_json(self, end_reason: str) -> dict[str, Any]:
-        """Return the episode as a JSON object. ``end_reason`` says why it stopped if the game is not yet over."""
+        """Return the episode as a JSON object. ``end_reason`` says why an unfinished game stopped."""
         end_reason = self.ended or end_reason
         episode = replace(
             self._about,

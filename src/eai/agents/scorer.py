@@ -271,7 +271,8 @@ def judge_recoverability(
 ) -> tuple[Recoverability, int | None]:
     """Return whether the goals can be reached at the end, and the turn after which they no longer can.
 
-    The turn is the first such turn. It is None if the goals are not lost.
+    The turn is the first such turn, from 1 on; 0 if the goals never could be reached; None if the goals are
+    not lost.
 
     The agent may use all objects of the scene, seen or not, and any number of actions. A plan shows that the
     goals can be reached. A search through all reachable states shows that they are lost. For goals

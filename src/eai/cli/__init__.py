@@ -31,7 +31,7 @@ MEASURE, UNDERSTAND, MATERIAL, EXTENSIONS = "Measure", "Understand", "Tasks and 
 """Titles of the panels of commands in the help of ``eai``."""
 
 _FULL = frozenset({errno.ENOSPC, errno.EDQUOT, errno.EFBIG, errno.EIO})
-"""Numbers of operating system errors for output to a full or broken device."""
+"""Error numbers of the operating system for output to a full or broken device."""
 
 
 _HELP_OPTIONS = ("-h", "--help")
@@ -153,7 +153,7 @@ def _read_command_summary(point: EntryPoint) -> str:
 
 @cache
 def _summarize_command(shown: Any) -> Any:
-    """Return a command by its placeholder in the group's help, after importing the command."""
+    """Import the command for which a placeholder stands in the group's help, and return the command."""
     if shown.callback is not None:
         return shown
     command = _load_command(shown.name, shown.rich_help_panel)
@@ -290,7 +290,7 @@ def main() -> None:
     except OSError as error:
         if error.errno not in (errno.EPIPE, *_FULL):
             raise
-        os.dup2(os.open(os.devnull, os.O_WRONLY), 1)  # else Python tries to write the rest at exit
+        os.dup2(os.open(os.devnull, os.O_WRONLY), 1)  # or else Python writes to the device at exit
         if error.errno == errno.EPIPE:  # the reader closed the pipe
             sys.exit(1)
         from eai.cli.console import print_note

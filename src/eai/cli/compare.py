@@ -156,11 +156,10 @@ def _read_runs_by_suite(path: Path) -> Mapping[_ComparedSuite, Run]:
 
 
 def _match_by_tasks(runs: Mapping[_ComparedSuite, Run]) -> Mapping[_ComparedSuite, Run]:
-    """Return the runs by suite, named after the plain benchmark, so that runs on its variants match.
+    """Return the runs by suite, so that runs on variants of a benchmark (equal tasks, other words) match.
 
-    A run keeps its suite if another run would have the new suite as well.
-
-    For an ability that has task files of its own, the benchmark's name is dropped.
+    Suites of variants get the name of the benchmark. A run keeps the name of its variant if two runs would
+    get equal names. For an ability that has task files of its own, the benchmark's name is dropped.
     """
     places = {}
     for place, run in runs.items():

@@ -413,7 +413,7 @@ def _print_answer_list(console: Console, records: Sequence[Record], limit: int) 
 
 
 def _list_titles(record: Record) -> list[str]:
-    """Return the title of a record's task, unless it is unknown or equals the id."""
+    """Return a list with the title of a record's task; empty if the title is unknown or equals the id."""
     return [] if record.task is None or record.task.name == record.task_id else [record.task.name]
 
 

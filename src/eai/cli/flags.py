@@ -45,7 +45,7 @@ FLAGS = {
     "planner": "scoring.planner",
     "workers": "scoring.workers",
 }
-"""Parameters of the command that are options of a specification."""
+"""Parameters of ``eai run`` that are options of a run's specification."""
 
 REPLAY = "eai/replay"
 
@@ -54,7 +54,7 @@ HELP = "help"
 
 
 def make_run_flag(parameter: str, panel: str, *names: str, **more: Any) -> Any:
-    """Return the flag of a parameter."""
+    """Return the flag for a parameter of ``eai run``."""
     section, _, option = FLAGS[parameter].partition(".")
     chosen = type(RunSpec.model_fields[section].default)
     default = chosen.format_default(option)

@@ -42,7 +42,7 @@ def validate_with_val(val: Path, domain: Domain, task: Task, plan: Sequence[Acti
     """Return the verdict of the plan validator VAL on a plan, as text.
 
     Raises:
-        DomainError: A goal is about the course of the plan, which PDDL goals cannot express.
+        DomainError: A goal concerns states during the plan, which PDDL goals cannot express.
     """
     exported = export_domain_and_problem(domain, task.initial, [goal.formula for goal in task.goals])
     return run_val(val, exported.domain, exported.problem, [exported.to_pddl_step(action) for action in plan])

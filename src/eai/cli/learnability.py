@@ -83,11 +83,11 @@ def _describe_groups(groups: Counter[str]) -> str:
 
 
 _EQUAL = {"none": "with no reward", "full": "with full rewards", "equal": "between"}
-"""Kinds of groups of answers with equal rewards, in words."""
+"""Descriptions of groups of answers with equal rewards, by kind of group."""
 
 
 def _measure_long_tasks(suite: Suite, prompt_set: PromptSet, context: int) -> tuple[str, Json]:
-    """Return the tasks whose question and gold answer exceed a context, as a line and as ids."""
+    """Return a line on the tasks whose question and gold answer exceed a context, and these tasks' ids."""
     with inspect_needed():
         from eai.run.context import describe_long_tasks, find_long_tasks
     prompts = PromptLibrary(prompt_set, None, suite.source).open(suite.benchmark, suite.ability)

@@ -35,9 +35,10 @@ RECORDS = "Files of records, or folders with records.jsonl somewhere below."
 
 
 def make_flag(*names: str, panel: str | None = None, **more: Any) -> Any:
-    """Return an option of a command, with names if they differ from its parameter's, and its help panel.
+    """Return an option of a command. Names are given only if they differ from the name of the parameter.
 
-    Its meaning is the argument ``help``, or an entry below ``Options:`` in the docstring of the command.
+    The option's help text is the argument ``help``, or an entry below ``Options:`` in the docstring of the
+    command.
     """
     return typer.Option(*names, rich_help_panel=panel, **more)
 
@@ -123,7 +124,7 @@ Chosen = TypeVar("Chosen", bound=Options)
 
 
 def apply_settings(name: str, options: type[Chosen], settings: Sequence[str]) -> Chosen:
-    """Return the options of a section with settings of the form NAME=VALUE; NAME may begin with the section.
+    """Return the options of a section, changed by settings NAME=VALUE; NAME may begin with the section.
 
     Raises:
         InputError: An option or its value is unknown.

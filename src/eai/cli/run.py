@@ -281,7 +281,8 @@ def _request_answers_and_score(
 
     Inspect is imported only here. In a pipeline, or with a perceived scene, prompts contain the results of
     the first stage. A task without an answer in the first stage is not asked. The number of answers for each
-    task is ``epochs``, or the number in the order. Records of an earlier stage contain no options of studies.
+    task is ``epochs``, or else the number in the specification. Records of an earlier stage contain no
+    options of studies.
     """
     from eai.run.context import choose_answer_limit
     from eai.run.remarks import list_remarks

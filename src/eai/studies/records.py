@@ -101,6 +101,6 @@ class StudyRecords:
 
 
 def group_comparable_runs(runs: Iterator[Run]) -> Mapping[tuple[str, ...], list[Run]]:
-    """Return the runs of each suite (protocol, domain and ability), by suite and model, all sorted."""
+    """Return a mapping from suites with models to sorted runs; a suite is a protocol, domain and ability."""
     ordered = sorted(runs, key=lambda run: run.key.sort_key)
     return group_pairs(((*run.key.suite, run.key.model), run) for run in ordered)

@@ -92,14 +92,14 @@ def format_suite_heading(suite: SuiteKey) -> str:
 
 
 def add_suite_title(suite: SuiteKey, name: str, figure: Figure | None) -> tuple[str, Figure | None]:
-    """Set the title of a figure to that of a suite. Return the name of the figure's file, and the figure."""
+    """Give a figure the title of a suite. Return the name of the figure's file, and the figure."""
     if figure is not None:
         add_title(figure, format_suite_heading(suite))
     return f"{name}-{suite.file_name}", figure
 
 
 def add_run_title(key: RunKey, name: str, figure: Figure | None) -> tuple[str, Figure | None]:
-    """Set the title of a figure to a suite and model.
+    """Give a figure a title that names a suite and a model.
 
     Return the name of the figure's file, and the figure.
     """
@@ -109,7 +109,7 @@ def add_run_title(key: RunKey, name: str, figure: Figure | None) -> tuple[str, F
 
 
 def write_paper_remarks(papers: Iterable[PaperTable], protocol: Protocol) -> list[str]:
-    """Return remarks for readers on the paper's figures beside runs under a protocol."""
+    """Return remarks on the paper's figures, for readers who compare them with runs under a protocol."""
     on_columns = (paper.notes.get(("", column), ()) for paper in papers for column in paper.columns)
     remarks = [note for notes in on_columns for note in notes]
     if protocol.value != read_paper_setting().protocol:

@@ -118,7 +118,7 @@ class FirstStage:
 class VariationOptions(Options):
     """The options of a study that varies runs. With the default values, a run is unchanged.
 
-    Apart from `choice`, members are used only if the user chose options of this study, or of no study.
+    Members other than `choice` are used only for runs of this study, and for runs without a study.
     """
 
     @property
@@ -128,7 +128,7 @@ class VariationOptions(Options):
 
     @property
     def heading(self) -> str:
-        """Line that describes the chosen options for readers; empty without a choice."""
+        """Heading of results that describes the chosen options; empty without a choice."""
         return ""
 
     @property
@@ -164,7 +164,7 @@ class VariationOptions(Options):
         return None
 
     def select_abilities(self, named: Collection[Ability]) -> list[Ability]:
-        """Return the abilities of the run, in order; all that the study supports if none is named.
+        """Return the abilities of the run in order: the named ones, or all that the study supports.
 
         Raises:
             InputError: the study does not support a named ability.
@@ -174,7 +174,7 @@ class VariationOptions(Options):
     def make_stage(
         self, library: PromptLibrary, wanted: Mapping[str, Collection[str]], ask: AskModel
     ) -> FirstStage | None:
-        """Return the stage before the questions, or None without one.
+        """Return the stage before the questions, or None if the study needs no stage.
 
         Args:
             library: source of the prompts.
@@ -199,7 +199,7 @@ def combine_variations(variations: Iterable[VariationOptions]) -> VariationOptio
 
 
 class _CombinedVariation(VariationOptions):
-    """The options of several studies for one run, perhaps of no study.
+    """The options of all studies that one run combines; there may be no study.
 
     Attributes:
         chosen: The options of each study for which the user chose options.
@@ -214,7 +214,7 @@ class _CombinedVariation(VariationOptions):
 
     @property
     def heading(self) -> str:
-        """Line that describes the choices of all studies for readers."""
+        """Heading of results that describes the choices of all studies."""
         return "; ".join([variation.heading for variation in self.chosen if variation.heading])
 
     @property
@@ -228,7 +228,7 @@ class _CombinedVariation(VariationOptions):
         return next((choice.captioner for choice in self.chosen if choice.captioner is not None), None)
 
     def select_abilities(self, named: Collection[Ability]) -> list[Ability]:
-        """Return the abilities that all studies support, in order; only named ones if any are named.
+        """Return the abilities that all studies support, in order; if the user names abilities, only these.
 
         Raises:
             InputError: a study does not support a named ability, or no ability is left.
@@ -244,7 +244,7 @@ class _CombinedVariation(VariationOptions):
     def make_stage(
         self, library: PromptLibrary, wanted: Mapping[str, Collection[str]], ask: AskModel
     ) -> FirstStage | None:
-        """Return the last stage before the questions, or None without one.
+        """Return the last stage before the questions, or None if no study needs a stage.
 
         The stage that finds scenes comes before the stage that finds goals.
         """

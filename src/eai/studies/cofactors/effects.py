@@ -24,7 +24,8 @@ _TOLERANCE = 1e-9
 _MAX_LOG_ODDS = 12.0
 """Maximum coefficient in log odds per unit.
 
-A larger coefficient means that the column separates success from failure, so no maximum exists."""
+A larger coefficient means that the column separates success from failure, so the likelihood has no
+maximum."""
 
 _MIN_CLUSTERS = 4
 """Minimum number of clusters for the interval of a correlation."""
@@ -33,7 +34,7 @@ _MIN_CLUSTERS = 4
 def compute_rank_correlation(
     first: Sequence[float], second: Sequence[float], clusters: Sequence[str]
 ) -> Estimate:
-    """Return Spearman's rank correlation of two series; it has no value if one series is constant.
+    """Return Spearman's rank correlation of two series; without a value if one series is constant.
 
     The interval is from a jackknife over clusters of Fisher's transform, with Student's quantile for (number
     of clusters - 1) degrees of freedom. Ranks are computed once, among all observations.

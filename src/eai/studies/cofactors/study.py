@@ -205,7 +205,7 @@ def _make_effects_table(suites: _AnswersBySuite) -> Iterator[Row]:
 
 
 def fit_effects(answers: Sequence[AnswerLine]) -> Iterator[Row]:
-    """Yield the effects of each column that varies on success, alone and together with all columns.
+    """Yield the effect of each varying column on success: alone, and together with all other columns.
 
     Each row has the column's name, both effects, and the numbers of answers and of names of tasks.
     """
@@ -265,7 +265,7 @@ def _make_predicates_table(goals: Sequence[GoalLine]) -> Iterator[Row]:
 def _compute_success_rates(
     lines: Sequence[TidyLine], names_of: Callable[..., tuple[str, ...]], counts: Callable[..., bool]
 ) -> Iterator[Row]:
-    """Yield the share of lines that succeed, for each suite, model, and action or predicate."""
+    """Yield the share of table lines with a success, for each suite, model, and action or predicate."""
     for key, of_run in group_by_run(lines):
         cases = group_pairs(
             (name, make_case(line, make_share_of_one(counts(line))))

@@ -1,4 +1,4 @@
-"""Draw how many answers of each ability and world end with each outcome, as bands between bars."""
+"""Draw the number of answers with each outcome, as bands from bars of suites to bars of outcomes."""
 
 from __future__ import annotations
 
@@ -62,13 +62,13 @@ class _FlowBar(NamedTuple):
 
 
 _WorldAbility: TypeAlias = tuple[str, str]
-"""Names of a world and an ability; each such pair is a bar on the left of the figure."""
+"""Pair of a world's name and an ability's name; each pair has a bar at the left of the figure."""
 
 _Name = TypeVar("_Name")
 
 
 def draw_flows(table: Table) -> Iterator[tuple[str, Figure | None]]:
-    """Draw the figure of each protocol with answers to at least two suites. Yield file names and figures."""
+    """Draw one figure for each protocol with answers to two suites or more. Yield file names and figures."""
     for protocol, rows in group_pairs((str(row["protocol"]), row) for row in table.row_dicts()).items():
         counts, needless = Counter[tuple[_WorldAbility, str]](), Counter[str]()
         for row in rows:

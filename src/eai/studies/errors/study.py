@@ -58,7 +58,7 @@ RUNTIME = (
     AnswerOutcome.WRONG_ORDER.value,
     AnswerOutcome.UNCATEGORISED.value,
 )
-"""Outcomes of those answers whose plans have a step that cannot be executed."""
+"""Outcomes of answers whose plan has a step that cannot be executed."""
 
 _KINDS = ("state", "relation", "action")
 _VERDICTS = ("matched", "additional", "missing")

@@ -26,7 +26,7 @@ _STEM = re.compile(r"[\W_]*\d*$")
 
 
 def open_scene_words(benchmark: Benchmark) -> SceneWords:
-    """Return the names of predicates and objects in scene graphs, as in prompts of action sequencing."""
+    """Return the names of predicates and objects in scene graphs, as in prompts that ask for plans."""
     return SceneWords(benchmark.wording(Ability.ACTION_SEQUENCING))
 
 
@@ -102,7 +102,7 @@ class _PerceivedScene:
     def _select_possible_facts(
         self, facts: Sequence[NamedFact], described: set[NamedFact]
     ) -> Iterator[NamedFact]:
-        """Yield the facts of a list that can hold together in one state.
+        """Yield the facts of a list that can all be true in one state.
 
         A fact is left out if it would make an object support itself, even through other objects, or give an
         object a second support.
@@ -143,7 +143,7 @@ class _PerceivedScene:
         return Scene(scene.vocabulary, objects, scene.agent)
 
     def _find_similar_object(self, name: str) -> int | None:
-        """Return the first object of the prompt whose name has another number, or None."""
+        """Return the first object of the prompt whose name differs only in its number, or None."""
         stem = _STEM.sub("", name)
         names = self._words.list_object_names(self._task)
         return next((i for i in list_objects_in_prompt(self._task) if _STEM.sub("", names[i]) == stem), None)

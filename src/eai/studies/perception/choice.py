@@ -127,7 +127,7 @@ class SceneOptions(VariationOptions):
 
     @property
     def heading(self) -> str:
-        """Line that names the format of the scene for readers."""
+        """Heading of results that names the format of the scene."""
         return f"scene: {self.label}"
 
     def record_choice(self, study: str) -> None:
@@ -144,7 +144,7 @@ class SceneOptions(VariationOptions):
         return "scene"
 
     def find_contradiction(self, other: VariationOptions) -> str:
-        """Return why this format of the scene contradicts another study's choice; empty if it does not."""
+        """Return why this format of the scene contradicts another study's choice; empty if they agree."""
         acted = other.attempts
         if acted is not None and acted.world == "continue" and acted.feedback != "none":
             if not self.can_look_again:
@@ -155,14 +155,14 @@ class SceneOptions(VariationOptions):
 
     @property
     def can_look_again(self) -> bool:
-        """Whether a later question of a run can show the changed scene.
+        """Whether a later question of a run can show the scene that actions have changed.
 
         This is not possible with a scene model, or with the user's own pictures.
         """
         return self.scene in ("text", "noisy", "image", "both") and self.images is None
 
     def select_abilities(self, named: Collection[Ability]) -> list[Ability]:
-        """Return the abilities whose questions describe a scene, in order; only named ones if any are named.
+        """Return the abilities whose questions describe a scene; if the user names abilities, only these.
 
         The ability ``scene_graph`` needs pictures and must be named.
 

@@ -33,8 +33,8 @@ def compute_perception_shares(perceived: PerceptionErrors) -> dict[str, Share]:
 
     The paper gives no denominators; these are ours. The rates ``predicate_error`` and ``object_error`` are
     the paper's: the share of missing or misplaced facts in all described facts, and the share of invented
-    names in all names. The other
-    rates are the four kinds of error, unnamed objects, and precision, recall and F1 of facts.
+    names in all names. The other rates are of the four kinds of error and of unnamed objects, and precision,
+    recall and F1 of facts.
     """
     lost = perceived.missing + perceived.misplaced
     return {

@@ -1,4 +1,4 @@
-"""Add random errors (noise) to the scene graph of a task, reproducibly by a seed."""
+"""Add random errors (noise) to the scene graph of a task. Equal seeds give equal errors."""
 
 from __future__ import annotations
 
@@ -192,7 +192,7 @@ class _NoisyObserver:
         return NamedFact(predicate, tuple([draw.choice(self._described_names) for _ in range(arity)]))
 
     def _is_new_untrue_fact(self, fact: NamedFact, seen: set[NamedFact]) -> bool:
-        """Whether a fact is possible, untrue, and not among the facts of the graph so far."""
+        """Whether a fact could be true, is not true, and is not yet in the graph."""
         is_known = fact in self._true_facts or fact in seen
         return (
             not is_known

@@ -159,8 +159,8 @@ class SceneWords:
 
     Attributes:
         wording: the wording of prompts.
-        stored_forms: for each described predicate, the stored predicate that makes it true of the same
-            arguments.
+        stored_forms: for each described predicate, the predicate that states store and that implies it for
+            the same arguments.
     """
 
     def __init__(self, wording: SuiteWording) -> None:
@@ -235,7 +235,7 @@ class SceneWords:
 
 
 def find_stored_form(vocabulary: Vocabulary, predicate: str) -> str | None:
-    """Return the stored predicate that makes a predicate true of the same arguments, or None.
+    """Return the predicate that states store and that implies a predicate for equal arguments, or None.
 
     For a derived predicate, this is the first predicate in its definition that has all parameters as
     arguments and that actions can change.
@@ -255,7 +255,7 @@ def find_stored_form(vocabulary: Vocabulary, predicate: str) -> str | None:
 
 
 def _iterate_positive_atoms(formula: f.Formula) -> Iterator[f.Atom]:
-    """Yield the atoms of a formula that are not negated, left to right."""
+    """Yield the atoms (predicates with arguments) of a formula that are not negated, left to right."""
     match formula:
         case f.Atom():
             yield formula

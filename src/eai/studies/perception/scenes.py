@@ -1,4 +1,4 @@
-"""Find the scenes that the questions of a run show, with their errors: lists of facts, or pictures."""
+"""Find the scenes that the questions of a run show, as lists of facts (perhaps with errors) or pictures."""
 
 from __future__ import annotations
 
@@ -262,7 +262,7 @@ def find_stated_scenes(
 ) -> StatedBeliefs:
     """Return the scenes of a run's questions, as beliefs.
 
-    They are found once for each domain, for all models.
+    The scenes of a domain are found once for all models.
 
     If a second model lists the scenes (the captioner), it is first asked about all tasks of a domain. Other
     models then read its lists.

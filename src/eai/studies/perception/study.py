@@ -1,9 +1,9 @@
 """Compare formats of the scene in questions, and measure how errors in a perceived scene lower results.
 
-Answers are grouped by the number and kind of the errors, and by the facts that are lost. Rates of errors are
-always counted in the perceived scene graphs, not taken from the options of random errors. The unit of every
-interval is the name of a task, because tasks recur in runs and similar tasks share a name. If there is a run
-with true scenes, it is compared on the same tasks.
+Answers are grouped by the number and kind of errors in the perceived scene, and by the facts that it lacks.
+Rates of errors are always counted in the perceived scene graphs, not taken from the options of random errors.
+The unit of every interval is the name of a task, because tasks recur in runs and similar tasks share a name.
+If there is a run with true scenes, it is compared on the same tasks.
 """
 
 from __future__ import annotations
@@ -60,7 +60,7 @@ PLAIN = "text"
 """Label of a run whose questions list the true scene."""
 
 BOUNDS = (0, 5, 10, 20, 40, 100)
-"""Upper bounds, in percent, of the groups of answers by predicate error rate of the perceived scene."""
+"""Upper bounds of predicate error rates, in percent, by which answers are grouped."""
 
 _NO_PERCEPTION = "no record has a perceived scene; eai run --with perception.scene=noisy records one"
 
@@ -99,7 +99,7 @@ class _PerceivedTask:
         return frozenset([name for name, counts in self.perceived.predicates.items() if counts[2]])
 
     def make_case(self, share: Share) -> RateCase:
-        """Return the task's contribution to another rate, with the given numerator and denominator."""
+        """Return the task's contribution to a rate, with the given numerator and denominator."""
         return self.case._replace(share=share)
 
 
@@ -121,11 +121,11 @@ class _ComparedRuns:
 
     @cached_property
     def perceived_tasks(self) -> list[_PerceivedTask]:
-        """The perceived scene and contribution of each task, in all runs, that has a recorded scene."""
+        """The perceived scene and the contribution of each task with a recorded scene, in all runs."""
         return [task for name in self.runs for task in self.list_perceived_tasks(name)]
 
     def list_perceived_tasks(self, name: str) -> list[_PerceivedTask]:
-        """Return the perceived scene and contribution of each task of a run that has a recorded scene."""
+        """Return the perceived scene and the contribution of each task with a recorded scene, in one run."""
         cases = {case.task: case for case in self.make_cases(name)}
         return [
             _PerceivedTask(perceived, cases[record.task_id])
@@ -328,9 +328,9 @@ def _draw_figures(by_run: Table, metric: str, key: RunKey) -> Figures:
 
 
 def draw_success_by_error_rate(by_run: Table, metric: str) -> Figure | None:
-    """Draw each run as a point: metric by predicate error rate.
+    """Draw each run as a point: its metric above its predicate error rate.
 
-    The run with the true scene is hollow, at 0.
+    The run with the true scene is a hollow point at an error rate of 0.
     """
     figure = make_figure(COLUMN, 2.6)
     panel = figure.subplots()

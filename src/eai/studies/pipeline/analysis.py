@@ -1,4 +1,4 @@
-"""Find where pipelines lose against single abilities (paper, "Pipeline-based vs modularized").
+"""Find why pipelines solve fewer tasks than single abilities (paper, "Pipeline-based vs modularized").
 
 Two runs are compared on the same tasks. In the modular run, questions state the goals of the task. In the
 pipeline, they state goals that a model interpreted. Tasks are grouped by the kind of these goals, such as
@@ -52,7 +52,7 @@ _KINDS = ("exactly right", "all, and others", "some missing", "no answer")
 """Kinds of stated goals, from exactly right to no readable answer."""
 
 _GOALS = "goals"
-"""Label of a pipeline that states goals but no subgoals."""
+"""Label of a pipeline whose questions state goals but no subgoals."""
 
 _COMPARED = ("modular", "pipeline", "difference", "p")
 _PAPER = ("paper modular", "paper pipeline")
@@ -273,7 +273,7 @@ _LINKS = ("goal interpretation", "subgoal decomposition", "action sequencing")
 
 
 def _find_first_failing_ability(record: Record, success: RateCase) -> str:
-    """Return the first ability of a chain whose answer fails, or "nowhere" if none fails."""
+    """Return the first ability of a chain whose answer fails, or "nowhere" if every answer is right."""
     stated = record.summaries.get(STUDY)
     fails = (
         stated is None or bool(stated["goal_counts"][2]),
@@ -355,7 +355,7 @@ def analyze_pipelines(records: StudyRecords, goals: Path | None, *, search: bool
 
 
 def _pair_runs(records: StudyRecords, runs: Sequence[Run]) -> Iterator[tuple[Run, Run]]:
-    """Yield each pipeline, sorted by key, as a pair: the modular run, then the pipeline."""
+    """Yield pairs of a modular run and the pipeline that is compared with it, sorted by pipeline."""
     plain = {run.key: run for run in runs if not _is_pipeline(run)}
     pipelines = [run for run in runs if _is_pipeline(run)]
     if not pipelines:
@@ -412,7 +412,7 @@ def _find_reachable_tasks(
 
 
 def _find_paper_figures(key: RunKey) -> Mapping[str, tuple[float | None, float | None]]:
-    """Return the paper's figures for a model, by metric, as pairs of modular run and pipeline."""
+    """Return the paper's figures for a model by metric: pairs for the modular run and for the pipeline."""
     name = read_paper_models().get(key.model)
     paper = read_paper_table(f"pipeline_{key.ability.value}")
     columns = [column for column in paper.columns if column.domain == key.domain]

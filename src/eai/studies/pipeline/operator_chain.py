@@ -1,8 +1,8 @@
 """Plan with a model's operators, execute the plan in the world, and find the step of this chain that fails.
 
-The plan of an answer to transition modeling is translated to actions of the world, and scored as an answer
-to action sequencing. Planning problems lack some goals and preconditions of the world. So even the data set's
-own operators can fail, and each model's chain is compared with theirs.
+The plan of an answer to transition modeling is translated to actions of the world, and scored as an answer to
+action sequencing. Planning problems lack some goals and preconditions of the world. So even the data set's
+own operators can fail, and each model's chain is compared with the chain of these operators.
 """
 
 from __future__ import annotations
@@ -106,8 +106,8 @@ class _OperatorChain:
     def translate_plan(self, task_id: str, answer: str, verdict: OperatorVerdict) -> str | None:
         """Translate the planner's plan to an answer to action sequencing, or None.
 
-        The result is None if a step stands for no action, or if its number of objects differs from its
-        operator's.
+        The result is None if a step corresponds to no action, or if a step and its operator differ in the
+        number of objects.
 
         Raises:
             InputError: as raised by `find_chain_end`.
@@ -182,7 +182,7 @@ class _ChainedRun:
 
 
 def _find_chain_ends_of_runs(runs: Sequence[Run], records: StudyRecords) -> Iterator[_ChainedRun]:
-    """Yield runs of transition modeling with the ends of their chains.
+    """Yield runs of transition modeling, each with the ends of its answers' chains.
 
     The user gets a note on runs of other protocols, which are left out.
     """

@@ -47,7 +47,7 @@ STUDY = "pipeline"
 _PLACE = 10
 
 Interpretations: TypeAlias = tuple[str, Mapping[str, str]]
-"""Name of a model, and the model's answers to goal interpretation by task id."""
+"""Pair of a model's name and the model's answers to goal interpretation, by task id."""
 
 
 def read_goal_beliefs(
@@ -206,7 +206,9 @@ def find_interpreted_goals(goals: str, stage: FirstStage, endpoint: Endpoint, su
 
 
 def find_listed_subgoals(stage: FirstStage, endpoint: Endpoint, suite: Suite) -> StatedBeliefs:
-    """Return the subgoals that a model lists for the goals it interpreted, asked once per model and domain.
+    """Return the subgoals that a model lists for the goals that it interpreted.
+
+    The model is asked once for each domain.
 
     Raises:
         InputError: published prompts cannot state subgoals.

@@ -46,12 +46,12 @@ class _PipelineOptions(VariationOptions):
 
     @property
     def choice(self) -> str:
-        """Name of the option for interpreted goals; empty if it is not chosen."""
+        """Name of the option for interpreted goals; empty if the user did not choose this option."""
         return "" if self.goals is None else "pipeline.goals"
 
     @property
     def heading(self) -> str:
-        """Line that names the source of the stated goals for readers."""
+        """Heading of results that names the source of the stated goals."""
         return f"goals: {self.goals}" + ("" if self.subgoals is None else f", subgoals: {self.subgoals}")
 
     def record_choice(self, study: str) -> None:
@@ -63,7 +63,7 @@ class _PipelineOptions(VariationOptions):
         return "goals"
 
     def select_abilities(self, named: Collection[Ability]) -> list[Ability]:
-        """Return the abilities whose questions state goals; only named ones if any are named.
+        """Return the abilities whose questions state goals; if the user names abilities, only these.
 
         Raises:
             InputError: the questions of a named ability state no goals.
@@ -82,7 +82,7 @@ class _PipelineOptions(VariationOptions):
     def make_stage(
         self, library: PromptLibrary, wanted: Mapping[str, Collection[str]], ask: AskModel
     ) -> FirstStage:
-        """Return the stage that asks for goals. If subgoals are chosen, return the stage after it."""
+        """Return the stage that asks for goals, or the later stage for subgoals if the user chose them."""
         from eai.studies.pipeline.stage_one import find_interpreted_goals, find_listed_subgoals
 
         first = FirstStage(library, wanted, ask, partial(find_interpreted_goals, str(self.goals)))

@@ -382,7 +382,7 @@ def _draw_figures(cells: Table, metric: str, suite: str) -> Figures:
 
 
 def sort_prompt_rows(cells: Table, model: str) -> list[dict[str, Cell]]:
-    """Return the rows of a table of prompts, sorted by how well a model does with each prompt, best first."""
+    """Return the rows of a table of prompts, sorted by a model's result with each prompt, best first."""
     rows = cells.row_dicts()
     values = {row["prompt"]: read_estimate(row["value"]) for row in rows if row["answered_by"] == model}
     return sorted(rows, key=lambda row: -values[row["prompt"]])

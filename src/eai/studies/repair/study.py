@@ -18,7 +18,7 @@ from eai.studies.study import Analysis, Study
 from eai.tasks.options import Options
 
 _MAX_DISTANCE = 5
-"""Number of edits from which on the table has one common row for all distances."""
+"""Number of edits from which on all distances share one row of the table."""
 
 
 def _analyze_repairs(records: StudyRecords, chosen: Options) -> Iterator[Analysis]:

@@ -37,7 +37,7 @@ The paper rounds to two digits, then to one."""
 
 
 def compare_with_paper(runs: Sequence[RunSummary]) -> list[dict[str, str]]:
-    """Return rows that compare runs of the paper's models with the figures of each table of the paper.
+    """Return rows that compare our runs of the paper's models with each table of the paper.
 
     Compared runs use the paper's protocol and have the name of a published response file. Unranked runs are
     left out.
@@ -201,7 +201,7 @@ def _write_epochs_section(runs: Sequence[RunSummary]) -> Iterator[str]:
 
 
 def _get_epoch_cases(item: RunSummary) -> Iterator[tuple[RunKey, Cases]]:
-    """Yield the key of the whole run and the successes of one of its epochs; nothing for other runs."""
+    """Yield the whole run's key and an epoch's successes if the item is an epoch of a run; else nothing."""
     metric, model = find_success_metric(item.key.ability), strip_epoch(item.key.model)
     if metric is not None and model != item.key.model:
         yield item.key._replace(model=model), item.cases.get(metric, ())

@@ -309,7 +309,7 @@ def _format_json_array(items: Iterable[str]) -> str:
 
 
 def _list_answer_spans(verdict: Verdict) -> list[Json]:
-    """Return the spans of an answer as lists (start, end, kind); empty if all text was read unchanged."""
+    """Return the parts of an answer's text as lists (start, end, kind); empty if all text was simply read."""
     if all(span.kind is SpanKind.READ for span in verdict.spans):
         return []
     return [[span.start, span.end, span.kind.value] for span in verdict.spans]

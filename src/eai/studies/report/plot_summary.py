@@ -29,7 +29,7 @@ _FOOT = 0.75
 """Height of the page's title and legend, in inches."""
 
 _APART = 0.3
-"""Distance between the marks of two domains on one line, as a share of the line's height."""
+"""Vertical distance between the marks of two domains on one line, as a share of the line's height."""
 
 
 _PLANS = [

@@ -286,7 +286,7 @@ def make_run_rows(
         columns: the columns.
         runs: the runs of one protocol and domain.
         numbers: all scores of each model, by the name of the run.
-        with_paper: whether the table has rows of the paper, whose operators another planner judged.
+        with_paper: whether the table has rows of the paper, in whose runs another planner judged operators.
     """
     abilities = {column.ability for column in columns}
     planners = {name for run in runs for name in run.planners}

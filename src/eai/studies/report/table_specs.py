@@ -31,7 +31,7 @@ _IN_TABLES = tuple([ability for ability in _ORDER if ability in PAPER_ABILITIES]
 
 
 def find_paper_column(column: MetricColumn, domain: str) -> PaperColumn:
-    """Return the paper's column for the metric of a table's column, in a domain."""
+    """Return the column of the paper's tables for the metric of our column, in a domain."""
     return PaperColumn(column.ability.value if column.ability else "", column.metric, domain)
 
 

@@ -45,9 +45,8 @@ def write_report(
 ) -> int:
     """Write ``report.md``, ``report.tex`` with ``tables.tex``, ``tables.json`` and ``tables.csv``.
 
-    Experiments (runs with study options) have separate tables. If the paper is included, its other tables are
-    added. If records have token
-    counts, ``cost.csv`` is written too.
+    Experiments (runs with study options) have separate tables. If the paper's models are included, further
+    tables of the paper are added. If records have token counts, ``cost.csv`` is written too.
 
     Args:
         folder: folder of the files.
@@ -210,7 +209,7 @@ def _flatten_numbers(numbers: Mapping[str, Any]) -> Iterator[tuple[str, Plain]]:
 
 
 def _list_score_numbers(cell: RankedScore) -> dict[str, Any]:
-    """Return a number's value, fraction and interval by name; unknown values are None."""
+    """Return a mapping with the value, fraction and interval of a number; unknown values are None."""
     sure = cell.certainty
     return {
         "percent": cell.value,
