@@ -1,6 +1,6 @@
-"""The names of abilities and of protocols.
+"""The names of abilities and of protocols (versioned rules for scoring).
 
-Each suite has one ability and one set of scoring rules, its protocol.
+Each suite is the questions of a benchmark for one ability, scored by one protocol.
 """
 
 from __future__ import annotations
@@ -19,13 +19,13 @@ if TYPE_CHECKING:
 
 
 _NAMES: dict[tuple[type[_RegisteredName], str], _RegisteredName] = {}
-"""Cache of name objects, so that there is only one object for each name."""
+"""Cache that ensures that there is only one object for each name."""
 
 
 class _RegisteredName(str):
     """The name of a registered ability or protocol, as records, files and options write it.
 
-    There is only one object for each name, so that names can be compared by identity.
+    There is only one object for each name, so that programs can compare names by identity.
     """
 
     __slots__ = ()
@@ -72,11 +72,11 @@ class _RegisteredName(str):
 
 
 class Protocol(_RegisteredName):
-    """The name of a versioned set of rules for scoring.
+    """The name of a protocol: a versioned set of rules for scoring.
 
     `STRICT` follows the paper and corrects the defects of its reference package. Other protocols are
     registered by entry points of the group ``eai.protocols`` (`eai.benchmarks.protocols`). ``eai-1.0.5``
-    reproduces the verdicts of the paper's reference package, release 1.0.5, with its defects.
+    reproduces the verdicts of this package, release 1.0.5, with its defects.
     """
 
     __slots__ = ()
@@ -85,9 +85,9 @@ class Protocol(_RegisteredName):
 
     @classmethod
     def list_names(cls) -> Collection[Protocol]:
-        """Return `STRICT`, then all registered protocols by name.
+        """Return `STRICT`, then all registered protocols in the order of their names.
 
-        A name is listed even if its module is missing.
+        A protocol is listed even if its module is missing.
         """
         return dict.fromkeys((cls.STRICT, *map(cls, get_entry_point_names(PROTOCOL_GROUP))))
 
@@ -95,7 +95,7 @@ class Protocol(_RegisteredName):
 Protocol.STRICT = Protocol("strict")
 
 DEFAULT_PROTOCOL = Protocol.STRICT
-"""Protocol for scoring if no other is chosen."""
+"""Protocol by which answers are scored if the user chooses no other protocol."""
 
 PROTOCOL_GROUP = "eai.protocols"
 """Group of the entry points that register protocols other than ``strict``."""
@@ -103,15 +103,15 @@ PROTOCOL_GROUP = "eai.protocols"
 
 @cache
 def find_protocols() -> Mapping[str, EntryPoint]:
-    """Return the installed protocols other than ``strict``, by name."""
+    """Return a mapping from the names of installed protocols other than ``strict`` to their entry points."""
     return get_entry_points(PROTOCOL_GROUP)
 
 
 class Ability(_RegisteredName):
     """The name of an ability.
 
-    An `AbilityDeclaration` (`eai.abilities.declaration`) is registered under the name. It has the question,
-    the scorer and the metrics of the ability.
+    An `AbilityDeclaration` (`eai.abilities.declaration`) is registered under this name. It contains the
+    question, the scorer and the metrics of the ability.
     """
 
     __slots__ = ()
@@ -123,9 +123,9 @@ class Ability(_RegisteredName):
 
     @classmethod
     def list_names(cls) -> Collection[Ability]:
-        """Return all registered abilities, those of the paper first.
+        """Return all registered abilities; the paper's abilities come first.
 
-        A name is listed even if its module is missing.
+        An ability is listed even if its module is missing.
         """
         return dict.fromkeys(map(cls, get_entry_point_names(ABILITY_GROUP, _LISTED_FIRST)))
 
@@ -151,7 +151,7 @@ Commands use these abilities by default.
 """
 
 SCENE_GRAPH = Ability("scene_graph")
-"""The ability in which models list the objects and facts in pictures."""
+"""The ability of perception: models list the objects and facts that they see in pictures."""
 
 ABILITY_GROUP = "eai.abilities"
 """Group of the entry points by which a distribution registers an `AbilityDeclaration`."""
@@ -162,12 +162,12 @@ _LISTED_FIRST = (*_ALL_PAPER_ABILITIES, "world_model", "scene_graph", "acting")
 
 @cache
 def find_abilities() -> Mapping[Ability, EntryPoint]:
-    """Return the installed abilities, those of the paper first."""
+    """Return the installed abilities; the paper's abilities come first."""
     return {Ability(name): point for name, point in get_entry_points(ABILITY_GROUP, _LISTED_FIRST).items()}
 
 
 def ability_rank(ability: Ability) -> int:
-    """Return the position of an ability in sorted lists of abilities, from 0.
+    """Return the position, from 0, at which an ability stands in sorted lists of abilities.
 
     Abilities that are not installed come last.
     """

@@ -1,12 +1,12 @@
-"""Reasoning in a model's output: which part of a text is thought, and which part is the answer.
+"""Separate reasoning from the answer in a model's output.
 
-Models mark reasoning in different ways: tags such as ``<think>``, special tokens, and channels. There is one
-definition for scoring, runs and rewards:
+Models mark reasoning in different ways: tags such as ``<think>``, special tokens, and channels. Scoring, runs
+and rewards use the same definition of reasoning:
 
 * text between an opening and a closing mark is reasoning;
-* text before a closing mark without an opening mark is reasoning, since chat templates may write the opening
-  mark into the prompt;
-* text after an opening mark that is never closed is reasoning, so that it holds no answer.
+* text before a closing mark without an opening mark is reasoning, because chat templates may write the
+  opening mark into the prompt;
+* text after an opening mark that is never closed is reasoning, so such text contains no answer.
 """
 
 from __future__ import annotations
@@ -26,7 +26,7 @@ _OPENING = "|".join(
         rf"◁{_NAMES}▷",
         r"<unused94>(?:thought\b)?",
         r"<\|channel\|?>\s*(?:analysis|commentary|thought)\b(?:[^<\n]*<\|message\|>)?",
-        r"\Aanalysis(?=[A-Z])",  # the analysis channel, if a tokenizer removed its special tokens
+        r"\Aanalysis(?=[A-Z])",  # the marked channel after a tokenizer removed the special tokens
     ]
 )
 _CLOSING = "|".join(
@@ -41,7 +41,7 @@ _CLOSING = "|".join(
     ]
 )
 _GLUED = "assistantfinal"
-"""Closing mark of a channel whose opening mark is the word `analysis` without a space after it."""
+"""Closing mark of the channel that begins with the word `analysis` without a space after this word."""
 _MARK = re.compile(rf"(?P<opening>{_OPENING})|(?P<closing>{_CLOSING})|(?P<glued>{_GLUED})")
 _HINT = re.compile(r"<[/|]?\|?[A-Za-z]|\[/?THINK|◁|\Aanalysis[A-Z]")
 
@@ -50,10 +50,10 @@ class _Thought(NamedTuple):
     """A continuous text of reasoning, and its positions in the output.
 
     Attributes:
-        start: position of its first character, which belongs to the opening mark if there is a mark.
-        end: position after its last character, closing mark included.
+        start: position of the first character. An opening mark belongs to the reasoning.
+        end: position after the last character. A closing mark belongs to the reasoning.
         text: the reasoning without its marks.
-        is_finished: whether it has a closing mark.
+        is_finished: whether the reasoning has a closing mark.
     """
 
     start: int
@@ -81,7 +81,7 @@ def find_thoughts(text: str) -> tuple[_Thought, ...]:
 
 
 def _find_template_end(text: str) -> int:
-    """Return the position after the last closing mark of reasoning that has no opening mark, or 0."""
+    """Return the position after the last closing mark without an opening mark; 0 if all have one."""
     end, is_open = 0, False
     for mark in _MARK.finditer(text):
         if mark["closing"] is not None and not is_open:
@@ -93,7 +93,7 @@ def _find_template_end(text: str) -> int:
 
 
 def blank_out_thoughts(thoughts: Iterable[_Thought], text: str) -> str:
-    """Replace reasoning by blanks of the same length, so that positions in the text stay valid."""
+    """Return a text with blanks in place of reasoning. Positions in the text stay the same."""
     pieces, position = [], 0
     for thought in thoughts:
         pieces += [text[position : thought.start], " " * (thought.end - thought.start)]

@@ -1,8 +1,9 @@
 """Repairs: the fewest edits that make an answer succeed, and their description in words.
 
 The distance of an answer from success is the minimum number of steps that must be inserted, deleted or
-replaced. Often several repairs have the fewest edits. The reported repair is one of them, and not necessarily
-the model's mistake. A step is blamed only if one edit is enough and each such edit concerns this step.
+replaced. Often several repairs have the fewest edits. Then one such repair is reported. It need not show the
+mistake that the model made. A step is blamed only if a single edit is enough for success and every such edit
+concerns this step.
 """
 
 from __future__ import annotations
@@ -12,20 +13,18 @@ from dataclasses import dataclass
 from typing import Literal, TypeAlias
 
 EditKind: TypeAlias = Literal["insert", "delete", "object", "hand", "action", "step"]
-"""Kind of an edit.
+"""Kind of an edit: ``insert``, ``delete``, or for a replacement the replaced text.
 
-A replacement is named after the changed text: an object, the hand, the action, or the complete step.
-
-``action`` keeps the last object of the step. ``step`` is also the kind of an edit that replaces a part of an
-answer without steps.
+The replaced text is an object, the hand, the action, or the complete step. ``action`` keeps the last object
+of the step. ``step`` is also the kind of an edit that replaces a part of an answer without steps.
 """
 
 EDIT_KINDS: tuple[EditKind, ...] = ("insert", "object", "hand", "action", "delete", "step")
-"""All kinds of edits. If several edits are equally small, the kind that comes first is reported."""
+"""All kinds of edits. Among equally small edits, the edit whose kind comes first is reported."""
 
 
 DEFAULT_EFFORT = 20_000
-"""Default number of steps that a search for a repair may try, mostly in a quarter of a CPU second."""
+"""Default number of steps that a search for a repair may try. They usually take a quarter of a CPU second."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -34,10 +33,10 @@ class Edit:
 
     Attributes:
         kind: kind of the edit.
-        step: number of the deleted or replaced step, or of the step after an inserted step, from 0;
+        step: number of the deleted or replaced step, or of the step after the inserted step, from 0;
             None for a part of an answer without an order.
         action: the new step; empty if the edit only deletes.
-        was: the deleted or replaced step as it was written; empty if the edit only inserts.
+        was: the deleted or replaced step as the answer has it; empty if the edit only inserts.
     """
 
     kind: EditKind
@@ -47,7 +46,7 @@ class Edit:
 
     @property
     def text(self) -> str:
-        """The edit in words, with steps counted from 1."""
+        """The edit in words. It counts steps from 1."""
         position = "" if self.step is None else f" {'before ' * (not self.was)}step {self.step + 1}"
         if not self.was:
             return f"insert {self.action}{position}"
@@ -61,12 +60,12 @@ class Repair:
 
     Attributes:
         at_least: lower bound of the number of edits.
-        at_most: number of edits of a known repair; None if no repair is known.
+        at_most: number of edits in a repair that was found; None if no repair was found.
         why_null: why the distance is unknown: ``unreadable``, ``unsolvable`` (no plan succeeds),
             ``over_time`` (the task has a goal over time), or ``order`` (in this domain the fault of a step
             depends on more than the present state).
         edits: the edits of a smallest repair, in order; their number is ``at_most``.
-        ties: if the distance is one, the number of different edits that are enough.
+        ties: number of different single edits that are enough for success, if the distance is one.
         kinds: kinds of the edits in ``ties``.
         blame: common property of the edits in ``ties``: ``step`` (all delete or replace the same step, or
             insert before it), ``interval`` (all insert the same action, at different positions), or
@@ -93,7 +92,7 @@ class Repair:
 
 
 def describe_repair(repair: Repair) -> Iterator[str]:
-    """Yield a description of a repair, one sentence a line."""
+    """Yield sentences that describe a repair."""
     if repair.why_null is not None:
         yield f"smallest repair: not known ({repair.why_null.replace('_', ' ')})"
         return
@@ -110,7 +109,7 @@ def describe_repair(repair: Repair) -> Iterator[str]:
 
 
 def _describe_blame(repair: Repair) -> Iterator[str]:
-    """Yield the sentence that blames a step, if all single edits concern this step."""
+    """Yield the sentence that blames a step, if all single sufficient edits concern this step."""
     if repair.blame == "step" and repair.blamed is not None:
         missing = all(kind == "insert" for kind in repair.kinds)
         where = f"step {repair.blamed + 1}"
@@ -120,7 +119,7 @@ def _describe_blame(repair: Repair) -> Iterator[str]:
 
 
 def find_common_blame(edits: Sequence[Edit]) -> tuple[str, int | None]:
-    """Return the common property of sufficient single edits (`Repair.blame`), and their step."""
+    """Return the common property of single edits that are enough (`Repair.blame`), and the blamed step."""
     steps = [edit.step for edit in edits if edit.step is not None]
     if len(set(steps)) == 1:
         return "step", steps[0]

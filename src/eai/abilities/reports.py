@@ -1,4 +1,4 @@
-"""Make explanations: reports on the steps of a trajectory, on goals, and on the parts of a temporal goal."""
+"""Make reports for explanations: on the steps of a trajectory, on goals, and on parts of a temporal goal."""
 
 from __future__ import annotations
 
@@ -31,7 +31,7 @@ from eai.world.state import Fact, Scene, State, compare_states
 
 
 def report_steps(task: Task, domain: Domain, trajectory: Trajectory) -> tuple[StepReport, ...]:
-    """Return a report on each tried step of a trajectory."""
+    """Return a report on each step of a trajectory that was tried."""
     focus = _FactFilter.from_task(task)
     reports = []
     carried_out: list[int] = []
@@ -56,7 +56,9 @@ def report_steps(task: Task, domain: Domain, trajectory: Trajectory) -> tuple[St
 
 @dataclass(frozen=True, slots=True)
 class _FactFilter:
-    """Selects the changed facts that a report shows. It hides relations of the agent to itself.
+    """Selects the changed facts that a report on a step shows.
+
+    It hides relations of the agent to itself.
 
     Attributes:
         scene: the scene of the task.
@@ -92,9 +94,9 @@ class _FactFilter:
     def write_visible_facts(self, facts: Sequence[Fact], handled: Collection[int]) -> tuple[str, ...]:
         """Return the facts that the report on an action shows, as texts.
 
-        These facts are about objects that matter to the task. If a relation holds in both directions, its
-        fact is listed only if goals or the action contain both objects. Otherwise an object that moves would
-        be reported with each of its many neighbours.
+        These facts are about objects that matter to the task. Reports contain a relation that holds in both
+        directions only if both objects occur in the goals or the action. Otherwise the report on an object
+        that moves would name all of its many neighbours.
         """
         meant = frozenset({*self.goals, *handled})
         together = frozenset(facts)
@@ -129,7 +131,7 @@ def _report_executed(
 
 
 def _describe_failed_tries(domain: Domain, action: Action, before: State, after: State) -> str:
-    """Describe the effects that an action tried and did not reach; empty for an action with fixed effects."""
+    """Return a text on effects that an action tried and did not reach; empty if its effects are fixed."""
     operator = domain.compiled_operators[action.operator]
     if not operator.alternatives:
         return ""
@@ -147,7 +149,7 @@ def _describe_failed_tries(domain: Domain, action: Action, before: State, after:
 
 
 def _describe_fault(check: Check, domain: Domain, action: Action, state: State) -> str:
-    """Describe the fault of an action in a state, with the objects that cause it."""
+    """Return a text on the fault of an action in a state. It names the objects that cause the fault."""
     reason = check.reason.format_map(map_parameters_to_names(action, domain, state.scene))
     witnesses = find_check_witnesses(check, domain, action, state)
     return f"{reason}: {', '.join(witnesses)}" if witnesses else reason
@@ -156,9 +158,9 @@ def _describe_fault(check: Check, domain: Domain, action: Action, state: State) 
 def _describe_earlier_state(
     fault: Fault, trajectory: Trajectory, carried_out: Sequence[int], scene: Scene
 ) -> str:
-    """Describe the moment at which the missing condition of an action held before.
+    """Return a text on the earlier state in which the missing condition of an action held.
 
-    ``carried_out`` has the numbers of the executed steps, from 0.
+    ``carried_out`` contains the numbers of the executed steps, from 0.
     """
     if fault.kind is not FaultKind.WRONG_ORDER or fault.earlier is None:
         return ""
@@ -172,12 +174,12 @@ def _describe_earlier_state(
 
 
 def to_statement(action: Action, scene: Scene) -> Statement:
-    """Return a ground action as a `Statement`."""
+    """Return an action on objects as a `Statement`."""
     return Statement(action.operator, tuple([scene.objects[i].name for i in action.arguments]))
 
 
 def action_text(action: Action, scene: Scene) -> str:
-    """Return a ground action as text, such as ``GRAB(soap.1002)``."""
+    """Return an action on objects as text, such as ``GRAB(soap.1002)``."""
     return fact_text(Fact(action.operator, action.arguments), scene)
 
 
@@ -187,7 +189,7 @@ def fact_text(fact: Fact, scene: Scene) -> str:
 
 
 HIDDEN_HAZARD = "untold hazard"
-"""Kind of a goal that forbids a hazard and is not mentioned in prompts."""
+"""Kind, in reports, of a goal that forbids a hazard and that prompts do not mention."""
 
 
 def report_goals(
@@ -195,7 +197,8 @@ def report_goals(
 ) -> tuple[GoalReport, ...]:
     """Return a report on each goal of a task.
 
-    With a trajectory, the report on a missed goal over time describes the violation.
+    If there is a trajectory, the report on a missed goal over time describes how the trajectory violates the
+    goal.
     """
     kinds = [goal.kind.value for goal in task.goals_without_hazards]
     is_untold = isinstance(task.special, Hazards) and task.special.untold
@@ -236,7 +239,7 @@ def _describe_violation(formula: f.Formula, trajectory: Trajectory) -> str:
 
 
 def report_goal_parts(goal: f.Formula | None, trajectory: Trajectory) -> tuple[GoalPartReport, ...]:
-    """Return reports on the parts of a task's temporal goal, with the domain's names."""
+    """Return a report on each part of a task's temporal goal. Reports use the domain's names."""
     if goal is None:
         return ()
     evidence = explain_truth(goal, to_trace(trajectory))

@@ -1,8 +1,8 @@
-"""Scorers of the answers to one task. An answer is read only once for its verdict and its explanation.
+"""Scorers of the answers to one task. A scorer reads an answer once for both its verdict and its explanation.
 
-`make_error_report` turns the fault that ended an answer into the error in its verdict, for all abilities.
-`assess_or_report_failure` fails an answer whose scorer raises an exception, so that all other answers are
-still scored.
+`make_error_report` turns the fault that ended an answer into the error in its verdict, for all abilities. If
+a scorer raises an exception, `assess_or_report_failure` fails the answer, so that all other answers are still
+scored.
 """
 
 from __future__ import annotations
@@ -38,9 +38,9 @@ class Assessment(NamedTuple):
 
     Attributes:
         verdict: the verdict.
-        explain: returns the explanation in words, which is computed only on request.
-        analyze_failure: takes a maximum number of states and returns the verdict with the results of a
-            search, such as a repair; None if there is no such analysis.
+        explain: returns the explanation in words. Its computation starts only with this call.
+        analyze_failure: takes a maximum number of states, and returns the verdict with the results of a
+            search, such as a repair; None if the ability has no such analysis.
     """
 
     verdict: Verdict
@@ -53,21 +53,24 @@ class Scorer(ABC):
 
     @abstractmethod
     def assess(self, text: str) -> Assessment:
-        """Return the verdict on an answer with its explanation. It takes little longer than the verdict."""
+        """Return the verdict on an answer with its explanation.
+
+        This takes hardly longer than the verdict alone.
+        """
 
     def score(self, text: str) -> Verdict:
         """Return the verdict on an answer."""
         return self.assess(text).verdict
 
     def score_missing_answer(self) -> Verdict:
-        """Return the verdict for a missing answer: all goals are missed, and no error is counted.
+        """Return the verdict on a missing answer: it misses all goals, and has no error.
 
-        If a task is excluded for every answer, it is excluded here, too.
+        If the task is excluded whatever the answer is, the missing answer is excluded, too.
         """
         return self.score("").as_missing_answer()
 
     def find_exclusion(self) -> TaskExclusion | None:
-        """Return the reason why the task is excluded for every answer, or None if it is scored."""
+        """Return the reason why the task is excluded for all answers, or None if it is scored."""
         return self.score("").excluded
 
     def explain(self, text: str) -> Explanation:
@@ -76,7 +79,7 @@ class Scorer(ABC):
 
 
 class PlanScorer(Scorer):
-    """A scorer of plans. It can also execute plans in a world that is not in the task's initial state.
+    """A scorer of plans. It can also score a plan that is executed in another state than the initial one.
 
     Attributes:
         task: the task.
@@ -92,7 +95,9 @@ class PlanScorer(Scorer):
 
     @abstractmethod
     def assess_execution(self, text: str, execute: PlanExecutor) -> Assessment:
-        """Return the verdict on a plan. The explanation executes the plan even if the task is excluded.
+        """Return the assessment of a plan.
+
+        If the task is excluded from scoring, the plan is executed only for the explanation.
 
         Args:
             text: the answer.
@@ -101,11 +106,11 @@ class PlanScorer(Scorer):
 
     @abstractmethod
     def read(self, text: str) -> WrittenPlan | Unreadable:
-        """Read the plan in an answer, or return why the whole answer cannot be read."""
+        """Return the plan in an answer, or the reason why the answer cannot be read."""
 
     @abstractmethod
     def resolve_names(self, plan: WrittenPlan) -> tuple[Action, ...] | ErrorReport:
-        """Return the plan as ground actions, or its first grammar error.
+        """Return the actions on objects that a plan means, or the first error in its names.
 
         Unknown names are reported before wrong numbers of arguments.
         """
@@ -122,19 +127,22 @@ class PlanScorer(Scorer):
 _LOG = logging.getLogger(__name__)
 
 _MAX_MESSAGE = 200
-"""Maximum number of characters of an exception's message in a verdict."""
+"""Maximum number of characters that a verdict quotes from an exception's message."""
 
 R = TypeVar("R")
 
 
 def assess_or_report_failure(scorer: Scorer, empty: Verdict, assess: Callable[[], Assessment]) -> Assessment:
-    """Return the assessment of an answer, which fails and reaches no goal if the scorer raises an exception.
+    """Return the assessment of an answer.
+
+    If the scorer raises an exception, the answer fails and reaches no goal.
 
     Exceptions that do not concern the answer are raised again: missing data, missing packages and interrupts.
 
     Args:
         scorer: the scorer.
-        empty: an empty verdict of the ability's class, used if the scorer raises even for a missing answer.
+        empty: an empty verdict of the ability's class, used if the scorer raises an exception even for a
+            missing answer.
         assess: assesses the answer.
     """
     try:
@@ -148,7 +156,7 @@ def assess_or_report_failure(scorer: Scorer, empty: Verdict, assess: Callable[[]
 
 
 def describe_exception(error: Exception) -> str:
-    """Return the type, the file and line, and the message of an exception, as text."""
+    """Return a text with the type of an exception, the file and line of its origin, and its message."""
     *_, frame = extract_tb(error.__traceback__)
     place = f"{PurePath(frame.filename).name}:{frame.lineno}"
     message = " ".join(str(error).split())[:_MAX_MESSAGE]
@@ -162,7 +170,7 @@ def _is_unrelated_to_answer(error: Exception) -> bool:
 def _assess_scorer_failure(scorer: Scorer, empty: Verdict, error: Exception) -> Assessment:
     try:
         verdict = scorer.score_missing_answer()
-    except Exception:  # the scorer raises even for a missing answer
+    except Exception:  # the scorer raises an exception even for a missing answer
         verdict = empty.as_missing_answer()
     reason = f"the scorer raised {describe_exception(error)}"
     if verdict.excluded is None:
@@ -171,9 +179,9 @@ def _assess_scorer_failure(scorer: Scorer, empty: Verdict, error: Exception) -> 
 
 
 def _compute_or_default(compute: Callable[..., R], default: R, *arguments: int) -> R:
-    """Return the result of a function, or a default if it raises an exception.
+    """Return the result of a function, or a default if the function raises an exception.
 
-    An exception is logged as a warning. So a failed explanation does not change the verdict.
+    The exception is logged as a warning. So an explanation that fails does not change the verdict.
     """
     try:
         return compute(*arguments)

@@ -1,13 +1,13 @@
-"""Translate subgoals of any domain into programs, whose executions are searched.
+"""Translate the subgoals of an answer into a program. A search then explores all executions of the program.
 
-A subgoal is any formula. A condition on one state is achieved as a unit and then tested. All alternatives are
-tried: each operand of an ``or``, each object of an ``exists``. A ``forall`` requires all
-objects of its class. The name of a class stands for any of the task's objects of that class. An action is
-executed.
+A subgoal is a formula. If a part of the formula is about a single state, actions first make this part true,
+and then a test follows. All alternatives are tried: each operand of an ``or``, each object of an ``exists``.
+A ``forall`` requires all objects of its class. The name of a class stands for any of the task's objects of
+that class. An action in the formula is executed.
 
 A short formula can require millions of literals, because quantifiers and alternatives multiply. So literals
-are counted before a formula is expanded. A subgoal with too many literals is rejected, on every machine
-alike.
+are counted before a formula is expanded. A subgoal with too many literals is rejected. The limit is the same
+on every machine.
 """
 
 from __future__ import annotations
@@ -55,13 +55,13 @@ from eai.world.relation import iterate_bits
 from eai.world.state import State
 
 MAX_LITERALS = 100_000
-"""Maximum number of literals in a test of a subgoal, and in all its alternatives together."""
+"""Maximum number of literals in a test of a subgoal, and in all alternatives of a subgoal together."""
 
 TOO_MUCH = f"it comes down to more than {MAX_LITERALS:,} literals"
 
 
 class _QuantifierRange:
-    """Finds the objects that quantifiers in subgoals range over, and counts the resulting literals.
+    """Finds the objects over which quantifiers in subgoals range, and counts literals in expanded subgoals.
 
     Args:
         task: the task.
@@ -72,21 +72,22 @@ class _QuantifierRange:
         self._relevant = task.relevant
 
     def list_all_objects(self, variable: f.Variable) -> Sequence[int]:
-        """Return the objects of a variable's class, which a ``forall`` requires."""
+        """Return the objects of a variable's class. A ``forall`` requires something of all of them."""
         return tuple(iterate_bits(self._scene.get_category_mask(variable.category)))
 
     def list_usable_objects(self, variable: f.Variable) -> Sequence[int]:
-        """Return the task's objects of a variable's class, which ``exists`` tries.
+        """Return the objects of a variable's class that matter to the task. An ``exists`` tries them all.
 
-        If the task has no object of the class, return all objects of the scene.
+        If no object of the class matters to the task, return all objects of the class in the scene.
         """
         mask = self._scene.get_category_mask(variable.category)
         return [i for i in self._relevant if mask >> i & 1] or tuple(iterate_bits(mask))
 
     def count_literals(self, formula: f.Formula) -> int:
-        """Return the maximum number of literals that are evaluated in a test of a formula.
+        """Return the maximum number of literals that a test of a formula evaluates.
 
-        An empty class counts as one object, since formulas inside and around the quantifier are evaluated.
+        A class without objects counts as one object, because the formulas inside and around its quantifier
+        are evaluated.
 
         Raises:
             InputError: there are more than `MAX_LITERALS` literals.
@@ -104,12 +105,14 @@ class _QuantifierRange:
         return max(1, self._scene.get_category_mask(variable.category).bit_count())
 
     def count_alternative_literals(self, formula: f.Formula) -> int:
-        """Return the number of literals of all alternatives of a formula in negation normal form.
+        """Return the number of literals in all alternatives of a formula together.
 
-        An alternative counts as at least one literal, even if it requires none because a class is empty.
+        Negations stand only before atoms in this formula (negation normal form). An alternative counts as at
+        least one literal, even if it requires no literal because a class is empty.
 
         Raises:
-            InputError: there are more than `MAX_LITERALS` literals, or a test evaluates more.
+            InputError: there are more than `MAX_LITERALS` literals, or a test evaluates more literals than
+                that.
         """
         self.count_literals(formula)
         return _check_literal_limit(
@@ -152,23 +155,23 @@ def _check_literal_limit(number: int) -> int:
 
 
 MAX_INSTRUCTIONS = 20_000
-"""Maximum number of instructions of a program. A name with several objects multiplies alternatives."""
+"""Maximum number of instructions of a program. Each object with an ambiguous name adds alternatives."""
 
 _LITERALS_PER_ACTION = 100
 """Number of literals whose tests cost as much as one applied action."""
 
 _MAX_EXCLUSION_LITERALS = 100
-"""Maximum number of literals of a subgoal for a test whether they exclude each other."""
+"""Maximum number of literals of a subgoal whose literals are tested for contradictions."""
 
 _MAX_CACHED_SUBGOALS = 32
-"""Maximum number of cached subgoals of a task."""
+"""Maximum number of subgoals of a task whose conditions and plans are cached."""
 
 _MAX_CACHED_STATES = 16
-"""Maximum number of states for which the plans of one subgoal are cached, over all branches of a search."""
+"""Maximum number of states for which the plans of a subgoal are cached, over all branches of a search."""
 
 
 class _FailureReason(NamedTuple):
-    """The reason why a subgoal does not hold: the id of the check, and a text."""
+    """The reason why a subgoal does not hold, as the id of a failed check and as a text."""
 
     id: str
     words: str
@@ -181,16 +184,17 @@ _NOT_DONE = _FailureReason("not_brought_about", "nothing that is done for it bri
 
 @dataclass(frozen=True, slots=True, eq=False)
 class _StateRequirement:
-    """A condition that must hold.
+    """A condition that must hold after a subgoal.
 
-    Requirements are compared by identity, since hashing one with many alternatives takes long.
+    Requirements are compared by identity, because computing a hash of a requirement with many alternatives
+    takes long.
 
     Attributes:
-        holds: tests the condition.
+        holds: tests the condition in a state.
         check: the check that fails if the condition does not hold.
         effort: cost of the test, in applied actions.
-        refused: returns a check with the reason why no state can meet the condition, or None if a state may
-            meet it.
+        refused: returns a check that says why no state can meet the condition, or None if a state may meet
+            it.
     """
 
     holds: Holds
@@ -200,10 +204,10 @@ class _StateRequirement:
 
 
 class ProgramCompiler:
-    """Makes the programs that execute the subgoals of answers to one task.
+    """Makes the programs that execute the subgoals in answers to one task.
 
-    The conditions and plans of the last `_MAX_CACHED_SUBGOALS` subgoals are cached. Answers to one task begin
-    alike, and a subgoal does not depend on the rest of the answer.
+    The conditions and plans of the last `_MAX_CACHED_SUBGOALS` subgoals are cached, because answers to one
+    task often begin with the same subgoals. The plans of a subgoal do not depend on the rest of the answer.
 
     Args:
         task: the task.
@@ -228,7 +232,10 @@ class ProgramCompiler:
         self.make_action_planner = lru_cache(_MAX_CACHED_SUBGOALS)(self._make_action_planner)
 
     def compile_subgoals(self, written: WrittenSubgoals | Unreadable) -> CompiledAnswer | RejectedAnswer:
-        """Translate an answer into a program, or reject it. Each subgoal is read separately."""
+        """Return the program of an answer, or the rejection of the answer.
+
+        Each subgoal is parsed separately.
+        """
         if isinstance(written, Unreadable):
             return replace(reject_unparseable(written.reason), spans=written.spans)
         return replace(self._compile_subgoals(written), spans=written.spans)
@@ -254,8 +261,8 @@ class ProgramCompiler:
         """Return the program that executes subgoals one after the other.
 
         Raises:
-            InputError: a subgoal is not a combination of states and actions that can be executed one after
-                the other, or has too many literals.
+            InputError: a subgoal has too many literals, or does not combine states and actions in a way that
+                can be executed.
         """
         builder = _ProgramBuilder(self)
         start = 0
@@ -292,7 +299,7 @@ class ProgramCompiler:
         )
 
     def _make_needless_planner(self, alternatives: tuple[tuple[GroundAtom, ...], ...]) -> SubgoalPlanner:
-        """Return a planner for a subgoal that holds already: its actions fail as additional steps.
+        """Return a planner for a subgoal that holds already. Its actions fail as additional (needless) steps.
 
         If several alternatives hold, the alternative with the fewest such actions counts.
         """
@@ -308,7 +315,7 @@ class ProgramCompiler:
         return lru_cache(_MAX_CACHED_STATES)(find_plans)
 
     def _make_planner(self, literals: tuple[GroundAtom, ...], required: _StateRequirement) -> SubgoalPlanner:
-        """Return a planner that makes literals true and meets a requirement.
+        """Return a planner for plans that make literals true, and after which a requirement holds.
 
         If no state can meet the requirement, the planner returns no plan.
         """
@@ -341,7 +348,7 @@ class _ProgramBuilder:
         self._extent = programs.extent
 
     def quantify_classes(self, subgoal: f.Formula) -> f.Formula:
-        """Replace each name of a class in a subgoal by a variable for an object of the class."""
+        """Return a subgoal with a variable for an object of the class in place of each name of a class."""
         names = dict.fromkeys(
             term
             for part in walk_subformulas(subgoal)
@@ -359,12 +366,12 @@ class _ProgramBuilder:
     def add_subgoal(self, formula: f.Formula, number: int, then: int) -> int:
         """Add instructions for a part of a subgoal, and return the number of the first instruction.
 
-        Negations must stand at the leaves of the formula.
+        Negations may stand only before atoms in the formula.
 
         Args:
             formula: the part.
             number: number of the subgoal, from 0.
-            then: number of the instruction that runs next.
+            then: number of the instruction that runs after these instructions.
         """
         if _is_about_states(formula):
             return self._add_condition(formula, number, then)
@@ -389,9 +396,9 @@ class _ProgramBuilder:
                 raise _make_not_executable_error(formula)
 
     def _add_conjunction(self, parts: Sequence[f.Formula], number: int, then: int) -> int:
-        """Add actions in order, and conditions that must hold when all actions are done.
+        """Add instructions for actions in order, and for conditions that must hold after all actions.
 
-        The conditions are achieved before or after the actions.
+        Other actions make the conditions true before or after these actions: both ways are tried.
         """
         states = [part for part in parts if _is_about_states(part)]
         actions = f.Then(tuple([part for part in parts if part not in states]))
@@ -409,10 +416,10 @@ class _ProgramBuilder:
         return self._add_fork([self.add_subgoal(part, number, then) for part in reversed(parts)], number)
 
     def _add_condition(self, formula: f.Formula, number: int, then: int, *, is_all: bool = True) -> int:
-        """Add a condition on one state: achieve an alternative, then test the condition.
+        """Add instructions for a condition on one state: make an alternative true, then test the condition.
 
-        If the condition holds already, nothing is done. The subgoal is then an additional step
-        if the condition is the complete subgoal (``is_all``).
+        If the condition holds already, nothing is done. If the condition is the complete subgoal
+        (``is_all``), the subgoal is then an additional (needless) step.
         """
         observed = self._drop_unobserved_literals(formula)
         self._extent.count_alternative_literals(observed)
@@ -442,7 +449,10 @@ class _ProgramBuilder:
         )
 
     def _list_alternatives(self, formula: f.Formula) -> Iterator[tuple[GroundAtom, ...]]:
-        """Yield the literals of each alternative. A part that can only be tested has no literals."""
+        """Yield the literals of each alternative of a formula.
+
+        A part that can only be tested adds no literals.
+        """
         match formula:
             case f.And(parts):
                 for chosen in product(*map(self._list_alternatives, parts)):
@@ -461,7 +471,7 @@ class _ProgramBuilder:
                 yield () if literal is None else (literal,)
 
     def _drop_unobserved_literals(self, formula: f.Formula) -> f.Formula:
-        """Replace atoms by true if their predicates are not observed in the domain."""
+        """Return a formula with true in place of atoms whose predicates the domain does not observe."""
         match formula:
             case f.And(parts) | f.Or(parts):
                 return type(formula)(tuple([self._drop_unobserved_literals(part) for part in parts]))
@@ -497,7 +507,7 @@ def _make_require_instruction(required: _StateRequirement, number: int, then: in
 
 
 def _is_about_states(formula: f.Formula) -> bool:
-    """Whether a formula concerns a single state and contains no action."""
+    """Whether a formula is about a single state and contains no action."""
     return is_state_formula(formula) and not any(
         isinstance(part, f.Occurs) for part in walk_subformulas(formula)
     )

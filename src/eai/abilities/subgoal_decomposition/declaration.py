@@ -34,10 +34,10 @@ _EXECUTED = (SubgoalCategory.CORRECT, SubgoalCategory.GOAL_UNREACHABLE)
 
 
 def compute_metric_shares(verdict: SubgoalVerdict) -> dict[str, Share]:
-    """Return the share that one answer adds to each metric.
+    """Return a mapping from metrics to the share that one answer adds to each metric.
 
     An answer that cannot be executed counts as an error of its category, or as a wrong number of arguments.
-    Errors during execution count as in the verdict's `SummaryCounts`, or else as in the verdict.
+    Errors during the execution count as the verdict's `SummaryCounts` say, or else as the verdict says.
     ``granularity`` is the number of actions that the search added, divided by the number of subgoals with
     executed actions.
     """
@@ -61,7 +61,8 @@ def compute_metric_shares(verdict: SubgoalVerdict) -> dict[str, Share]:
 def _make_scorers(world: AbilityWorld) -> Callable[[Task], Scorer]:
     """Return a function that makes the scorer of a task.
 
-    The module of scorers is imported late, so that reports do not load the search.
+    The module with scorers is imported only here, so that programs that only make reports do not load the
+    search.
     """
     from eai.abilities.subgoal_decomposition.refinement import SubgoalRefiner
     from eai.abilities.subgoal_decomposition.scorer import SubgoalDecomposition

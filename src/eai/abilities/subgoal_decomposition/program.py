@@ -1,4 +1,4 @@
-"""Programs: the subgoals of an answer as instructions for the search, or the reason for their rejection."""
+"""Programs: the subgoals of an answer as instructions for the search, or the reason why it is rejected."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ from eai.world.operator import Check
 from eai.world.state import State
 
 ActionSequence: TypeAlias = Sequence[Action]
-"""A sequence of ground actions."""
+"""A sequence of actions on objects."""
 
 MAX_ACTIONS = 2
 """Maximum number of actions for one subgoal, including movement."""
@@ -28,14 +28,14 @@ TOO_FAR = Check(
     f"it takes more than {MAX_ACTIONS} actions: the states in between must be subgoals, too",
     id="too_many_actions",
 )
-"""The check that fails if a subgoal needs more actions than allowed."""
+"""The check that fails if a subgoal needs more than `MAX_ACTIONS` actions."""
 
 
 class SubgoalPlans(NamedTuple):
-    """The plans for a subgoal in a state.
+    """The plans that reach a subgoal from a state.
 
     Attributes:
-        plans: the plans, which are all tried; empty if nothing must be done.
+        plans: the plans. The search tries each. Empty if nothing must be done.
         effort: number of actions that the search for plans applied to states.
         failed_check: the check that fails before any action; None if the subgoal can be tried.
         has_failed: whether no plan reaches the subgoal, although its objects are of the right kind.
@@ -48,11 +48,11 @@ class SubgoalPlans(NamedTuple):
 
 
 SubgoalPlanner: TypeAlias = Callable[[State], SubgoalPlans]
-"""Function that finds the plans for a subgoal in a state."""
+"""Function that finds the plans which reach a subgoal from a state."""
 
 
 class PerformInstruction(NamedTuple):
-    """An instruction: execute each plan for a subgoal in the present state. If there is no plan, do nothing.
+    """An instruction: execute each plan for a subgoal, from the present state. Without a plan, do nothing.
 
     Attributes:
         plans: finds the plans.
@@ -68,10 +68,10 @@ class PerformInstruction(NamedTuple):
 
 
 class RequireInstruction(NamedTuple):
-    """An instruction: continue if a subgoal holds.
+    """An instruction: test whether a subgoal holds, and continue only then.
 
     Attributes:
-        holds: tests the subgoal.
+        holds: tests the subgoal in a state.
         check: the check that fails if the subgoal does not hold.
         subgoal: number of the subgoal, from 0.
         then: number of the next instruction.
@@ -86,10 +86,12 @@ class RequireInstruction(NamedTuple):
 
 
 class ForkInstruction(NamedTuple):
-    """An instruction: continue a subgoal in several branches, greater instruction numbers first.
+    """An instruction: continue a subgoal in several branches.
+
+    The branch with the greatest instruction number is explored first.
 
     Attributes:
-        targets: returns the numbers of the next instructions in a state.
+        targets: returns the numbers of the next instructions in a state, one for each branch.
         subgoal: number of the subgoal, from 0.
         effort: cost of finding these numbers, in applied actions.
     """
@@ -100,13 +102,13 @@ class ForkInstruction(NamedTuple):
 
 
 Instruction: TypeAlias = PerformInstruction | RequireInstruction | ForkInstruction | None
-"""An instruction of a program; None stands for the end of the answer, after all subgoals."""
+"""An instruction of a program. None stands for the end of the program, after all subgoals."""
 
 Program: TypeAlias = Sequence[Instruction]
 """A sequence of instructions, which run from the last to the first.
 
-Each instruction leads only to instructions before it. The last instruction runs first; number 0, which is
-None, is the end.
+Instruction 0 is None and ends the program. Every other instruction leads only to instructions with smaller
+numbers.
 """
 
 
@@ -128,7 +130,7 @@ class CompiledAnswer:
 
 
 MisusedName: TypeAlias = tuple[int, NameMisuse]
-"""A pair: the number of a subgoal, from 0, and the wrong use of a name in this subgoal."""
+"""A pair: the number of a subgoal, from 0, and the wrong use of a name in the subgoal."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -168,10 +170,10 @@ _PRECEDENCE = ("unknown_predicate", "wrong_arity", "unknown_object")
 
 
 def reject_misused_names(offences: Sequence[MisusedName], repairs: tuple[str, ...]) -> RejectedAnswer:
-    """Return the rejection of an answer that uses names in ways that are not allowed.
+    """Return the rejection of an answer that uses names in wrong ways.
 
-    Its error is the first misused name. Unknown predicates are reported before wrong numbers of arguments,
-    and these before unknown objects.
+    The first misused name makes the error of the answer. Unknown predicates are reported before wrong numbers
+    of arguments, and wrong numbers before unknown objects.
     """
     subgoal, worst = min(offences, key=lambda offence: _PRECEDENCE.index(offence[1].kind))
     wrong_number = worst.kind == "wrong_arity"

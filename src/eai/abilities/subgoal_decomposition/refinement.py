@@ -2,11 +2,11 @@
 
 A subgoal gets at most `MAX_ACTIONS` actions. An action that changes the world makes a part of the subgoal
 true. Three other kinds of actions (`OperatorRole`) may prepare it: *movement*, *taking* an object of the
-subgoal into a hand, and, if nothing else helps, *releasing* an object. So a distant goal fails as a subgoal.
-The shortest plan is taken. If several plans have this length, the search over the answer tries each. Effort
-is limited by a number of applied actions, never by time. Operators and objects are tried in their order.
-(Paper, section "Ability Module 2: Subgoal Decomposition": a breadth-first search with a bounded number of
-actions for each subgoal.)
+subgoal into a hand, and, if nothing else helps, *releasing* an object. So a goal that needs many actions
+fails as a subgoal. The shortest plan is taken. If several plans have this length, the search over the answer
+tries each plan. A number of applied actions limits the effort, never time. Operators and objects are tried in
+their order. (Paper, section "Ability Module 2: Subgoal Decomposition": a breadth-first search with a bounded
+number of actions for each subgoal.)
 """
 
 from __future__ import annotations
@@ -37,21 +37,21 @@ from eai.world.state import Scene, State
 _MAX_TESTED_LITERALS = 200_000
 """Maximum number of literals that one search may test.
 
-For a subgoal with very many literals, the search therefore applies fewer actions.
+So a search for a subgoal with very many literals may apply only few actions.
 """
 
 
 class _SubgoalSearchInput(NamedTuple):
-    """The input of a search for the actions of a subgoal.
+    """The input of a search for the actions of a subgoal. The parts of a subgoal are its literals.
 
     Attributes:
         state: the start state.
-        wanted: mapping from actions that may reach the subgoal to the mask of the parts that each may
-            achieve. A part is a literal of the subgoal; the mask has a bit for each part.
-        touched: mapping from the name of an operator to the mask of the parts that it can change.
+        wanted: mapping from actions that may reach the subgoal to the parts that each may make true, as a bit
+            mask.
+        touched: mapping from names of operators to the parts that each can change, as a bit mask.
         named: the objects in the subgoal.
         objects: the objects that actions may use.
-        candidates: cache of the search's candidates, by action.
+        candidates: mapping from actions to candidates, as a cache of the search.
         wider: returns further actions that may reach the subgoal by means of other objects; None if the
             subgoal is an action itself.
     """
@@ -70,7 +70,7 @@ class _SubgoalSearchInput(NamedTuple):
 
 
 class SubgoalRefiner:
-    """Finds the actions for subgoals of one domain.
+    """Finds the actions that achieve subgoals in one domain.
 
     Args:
         domain: the domain.
@@ -78,7 +78,7 @@ class SubgoalRefiner:
 
     Attributes:
         domain: the domain.
-        exclusion_rules: returns the rules about facts that exclude each other in the domain.
+        exclusion_rules: returns the domain's rules on facts that cannot hold together.
     """
 
     def __init__(self, domain: Domain, budget: int = 300) -> None:
@@ -103,12 +103,13 @@ class SubgoalRefiner:
     ) -> SubgoalPlanner:
         """Return a planner for a subgoal that does not hold yet.
 
-        If the subgoal cannot be reached, the planner returns the nearest plan and the action that fails, so
-        that the failure is diagnosed. If no action fails but the plan is too long, it returns no plan.
+        If no plan reaches the subgoal, the planner returns the plan that comes nearest, with the action that
+        fails. So the failure can be explained. If no action fails but the plan is too long, the planner
+        returns no plan.
 
         Args:
             literals: the literals of the subgoal.
-            holds: tests the complete subgoal, which may require more than its literals.
+            holds: tests the complete subgoal in a state. It may require more than its literals.
             scene: the scene.
             objects: the objects that actions may use.
             distinguished: operators whose use matters to the goal.
@@ -150,9 +151,9 @@ class SubgoalRefiner:
         return find_subgoal_plans
 
     def find_needless_actions(self, literals: Sequence[GroundAtom], state: State) -> ActionSequence | None:
-        """Return actions for literals that hold already. The actions fail as additional steps.
+        """Return actions for literals that hold already. These actions fail as additional (needless) steps.
 
-        The result has the first such action for each literal, or is None if a literal does not hold.
+        The result has the first such action for each literal. It is None if a literal does not hold.
         """
         if not all(self._repertoire.make_literal_test(literal, state.scene)(state) for literal in literals):
             return None
@@ -166,7 +167,9 @@ class SubgoalRefiner:
         return tuple(needless)
 
     def make_action_planner(self, action: Action, scene: Scene, objects: Sequence[int]) -> SubgoalPlanner:
-        """Return a planner for a subgoal that is an action: the shortest plan must end with this action.
+        """Return a planner for a subgoal that is an action.
+
+        The plan is the shortest that ends with this action.
 
         If no plan makes the action possible, the planner returns the failed attempt.
         """
@@ -185,12 +188,12 @@ class SubgoalRefiner:
         return find_plans(goal, self._list_permitted_sets(need), need.state, budget)
 
     def _list_permitted_sets(self, need: _SubgoalSearchInput) -> Iterator[PermittedActions]:
-        """Yield sets of permitted actions, each wider than the one before.
+        """Yield growing sets of actions that a search may use.
 
         Actions of the first set use only the objects in the subgoal. Actions of the second set may also
-        release any object. Actions of the third set may also go to any object, and change any object that the
-        literal leaves open. If the domain has movement but the subgoal does not depend on the position, only
-        tools are added. Without movement, as in most of PDDL, all fitting objects are added.
+        release any object. Actions of the third set may also go to any object, and may use any object that
+        the literal leaves open. If the domain has movement but the subgoal does not depend on the position,
+        only tools are added. Without movement, as in most PDDL domains, all fitting objects are added.
         """
         helping, movement = self._repertoire.find_supporters(_get_operator_names(need.wanted))
         moves, changes = self._split_off_movement(need.wanted, need)
@@ -220,7 +223,7 @@ class SubgoalRefiner:
     def _split_off_movement(
         self, wanted: Mapping[Action, int], need: _SubgoalSearchInput
     ) -> tuple[list[CandidateAction], list[CandidateAction]]:
-        """Split the wanted actions into movement to a wanted position, and other actions."""
+        """Return two lists of wanted actions: movement to a position that is wanted, and other actions."""
         leading = need.wider is not None
         moves = {a: p for a, p in wanted.items() if leading and self._get_role(a) is OperatorRole.MOVEMENT}
         changes = {action: parts for action, parts in wanted.items() if action not in moves}
@@ -229,7 +232,10 @@ class SubgoalRefiner:
     def _list_actions_of_role(
         self, operators: Iterable[Operator], role: OperatorRole, objects: Sequence[int]
     ) -> dict[Action, int]:
-        """Return the actions of a role on different objects. They only prepare, so their masks are 0."""
+        """Return a mapping from the actions of a role on different objects to 0.
+
+        The value is the mask of the literals that an action may achieve. These actions only prepare others.
+        """
         return {
             Action(o.name, arguments): 0
             for o in operators

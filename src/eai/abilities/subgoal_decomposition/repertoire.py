@@ -1,9 +1,9 @@
 """An index of a domain's operators: for each operator its role in a search, its conditions and its effects.
 
-It depends only on the domain's declaration, so it is computed once for all scenes. Results about a predicate
-are computed on the first request and cached. Positive and negated literals, and equal and different objects,
-have separate results. Threads that compute a result at the same time get equal results. A `CandidateAction`
-is an action by an operator in one search.
+The index depends only on the declaration of the domain, so one index serves all scenes. Results about a
+predicate are computed on the first request and cached. Positive and negated literals have separate results,
+and so do literals with equal and with different objects. Threads that compute a result at the same time get
+equal results. A `CandidateAction` is an action in one search.
 """
 
 from __future__ import annotations
@@ -44,20 +44,23 @@ Holds: TypeAlias = Callable[[State], bool]
 """Function that tests a condition in a state."""
 
 _AGENT = 0
-"""Number of the agent in an `_OperatorPattern`. The objects of the literal have numbers from 1 on."""
+"""Number that stands for the agent in an `_OperatorPattern`.
+
+Objects of the literal have numbers from 1 on.
+"""
 
 _MAX_FITTING_ACTIONS = 10_000
-"""Maximum number of actions of one operator for a literal that does not determine all of their objects."""
+"""Maximum number of actions of one operator for a literal that leaves some of the actions' objects open."""
 
 
 MAX_LISTED = 100_000
-"""Maximum number of actions of one operator in a search."""
+"""Maximum number of actions of one operator that a search lists."""
 
 
 class _CheckKind(Enum):
-    """Kinds of checks of an operator, by the actions that can change a check's truth value.
+    """Kinds of checks of an operator, by the actions that can change the truth value of the check.
 
-    `FIXED`: no action can change it. `COMMON`: some action can, but the truth value depends neither on the
+    `FIXED`: no action can change it. `COMMON`: some action can change it, but it depends neither on the
     operator's objects nor on the agent's position. `REST`: all other checks.
     """
 
@@ -74,13 +77,13 @@ class _OperatorInfo(NamedTuple):
         role: the operator's role in a search.
         movable: for each check whether movement can change its truth value; the last item is about the
             effects that the operator only tries.
-        fixable: for each check whether movement can make it true so that the action becomes possible. False
-            for checks that fail because the action is not needed, and for tried effects.
-        fixed_checks_hold: tests the `FIXED` checks, which no action can change.
-        common_checks_hold: tests the `COMMON` checks.
-        rest_checks_hold: tests all other checks.
-        unmovable_checks_hold: tests those of the other checks that movement cannot make true, without tried
-            effects.
+        fixable: for each check whether movement can make the check true and so the action possible. False for
+            checks that fail because the action is not needed, and for tried effects.
+        fixed_checks_hold: tests in a state whether all `FIXED` checks hold.
+        common_checks_hold: tests in a state whether all `COMMON` checks hold.
+        rest_checks_hold: tests in a state whether all `REST` checks hold.
+        unmovable_checks_hold: tests in a state whether those `REST` checks hold that movement cannot make
+            true, without tried effects.
     """
 
     operator: CompiledOperator
@@ -94,9 +97,10 @@ class _OperatorInfo(NamedTuple):
 
 
 _OperatorPattern: TypeAlias = tuple[str, tuple[int | None, ...]]
-"""Name of an operator that may make a literal true, and the numbers of its arguments.
+"""A pair: the name of an operator that may make a literal true, and the numbers of the operator's arguments.
 
-An argument is None if the literal leaves it open.
+A number stands for an object of the literal or for the agent. It is None if the literal leaves the argument
+open.
 """
 
 
@@ -107,12 +111,13 @@ class OperatorIndex:
         domain: the domain.
 
     Attributes:
-        operators: the operators by name.
+        operators: mapping from names to operators.
         movement: the operators that move the agent, without duplicates.
-        with_tools: names of operators that do not move the agent and have a tool: an argument in no effect.
-        find_writers: takes a predicate and returns the operators that change it (cached).
-        find_supporters: takes names of operators and returns the operators that can make them possible
-            (cached).
+        with_tools: names of operators that use a tool, which is an argument in no effect. They do not move
+            the agent.
+        find_writers: returns the operators that change a predicate (cached).
+        find_supporters: returns the operators that can make other operators possible, given the latters'
+            names (cached).
     """
 
     def __init__(self, domain: Domain) -> None:
@@ -156,15 +161,15 @@ class OperatorIndex:
         )
 
     def _find_writers(self, predicate: str) -> Sequence[Operator]:
-        """Return the operators that change a predicate or the stored predicates from which it is derived.
+        """Return the operators that change a predicate, in declared order.
 
-        They are in declared order.
+        For a derived predicate, these operators change the stored predicates in its definition.
         """
         sources = self._find_stored_predicates([Atom(predicate)])
         return [o for o in self._domain.operators if not self._writes[o.name].isdisjoint(sources)]
 
     def map_changed_literals(self, literals: Sequence[GroundAtom]) -> dict[str, int]:
-        """Return a mapping from operators' names to the bit masks of the literals that they can change."""
+        """Return a mapping from names of operators to the literals that each can change, as a bit mask."""
         touched: dict[str, int] = {}
         for i, literal in enumerate(literals):
             for operator in self.find_writers(literal.predicate):
@@ -175,7 +180,7 @@ class OperatorIndex:
         """Return a function that tests a literal in a state. Each predicate is compiled only once."""
         frame, truth = self._compiled(literal.predicate, len(literal.arguments), literal.truth)
         binding = frame.bind_arguments(scene, literal.arguments)
-        return lambda state: truth(state, [*binding])  # copied, since quantifiers write into the list
+        return lambda state: truth(state, [*binding])  # copied, because quantifiers write into the list
 
     def _compile_literal(
         self, predicate: str, arity: int, truth: bool
@@ -193,17 +198,18 @@ class OperatorIndex:
         others: Sequence[int] = (),
         fitting: State | None = None,
     ) -> dict[Action, int]:
-        """Return the actions that may make literals true, each with a bit mask of its literals.
+        """Return a mapping from actions that may make literals true to the literals that each may make true.
 
-        The arguments are objects of a literal, all different, or other objects if the literal leaves them
-        open. Only movement may change position, direction and posture of the agent.
+        The literals are a bit mask. The arguments of an action are different objects of a literal, or other
+        objects if the literal leaves them open. Only movement may change the position, the direction and the
+        posture of the agent.
 
         Args:
             literals: the literals.
             scene: the scene.
             others: objects that open arguments may also have.
-            fitting: a state or None. A state leaves out actions that a fixed check forbids, and allows
-                actions that have the same object twice.
+            fitting: a state or None. If it is a state, the result has no actions that a fixed check forbids,
+                and an action may have the same object twice.
         """
         wanted: dict[Action, int] = {}
         for i, literal in enumerate(literals):
@@ -237,7 +243,7 @@ class OperatorIndex:
     ) -> list[tuple[int, ...]]:
         """Return the tuples of arguments with which an operator's fixed checks hold.
 
-        ``given`` has the arguments that are fixed, and None for other arguments.
+        ``given`` has an object for each argument that is decided, and None for every other argument.
         """
         taken = self._taking(operator)
         scope = {p: i for p, i in zip(taken.schema.variables, given, strict=True) if i is not None}
@@ -260,10 +266,10 @@ class OperatorIndex:
         return tuple(patterns)
 
     def _find_supporters(self, names: frozenset[str]) -> tuple[Sequence[Operator], Sequence[str]]:
-        """Return the operators that can make other operators possible, directly or through further operators.
+        """Return the operators that can make some operators possible, directly or through further operators.
 
-        The first result has operators that take or release objects. The second has the names of operators
-        that move the agent.
+        The first result has the operators that take or release objects. The second result has the names of
+        the operators that move the agent.
         """
         operators = self._domain.operators
         asking = [operator for operator in operators if operator.name in names]
@@ -315,7 +321,7 @@ class OperatorIndex:
         candidates: Sequence[Operator],
         asks: Mapping[str, frozenset[str]],
     ) -> list[Operator]:
-        """Return the candidates that change a condition of the operators, or of another such candidate."""
+        """Return the candidates that change a condition of the operators or of other returned candidates."""
         supporting: list[Operator] = []
         asking = list(operators)
         while asking:
@@ -335,7 +341,7 @@ class OperatorIndex:
 def _fill_arguments(given: Sequence[int | None], objects: Sequence[int]) -> Iterator[tuple[int, ...]]:
     """Yield all tuples of different objects for an operator's arguments, in the order of objects.
 
-    Arguments that are not None stay unchanged.
+    Arguments that have an object already keep this object.
     """
     if not given:
         yield ()
@@ -353,19 +359,22 @@ def list_objects(arguments: Iterable[Sequence[int]], scene: Scene) -> tuple[int,
 
 
 def _match_effect(effect: EffectSchema, change: FactChange) -> dict[str, int] | None:
-    """Return a mapping from parameters to the objects with which an effect makes a change, or None."""
+    """Return a mapping from parameters of an operator to objects with which an effect makes a change.
+
+    Return None if the effect cannot make the change.
+    """
     if effect.atom.predicate != change.predicate or effect.adds is not change.truth:
         return None
     return match_atom(effect.atom, change.arguments, _find_agent_number)
 
 
 def _find_agent_number(constant: Constant) -> int | None:
-    """Return the agent's number in an `_OperatorPattern` if a constant names the agent, else None."""
+    """Return the agent's number in an `_OperatorPattern` for a constant that names the agent, or None."""
     return _AGENT if constant == AGENT else None
 
 
 def _drop_duplicates(operators: Iterable[Operator]) -> list[Operator]:
-    """Return the operators, without operators whose checks and effects equal those of an earlier operator."""
+    """Return the operators except those whose checks and effects equal the ones of an earlier operator."""
     operators_by_content: dict[object, Operator] = {}
     for operator in operators:
         operators_by_content.setdefault(
@@ -385,12 +394,12 @@ class CandidateAction(NamedTuple):
     Attributes:
         action: the action.
         info: the action's operator.
-        binding: the values of the operator's variables, for one search.
-        possible: cache of `is_possible_now`, by state.
-        results: cache of `compute_result`, by state.
-        parts: bit mask of the subgoal's literals that the action may achieve; 0 if it only prepares another
-            action.
-        touched: bit mask of the subgoal's literals that the action can change.
+        binding: the values of the operator's variables in this search.
+        possible: results of `is_possible_now`, cached by state.
+        results: results of `compute_result`, cached by state.
+        parts: the subgoal's literals that the action may make true, as a bit mask; 0 for an action that only
+            prepares another action.
+        touched: the subgoal's literals that the action can change, as a bit mask.
     """
 
     action: Action
@@ -403,30 +412,36 @@ class CandidateAction(NamedTuple):
 
     @classmethod
     def create(cls, action: Action, info: _OperatorInfo, state: State) -> CandidateAction:
-        """Return a candidate action without parts and with empty caches, for a new search."""
+        """Return a candidate action for a new search, without literals and with empty caches."""
         return cls(action, info, info.operator.bind(state, action.arguments), {}, {})
 
     def set_literal_bits(self, parts: int, touched: int) -> CandidateAction:
-        """Return this candidate with bit masks of the literals that it may achieve and that it can change."""
+        """Return this candidate with two bit masks: the literals that it may make true, and can change."""
         return CandidateAction(
             self.action, self.info, self.binding, self.possible, self.results, parts, touched
         )
 
     @property
     def is_achiever(self) -> bool:
-        """Whether the action changes the world. Such an action only achieves literals of the subgoal."""
+        """Whether the action changes the world.
+
+        Such an action is only taken to make literals of the subgoal true.
+        """
         return self.info.role is OperatorRole.CHANGE
 
     def is_possible(self, state: State) -> bool:
-        """Whether all checks of the action hold."""
+        """Whether all checks of the action hold in a state."""
         return self.info.operator.is_possible(state, self.binding)
 
     def is_ever_possible(self, state: State) -> bool:
-        """Whether the fixed checks hold. If so, they hold in all states of the episode."""
+        """Whether the fixed checks of the action hold.
+
+        If they hold, they hold in all states of the episode.
+        """
         return self.info.fixed_checks_hold(state, self.binding)
 
     def is_possible_now(self, state: State) -> bool:
-        """Whether the remaining checks hold, provided that the fixed and the common checks hold."""
+        """Whether all checks hold in a state, provided that the fixed and the common checks hold."""
         is_possible = self.possible.get(state)
         if is_possible is None:
             is_possible = self.possible[state] = self.info.rest_checks_hold(state, self.binding)
@@ -457,7 +472,7 @@ class CandidateAction(NamedTuple):
         return numbers if numbers or self.is_possible(state) else [len(checks)]
 
     def count_unmovable_failures(self, state: State, enough: int) -> int:
-        """Return the number of failing checks that movement cannot change. Counting stops at ``enough``."""
+        """Return the number of failing checks that movement cannot change. The count stops at ``enough``."""
         count = 0
         for check, moved in zip(self.info.operator.checks, self.info.movable, strict=False):
             if not moved and not check.holds(state, self.binding):
@@ -467,13 +482,13 @@ class CandidateAction(NamedTuple):
         return count
 
     def is_hopeless(self, failing: Sequence[int]) -> bool:
-        """Whether a failing check requires objects of another kind, so that no action can help."""
+        """Whether a failing check requires objects of another kind. Then no other action can help."""
         checks = self.info.operator.checks
         return any(checks[i].check.fault is FaultKind.AFFORDANCE for i in failing if i < len(checks))
 
 
 def is_action_needless(operator: CompiledOperator, action: Action, state: State) -> bool:
-    """Whether an action fails as an additional step, because its effect holds already."""
+    """Whether an action fails as an additional (needless) step, because its effect holds already."""
     failures = operator.find_failures(state, operator.bind(state, action.arguments))
     return any(failure.check.check.fault is FaultKind.ADDITIONAL_STEP for failure in failures)
 

@@ -34,14 +34,17 @@ from eai.world.state import Scene
 
 
 def classify_exploration(outcome: ExplorationResult) -> SubgoalCategory:
-    """Return the category of an executed answer, by the reported branch of the search."""
+    """Return the category of an executed answer, which the reported branch of the search determines."""
     if outcome.success:
         return SubgoalCategory.CORRECT
     return SubgoalCategory.GOAL_UNREACHABLE if outcome.executable else SubgoalCategory.RUNTIME
 
 
 def find_branch_error(branch: ExecutionBranch, domain: Domain, scene: Scene) -> ErrorReport | None:
-    """Return the error that ended a branch of the search, or None. Its step is the subgoal, from 0."""
+    """Return the error that ended a branch of the search, or None.
+
+    The step in it is the subgoal's number, from 0.
+    """
     failure = branch.failure
     if failure is None:
         return None
@@ -57,12 +60,12 @@ def find_branch_error(branch: ExecutionBranch, domain: Domain, scene: Scene) -> 
 class SubgoalDecomposition(Scorer):
     """The scorer of the subgoals for one task.
 
-    The whole answer is tested before any action is executed: first for subgoals, then for unknown names. Then
-    all ways to execute it are searched (`explore_program`). An answer succeeds if one branch of the search
-    reaches the goal. The parts of the task's temporal goal, or else its action goals, must be met in order.
-    All goals about states must hold at the end, and all goals over time during the execution. The verdict has
-    the errors of the reported branch, and the goals of the branch that reaches most goals. An answer that is
-    not executed reaches no goal.
+    Two tests come before any action is executed: whether all subgoals of the answer can be read, and whether
+    all names are known. Then a search explores all ways to execute the answer (`explore_program`). Each way
+    is a branch. An answer succeeds if one branch reaches the goal. The parts of the task's temporal goal, or
+    else its action goals, must be met in order. All goals about states must hold at the end, and all goals
+    over time during the execution. The verdict has the errors of the reported branch, and the goals of the
+    branch that reaches most goals. An answer that is not executed reaches no goal.
 
     Args:
         task: the task.
@@ -95,14 +98,14 @@ class SubgoalDecomposition(Scorer):
         self._limits = limits or ExplorationLimits()
 
     def assess(self, text: str) -> Assessment:
-        """Return the verdict on an answer. The explanation shows the steps of the reported branch."""
+        """Return the assessment of an answer. Its explanation shows the steps of the reported branch."""
         assessment = self._assess_any_task(text)
         if self.excluded is None:
             return assessment
         return Assessment(SubgoalVerdict(excluded=self.excluded), assessment.explain)
 
     def compile_answer(self, text: str) -> CompiledAnswer | RejectedAnswer:
-        """Return the answer as a program for the search, or why it cannot be executed."""
+        """Return the answer as a program for the search, or the reason why the answer cannot be executed."""
         return self._compiler.compile_subgoals(self.notation.read(text))
 
     @cached_property
@@ -184,10 +187,10 @@ class SubgoalDecomposition(Scorer):
         )
 
     def _find_best_branch(self, outcome: ExplorationResult) -> ExecutionBranch:
-        """Return the branch that reaches most goals; the reported branch, if no other branch reaches more.
+        """Return the branch that reaches most goals. Among equal branches, the reported branch is preferred.
 
         The paper takes the maximum over all sequences of actions (section "Ability Module 2: Subgoal
-        Decomposition"). Goals are tested in the state in which a sequence stops, so a failed branch counts,
+        Decomposition"). Goals are tested in the state in which a sequence stops. So a failed branch counts,
         too.
         """
         return max(self._list_branches(outcome), key=lambda branch: sum(self._test_goals(branch)))
@@ -208,16 +211,16 @@ class SubgoalDecomposition(Scorer):
         return best
 
     def _list_branches(self, outcome: ExplorationResult) -> tuple[ExecutionBranch, ...]:
-        """Return the branches whose goals count, the reported branch first."""
+        """Return the branches whose reached goals may count; the reported branch comes first."""
         return (outcome.reported, *outcome.ended)
 
     def _test_goals(self, branch: ExecutionBranch) -> tuple[bool, ...]:
-        """Return a truth value for each goal, in order: whether the branch reaches the goal."""
+        """Return for each goal, in order, whether the branch reaches it."""
         trajectory = branch.trajectory if self.goals.has_goals_over_time else None
         return self.goals.find_reached(branch.state, list_executed_actions(branch), trajectory)
 
     def _test_goals_unexecuted(self) -> tuple[bool, ...]:
-        """Return a truth value for each goal, in order, for an answer that is not executed."""
+        """Return for each goal, in order, whether an answer that is not executed reaches it."""
         return self.goals.none_reached
 
     def _explain(self, compiled: CompiledAnswer, outcome: ExplorationResult) -> Explanation:
