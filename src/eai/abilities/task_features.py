@@ -1,4 +1,4 @@
-"""Features of a task, such as its number of goals, for the records of answers."""
+"""Features of a task, such as its number of goals, for the records of answers to the task."""
 
 from __future__ import annotations
 
@@ -11,17 +11,16 @@ if TYPE_CHECKING:
 
 @dataclass(frozen=True, slots=True)
 class TaskFeatures:
-    """The features of a task, which do not depend on the answer. Analyses compare success between features.
+    """The features of a task, which do not depend on answers. Analyses compare success between features.
 
     Attributes:
-        name: the name of the task. Tasks with the same name are almost equal.
-        annotated_steps: number of steps of the data set's own plan; None if there is no plan.
+        name: name of the task. Tasks with the same name are almost equal.
+        annotated_steps: number of steps of the plan in the data set; None if there is no such plan.
         goals: number of goals.
         hazards: names of the hazards that the task's last goals forbid (`eai.tasks.special.Hazards`).
-        missing: the missing facts that make the goals unreachable; None if the task does not accept a
-            refusal as answer.
-        fits: the objects that the instruction may mean; None if the task does not accept a question as
-            answer.
+        missing: the facts whose absence makes the goals unreachable; None if answers to the task may not be a
+            refusal.
+        fits: the objects that the instruction may mean; None if answers to the task may not be a question.
     """
 
     name: str
@@ -33,7 +32,7 @@ class TaskFeatures:
 
     @property
     def should_decline(self) -> bool:
-        """Whether declining is right: the goals are unreachable, or the instruction fits several objects."""
+        """Whether declining is right: no plan reaches the goals, or the instruction fits several objects."""
         return bool(self.missing) or len(self.fits or ()) > 1
 
     @staticmethod

@@ -21,16 +21,16 @@ from eai.world.episode import Episode, Slip, SlipSampler
 
 
 class Trial:
-    """A task with several attempts: it ends when an answer succeeds or no attempts are left.
+    """A task with several attempts. The trial ends when an answer succeeds or no attempts are left.
 
-    All attempts share one sequence of random slips, so outcomes depend on the answers and the arguments only.
-    The scorer holds the true task. An agent may see another task.
+    All attempts share one sequence of random slips, so outcomes depend only on the answers and the arguments.
+    The scorer has the true task. An agent may believe something else about the task.
 
     Args:
         scorer: the scorer of the task.
-        options: the number of attempts, the world and the feedback.
+        options: the number of attempts, the state in which each begins, and the feedback.
         epoch: number of this trial among the repetitions for the same task, from 1.
-        stated: the task with other goals, which questions state; None if they state the task's own goals.
+        stated: the task with the goals that questions state; None if questions state the task's own goals.
 
     Attributes:
         attempts: the attempts so far.
@@ -77,7 +77,10 @@ class Trial:
 
     @property
     def remaining_task(self) -> Task:
-        """The task of the next attempt: the present state, and the stated goals that are not reached yet."""
+        """The task of the next attempt.
+
+        If attempts continue each other, it begins in the present state and has only the goals that remain.
+        """
         stated = self._question_goals
         task = self.task if stated is None else self.task.replace_goals(stated.goals)
         if self.options.world == "restart":
@@ -121,7 +124,7 @@ class Trial:
         return attempt
 
     def start_episode(self) -> Episode:
-        """Return a new world in the task's initial state."""
+        """Return a new episode, which begins in the task's initial state."""
         return Episode(self.scorer.domain, self.task.initial, self.slip_sampler)
 
     def execute_plan(self, actions: tuple[Action, ...]) -> Execution:
@@ -135,7 +138,7 @@ class Trial:
         )
 
     def is_goal_reached(self, episode: Episode) -> bool:
-        """Whether all goals hold in an episode now."""
+        """Whether all goals are reached in the present state of an episode."""
         trajectory = episode.trajectory
         return all(
             self.scorer.goals.find_reached(
@@ -144,7 +147,7 @@ class Trial:
         )
 
     def _find_goal_step(self, start: int) -> int | None:
-        """Return the number of steps after ``start`` until all goals first held; None if they never did."""
+        """Return the number of steps from ``start`` until all goals first held; None if they never held."""
         whole, goals = self.episode.trajectory, self.scorer.goals
         taken = _get_operator_names(whole.executed_actions)
         executed = [step.executed for step in self.episode.trajectory_from(start).steps]
@@ -163,11 +166,11 @@ def _get_operator_names(actions: Sequence[Action]) -> tuple[str, ...]:
 
 @dataclass(frozen=True, slots=True)
 class _QuestionGoals:
-    """Goals that questions state instead of the task's own, tested in the true world.
+    """Goals that questions state instead of the task's own goals. They are tested in the true world.
 
     Attributes:
-        goals: the goals, in order.
-        known_task: the task with only the goals whose names are all known.
+        goals: the stated goals, in order.
+        known_task: the task with those stated goals whose names are all known.
         test: the test of the goals of `known_task`.
     """
 
@@ -182,7 +185,7 @@ class _QuestionGoals:
         return cls(stated.goals, true_world, GoalTest(true_world))
 
     def report(self, episode: Episode) -> list[GoalReport]:
-        """Return a report on each goal. A goal with an unknown name is never met."""
+        """Return a report on each stated goal. A goal with an unknown name counts as missed."""
         trajectory = episode.trajectory
         reached = self.test.find_reached(
             episode.state, _get_operator_names(trajectory.executed_actions), trajectory

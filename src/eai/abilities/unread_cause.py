@@ -1,7 +1,7 @@
-"""Find the cause for which nothing in an answer could be read, such as a refusal or a loop.
+"""Find out why nothing in an answer could be read, for example because it is a refusal or repeats itself.
 
-The cause is the id of the failed check of a parsing error (`ErrorReport.check`), so that tables of errors
-count it. It never changes whether an answer is read.
+The cause is stored as the id of the failed check in a parsing error (`ErrorReport.check`), so that tables of
+errors count causes. A cause never changes whether an answer is read.
 """
 
 from __future__ import annotations
@@ -34,7 +34,7 @@ UnreadCause: TypeAlias = Literal[
     "refusal",
     "prose",
 ]
-"""Causes for which an answer cannot be read. If several apply, the first one counts.
+"""The causes for which answers cannot be read. If several causes apply, the first counts.
 
 - loop: the same text is repeated again and again.
 - unfinished_thought: the reasoning has no end.
@@ -55,17 +55,17 @@ class _CauseInWords(NamedTuple):
 
 
 _MAX_LOOPED = 4000
-"""Maximum number of characters at the end of an answer that may be a loop."""
+"""Maximum number of characters at the end of an answer that are searched for a loop."""
 
 _MIN_REPEATS, _MIN_LOOP = 5, 40
-"""Minimum number of repeats in a loop; `_MIN_LOOP` is its minimum length in characters."""
+"""Minimum number of repeats of the text in a loop, and minimum length of a loop in characters."""
 
 _LONG_LOOP = 1000
-"""Minimum length of a loop, in characters, that is less than half of the answer."""
+"""Minimum length, in characters, of a loop that fills less than half of the answer."""
 
 _MAX_QUOTED = 60
 _MAX_BEFORE_REFUSAL = 200
-"""Maximum number of characters before a refusal."""
+"""Maximum number of characters that may stand before a refusal in an answer."""
 
 _TOKENS = re.compile(r"<\|[\w-]+\|>|</?s>|```[\w-]*")
 _KEY = re.compile(r"""["'][^"'\n]*["']\s*:""")
@@ -73,7 +73,7 @@ _LIST_NUMBER = re.compile(r"^[ \t]*\d+[.):][ \t]*", re.MULTILINE)
 _JSON = re.compile(r"""[{\[]\s*["'“{\[]""")
 _QUOTE = re.compile(r'(?<!\\)"')
 _APPENDED = "]}`\n\t "
-"""Characters that programs append to an answer that was cut off."""
+"""Closing brackets and similar characters, which programs append to an answer that was cut off."""
 
 _REFUSAL = re.compile(
     r"\bI (?:can(?:['’]t|not)|could not|won['’]t|will not)"
@@ -134,7 +134,7 @@ def find_cause(
 def find_loop(text: str) -> str:
     """Return the text that an answer repeats at its end, or an empty text if there is no loop.
 
-    White space, and the numbers of list items, may differ between the repeats.
+    Repeats may differ in white space and in the numbers of list items.
     """
     words = " ".join(_LIST_NUMBER.sub("", text).split()).rstrip(_APPENDED)
     backwards = words[: -_MAX_LOOPED - 1 : -1]
@@ -156,7 +156,7 @@ def find_loop(text: str) -> str:
 
 
 def _find_notation(body: str, actions: Collection[str], *, is_json: bool) -> str | None:
-    """Return the notation of an answer in words, or None if it is unknown or the requested notation."""
+    """Return the name of an answer's notation, or None for the requested and for unknown notations."""
     if _OPERATOR.search(body):
         return "PDDL that is not quoted as a text" if _UNQUOTED_LISP.search(body) else None
     if is_json:
@@ -195,7 +195,7 @@ def _is_cut_off(body: str, *, is_json: bool) -> bool:
 
 
 def add_cause(assessment: Assessment, found: _CauseInWords | None) -> Assessment:
-    """Return an assessment whose error names the cause, and whose explanation has its sentence."""
+    """Return an assessment that names a cause in the error of its verdict and in its explanation."""
     if found is None:
         return assessment
     verdict = _name_cause(assessment.verdict, found.cause)
@@ -203,9 +203,9 @@ def add_cause(assessment: Assessment, found: _CauseInWords | None) -> Assessment
 
 
 def mark_as_cut_off(verdict: V, explanation: Explanation | None) -> tuple[V, Explanation | None]:
-    """Return a verdict and its explanation after a length limit cut the answer off.
+    """Return a verdict and its explanation, changed because a length limit cut the answer off.
 
-    The cause of an unreadable answer changes only from ``prose`` or None to ``cut_off``.
+    Only for an unreadable answer with the cause ``prose`` or no cause, the cause becomes ``cut_off``.
     """
     error = verdict.error
     if error is None or error.kind is not FaultKind.PARSING or error.check not in (None, "prose"):

@@ -2,15 +2,15 @@
 
 A subgoal can have several plans, and an ``or`` offers a choice of subgoals. Each choice makes a branch, and
 all branches are explored. Branches with the same state, the same remaining subgoals and the same progress
-have the same future. Only the best such branches are continued, so 2^k choices do not cost 2^k
-executions. A search of all branches would report the same branch, except for one detail. Earlier states of a
+have the same future. Only the best branches among these are continued, so the cost does not double with every
+choice. A search without such merging would report the same branch, except for one detail. Earlier states of a
 branch can turn its last error from a missing step into a wrong order; merging ignores this.
 
-The goal is a sequence of state formulas, ``f1 then f2 then ...`` (as are all goals of the data set). The
-first part is met at the earliest position at which it holds. Each further part is met at the earliest
-position, after the part before, at which it holds. An action belongs to the position of the state in which it
-is taken; the last position has no action. So the search needs to know only the number of parts met so far.
-The result equals that of `eai.logic.semantics` for such sequences (a test compares them).
+The goal is a sequence of state formulas, ``f1 then f2 then ...``, as are all goals of the data set. The first
+part is met at the earliest position at which it holds. Every other part is met at the earliest position at
+which it holds after the previous part was met. An action belongs to the position of the state in which it is
+taken; the last position has no action. So the search must remember only the number of parts met so far. The
+result equals that of `eai.logic.semantics` for such sequences (a test compares the two).
 """
 
 from __future__ import annotations
@@ -47,7 +47,7 @@ from eai.world.state import Scene, State
 
 
 class _GoalPart:
-    """One of the parts of a goal, met in order: a formula about a state and its next action."""
+    """One part of a goal: a formula about a state and the action after it. The parts are met in order."""
 
     __slots__ = ("_actions", "_formula", "_scene", "_test")
 
@@ -60,13 +60,16 @@ class _GoalPart:
         self._test = cache(self._compile_test)
 
     def holds(self, state: State, action: Action | None) -> bool:
-        """Whether the formula holds at a position: a state, and the action that is applied to the state."""
+        """Whether the formula holds at a position: in a state, and for the action taken in the state."""
         if action is None or action.operator not in self._actions:
             return self._test(None)(state)
         return self._test(action.operator)(state, action.arguments)
 
     def _compile_test(self, name: str | None) -> StateTest:
-        """Return the part's test at positions with an action; None stands for any action not in the part."""
+        """Return a test of the part at positions with a given action.
+
+        None stands for all actions that do not occur in the part.
+        """
         formula = self._formula
         at_action = (
             rewrite_leaves(formula, lambda leaf, _: _replace_action_test(leaf, name))
@@ -77,7 +80,10 @@ class _GoalPart:
 
 
 def _replace_action_test(leaf: f.Leaf, name: str | None) -> f.Formula:
-    """Replace a test for an action by a test of the action's objects, or by false for another action."""
+    """Return the formula that replaces a part of a goal at positions with a given action.
+
+    A test for this action becomes a test of the action's objects. A test for another action becomes false.
+    """
     if not isinstance(leaf, f.Occurs):
         return leaf
     if leaf.action != name:
@@ -87,17 +93,17 @@ def _replace_action_test(leaf: f.Leaf, name: str | None) -> f.Formula:
 
 
 class GoalProgress:
-    """The parts of a goal that must be met in order, in one scene.
+    """The parts of a goal that must be met in order, compiled for one scene.
 
     Args:
         goal: the goal, a sequence of formulas about states.
         scene: the scene.
         final_test: a further test of the last state; None for no test.
-        trajectory_test: a further test of the whole trajectory; None for no test.
+        trajectory_test: a further test of the trajectory from start to end; None for no test.
 
     Attributes:
         actions: the operators in the goal.
-        trajectory_test: the test of the whole trajectory; None for no test.
+        trajectory_test: as in the arguments.
 
     Raises:
         InputError: the goal is not a sequence of state formulas.
@@ -123,24 +129,30 @@ class GoalProgress:
         )
 
     def advance(self, met: int, state: State, action: Action) -> int:
-        """Return the number of goal parts that are met after a position; ``met`` is the number before it."""
+        """Return the number of goal parts that are met after a position; ``met`` is the number before."""
         if met < len(self._parts) and self._parts[met].holds(state, action):
             return met + 1
         return met
 
     def is_reached(self, met: int, final: State) -> bool:
-        """Whether the goal is reached at the end of a trajectory. The last state may meet the last part."""
+        """Whether the goal is reached at the end of a trajectory.
+
+        The last state itself may meet the last part.
+        """
         missing = len(self._parts) - met
         met_by_now = missing == 0 or (missing == 1 and self._parts[-1].holds(final, None))
         return met_by_now and (self._at_end is None or self._at_end(final))
 
 
 _MIN_BRANCHES_TO_MERGE = 5
-"""Minimum number of branches to search for equal branches. Fewer branches are explored faster."""
+"""Minimum number of branches for which equal branches are merged.
+
+Fewer branches are faster without merging.
+"""
 
 
 class _TriedStepChain(NamedTuple):
-    """A tried step with a link to the steps before it. Branches with equal beginnings share these objects."""
+    """A tried step with a link to the steps before. Branches with equal first steps share these objects."""
 
     step: Step
     before: _TriedStepChain | None
@@ -155,8 +167,8 @@ class ExecutionBranch(NamedTuple):
         errors: number of faults.
         met: number of met parts of the goal.
         subgoal: number of the subgoal that was executed last.
-        failure: the fault that ended the branch.
-        executed: number of actions executed for the last subgoal.
+        failure: the fault that ended the branch; None if no fault ended it.
+        executed: number of actions that were executed for the last subgoal.
         refined: number of subgoals for which actions were executed.
     """
 
@@ -170,12 +182,12 @@ class ExecutionBranch(NamedTuple):
     refined: int = 0
 
     def count_executed(self, subgoal: int) -> int:
-        """Return the number of actions executed for a subgoal if it is the branch's last subgoal, else 0."""
+        """Return the number of actions executed for a subgoal; 0 if it is not the branch's last subgoal."""
         return self.executed if self.subgoal == subgoal else 0
 
     @property
     def state(self) -> State:
-        """The present state."""
+        """The state at the present end of the branch."""
         return self.past.state
 
     @property
@@ -189,12 +201,12 @@ class ExecutionBranch(NamedTuple):
 
     @property
     def trajectory(self) -> Trajectory:
-        """The tried actions and the states after them."""
+        """The trajectory: the tried actions and the states after them."""
         return Trajectory(self.past.states, self.steps)
 
     @property
     def faults(self) -> tuple[Fault, ...]:
-        """All faults in order: faults of steps, then the fault of a required subgoal that does not hold."""
+        """All faults in order: the faults of steps, then that of a required subgoal that does not hold."""
         faults = tuple([step.fault for step in self.steps if step.fault is not None])
         if self.failure is None or len(faults) == self.errors:
             return faults
@@ -206,20 +218,22 @@ def _rank_success(branch: ExecutionBranch) -> int:
 
 
 def _rank_failure(branch: ExecutionBranch) -> tuple[int, int]:
-    """Return the sort key of a failed branch: fewest errors come first, then most executed actions."""
+    """Return the sort key of a failed branch: fewer errors come first, then more executed actions."""
     return branch.errors, -branch.past.number
 
 
 def _merge_branches(
     branches: list[ExecutionBranch], subgoal: int, *, with_pasts: bool
 ) -> list[ExecutionBranch]:
-    """Keep only the best branch for success and for failure among branches with the same future, in order.
+    """Return the branches without needless ones: two are enough for each group with the same future.
+
+    These two are the best branch for success and the best branch for failure.
 
     Args:
-        branches: the branches.
+        branches: the branches, in order.
         subgoal: number of the subgoal with which the branches continue.
-        with_pasts: whether branches with different executed actions are never merged, since these actions
-            matter to the goal.
+        with_pasts: whether branches with different executed actions are in different groups, because these
+            actions matter to the goal.
     """
     if len(branches) < _MIN_BRANCHES_TO_MERGE:
         return branches
@@ -237,17 +251,17 @@ def _merge_branches(
 
 
 _PAST_STATES_PER_ACTION = 16
-"""Number of past states whose tests cost as much as one applied action."""
+"""Number of past states for which tests of a subgoal cost as much as one applied action."""
 
 
 _NO_SUBGOAL = -1
-"""Number that stands for no subgoal, at the end of a program."""
+"""Number of a subgoal that stands for the end of a program, after all subgoals."""
 
 
 def _end_branch(
     branch: ExecutionBranch, subgoal: int, check: Check, earlier: int | None = None
 ) -> ExecutionBranch:
-    """Return the branch after it failed at a subgoal without trying an action.
+    """Return a branch after it failed at a subgoal before any action was tried.
 
     ``earlier`` is the number of the last state in which the subgoal held, or None.
     """
@@ -262,8 +276,8 @@ class ExplorationLimits:
 
     Attributes:
         attempts: maximum number of tried actions, over all branches.
-        branches: maximum number of branches that begin a subgoal; the search follows the first of them. All
-            branches that execute the last subgoal are tested for the goal.
+        branches: maximum number of branches that begin a subgoal; the search continues only the first
+            branches. All branches that execute the last subgoal are tested for the goal.
         effort: maximum number of actions applied to states to find plans, over all branches.
     """
 
@@ -282,11 +296,12 @@ class ExplorationResult:
 
     Attributes:
         reported: the branch with the fewest errors among the branches that reach the goal; or else among the
-            branches that execute all subgoals; or else among all branches. If several have equally few
-            errors and none reaches the goal, it is the branch with most actions; otherwise the first one.
+            branches that execute all subgoals; or else among all branches. If several have equally few errors
+            and no branch reaches the goal, the branch with most actions is reported; otherwise the first
+            branch.
         success: whether a branch reaches the goal.
         executable: whether a branch executes all subgoals.
-        end: why the search ended. If it is not complete, ``reported`` is the best branch so far.
+        end: why the search ended. If the search is not complete, ``reported`` is the best branch so far.
         attempts: number of tried actions.
         ended: all branches that ended, in the order of the search.
     """
@@ -306,7 +321,7 @@ def explore_program(
     goal: GoalProgress,
     limits: ExplorationLimits,
 ) -> ExplorationResult:
-    """Execute a program of subgoals in all possible ways, within limits.
+    """Execute a program of subgoals in all possible ways, within limits, and return the result.
 
     Args:
         domain: the domain.
@@ -339,7 +354,7 @@ class _Exploration:
         self._ended: list[ExecutionBranch] = []
 
     def explore_branches(self, start: ExecutionBranch) -> ExplorationResult:
-        """Explore all branches from a start, and return the result."""
+        """Explore all branches from a start branch, and return the result of the search."""
         self._waiting[-1].append(start)
         for number in reversed(range(len(self._program))):
             instruction, waiting = self._program[number], self._waiting[number]
@@ -353,9 +368,9 @@ class _Exploration:
     def _select_branches(
         self, waiting: list[ExecutionBranch], instruction: Instruction
     ) -> list[ExecutionBranch]:
-        """Return the branches that continue at an instruction.
+        """Return the branches that continue at an instruction, after those with the same future are merged.
 
-        The limit on branches does not apply to tests and to the end of the answer.
+        Tests and the end of the answer do not limit the number of branches.
         """
         subgoal = _NO_SUBGOAL if instruction is None else instruction.subgoal
         branches = _merge_branches(waiting, subgoal, with_pasts=self._goal.trajectory_test is not None)
@@ -424,9 +439,9 @@ class _Exploration:
     def _follow_plan(
         self, branch: ExecutionBranch, plan: ActionSequence, instruction: PerformInstruction
     ) -> ExecutionBranch:
-        """Continue a branch by a plan, up to the plan's first failing step. Additional steps do not end it.
+        """Return a branch after the steps of a plan, up to the first step that fails.
 
-        A plan that is too long ends the branch.
+        Additional (needless) steps do not end the branch. A plan that is too long ends it.
         """
         past, tried, errors, met = branch.past, branch.tried, branch.errors, branch.met
         subgoal, most = instruction.subgoal, instruction.max_actions
@@ -464,7 +479,7 @@ class _Exploration:
     def _find_earlier_state(self, branch: ExecutionBranch, instruction: RequireInstruction) -> int | None:
         """Return the number of the latest state in which a required subgoal held, or None.
 
-        If the limit of effort is reached, the result may be any number of a state.
+        If the limit of effort is reached, the number is meaningless.
         """
 
         def has_held(state: State) -> bool:

@@ -1,10 +1,10 @@
 """Uniform-cost search for the shortest plans that reach a subgoal from a state.
 
-Actions that may reach the subgoal, and actions that may make such actions possible, are permitted in growing
-sets (`refinement`). Before each action the agent makes the shortest movement that the action needs. If no
-plan is found, the result is the plan that comes nearest to the subgoal, with the action that fails. This
-module shares nodes, open list and loop with `eai.planning.planner`. It is separate because a subgoal needs
-several shortest plans, and the planner returns only one.
+The search may use actions that may reach the subgoal, and actions that may make such actions possible.
+`refinement` permits these actions in growing sets. Before each action the agent makes the shortest movement
+that the action needs. If no plan is found, the result is the plan that comes nearest to the subgoal, with the
+action that fails. This module shares nodes, open list and loop with `eai.planning.planner`. It is separate
+because a subgoal needs several shortest plans, and the planner returns only one.
 """
 
 from __future__ import annotations
@@ -22,27 +22,29 @@ from eai.world.action import Action
 from eai.world.state import State
 
 MAX_PLANS = 4
-"""Maximum number of plans for one subgoal."""
+"""Maximum number of plans that a search returns for one subgoal."""
 
 _PARTS_PER_ACTION = 16
-"""Number of goal parts whose tests cost as much as one applied action."""
+"""Number of parts of a goal whose tests cost as much as one applied action."""
 
 _MAX_MOVEMENTS = 3
 """Maximum number of movements before one action: to stand up, to go to an object, and to turn to it."""
 
 
 MovementPath: TypeAlias = PlanNode
-"""A path of movements from a state, with the state at its end."""
+"""A path of movements from a state: a node with the actions on the path and the state at its end."""
 
 
 class PermittedActions(NamedTuple):
-    """The permitted actions of a search. A part is a literal of the subgoal; masks have a bit for each part.
+    """The actions that a search may use.
+
+    Parts are the literals of the subgoal; a mask has a bit for each part.
 
     Attributes:
-        achievers: actions that may reach the subgoal.
+        achievers: actions that may make parts true.
         helping: actions that may make achievers possible.
-        moving: movement that may reach the subgoal.
-        movement: actions that move the agent, for the sake of other actions.
+        moving: movement that itself may make parts true.
+        movement: movement that prepares other actions.
         touched: mask of the parts that movement can change.
     """
 
@@ -59,7 +61,7 @@ class SearchGoal(NamedTuple):
     Attributes:
         at_start: mask of the parts that hold in the start state.
         met: takes a state, a mask of parts to test and the mask of parts that held before; returns the mask
-            of parts that hold.
+            of parts that hold now.
         everything: mask of all parts.
         holds: tests in a state what the goal requires in addition to its parts.
         distinguished: operators whose use matters to the goal, even if the resulting states are equal.
@@ -80,14 +82,16 @@ class SearchGoal(NamedTuple):
 
     @property
     def step_effort(self) -> int:
-        """Cost of one applied action with a test of all parts, in applied actions."""
+        """Cost of one applied action and a test of all parts, counted in applied actions."""
         return 1 + self.size // _PARTS_PER_ACTION
 
 
 def find_plans(
     goal: SearchGoal, permitted_sets: Iterable[PermittedActions], start: State, budget: int
 ) -> SubgoalPlans:
-    """Return the shortest plans with the first set of actions that allows any, or the best failed attempt.
+    """Return the shortest plans that reach a goal, or the failed attempt that comes nearest to the goal.
+
+    The sets of permitted actions are tried in order, until a plan is found.
 
     Args:
         goal: the goal of the searches.
@@ -109,7 +113,7 @@ def find_plans(
 
 
 class _MovementFinder:
-    """Finds paths of movements from states. Paths are explored only as far as other actions need them.
+    """Finds paths of movements from states. Paths are explored only as far as other actions need.
 
     Args:
         moves: actions that move the agent.
@@ -128,7 +132,7 @@ class _MovementFinder:
         """Yield all movement paths from a state, the shortest first. Paths are explored lazily."""
         if state not in self._ways:
             (self._ways[state],) = tee(self._explore_paths(state), 1)
-        return copy(self._ways[state])  # each copy yields the explored paths, then explores more
+        return copy(self._ways[state])  # every copy first yields explored paths, then explores further paths
 
     def _explore_paths(self, start: State) -> Iterator[MovementPath]:
         moves = [candidate for candidate in self._moves if candidate.is_ever_possible(start)]
@@ -167,7 +171,7 @@ class _UniformCostSearch:
         goal: the goal.
         permitted: the permitted actions.
         effort: number of actions applied to states.
-        movement: the movement paths.
+        movement: finds movement paths.
         nodes: nodes of the visited states in which the goal does not hold, in order of distance from the
             start.
         out_of_reach: pairs of a state and an action that no movement makes possible in this state.
@@ -188,9 +192,9 @@ class _UniformCostSearch:
         self._found: dict[object, PlanNode] = {}
 
     def find_shortest_plans(self, start: State) -> list[ActionSequence]:
-        """Return the shortest plans, at most `MAX_PLANS`.
+        """Return at most `MAX_PLANS` shortest plans.
 
-        Plans with equal results for the goal are returned once.
+        Among plans with equal results for the goal, one is returned.
         """
         actions = (*self.permitted.achievers, *self.permitted.helping)
         self._candidates = [candidate for candidate in actions if candidate.is_ever_possible(start)]
@@ -204,7 +208,10 @@ class _UniformCostSearch:
         self._pushed += 1
 
     def _visit_node(self, node: PlanNode) -> PlanNode | SearchEnd | None:
-        """Expand a node, unless a plan of this length is known. A node or a `SearchEnd` stops the search."""
+        """Add the successors of a node to the open list, or keep them as solutions.
+
+        The search goes on if the result is None. A node or a `SearchEnd` stops it.
+        """
         self.nodes.append(node)
         if node.depth < self._best:
             for child in self._expand_node(node):
@@ -228,7 +235,7 @@ class _UniformCostSearch:
         return self.goal.holds(state)
 
     def _expand_node(self, node: PlanNode) -> Iterator[PlanNode]:
-        """Yield the successors of a node by plans that are no longer than the best plan so far."""
+        """Yield the successors of a node whose plans are no longer than the best plan so far."""
         allowed: dict[str, bool] = {}
         for candidate in self._candidates:
             is_achiever, parts = candidate.is_achiever, candidate.parts & ~node.met
@@ -259,7 +266,7 @@ class _UniformCostSearch:
                     yield SearchNode(way.state, met, depth, node, way.list_actions())
 
     def _find_approach(self, node: PlanNode, candidate: CandidateAction) -> MovementPath | None:
-        """Return the shortest movement that makes an action possible; None if no short movement does."""
+        """Return the shortest movement that makes an action possible, or None if no short movement does."""
         state, before = node.state, node.depth + 1
         if before > self._best:
             return None
@@ -277,25 +284,25 @@ class _UniformCostSearch:
 
 
 _MAX_FAILURE_STATES = 16
-"""Maximum number of states in which a failed search tests actions: the start, then the best states."""
+"""Maximum number of states in which actions are tested after a failed search: the start and best states."""
 
 _MAX_FAILURE_TESTS = 200_000
-"""Maximum number of tests of goal parts when a failed search is explained.
+"""Maximum number of tests of goal parts that explain a failed search.
 
 If a goal has very many parts, fewer states are tested.
 """
 
 
 _AttemptRank: TypeAlias = tuple[int, int, int]
-"""Rank of a failed attempt to reach a subgoal. The smallest rank is nearest to the goal.
+"""Rank of a failed attempt to reach a subgoal. The attempt with the smallest rank is nearest to the subgoal.
 
-It has the negated number of goal parts that would be met, the number of failing checks, and the number of
-actions.
+A rank consists of three numbers: the negated number of goal parts that would be met, the number of failing
+checks, and the number of actions.
 """
 
 
 class _TriedAction(NamedTuple):
-    """An action tried after a plan, the state in which it is tried, and the numbers of its failing checks."""
+    """An action that was tried after a plan, the state in which it was tried, and its failing checks."""
 
     node: PlanNode
     candidate: CandidateAction
@@ -305,16 +312,17 @@ class _TriedAction(NamedTuple):
 
 
 _NearestAttempt: TypeAlias = tuple[_AttemptRank, _TriedAction | None]
-"""A pair: the rank of an attempt, and the attempt to report; None if its plan is too long."""
+"""A pair: the rank of an attempt, and the attempt to report, or None if its plan is too long."""
 
 
 def _find_best_failed_attempt(searches: Sequence[_UniformCostSearch]) -> SubgoalPlans:
-    """Return the failed plan that comes nearest to the goal, after searches without a plan.
+    """Return the failed plan that comes nearest to the goal, after all searches failed.
 
-    The plan ends with a failing action. This action would meet most parts of the goal; among equals it has
-    the fewest failing checks, then the shortest plan. An action that would make its failing checks true may
-    replace it. If no action fails but the plan is too long, there is no plan. If all parts can be reached,
-    but not together, the plan is the shortest one that meets most parts.
+    The plan ends with a failing action: the action that would meet most parts of the goal. If several actions
+    would meet equally many, the action with the fewest failing checks counts, then the action with the
+    shortest plan. An action that would make the failing checks true may replace it. If no action fails but
+    the plan is too long, no plan is returned. If all parts can be reached, but not together, the plan is the
+    shortest that meets most parts.
     """
     failing = [_FailedSearch(search) for search in searches]
     most_met = max([failed_search.most_met for failed_search in failing])
@@ -336,7 +344,7 @@ def _find_best_failed_attempt(searches: Sequence[_UniformCostSearch]) -> Subgoal
 
 
 class _FailedSearch:
-    """A search that found no plan.
+    """A search that found no plan, with the tests that explain the failure.
 
     Args:
         search: the search.
@@ -363,7 +371,7 @@ class _FailedSearch:
     def find_nearest_attempt(self) -> _NearestAttempt | None:
         """Return the attempt that comes nearest to the goal, or None if no attempt makes progress.
 
-        A failing action is not reported if a visited state meets as many parts as the action would.
+        A failing action is not reported if some visited state meets as many parts as the action would.
         """
         best: _TriedAction | None = None
         rank: _AttemptRank = (0, 0, 0)
@@ -382,7 +390,7 @@ class _FailedSearch:
         if best is not None:
             return rank, self._choose_reported_attempt(best)
         first = self._nodes[0]
-        # report an action that needs another action first, or whose tried effects alone fail
+        # report an action that another action must precede, or whose only failure is its tried effects
         for candidate in self._permitted.achievers:
             attempt = self._try_action(first, candidate)
             reported = self._choose_reported_attempt(attempt)
@@ -407,11 +415,14 @@ class _FailedSearch:
         return met, self._find_min_failing_checks(node, candidate, lacking), node.depth + 1
 
     def _find_min_failing_checks(self, node: PlanNode, candidate: CandidateAction, lacking: int) -> int:
-        """Return a lower bound of an action's failing checks: at least 1 if no movement makes it possible."""
+        """Return a lower bound of the number of an action's failing checks.
+
+        It is at least 1 if no movement makes the action possible.
+        """
         return lacking or int((node.state, candidate.action) in self._out_of_reach)
 
     def _try_action(self, node: PlanNode, candidate: CandidateAction) -> _TriedAction:
-        """Try an action after the movement with which fewest of its checks fail."""
+        """Return an action, tried after the movement with which the fewest of its checks fail."""
         self.effort += 1
         failing = candidate.find_failing_checks(node.state)
         best = _TriedAction(node, candidate, (*node.list_actions(), candidate.action), node.state, failing)
@@ -430,11 +441,11 @@ class _FailedSearch:
         return best
 
     def _choose_reported_attempt(self, attempt: _TriedAction) -> _TriedAction | None:
-        """Return the attempt to report in place of a failed attempt, or None if no attempt is to be reported.
+        """Return the attempt to report in place of a failed attempt, or None to report none.
 
-        An action that would make failing checks of the attempt true is reported instead, if all such actions
-        fail. The result is None if the attempt is only too long, or if such an action is possible and undoes
-        nothing.
+        If all actions that would make failing checks of the attempt true fail, the first such action is
+        reported instead. The result is None if the attempt is only too long, or if such an action is possible
+        and undoes nothing.
         """
         node, candidate, _, state, failing = attempt
         if not failing:

@@ -14,7 +14,7 @@ from eai.world.fault import FaultKind
 
 
 class SubgoalCategory(str, Enum):
-    """The outcomes of subgoal decomposition (in the paper's reference package: ``subgoal_eval_utils.py``)."""
+    """The possible outcomes of subgoal decomposition (``subgoal_eval_utils.py`` in the paper's package)."""
 
     CORRECT = "correct"
     RUNTIME = "runtime"
@@ -29,14 +29,14 @@ class SubgoalVerdict(PlanVerdict):
 
     Attributes:
         category: the outcome of the answer.
-        goals_elsewhere: whether the verdict counts the goals of another branch of the search, because
-            the reported branch reaches fewer goals.
+        goals_elsewhere: whether the verdict counts the goals of another branch of the search, because the
+            reported branch reaches fewer goals.
         errors: kinds of all errors in the reported branch, in order.
         offences: kinds of misused names, each once.
         search: why the search ended; None if there was no search.
         tried_actions: number of actions that the search tried.
         refined: number of subgoals for which actions were executed in the reported branch.
-        added_actions: number of executed actions minus ``refined``.
+        added_actions: number of actions that the search added: executed actions minus ``refined``.
     """
 
     category: SubgoalCategory | None = None
@@ -53,11 +53,14 @@ class SubgoalVerdict(PlanVerdict):
         return Counter(self.errors) or PlanVerdict.faults(self)
 
     def compute_credit(self, at_start: Sequence[bool]) -> Credit | None:
-        """Return the credit for the executed subgoals, with the number of actions that the search added."""
+        """Return the credit for the executed subgoals.
+
+        It contains the number of actions that the search added.
+        """
         earned = PlanVerdict.compute_credit(self, at_start)
         return None if earned is None else replace(earned, added_actions=self.added_actions or 0)
 
     def as_missing_answer(self) -> Self:
-        """Return this verdict as the verdict on a missing answer, without a category."""
+        """Return this verdict as one on a missing answer, without a category."""
         unanswered = PlanVerdict.as_missing_answer(self)
         return unanswered if self.excluded is not None else replace(unanswered, category=None)
