@@ -233,7 +233,7 @@ def test_built_in_models_act(data_store: Store, tmp_path: Path) -> None:
         (record,) = read_records(tmp_path / "virtualhome" / "acting" / f"eai_{name}" / "records.jsonl")
         won[name] = record.verdict.success  # type: ignore[attr-defined]
     assert (won["oracle"], won["explorer"], won["random"], won["empty"]) == (True, True, False, False)
-    (ran, _) = (each for each in read_runs([tmp_path]) if each.key.model in ("eai_oracle", "eai_empty"))
+    (ran, _) = (each for each in read_runs([tmp_path]) if each.key.model in ("eai/oracle", "eai/empty"))
     assert ran.log is not None
     assert (tmp_path / "logs" / ran.log[0]).exists()
     replayed = tmp_path / "virtualhome" / "acting" / "eai_oracle" / "eai_oracle_outputs.json"
