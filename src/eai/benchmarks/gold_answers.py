@@ -32,14 +32,14 @@ if TYPE_CHECKING:
     from eai.tasks.operator_task import TransitionTask
 
 _Segment: TypeAlias = tuple[tuple[str, ...], tuple[str, ...]]
-"""A pair: consecutive parts of a gold answer, and the parts that replace them in the corrupted answer."""
+"""A pair: consecutive parts of a gold answer, and the parts in their place in the corrupted answer."""
 
 
 def make_noisy_answer(book: AnswerBook, task_id: str, rate: float, seed: str) -> WrittenAnswer:
     """Return a gold answer with randomly corrupted parts. Equal arguments give equal answers.
 
-    A part is a step, goal, subgoal or operator. Each part is corrupted independently: it is dropped,
-    repeated, swapped with the next part, or replaced by a part of another task's answer.
+    Parts are steps, goals, subgoals or operators. Corruption drops or repeats a part, swaps it with the next
+    part, or replaces it by a part of another task's answer. Parts are corrupted independently.
 
     Args:
         book: the gold answers.
@@ -53,11 +53,11 @@ def make_noisy_answer(book: AnswerBook, task_id: str, rate: float, seed: str) ->
 def make_heeding_answer(
     book: AnswerBook, task_id: str, question: str, attempt: int, *, rate: float, seed: str, heed: float
 ) -> WrittenAnswer:
-    """Return the answer of a noisy model that repairs an error only if the question names it.
+    """Return the answer of a noisy model that repairs an error only if the question names the error.
 
     If the question contains the model's last answer, followed by the reason for its failure, the model
-    repairs the first corrupted part of that answer with probability ``heed``. Otherwise it repeats its
-    answer.
+    repairs the first corrupted part of that answer with probability ``heed``. Otherwise the model repeats
+    its answer.
     """
     versions = list(yield_corrupted_versions(book, task_id, rate, seed))
     position, last = max((question.rfind(version.text), number) for number, version in enumerate(versions))
@@ -71,9 +71,9 @@ def make_heeding_answer(
 def yield_corrupted_versions(
     book: AnswerBook, task_id: str, rate: float, seed: str
 ) -> Iterator[WrittenAnswer]:
-    """Yield a corrupted answer, then versions of it with 1, 2, ... repaired parts.
+    """Yield a corrupted answer, then versions of this answer with 1, 2, ... repaired parts.
 
-    The last is the gold answer.
+    The last version is the gold answer.
     """
     answer = book[task_id]
     segments = list(_corrupt_answer_parts(book, answer.parts, rate, make_random(seed, task_id)))
@@ -123,7 +123,7 @@ class WrittenAnswer:
     Attributes:
         parts: the parts of the answer.
         join: joins the parts to a text.
-        why_none: reason why there is no answer; empty if there is an answer.
+        why_none: reason why the task has no answer; empty if it has an answer.
     """
 
     parts: tuple[str, ...]
@@ -137,15 +137,15 @@ class WrittenAnswer:
 
 
 AnswerBook: TypeAlias = Mapping[str, WrittenAnswer]
-"""Task id -> answer, in the order of a suite. Each answer is made on first use."""
+"""Mapping from task id to answer, in the order of a suite. Each answer is made on first use."""
 
 
 def make_answer_book(
     benchmark: Benchmark, ability: Ability, source: Source, parts: Callable[[Any], Iterable[str]]
 ) -> AnswerBook:
-    """Return an answer for each task.
+    """Return a mapping from task id to answer.
 
-    A function makes its parts, which are joined as the ability requires.
+    The function `parts` makes the parts of an answer, which are joined as the ability requires.
     """
     tasks, join = benchmark.tasks_for(ability, source), get_part_joiner(benchmark, ability)
     return TaskSet(tasks, lambda task_id: WrittenAnswer(tuple(parts(tasks[task_id])), join), tasks.sha256)
@@ -154,7 +154,7 @@ def make_answer_book(
 def get_part_joiner(benchmark: Benchmark, ability: Ability) -> Callable[[Iterable[str]], str]:
     """Return the function that joins parts to an answer.
 
-    An answer of an ability without notation has one part.
+    If an ability has no notation, its answers have one part.
     """
     match ability:
         case Ability.GOAL_INTERPRETATION:
@@ -170,7 +170,7 @@ def get_part_joiner(benchmark: Benchmark, ability: Ability) -> Callable[[Iterabl
 
 
 def open_answer_book(benchmark: Benchmark, ability: Ability, source: Source = USUAL_SOURCE) -> AnswerBook:
-    """Return the gold answers of a benchmark. If the data set has none, the built-in search finds plans.
+    """Return the gold answers of a benchmark. For tasks without a plan, the built-in search finds one.
 
     Raises:
         DataError: the data cannot be obtained.
@@ -204,7 +204,7 @@ def open_planned_book(
 ) -> AnswerBook:
     """Return answers made from plans of the built-in search, never from plans of the data set.
 
-    If the search finds no plan, there is no answer, and `WrittenAnswer.why_none` says why.
+    If the search finds no plan, the answer is empty, and `WrittenAnswer.why_none` states the reason.
 
     Args:
         benchmark: the benchmark.
@@ -227,14 +227,14 @@ def open_planned_book(
 
 
 def make_no_answer_error(model: str, benchmark: Benchmark, ability: Ability) -> InputError:
-    """Return the error that a built-in model has no answers to a suite."""
+    """Return the error to raise if a built-in model has no answers to a suite."""
     return InputError(f"eai/{model} has no answer to {benchmark.name} {ability.value}")
 
 
 def replace_goals(benchmark: Benchmark, stated: Mapping[str, str]) -> Benchmark:
     """Return a benchmark whose tasks have the goals that answers state.
 
-    `stated` maps task ids to answers. Other tasks keep their goals.
+    `stated` maps task ids to answers. Tasks without an answer keep their goals.
     """
 
     def change_goals(task: Task) -> Task:
@@ -248,7 +248,7 @@ def replace_goals(benchmark: Benchmark, stated: Mapping[str, str]) -> Benchmark:
 
 
 def start_after_actions(benchmark: Benchmark, task_id: str, done: Sequence[Action]) -> Benchmark:
-    """Return a copy of the benchmark in which one task starts after some executed actions."""
+    """Return a copy of the benchmark in which one task starts in the state after some actions."""
 
     def change_initial(task: Task) -> Task:
         if task.id != task_id:
@@ -259,7 +259,7 @@ def start_after_actions(benchmark: Benchmark, task_id: str, done: Sequence[Actio
 
 
 def drop_reached_goals(benchmark: Benchmark, task_id: str, done: Sequence[Action]) -> Benchmark:
-    """Return a copy of the benchmark in which one task lacks the action goals that actions have reached."""
+    """Return a copy of the benchmark in which one task lacks the goals for actions that have been reached."""
     names = [action.operator for action in done]
 
     def drop_goals(task: Task) -> Task:
@@ -277,9 +277,10 @@ def _open_plan_book(
     limits: Limits | None = None,
     find: FindPlan = find_plan,
 ) -> AnswerBook:
-    """Return plans as answers to action sequencing, or their subgoals as answers to subgoal decomposition.
+    """Return answers made from plans: the plans for action sequencing, or their subgoals.
 
-    If ``scripts`` is true, the data set's own plans are used. Plans that it lacks are searched.
+    If ``scripts`` is true, the data set's own plans are used. For tasks without such a plan, a plan is
+    searched.
     """
     planner, join = Planner(benchmark.domain), get_part_joiner(benchmark, ability)
     tasks, plans = benchmark.tasks_for(ability, source), benchmark.notation.plans

@@ -1,4 +1,4 @@
-"""Make the example in prompts of an own domain, so that no prompt shows a plan for another evaluated task."""
+"""Make the example task in prompts of own domains, so that no prompt shows a plan of an evaluated task."""
 
 from __future__ import annotations
 
@@ -20,14 +20,14 @@ _MAX_PLANS = 50
 """Maximum number of plans that are tried for an example."""
 
 _MAX_BINDINGS = 20_000
-"""Maximum number of values of parameters that are tried to find the actions in a state."""
+"""Maximum number of combinations of parameter values that are tried to find possible actions in a state."""
 
 
 def make_example(domain: Domain, tasks: Sequence[Task], predicates: Collection[str]) -> Task | None:
-    """Return a task of two actions, or one, in the scene of the first task; None if there is no such task.
+    """Return a task of two actions, or one, in the scene of the first task; None if no such task exists.
 
-    The second action is possible only after the first. The goal is a fact that the last action makes true.
-    The plan solves none of the tasks.
+    A second action is possible only after the first. The goal is a fact that the last action makes true. The
+    plan does not solve any of the given tasks.
 
     Args:
         domain: the domain.
@@ -48,7 +48,7 @@ def make_example(domain: Domain, tasks: Sequence[Task], predicates: Collection[s
 
 
 def _list_plans(domain: Domain, task: Task) -> Iterator[tuple[tuple[Action, ...], State]]:
-    """Yield plans with their final states: first those whose last action needs the first, then actions."""
+    """Yield plans with their final states. Plans in which a second action needs the first come first."""
     starting = _list_actions(domain, task, task.initial)
     possible = frozenset(starting)
     after = {action: domain.apply(task.initial, action) for action in starting}

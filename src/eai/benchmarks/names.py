@@ -8,7 +8,7 @@ from eai.abilities.protocol import Ability, find_abilities
 from eai.base.errors import InputError
 
 OBFUSCATED, WITH_RULES = "-obfuscated", "-rules"
-"""Endings of names of benchmarks that have another benchmark's tasks and different prompts."""
+"""Endings of names of benchmarks that have the tasks of another benchmark, but different prompts."""
 
 
 class TaskReference(NamedTuple):
@@ -26,10 +26,10 @@ class TaskReference(NamedTuple):
 
     @staticmethod
     def parse(text: str) -> TaskReference:
-        """Parse a reference. Its ability is the last registered ability between slashes.
+        """Parse a reference to a task. If several abilities are between slashes, the last counts.
 
         Raises:
-            InputError: the text is not a reference.
+            InputError: the text is not a reference to a task.
         """
         parts = text.split("/")
         for position in range(len(parts) - 2, 0, -1):
@@ -40,10 +40,10 @@ class TaskReference(NamedTuple):
 
 
 def suite_name(domain: str, ability: Ability) -> str:
-    """Return the name of a suite (a benchmark and an ability), as in file names of prompts."""
+    """Return the name of a suite (a benchmark and an ability), as file names of prompts contain it."""
     return f"{domain}_{ability.value}"
 
 
 def remove_prompt_variant(name: str) -> str:
-    """Return the name of the benchmark whose tasks these are: without an ending for different prompts."""
+    """Return the name of the benchmark that owns the tasks: the name without an ending for other prompts."""
     return name.removesuffix(OBFUSCATED).removesuffix(WITH_RULES)

@@ -37,9 +37,9 @@ class Pack:
     Attributes:
         name: name of the pack in `Store.open`.
         archives: archives from which the pack is made.
-        convert: returns content by name of the member, from the files of each archive, and reports progress.
-            Equal archives give equal bytes. Raises DataError.
-        check: yields the problems of the pack's content, once all packs can be read.
+        convert: function from the files of the archives to the members of the pack: content by name. It
+            reports progress, and raises DataError. Equal archives give equal bytes.
+        check: yields the problems of the pack's content. It is called when all packs can be read.
     """
 
     name: str
@@ -55,14 +55,14 @@ class Pack:
 
 @dataclass(frozen=True, slots=True)
 class _PackStatus:
-    """The status of one pack, as `eai data info` prints it.
+    """The status of one pack, which `eai data info` prints.
 
     Attributes:
         pack: name of the pack.
         size: bytes on disk; 0 if the pack is absent.
         sha256: digest of the content; None if the pack is absent or damaged.
-        archives: SHA-256 of each archive, by its requirement.
-        problem: one line that says what to do; None if the pack is ready.
+        archives: requirement of each archive, such as ``bddl==3.6.0`` -> its SHA-256.
+        problem: one line that tells the user how to get the pack; None if the pack is ready.
     """
 
     pack: str
@@ -73,7 +73,7 @@ class _PackStatus:
 
 
 def find_packs(benchmarks: Iterable[str] | None = None) -> tuple[Pack, ...]:
-    """Return the registered packs of some benchmarks, or of all for None. Each pack occurs once."""
+    """Return the registered packs of some benchmarks without duplicates; of all benchmarks for None."""
     points = _get_entry_points()
     names = [name for name in (points if benchmarks is None else benchmarks) if name in points]
     return tuple({pack.name: pack for name in names for pack in points[name].load()}.values())
@@ -112,7 +112,7 @@ def fetch_packs(
     force: bool = False,
     report: ReportProgress = ignore_progress,
 ) -> tuple[str, ...]:
-    """Make packs in the store. Two processes may do so at once: the second waits, and then uses the result.
+    """Make packs in the store. If two processes do so, the second waits and uses the packs of the first.
 
     Args:
         store: the folder of packs; the user's default store if None.
@@ -160,8 +160,8 @@ def get_pack_statuses(store: Store, *, packs: Sequence[Pack]) -> tuple[_PackStat
 def is_stored(store: Store, benchmark: str) -> bool:
     """Whether a store has the packs of a benchmark, so that its tasks open without a download.
 
-    A benchmark without own packs uses the packs of a benchmark whose name begins its own name. If there are
-    several, the longest name counts.
+    A benchmark without own packs uses the packs of the benchmark with the longest name that is the beginning
+    of its own name.
     """
     prefixes = [name for name in _get_entry_points() if benchmark.startswith(name)]
     packs = find_packs(sorted(prefixes, key=len)[-1:])
@@ -213,7 +213,7 @@ def _get_status(store: Store, pack: Pack) -> _PackStatus:
 
 
 def _find_missing(store: Store, packs: Sequence[Pack]) -> list[Pack]:
-    """Return the packs that are absent, unreadable or made from other archives."""
+    """Return the packs that are absent, unreadable or made from archives other than the expected ones."""
     statuses = [(pack, _get_status(store, pack)) for pack in packs]
     return [
         pack
@@ -246,7 +246,7 @@ def _lock_folder(folder: Path, report: ReportProgress) -> Iterator[None]:
 def _open_archives(
     packs: Sequence[Pack], place: Path | None, report: ReportProgress, stack: ExitStack
 ) -> dict[PackageArchive, Path]:
-    """Return the path of each verified archive, in `place` or in a temporary folder that `stack` removes."""
+    """Return the paths of the verified archives. They are in `place`, or in a temporary folder."""
     archives = dict.fromkeys(archive for pack in packs for archive in pack.archives)
     if place is not None:
         paths_by_archive = {archive: source.find_archive(archive, place) for archive in archives}

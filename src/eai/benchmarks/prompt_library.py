@@ -40,11 +40,11 @@ from eai.tasks.wording import SuiteWording
 def make_answer_schema(
     benchmark: Benchmark, ability: Ability, task: Task | None, prompt: Prompt
 ) -> Schema | None:
-    """Return the schema of the answer to a question, or None if no schema is known for the ability.
+    """Return the JSON schema of the answer to a question, or None if the ability has no schema.
 
-    Objects may have only the names that the question lists. They may have any name if the question does not
-    list all of them, because a schema must not reveal more than the question, or if providers do not accept
-    so many names.
+    The schema allows only names of objects that the question lists. It allows any name if the question does
+    not list all objects, because a schema must not reveal more than the question. It also allows any name if
+    the list is too long for providers.
 
     Args:
         benchmark: the benchmark.
@@ -66,7 +66,7 @@ def _contains_all(question: str, words: Sequence[str]) -> bool:
 
 @dataclass(frozen=True, slots=True)
 class PromptLibrary:
-    """The prompts of a run: a set of prompts, with files of the user that replace prompts of the set.
+    """The prompts of a run: a set of prompts, and files of the user that replace prompts of the set.
 
     Attributes:
         prompts: name of the set of prompts.
@@ -82,7 +82,7 @@ class PromptLibrary:
 
     @property
     def templates(self) -> PromptTemplates:
-        """Templates of our prompts. Templates in the user's folder replace them."""
+        """Templates of our prompts. Templates in the user's folder replace templates of the same name."""
         return PromptTemplates(self.folder, self.prompts)
 
     def open(
@@ -95,7 +95,7 @@ class PromptLibrary:
         Args:
             benchmark: the benchmark.
             ability: the ability.
-            beliefs: by task id, the goals or the scene that a prompt states instead of those of the task.
+            beliefs: task id -> the goals or the scene that the prompt states in place of the task's own.
 
         Raises:
             DataError: the data cannot be obtained.
@@ -122,7 +122,7 @@ class PromptLibrary:
     def count_corrected_questions(
         self, benchmark: Benchmark, ability: Ability, task_ids: Iterable[str]
     ) -> int:
-        """Return how many of these tasks have an official question that errata correct."""
+        """Return the number of tasks whose official question is corrected by errata."""
         if self.prompts != "official" or self._has_user_file(benchmark, ability):
             return 0
         return len(benchmark.get_errata(self.source).find_corrected_tasks(ability).intersection(task_ids))
@@ -134,16 +134,16 @@ class PromptLibrary:
         prompts: Mapping[str, Prompt],
         look: ScenePerception | None = None,
     ) -> QuestionWriter:
-        """Return the object that writes the questions of all attempts at a task. The first question is given.
+        """Return the object that writes the questions of all attempts at a task.
 
-        After the world has changed, our prompts are rendered again, but published prompts and files of the
-        user stay unchanged.
+        The first question is given. After the world has changed, our prompts are rendered again. Published
+        prompts and files of the user stay unchanged.
 
         Args:
             benchmark: the benchmark.
             ability: the ability.
             prompts: the first question by task id.
-            look: perceives changed scenes.
+            look: function that perceives a changed scene.
         """
         rendered = self.prompts != "official" or benchmark.data.prompts is None
         templates, restate = self.templates, None
@@ -156,7 +156,10 @@ class PromptLibrary:
     def _render_prompts(
         self, benchmark: Benchmark, ability: Ability, beliefs: Mapping[str, TaskBelief]
     ) -> Mapping[str, Prompt]:
-        """Return our prompts, rendered from templates, or written by the ability if it defines their form."""
+        """Return our prompts.
+
+        They are rendered from templates, unless the ability itself writes its questions.
+        """
         templates, interaction = self.templates, get_declaration(ability).interaction
         if interaction.uses_operator_tasks:
             tasks = benchmark.operators(self.source)
@@ -168,7 +171,7 @@ class PromptLibrary:
     def _pose_questions(
         self, pose: QuestionMaker, benchmark: Benchmark, ability: Ability, beliefs: Mapping[str, TaskBelief]
     ) -> Mapping[str, Prompt]:
-        """Return the questions that an ability itself writes, by task id.
+        """Return a mapping from task ids to questions, for an ability that writes its questions itself.
 
         Each question is made on first use, because it may need pictures.
         """
@@ -191,7 +194,7 @@ class PromptLibrary:
     def _make_questions(
         self, benchmark: Benchmark, ability: Ability, beliefs: Mapping[str, TaskBelief]
     ) -> PromptMaterial:
-        """Return the wording, tasks, format and samples from which our prompts are rendered."""
+        """Return the values that our templates render: wording, tasks, answer format and samples."""
         templates, notation = self.templates, benchmark.notation
         name = f"formats/{benchmark.name}_{ability.value}.txt"
         wording = benchmark.wording(ability)
@@ -240,9 +243,10 @@ class PromptLibrary:
 
 
 def _replace_by_example(benchmark: Benchmark, wording: SuiteWording, source: Source) -> Benchmark:
-    """Return the benchmark from which prompts take examples; in an own domain, its only task is a made task.
+    """Return the benchmark from which prompts take examples.
 
-    No prompt may show the answer to another evaluated task.
+    In an own domain, its only task is made for this purpose, because no prompt may show the answer to an
+    evaluated task.
     """
     if not benchmark.is_own_domain:
         return benchmark
@@ -254,7 +258,7 @@ def _replace_by_example(benchmark: Benchmark, wording: SuiteWording, source: Sou
 def _insert_beliefs(
     prompts: Mapping[str, Prompt], benchmark: Benchmark, ability: Ability, beliefs: Mapping[str, TaskBelief]
 ) -> Mapping[str, Prompt]:
-    """Return the prompts with the goals that a model stated in place of the goals of the tasks."""
+    """Return the prompts, in which goals that a model stated replace the goals of the tasks."""
     section = benchmark.data.goal_sections.get(ability)
     if beliefs and section is None:
         raise InputError(
@@ -270,7 +274,7 @@ def _insert_beliefs(
 
 
 def _check_prompt_folder(folder: Path, benchmark: Benchmark) -> None:
-    """Raise InputError if the path is not a folder, or has a file that replaces no prompt and no template."""
+    """Raise InputError if a path is not a folder, or if a file in it replaces no prompt and no template."""
     if not folder.is_dir():
         raise InputError(f"{folder}: expected a folder of prompts")
     names = dict.fromkeys((*list_benchmarks(), benchmark.name))

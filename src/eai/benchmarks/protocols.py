@@ -25,20 +25,20 @@ if TYPE_CHECKING:
 
 @dataclass(frozen=True, slots=True)
 class ProtocolImplementation:
-    """Differences of a protocol from ``strict``: how it scores answers, and how its published runs were made.
+    """Differences of a protocol from ``strict``: how answers are scored, and how published runs were made.
 
     Attributes:
         open_suite: opens a suite whose answers are read, tested and counted as the protocol says. Raises
             InputError for a benchmark that the protocol does not score.
-        attempts: returns the options of the published script for several attempts at a task. Arguments are
-            the probability and the seed of failing actions, and the number of attempts after the first (0 for
-            the script's own number).
-        trial: executes plans as the published script does.
-        as_asked: returns the verdict by the goals that the prompts of published runs stated.
-        as_counted: returns verdicts on attempts, with errors counted as in the published script, given the
-            number of attempts after the first.
+        attempts: returns the options of the published script for several attempts at a task. Its arguments
+            are the probability that an action fails, the seed of these failures, and the number of attempts
+            after the first (0 for the script's own number).
+        trial: executes a plan in the way of the published script.
+        as_asked: returns the verdict on an answer by the goals that its prompt stated in published runs.
+        as_counted: returns the verdicts on attempts, in which errors are counted as in the published script.
+            Its argument is the number of attempts after the first.
         adapt_to_answers: returns the opener of a suite that scores all answers of a model together; None if
-            each answer is read without the others.
+            other answers do not influence how an answer is read.
     """
 
     open_suite: Opener
@@ -65,7 +65,7 @@ def find_implementation(name: str) -> ProtocolImplementation | None:
 
 
 def find_preset(name: str) -> ProtocolImplementation:
-    """Return the implementation of the protocol that a published script uses, by the name of the protocol.
+    """Return the implementation of a protocol that a published script uses, given the protocol's name.
 
     Raises:
         InputError: no protocol has this name.
@@ -81,7 +81,7 @@ def find_preset(name: str) -> ProtocolImplementation:
 def make_preset_attempt_options(
     name: str, slip: float, slip_seed: int, replans: int
 ) -> AttemptOptions | None:
-    """Return the options of a published script for several attempts at a task, or None for an empty name.
+    """Return a published script's options for several attempts at a task; None for an empty name.
 
     Raises:
         InputError: no script has this name.

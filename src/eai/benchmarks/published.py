@@ -18,15 +18,15 @@ if TYPE_CHECKING:
     from eai.tasks.task import Category
 
 Render = Callable[[Source], Mapping[str, str]]
-"""Renders prompts for which the data set has only a template. Returns the question by task id."""
+"""Renders prompts for which the data set has only a template. Returns a mapping from task id to question."""
 
 
 def make_prompt_reader(name: str, rendered: Mapping[Ability, Render] | None = None) -> PublishedPrompts:
-    """Return a function that reads a benchmark's official prompts, byte for byte if the data set has them.
+    """Return a function that reads a benchmark's official prompts. Stored prompts are read byte for byte.
 
     Args:
         name: the benchmark's folder in the pack of prompts.
-        rendered: renderers by ability, for abilities whose prompts the data set has only as a template.
+        rendered: ability -> renderer of prompts, for abilities for which the data set has only a template.
     """
 
     def open_prompt_files(ability: Ability, source: Source) -> PromptFiles:
@@ -77,7 +77,7 @@ def _build_transition_tasks(pack: PackFile, header: str, actions_of: ActionsOf) 
     Args:
         pack: the pack with the files.
         header: name of the file with types and predicates of the planning domain.
-        actions_of: translates planning steps to household actions.
+        actions_of: translates the steps of a plan in the planning domain to household actions.
     """
     from eai.pddl.model import OperatorText
     from eai.pddl.reader import read_domain
@@ -107,7 +107,7 @@ def _build_transition_tasks(pack: PackFile, header: str, actions_of: ActionsOf) 
 
 
 def _read_category(label: str) -> Category:
-    """Return the category named by a label of the data set, such as ``non-spatial_relations``."""
+    """Return the category of predicates for a label of the data set, such as ``non-spatial_relations``."""
     from eai.tasks.task import Category
 
     return Category(label.replace("-", "_").replace(" ", "_"))

@@ -1,7 +1,7 @@
 """A random baseline: the built-in model `eai/random` answers with random possible actions.
 
-The model knows which actions and statements are possible, but not the goals. Its success rate shows how much
-of a task can be solved by luck.
+The model knows which actions are possible and which facts goals may state, but not the goals. Its success
+rate shows how many tasks can be solved by luck.
 """
 
 from __future__ import annotations
@@ -41,7 +41,10 @@ from eai.world.history import History
 from eai.world.state import Fact, State
 
 _MAX_DRAWS = 5_000
-"""Maximum number of random draws of an action. If all are impossible, all possible actions are listed."""
+"""Maximum number of random draws of an action.
+
+If all drawn actions are impossible, possible ones are listed.
+"""
 
 _HALF = 0.5
 
@@ -59,10 +62,10 @@ def open_random_answers(
     """Return a function that gives random answers of an ability.
 
     A plan is a random walk: each action is drawn with equal probability from all possible actions on relevant
-    objects. The plan has the length of the plan of a random task of the data set. Answers with subgoals have
-    one visible change of each step of such a walk. Answers with goals have the changes from its start to its
-    end. Preconditions and effects of operators are random literals over their parameters. Their numbers are
-    those of random operators of the data set.
+    objects. The plan is as long as the plan of a random task of the data set. Subgoals are visible
+    changes of such a walk, one for each step. Goals are the changes between the start and the end of a walk.
+    Preconditions and effects of operators are random literals over their parameters. The number of literals
+    is that of a random operator of the data set.
 
     Raises:
         DataError: the data cannot be obtained.
@@ -93,9 +96,9 @@ def open_random_answers(
 def random_walk(
     domain: Domain, initial: State, objects: Sequence[int], rng: random.Random, max_steps: int
 ) -> Iterator[tuple[Action, State]]:
-    """Yield at most ``max_steps`` random possible actions, each with the state after it.
+    """Yield at most ``max_steps`` random possible actions, each with the state after the action.
 
-    Stop if none is possible.
+    Stop if no action is possible.
     """
     state = initial
     for _ in range(max_steps):
@@ -107,9 +110,9 @@ def random_walk(
 
 
 def _draw_action(domain: Domain, state: State, objects: Sequence[int], rng: random.Random) -> Action | None:
-    """Return a random possible action, each with equal probability, or None if no action is possible.
+    """Return a random possible action, or None if no action is possible. All have equal probability.
 
-    If listing all actions exceeds a limit, only possible actions that come first are drawn.
+    If listing all possible actions exceeds a limit, only the listed actions can be drawn.
     """
     sizes = [len(objects) ** operator.arity for operator in domain.operators]
     for operator in rng.choices(domain.operators, sizes, k=_MAX_DRAWS):
@@ -153,7 +156,7 @@ def _write_goals(benchmark: Benchmark, task: Task, steps: _Steps, rng: random.Ra
 
 
 def _list_changed_facts(wording: SuiteWording, task: Task, before: State, after: State) -> Iterator[Literal]:
-    """Yield negated facts that ended between two states, then facts that began.
+    """Yield the negations of facts that became false between two states, then facts that became true.
 
     Only facts that prompts show count.
     """
@@ -206,7 +209,7 @@ def _open_random_operators(tasks: TaskSet[TransitionTask]) -> RandomAnswers:
 def _list_predicates_with_arguments(
     task: TransitionTask, action: m.PddlAction
 ) -> Iterator[tuple[str, list[list[str]]]]:
-    """Yield predicates with, for each of their arguments, the operator's parameters whose type fits."""
+    """Yield each predicate with a list for each argument: the operator's parameters that fit there."""
     above = m.parents(task.domain.header.types)
     kinds = {given.name: m.list_supertypes(above, m.get_variable_type(given)) for given in action.parameters}
     for predicate in task.domain.header.predicates:

@@ -1,4 +1,4 @@
-"""Make the packs of VirtualHome and BEHAVIOR from the wheel of the reference, and read its task ids.
+"""Make packs of VirtualHome and BEHAVIOR from the wheel of the paper's package, and read its task ids.
 
 Most packs copy files of the wheel byte for byte, under our own file names (`packs.toml`).
 """
@@ -22,7 +22,7 @@ from eai.benchmarks.packs import Pack
 SCENE_PREFIX = "scene_1_"
 
 _OTHER_SCENE = re.compile(r"scene_(?!1_)\d+_")
-"""Prefix of ids of tasks in scenes that are not published. The challenge's final phase used them."""
+"""Prefix of ids of tasks in unpublished scenes. The final phase of the challenge used these tasks."""
 
 _CORRECTED_IDS = {
     "cleaning_up_after_a_meal_0_Merom_1_int_0_2021-06-06_19-55-27": (
@@ -59,7 +59,7 @@ PROBLEMS_MEMBER = "problems.json"
 TEMPLATE_MEMBER = "virtualhome/goal_interpretation.txt"
 """Name of the member file with the template of VirtualHome's goal interpretation.
 
-Other prompts need no rendering, because the wheel has their text.
+The wheel has the text of all other prompts, so that these need no rendering.
 """
 
 TEMPLATE_SOURCE = "virtualhome_eval/evaluation/goal_interpretation/prompts/one_shot.py"
@@ -67,7 +67,7 @@ TEMPLATE_SOURCE = "virtualhome_eval/evaluation/goal_interpretation/prompts/one_s
 
 
 def _read_template(wheel: ArchiveFiles, report: ReportProgress) -> dict[str, bytes]:
-    """Return the template of prompts: a constant in a module, which is parsed and never executed.
+    """Return the template of prompts. It is a constant in a module, which is parsed, but never executed.
 
     Raises:
         DataError: the module is absent, or has no such constant.
@@ -82,7 +82,7 @@ def _read_template(wheel: ArchiveFiles, report: ReportProgress) -> dict[str, byt
 def _copy_pack_files_with_problems(
     pack: str, household: str, wheel: ArchiveFiles, report: ReportProgress
 ) -> dict[str, bytes]:
-    """Return the files of a pack by name, with all PDDL problems of a household joined into one file."""
+    """Return the files of a pack by name. All PDDL problems of VirtualHome or BEHAVIOR are one file."""
     folder = f"virtualhome_eval/resources/{household}/problem_pddl/"
     problems = {
         PurePosixPath(name).stem: wheel.read(name).decode()
@@ -104,7 +104,7 @@ EAI_EVAL = PackageArchive(
     size=27_068_884,
     record_sha256="d4c8cdcd80e26e0510946b86f8eb2098b3eb30645fb15c442c4eec24176c86dc",
 )
-"""The reference's wheel: annotations of both households, VirtualHome's graphs, the official prompts."""
+"""The wheel of the paper's package. It has annotations, scene graphs and the official prompts."""
 
 RESOURCES = "virtualhome_resources"
 """Name of the pack with VirtualHome's vocabularies, PDDL problems and operators."""
@@ -113,10 +113,10 @@ BEHAVIOR_PDDL = "behavior_pddl"
 """Name of the pack with BEHAVIOR's PDDL problems and operators."""
 
 PROMPTS = "prompts"
-"""Name of the pack with the official prompts of both households."""
+"""Name of the pack with the official prompts of VirtualHome and BEHAVIOR."""
 
 TEMPLATES = "prompt_templates"
-"""Name of the pack with the official template, from which prompts of goal interpretation are rendered."""
+"""Name of the pack with the official template, from which goal interpretation prompts are rendered."""
 
 PUBLISHED = (
     Pack(RESOURCES, (EAI_EVAL,), partial(_copy_pack_files_with_problems, RESOURCES, "virtualhome")),
@@ -124,4 +124,4 @@ PUBLISHED = (
     Pack(BEHAVIOR_PDDL, (EAI_EVAL,), partial(_copy_pack_files_with_problems, BEHAVIOR_PDDL, "behavior")),
     Pack(TEMPLATES, (EAI_EVAL,), _read_template),
 )
-"""The packs of VirtualHome and BEHAVIOR that are made only from the reference's wheel."""
+"""The packs of VirtualHome and BEHAVIOR for which the wheel of the paper's package suffices."""

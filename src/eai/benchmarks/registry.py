@@ -34,9 +34,7 @@ PDDL = "pddl"
 """Word before the colon in references to PDDL files."""
 
 OPENERS = "eai.openers"
-"""Group of entry points of functions that open references ``word:rest``.
-
-The entry point is named ``word``.
+"""Group of entry points of functions that open references ``word:rest``. The entry point's name is ``word``.
 """
 
 REFERENCES = (
@@ -46,18 +44,18 @@ REFERENCES = (
 """Forms of references to benchmarks, for messages and help texts."""
 
 _SUFFIXES = (".pddl", ".jsonl", ".gz")
-"""Suffixes of files in a folder. If such a file changes, the benchmark is loaded again."""
+"""Suffixes of files in the folder of a benchmark. If such a file changes, the benchmark is loaded again."""
 
 CAPITALISED = {"virtualhome": "VirtualHome", "behavior": "Behavior"}
-"""Name of each benchmark of the paper -> name with capital letters, for identifiers."""
+"""Name of each benchmark of the paper -> name with capital letters, as in identifiers."""
 
 TITLES = CAPITALISED | {"behavior": "BEHAVIOR"}
-"""Name of each benchmark of the paper -> title on pages, known without loading the benchmark."""
+"""Name of each benchmark of the paper -> title on pages. This table avoids loading the benchmark."""
 
 PAPER_BENCHMARKS = tuple(TITLES)
 """Names of the paper's benchmarks, in the paper's order.
 
-Lists put other benchmarks behind them, by name.
+Lists show these benchmarks first, and then other benchmarks by name.
 """
 
 
@@ -72,18 +70,20 @@ def list_benchmarks() -> tuple[str, ...]:
 
 
 def list_paper_benchmarks() -> tuple[str, ...]:
-    """Return the names of those benchmarks of the paper that are registered, the default of commands."""
+    """Return the names of the paper's benchmarks, if registered. They are the default of commands."""
     return tuple([name for name in list_benchmarks() if name in PAPER_BENCHMARKS])
 
 
 def find_benchmark(reference: str) -> Benchmark:
-    """Return the benchmark of a name, ``module:object``, ``pddl:DOMAIN,PROBLEMS`` or a path of task files.
+    """Return the benchmark for a reference.
+
+    A reference is a name, ``module:object``, ``pddl:DOMAIN,PROBLEMS`` or a path of task files.
 
     A module is also searched in the working directory. The problems of a PDDL domain are in a file or a
     folder; ``pddl:FOLDER`` contains the domain and its problems. ``alfworld:FOLDER`` contains games of
-    ALFWorld. A task file ends in ``.jsonl`` or ``.jsonl.gz``, or is in a folder, which is recognized by a
-    slash in its name. ``obfuscated:`` before a reference means the benchmark with other words; ``rules:``
-    means the same prompts with the original words.
+    ALFWorld. The name of a task file ends in ``.jsonl`` or ``.jsonl.gz``. A folder of task files is
+    recognized by a slash in its name. ``obfuscated:`` before a reference means the benchmark with other
+    words. ``rules:`` means the prompts of the obfuscated benchmark with the original words.
 
     A benchmark is loaded once, and again after its PDDL files or task files have changed.
 
@@ -94,9 +94,9 @@ def find_benchmark(reference: str) -> Benchmark:
 
 
 def _list_file_versions(reference: str) -> Iterator[tuple[str, int, int]]:
-    """Yield path, time of change and size of each file of a reference.
+    """Yield path, time of change and size of each file to which a reference leads.
 
-    If these values differ from earlier values, a file has changed.
+    If the values differ from earlier values, a file has changed.
     """
     named = [] if reference in _get_entry_points() else re.split("[:,]", reference)
     is_pddl = PDDL in named[:-1]
@@ -152,7 +152,7 @@ def _has_registered_opener(reference: str) -> bool:
 
 
 def open_pddl_benchmark(files: str) -> Benchmark:
-    """Return the benchmark of ``DOMAIN,PROBLEMS`` (file, and file or folder), or of one folder with both."""
+    """Return the benchmark of ``DOMAIN,PROBLEMS`` (paths of PDDL files), or of a folder with PDDL files."""
     domain, separator, problems = files.partition(",")
     if not separator and not Path(domain).is_dir():
         expected = f"{PDDL}:DOMAIN,PROBLEMS, a file and a file or folder, or {PDDL}:FOLDER with both in it"
@@ -174,7 +174,7 @@ def open_pddl_benchmark(files: str) -> Benchmark:
 
 
 def _open_single_ability_file(path: Path) -> Benchmark | None:
-    """Return the benchmark of a file whose tasks are made for one ability, or None for other files."""
+    """Return the benchmark of a file with tasks that are made for one ability, or None for other files."""
     from eai.abilities.declaration import get_declaration
 
     for ability in find_abilities() if path.is_file() else ():
@@ -195,10 +195,11 @@ def _make_single_ability_benchmark(ability: Ability, name: str, tasks: TaskSet[A
 
 
 def _open_task_files(path: Path) -> Benchmark:
-    """Return the benchmark of task files: new tasks in another benchmark's world, scored under ``strict``.
+    """Return the benchmark of task files. The tasks are new; the domain comes from another benchmark.
 
-    A task is asked for goals or subgoals only if its right answer states them. It is not asked if the right
-    answer may be a question, or that no plan exists. Prompts and gold operators follow from the domain.
+    A task counts for goal interpretation and subgoal decomposition only if its right answer consists of
+    goals. It does not count if the right answer may be a question, or that no plan exists. Prompts and gold
+    operators follow from the domain.
     """
     from eai.tasks.task_files import open_task_files
 
@@ -208,7 +209,7 @@ def _open_task_files(path: Path) -> Benchmark:
 
 
 def replace_tasks(base: Benchmark, name: str, open_tasks: OpenTasks[Task]) -> Benchmark:
-    """Return a benchmark with the world of a base benchmark and other tasks. No reference finds it.
+    """Return a benchmark with the domain of a base benchmark and other tasks. No reference leads to it.
 
     Args:
         base: the base benchmark.

@@ -1,4 +1,4 @@
-"""Suites: a suite has all tasks of a benchmark and an ability, and scores answers under a protocol."""
+"""Suites: a suite has all tasks of a benchmark for an ability, and scores answers under a protocol."""
 
 from __future__ import annotations
 
@@ -25,7 +25,7 @@ from eai.world.fault import FaultKind
 
 
 def open_scorers(benchmark: Benchmark, ability: Ability, source: Source) -> TaskSet[Scorer]:
-    """Return the scorers of an ability's tasks under ``strict``, as the ability declares them."""
+    """Return the scorers of an ability's tasks under ``strict``, which the ability declares."""
     tasks = benchmark.tasks_for(ability, source)
     make = get_declaration(ability).interaction.scorers(benchmark.world(source))
     return TaskSet(tasks, lambda task_id: make(tasks[task_id]), tasks.sha256)
@@ -81,12 +81,12 @@ class Suite:
 
     @property
     def domain(self) -> str:
-        """Name of the benchmark, as in records."""
+        """Name of the benchmark, as records of results contain it."""
         return self.benchmark.name
 
     @property
     def has_plans(self) -> bool:
-        """Whether answers are plans or subgoals, which are executed."""
+        """Whether answers are executed, because they are plans or subgoals."""
         return get_declaration(self.ability).has_plans
 
     def reference(self, task_id: str) -> str:
@@ -99,9 +99,9 @@ class Suite:
         return self.benchmark.get_errata(self.source)
 
     def adapt_to_answers(self, answers: Iterable[str]) -> Suite:
-        """Return the suite that scores these answers together.
+        """Return the suite with which to score these answers of a model.
 
-        A protocol may choose one way to read all answers of a model.
+        Some protocols choose one way to read all answers of a model.
         """
         implementation = find_implementation(self.protocol.value)
         if implementation is None or implementation.adapt_to_answers is None:
@@ -132,7 +132,7 @@ class Suite:
         return features_of_task
 
     def assess(self, task_id: str, text: str) -> Assessment:
-        """Return the assessment of an answer to a task. If the scorer raises an exception, the answer fails.
+        """Return the assessment of an answer to a task. An exception in the scorer makes the answer fail.
 
         Raises:
             InputError: there is no such task.
@@ -143,9 +143,9 @@ class Suite:
         )
 
     def name_unread_cause(self, text: str, assessment: Assessment) -> Assessment:
-        """Return an assessment with the cause for which the answer cannot be read.
+        """Return an assessment to which the reason is added why the answer cannot be read.
 
-        Readable answers and other protocols than ``strict`` have no cause.
+        No reason is added for readable answers, or under protocols other than ``strict``.
         """
         error = assessment.verdict.error
         is_unread = error is not None and error.kind is FaultKind.PARSING and error.step is None
@@ -155,7 +155,7 @@ class Suite:
         return add_cause(assessment, find_cause(text, self.benchmark.domain.operator_arities, other_ability))
 
     def score(self, task_id: str, text: str) -> Verdict:
-        """Return the verdict on an answer to a task. If the scorer raises an exception, the answer fails."""
+        """Return the verdict on an answer to a task. An exception in the scorer makes the answer fail."""
         return self.assess(task_id, text).verdict
 
     def score_missing_answer(self, task_id: str) -> Verdict:
@@ -179,7 +179,8 @@ def open_suite(
         protocol: the rules for scoring.
         source: the source of the data; the user's default store if None. Only the default protocol uses
             errata; other protocols score the published data.
-        opener: opens the scorers, as returned to `Suite.adapt_to_answers`; the protocol's opener if None.
+        opener: opens the scorers; the protocol's opener if None. `Suite.adapt_to_answers` passes another
+            opener.
 
     Raises:
         DataError: the data cannot be obtained.
@@ -199,7 +200,7 @@ def open_suite(
 
 
 def find_answered_ability(benchmark: Benchmark, asked: Ability, text: str) -> Ability | None:
-    """Return another ability of the paper whose form a text has, or None.
+    """Return another ability of the paper whose form of answers a text has, or None.
 
     Args:
         benchmark: the benchmark, which has the notations of answers.

@@ -1,8 +1,8 @@
-"""Derive from relations of support which objects an object carries, its containers, and its floor.
+"""Derive, from relations of support, an object's contents, the objects that carry it, and its floor.
 
 An object rests in or on at most one other object, its support. The support may rest on another object, and so
-on up to an object without support, the root. If supports form a cycle, which no action creates, it is
-followed once.
+on up to an object without support, the root. No action creates a cycle of supports. A cycle is
+followed only once.
 """
 
 from __future__ import annotations
@@ -21,10 +21,10 @@ X, Y, Z = f.Variable("x"), f.Variable("y"), f.Variable("z")
 
 
 def _follow_supports(state: State, supports: Sequence[str], obj: int) -> Mapping[int, bool]:
-    """Return a mapping from each direct or indirect support of an object to a truth value.
+    """Return a mapping from each direct or indirect support of an object to whether it is a container.
 
-    A support is a bit mask with one bit. The value is True if the first relation of `supports`, which is
-    containment, leads to the support. The nearest support comes first.
+    A support is given as a bit mask with one bit. It is a container if the first relation of `supports`,
+    containment, leads to it. The nearest support comes first.
     """
     binary, slots = state.binary, state.scene.vocabulary.binary_slots
     chain: dict[int, bool] = {}
@@ -52,7 +52,7 @@ def make_carrying_predicates(
         return reduce(or_, _follow_supports(state, names, arguments[0]), 0)
 
     def find_containers(state: State, arguments: tuple[int, ...]) -> int:
-        """Return all containers of an object, and of the objects that support it, as a bit mask."""
+        """Return, as a bit mask, all containers of an object and of its direct and indirect supports."""
         chain = _follow_supports(state, names, arguments[0])
         return reduce(or_, [support for support, is_in in chain.items() if is_in], 0)
 
@@ -71,7 +71,7 @@ def make_floor_predicate(
     """Return the predicate that relates an object to its floor.
 
     A floor is its own floor. An object with a support has the floor of its support. For an object without
-    support, ``of_root`` states the floor.
+    support, the formula ``of_root`` states the floor.
     """
     carried = f.Exists(Z, carries(Z, X))
     above = f.Exists(Z, carries(Z, X) & f.Atom(name, (Z, Y)))
@@ -80,7 +80,10 @@ def make_floor_predicate(
 
 
 def make_floor_lookup(supports: Sequence[str], of_root: Callable[[State, int], int]) -> LookupFunction:
-    """Return a function that finds an object's floor, as a bit mask. `of_root` finds the floor of a root."""
+    """Return a function that finds an object's floor, as a bit mask.
+
+    The function `of_root` finds the floor of an object without support.
+    """
 
     def find_values(state: State, arguments: tuple[int, ...]) -> int:
         (root,) = arguments
@@ -95,9 +98,9 @@ def make_floor_lookup(supports: Sequence[str], of_root: Callable[[State, int], i
 
 
 def invert_lookup(values: LookupFunction) -> LookupFunction:
-    """Return the inverse of a function that maps an object to objects in a state.
+    """Return the inverse of a function that, in a state, maps an object to other objects.
 
-    The inverse is cached for one state, because a search calls it often for the same state.
+    The inverse is cached for one state, because a search often calls it for the same state.
     """
     cached: tuple[State | None, Mapping[int, int]] = None, {}
 
@@ -113,7 +116,7 @@ def invert_lookup(values: LookupFunction) -> LookupFunction:
 
 
 def _invert_relation(values: LookupFunction, state: State) -> Mapping[int, int]:
-    """Return a mapping from each object to a bit mask of the objects that the function maps to it."""
+    """Return a mapping from each object to the objects, as a bit mask, that the function maps to it."""
     sources: dict[int, int] = {}
     for obj in iterate_bits(state.scene.everything):
         for value in iterate_bits(values(state, (obj,))):

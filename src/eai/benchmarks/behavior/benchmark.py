@@ -65,7 +65,7 @@ GOAL_SECTIONS: Mapping[Ability, GoalSection] = {
     ),
     Ability.SUBGOAL_DECOMPOSITION: GoalSection("## Goal States\n", "\n\n## Output", _format_subgoal_goals),
 }
-"""Section of the official prompts that states the goals, by ability."""
+"""Ability -> section of the official prompts that states the goals."""
 
 
 def _read_goal_entries(belief: TaskBelief) -> Iterator[object]:

@@ -38,7 +38,8 @@ class InstructionWriter:
     Attributes:
         arities: number of arguments of each predicate of goals.
         scene: the scene.
-        english: English words for predicates and categories. Without words, their own names are used.
+        english: English words for predicates and categories. A predicate or category without words keeps its
+            name.
         initial_facts: initial facts by which objects of one category may be distinguished.
     """
 
@@ -51,7 +52,10 @@ class InstructionWriter:
     def make_for_benchmark(
         benchmark: Benchmark, initial: State, *, by_place: bool = False
     ) -> InstructionWriter:
-        """Return the writer for a benchmark's scene. With `by_place`, objects are described by places."""
+        """Return the writer for a benchmark's scene.
+
+        With `by_place`, it describes objects by their places.
+        """
         arity, scene = benchmark.domain.vocabulary.find_arity, initial.scene
         wording = benchmark.wording(Ability.ACTION_SEQUENCING)
         arities = {name: arity(name) or 0 for name in wording.predicates}
@@ -62,12 +66,15 @@ class InstructionWriter:
         return InstructionWriter(arities, scene, benchmark.notation.english, seen)
 
     def get_sentences(self, predicate: str) -> Sequence[str]:
-        """Return sentences that can state a predicate in the singular: ``{x} is on top of {y}``."""
+        """Return sentences that state a predicate of one object, such as ``{x} is on top of {y}``."""
         return e.make_predicate_sentences(predicate, self.arities[predicate], self.english)
 
     @cached_property
     def nouns(self) -> Mapping[str, str]:
-        """Mapping from category to noun, or to the category itself if another category has this noun."""
+        """Mapping from category to noun.
+
+        If another category has the noun already, the category itself is used.
+        """
         nouns_by_category: dict[str, str] = {}
         for thing in self.scene.objects:
             made = " ".join(re.sub(r"\.n\.\d+$", "", thing.category).replace("_", " ").split())
@@ -77,7 +84,7 @@ class InstructionWriter:
         return nouns_by_category
 
     def name_object(self, name: str) -> str:
-        """Return words for an object: ``the lamp`` for the only lamp, or else its place, or else its name."""
+        """Return words for an object: ``the lamp`` for the only lamp, a description by place, or its name."""
         index = self.scene.index[name]
         return (
             self._add_article(index)
@@ -86,16 +93,16 @@ class InstructionWriter:
         )
 
     def is_described(self, name: str) -> bool:
-        """Whether an object can be described without its name."""
+        """Whether words other than its name can describe an object."""
         index = self.scene.index[name]
         return self._is_only_one_of_category(index) or index in self._descriptions
 
     @cached_property
     def distinguishing_facts(self) -> Mapping[int, Fact]:
-        """Mapping from object to the initial fact that distinguishes it from other objects of its category.
+        """Mapping from an object to the initial fact by which it differs from others of its category.
 
-        The fact is a state that only this object of the category has, or its relation to the only object of
-        another category.
+        In its category, only this object has the state that the fact states, or the relation to the only
+        object of another category.
         """
         described: dict[tuple[str, str, tuple[int, ...]], list[int]] = {}
         about = [fact for fact in self.initial_facts if fact.arguments]
@@ -119,7 +126,7 @@ class InstructionWriter:
         sentence = self.get_sentences(predicate)[0]
         sentence = (
             sentence if there else f"{sentence} now"
-        )  # "now", because the state may be false at the end
+        )  # add "now", because the state may be false at the end
         return _fill_sentence(
             sentence, [f"the {self._get_object_noun(thing)} that", *map(self._add_article, there)]
         )
@@ -157,7 +164,7 @@ class InstructionWriter:
         return self._make_request(goal, voice) or f"{e.SEE_TO_IT} {self._make_statement(goal, voice)}"
 
     def _make_request(self, goal: f.Formula, voice: e.PhraseStyle) -> str | None:
-        """Return a goal as a request, such as "put ...", or None if no request can state the goal."""
+        """Return a request that states a goal, such as "put ...", or None if no request can state it."""
         plain = _find_plain_atom(goal)
         if plain is None:
             return None
@@ -173,7 +180,7 @@ class InstructionWriter:
         )
 
     def _make_statement(self, goal: f.Formula, voice: e.PhraseStyle) -> str:
-        """Return a goal as a statement without a full stop."""
+        """Return a statement, without a full stop, that states a goal."""
         match goal:
             case f.Or(parts) if all(isinstance(part, f.Occurs) for part in parts):
                 names = [part.action for part in parts if isinstance(part, f.Occurs)]
@@ -249,7 +256,7 @@ class InstructionWriter:
 
 
 def _find_plain_atom(goal: f.Formula) -> tuple[f.Atom, bool] | None:
-    """Return the only atom of a goal and whether it is negated, or None for goals with other operators."""
+    """Return the only atom of a goal and whether the atom is negated; None for goals of other shapes."""
     match goal:
         case (
             f.Not(f.Atom() as atom)
@@ -331,7 +338,7 @@ class _InstructionReader:
         )
 
     def _read_over_time(self, word: str, one: str, other: str) -> f.Formula:
-        """Return the goal over time that two sentences state, which a word such as "before" joins."""
+        """Return the goal over time that two sentences state if a word such as "before" joins them."""
         if word == e.WHILE:
             return f.Always(
                 f.Not(
@@ -357,7 +364,10 @@ class _InstructionReader:
                 yield from (f.Or((first, second)) for second in self._find_meanings(text[place.end() :]))
 
     def _find_meanings(self, text: str, *, never: bool = False) -> Iterator[f.Formula]:
-        """Yield all goals that a sentence may mean. If `never` is true, the sentence forbids a fact."""
+        """Yield all goals that a sentence may mean.
+
+        If `never` is true, the sentence states a forbidden fact.
+        """
         forms = ((False, False),) if never else ((False, False), (True, False), (False, True))
         for predicate in self._words.arities:
             for sentence in self._words.get_sentences(predicate):
@@ -377,7 +387,7 @@ class _InstructionReader:
         several: bool = False,
         request: bool = False,
     ) -> Iterator[f.Formula]:
-        """Yield the goal that a sentence states or requests, given its predicate and words for objects."""
+        """Yield the goal of a sentence (statement or request), given its predicate and words for objects."""
         named = [self._objects.get(word) for word in words]
         rest = tuple([f.Constant(name) for name in named[1:] if name is not None])
         is_ground = None not in named[1:]
@@ -423,9 +433,9 @@ def _interpret_quantified(
     negated: bool,
     request: bool,
 ) -> Iterator[f.Formula]:
-    """Yield the goal that a quantified sentence states.
+    """Yield the goal that a sentence about all, some or a number of objects states.
 
-    Sentences such as "every ... is not" state no goal.
+    Nothing is yielded for sentences with two meanings, such as "every ... is not".
     """
     if quantifier["every"]:
         if request or not negated:
@@ -443,7 +453,7 @@ def _compile_sentence(sentence: str) -> re.Pattern[str]:
 
 
 def _match_sentence(sentence: str, text: str) -> Iterator[Sequence[str]]:
-    """Yield the words for the objects in a text, if the text has the form of the sentence."""
+    """Yield the words for objects that a text has in place of a sentence's parameters, if the text fits."""
     match = _compile_sentence(sentence).fullmatch(text)
     if match is not None:
         named = match.groupdict()

@@ -1,11 +1,11 @@
 """The benchmark VirtualHome, its official prompts, and a comparison of its records with published counts.
 
-For goal interpretation, the data set has a template instead of prompts. The reference prints Python sets into
-the template, and their order changes from run to run. Here the values of each set have the order of the data
-set (reference: ``goal_interpretation/scripts/generate_prompts.py``, ``motion_planner.py``).
+For goal interpretation, the data set has a template instead of prompts. The paper's package prints Python
+sets into the template, whose order changes from run to run. Here the values of each set have the order of the
+data set (see ``goal_interpretation/scripts/generate_prompts.py`` and ``motion_planner.py`` there).
 
 The relations in the goal section of a prompt have the order of the goals. In 21 published prompts of subgoal
-decomposition they have the order of a Python set.
+decomposition, however, relations have the order of a Python set.
 """
 
 from __future__ import annotations
@@ -54,9 +54,9 @@ _RELATIONS = {predicate: name for name, predicate in PREDICATE_OF_RELATION.items
 
 
 def _format_plan_goals(belief: TaskBelief) -> str:
-    """Return the goals as text, with classes of objects and relations of scene graphs.
+    """Return the text of the goals, which names classes of objects, and relations as in scene graphs.
 
-    Action goals appear twice.
+    Goals for actions appear twice in the text.
     """
     task = belief.task
     classes = {obj.name: obj.category for obj in task.scene.objects}
@@ -79,7 +79,7 @@ def _format_plan_goals(belief: TaskBelief) -> str:
 
 
 def _format_subgoal_goals(belief: TaskBelief) -> str:
-    """Return the goals as text, with class and id of each object, and whether actions are required."""
+    """Return the text of the goals, with class and id of each object, and whether actions are required."""
     task = belief.task
     lasting = [goal.formula for goal in task.goals if goal.kind is not GoalKind.ACTION]
     actions = [
@@ -106,13 +106,13 @@ GOAL_SECTIONS: Mapping[Ability, GoalSection] = {
     ),
     Ability.SUBGOAL_DECOMPOSITION: GoalSection("## Goal States\n", "\n\n## Output", _format_subgoal_goals),
 }
-"""Section of the official prompts that states the goals, by ability."""
+"""Ability -> section of the official prompts that states the goals."""
 
 
 def _format_sentence(formula: Formula, classes: Mapping[str, str]) -> str:
     """Return a goal as a sentence such as ``soap is ON to washing_machine``.
 
-    Words that name no object stay unchanged.
+    Arguments that are no objects of the scene stay unchanged.
     """
     atom = _require_atom(formula)
     name, *others = [classes.get(argument, argument) for argument in _get_argument_names(atom)]
@@ -150,7 +150,7 @@ def render_goal_interpretation_prompts(source: Source) -> dict[str, str]:
     }  # both spellings occur
     pairs = resources.read_json("relation_object_pairs.json")
     base = {record.id: record for record in records.base.added_objects}
-    # The reference's order matters: a placeholder in a text that is inserted later stays as it is.
+    # the paper's package fills placeholders in this order: it does not fill those in texts inserted later
     shared = (
         ("<relation_types>", str(resources.read_json("relation_types.json"))),
         ("<action_space>", str(resources.read_json("action_space.json"))),
@@ -168,12 +168,12 @@ def render_goal_interpretation_prompts(source: Source) -> dict[str, str]:
 def _get_task_values(
     task: TaskRecord, base: Mapping[int, ObjectRecord], possible: Mapping[str, Sequence[str]]
 ) -> tuple[tuple[str, str], ...]:
-    """Return pairs of a placeholder of the template and its text for one task."""
+    """Return pairs: a placeholder of the template, and the text that replaces it for one task."""
     changed = (*task.initial.changed_objects, *task.initial.added_objects)
     objects = {**base, **{record.id: record for record in changed}}
     relevant = [objects[i] for i in task.relevant_ids]
     lines = "".join(_format_object(record, possible) for record in relevant)
-    # The reference reads title and description as lines of a file, with their line ends.
+    # The paper's package reads title and description as lines of a file, with their line ends.
     goal = f"Goal name: {task.title}\n\nGoal description: {task.description}\n\n"
     return (("<object_in_scene>", lines), ("<goal_str>", goal))
 
@@ -201,9 +201,9 @@ NAME = "virtualhome"
 
 
 def open_demonstrations(path: Path, report: ReportProgress = ignore_progress) -> TaskSet[VirtualHomeTask]:
-    """Return all 518 demonstrations, read from the reference's wheel or a folder with its unpacked files.
+    """Return all 518 demonstrations from the wheel of the paper's package, or a folder with its files.
 
-    The data store has only 342 of them. Reading all of them takes a minute.
+    The data store has only 342 demonstrations. Reading all of them takes a minute.
 
     Raises:
         DataError: the wheel is absent or damaged.
@@ -216,10 +216,10 @@ def open_demonstrations(path: Path, report: ReportProgress = ignore_progress) ->
 
 
 def _find_surroundings(task: Task) -> Iterator[int]:
-    """Yield the objects that prompts list in addition to the relevant objects, by index.
+    """Yield the indices of objects that prompts list in addition to the relevant objects.
 
-    These are rooms, and objects of the annotated plan. If the task belongs to a pair in which only one task
-    has a plan, objects of the plan are left out, because they would reveal that task.
+    Such objects are rooms, and objects of the annotated plan. If the task belongs to a pair in which only one
+    task has a plan, objects of the plan are left out, because they would reveal that task.
     """
     yield from iterate_bits(task.initial.mask(room.name))
     if not task.may_be_declined:
@@ -253,7 +253,7 @@ open_operators = open_once_per_store(open_virtualhome_operators)
 
 
 def virtualhome() -> Benchmark:
-    """Return the benchmark VirtualHome. Only tasks with a temporal goal are asked for subgoals."""
+    """Return the benchmark VirtualHome. Only tasks with a temporal goal have questions about subgoals."""
     return Benchmark(
         NAME,
         domain_in_paper_order(),
@@ -282,7 +282,7 @@ def virtualhome() -> Benchmark:
 
 
 def compute_data_set_figures(source: Source) -> dict[str, tuple[int, str]]:
-    """Return the figures of the published data set by label.
+    """Return a mapping from labels to figures of the published data set.
 
     Raises DataError if the data cannot be obtained.
     """
@@ -295,7 +295,7 @@ def compute_data_set_figures(source: Source) -> dict[str, tuple[int, str]]:
 def count_record_figures(
     tasks: VirtualHomeRecords, transition_tasks: Collection[str], operators: int
 ) -> dict[str, tuple[int, str]]:
-    """Return figures of records by label, each with a note on its meaning.
+    """Return a mapping from labels to figures of the records, each with a note on its meaning.
 
     Args:
         tasks: all tasks.
@@ -352,11 +352,11 @@ PUBLISHED_COUNTS: Mapping[str, int | float] = {
     "action steps": 2960,
     "transition models": 33,
 }
-"""Figures of the published data set that `check_stored_tasks` expects, by label."""
+"""Label -> figure of the published data set that `check_stored_tasks` expects."""
 
 
 def check_stored_tasks(store: Store, counts: Mapping[str, int | float] | None = None) -> Iterator[str]:
-    """Yield a line for each figure that differs from the expected figure. All packs must exist.
+    """Yield a line for each stored figure that differs from the expected figure. All packs must exist.
 
     Args:
         store: the folder of packs.

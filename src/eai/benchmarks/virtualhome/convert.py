@@ -35,7 +35,10 @@ T = TypeVar("T")
 
 
 def _get_value_index(value: T, numbers: dict[T, int]) -> int:
-    """Return the number of a value, counted from 0 in order of first use. Equal values have one number."""
+    """Return the number of a value.
+
+    Numbers count from 0 in order of first use. Equal values have one number.
+    """
     return numbers.setdefault(value, len(numbers))
 
 
@@ -61,8 +64,8 @@ def _read_graph(
 ) -> _SceneGraph:
     """Read a graph. Graphs share equal objects and edges, so that 342 graphs fit into 20 MB of memory.
 
-    If several nodes have one id, the last node counts, as in the reference's loader. Duplicate edges are
-    dropped.
+    If several nodes have one id, the last node counts, as in the loader of the paper's package. Duplicate
+    edges are dropped.
     """
     nodes = {node["id"]: node for node in values["nodes"]}
     records = map(_read_object, [nodes[identifier] for identifier in sorted(nodes)])
@@ -93,7 +96,7 @@ def convert_tasks(wheel: ArchiveFiles, report: ReportProgress) -> dict[str, byte
 
 
 def convert_demonstrations(wheel: ArchiveFiles, report: ReportProgress) -> bytes:
-    """Return all demonstrations in the scene as lines of tasks. Some have no annotated goal.
+    """Return all demonstrations in the scene as lines of tasks. Some tasks have no annotated goal.
 
     Raises:
         DataError: the wheel lacks a file, or a file has an unexpected form.
@@ -159,22 +162,22 @@ def _encode_tasks(sources: Sequence[_SourceTask], objects: Sequence[ObjectRecord
 
 @dataclass(frozen=True, slots=True)
 class _TaskEncoder:
-    """Encodes each graph as its difference from another graph. Objects and relations become numbers."""
+    """Encodes the graphs of tasks as differences from another graph. Objects and relations become numbers."""
 
     objects: Mapping[ObjectRecord, int]
     relations: dict[str, int] = field(default_factory=dict)
 
     def flatten_edges(self, edges: Iterable[Edge]) -> list[int]:
-        """Return edges as one list of numbers: source, relation, target, source, ..."""
+        """Return edges as one list of numbers: source, relation and target of each edge in turn."""
         numbered = (
             (source, _get_value_index(name, self.relations), target) for source, name, target in edges
         )
         return list(chain.from_iterable(numbered))
 
     def find_shared_graph(self, sources: Sequence[_SourceTask]) -> _SceneGraph:
-        """Return the graph of the ids and edges that all initial graphs have.
+        """Return the graph of the object ids and edges that all initial graphs have.
 
-        An id gets its most frequent record.
+        Each id has the record that is most frequent in these graphs.
         """
         counts = Counter(record for source in sources for record in source.initial.objects)
         variants = group_pairs((record.id, record) for record in counts)
@@ -192,8 +195,7 @@ class _TaskEncoder:
     ) -> dict[str, list[int]]:
         """Return the changes that turn one graph into another.
 
-        With `keep_order`, edges of a source whose order changes are removed and appended again in the new
-        order.
+        With `keep_order`, the edges of a source are removed and appended again if their order changes.
         """
         old, new = ({record.id: record for record in graph.objects} for graph in (before, after))
         changed = [record for key, record in new.items() if key in old and old[key] != record]
@@ -239,7 +241,7 @@ class _TaskEncoder:
 def _sort_edges(edges: Iterable[Edge]) -> list[Edge]:
     """Sort edges by source and relation, and then by the id of the target.
 
-    Targets under `ON` and `INSIDE` keep their order instead.
+    Edges of the relations `ON` and `INSIDE` are not sorted by target.
     """
 
     def key(edge: Edge) -> tuple[int, str, int]:
@@ -250,7 +252,7 @@ def _sort_edges(edges: Iterable[Edge]) -> list[Edge]:
 
 
 def _find_moved_edges(before: _SceneGraph, after: _SceneGraph, removed: set[Edge]) -> set[Edge]:
-    """Return the edges of sources whose new order is not the old order plus appended edges."""
+    """Return the ordered edges of sources whose new list is not the old list with edges appended."""
     stayed = _group_ordered_edges(edge for edge in before.edges if edge not in removed)
     return {
         edge
@@ -261,12 +263,12 @@ def _find_moved_edges(before: _SceneGraph, after: _SceneGraph, removed: set[Edge
 
 
 def _group_ordered_edges(edges: Iterable[Edge]) -> dict[tuple[int, str], list[Edge]]:
-    """Return the edges of `ON` and `INSIDE`, grouped by source and relation."""
+    """Return a mapping from source and relation to edges, for the relations `ON` and `INSIDE`."""
     return group_pairs((edge[:2], edge) for edge in edges if edge[1] in _ORDERED_RELATIONS)
 
 
 def _find_relevant_ids(initial: _SceneGraph, final: _SceneGraph) -> tuple[list[int], list[int]]:
-    """Return ids of changed objects, and ids at the ends of changed edges, each in order of occurrence."""
+    """Return the ids of changed objects, and the ids at ends of changed edges, in order of occurrence."""
     nodes = [record.id for record in _find_unshared_items(initial.objects, final.objects)]
     ends = [end for edge in _find_unshared_items(initial.edges, final.edges) for end in edge[::2]]
     return list(dict.fromkeys(nodes)), list(dict.fromkeys(ends))

@@ -53,6 +53,6 @@ COUNTERPARTS: Mapping[str, Counterpart] = {
 def translate_plan_steps(task: Task, steps: Sequence[PlanStep]) -> tuple[Action, ...]:
     """Return the household actions of a plan of published operators, up to the first step without an action.
 
-    Planning problems name objects by class. A class means the object that it means in answers with plans.
+    Planning problems name objects by class. A class means the same object as in an answer with a plan.
     """
     return tuple(translate_steps(steps, COUNTERPARTS, VirtualHomePlans().make_object_lookup(task)))

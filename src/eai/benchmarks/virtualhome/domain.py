@@ -13,30 +13,30 @@ from eai.world.operator import Operator, sort_operator_checks
 
 @cache
 def domain_in_paper_order() -> Domain:
-    """Return the domain whose operators have the paper's order of checks."""
+    """Return the domain whose operators make their checks in the order of the paper's text."""
     return _build_household([sort_operator_checks(operator) for operator in make_operators()])
 
 
 @cache
 def domain_with_hand_switch() -> Domain:
-    """Return the domain for subgoals, which name hands.
+    """Return the domain for subgoals. Subgoals name hands.
 
-    Its action SWITCH_HANDS moves an object to the other hand.
+    Only this domain has the action SWITCH_HANDS, which moves an object to the other hand.
     """
     return domain_in_paper_order().replace_operators(make_switch_hands_action())
 
 
 def domain_in_reference_order() -> Domain:
-    """Return the domain whose operators have the reference's order of checks."""
+    """Return the domain whose operators make their checks in the order of the paper's package."""
     return _build_household(make_operators())
 
 
 def _build_household(operators: Sequence[Operator]) -> Domain:
-    """Return the household with these operators.
+    """Return the household domain with the given operators.
 
     The character sees the objects that it holds, and the objects of its room that are not in a closed
-    container. It knows all rooms. It sees the relations `NEXT_TO` and `FACING` only if it is their source.
-    Between objects, these relations are most of the facts of a scene.
+    container. It knows all rooms. It sees the relations `NEXT_TO` and `FACING` only from itself to objects,
+    because most facts of a scene are such relations between objects.
     """
     return Domain(
         "virtualhome",

@@ -35,9 +35,9 @@ FIELDS = {
     GoalKind.RELATION: ("from_name", "relation", "to_name"),
     GoalKind.ACTION: ("action",),
 }
-"""Required fields of a goal, by the section in which answers list it.
+"""Section of an answer -> required fields of each goal in this section.
 
-An action's description is not scored.
+Actions may also have a description, which is not scored.
 """
 
 _NOTHING = JsonObject(())
@@ -47,7 +47,7 @@ class VirtualHomeGoals(GoalNotation):
     """Goals in three sections of a JSON object, which has at least one section.
 
     The object may be anywhere in the text. A section that is missing or null counts as empty, and an empty
-    goal in a section is ignored. The data set's own goals get the full score, although they do not
+    goal in a section is ignored. The data set's own goals get the full score, although goals do not
     distinguish objects of one class.
     """
 
@@ -61,7 +61,7 @@ class VirtualHomeGoals(GoalNotation):
         return WrittenGoals.from_entries(entries, reading)
 
     def write(self, goals: Iterable[WrittenGoal]) -> tuple[str, ...]:
-        """Return each goal as a JSON object with one section."""
+        """Return a text for each goal: a JSON object with one section."""
         return tuple(json.dumps({SECTIONS[kind]: entry}) for kind, entry in map(_write_entry, goals))
 
     def join(self, parts: Iterable[str]) -> str:
@@ -73,7 +73,7 @@ class VirtualHomeGoals(GoalNotation):
         return json.dumps(sections, indent=1)
 
     def make_schema(self, domain: Domain, words: Sequence[str] | None) -> Schema:
-        """Schema of the three sections.
+        """JSON schema of an answer with three sections.
 
         A goal has the fields of its section; an action also has a description.
         """
@@ -93,7 +93,7 @@ class VirtualHomeGoals(GoalNotation):
         )
 
     def map_predicate_spellings(self, domain: Domain) -> Mapping[SpelledPredicate, str]:
-        """Return the words for predicates in goals: states that can change, and relations of scene graphs."""
+        """Return a mapping from words for states and relations, each with its arity, to predicates."""
         states = [p for p in domain.vocabulary.predicates if p.arity == 1 and p.visible and not p.static]
         return {
             **{(state.name, 1): state.name for state in states},
@@ -106,7 +106,7 @@ class VirtualHomeGoals(GoalNotation):
 
 
 def make_written_goal(fields: list[str]) -> WrittenGoal:
-    """Return the goal that some fields state: three fields state a relation, two a state, one an action."""
+    """Return the goal that fields state. Three fields state a relation, two fields a state, one an action."""
     if len(fields) == 3:
         return WrittenGoal(fields[1], (fields[0], fields[2]))
     if len(fields) == 2:
@@ -115,7 +115,7 @@ def make_written_goal(fields: list[str]) -> WrittenGoal:
 
 
 def _find_flaw(value: object) -> str | None:
-    """Return the error in a JSON object that should have goals in sections, or None."""
+    """Return a description of the error in a JSON object with sections of goals, or None."""
     return None if not isinstance(value, JsonObject) else _find_unknown_section(value.members)
 
 
@@ -182,10 +182,10 @@ SUBGOAL_ACTIONS = (
     "GRAB",
     "SWITCHOFF",
 )
-"""The actions that the reference allows in subgoals (``resources/vocabulary.json``, ``subgoal_actions``)."""
+"""The actions that the paper's package allows in subgoals (``resources/vocabulary.json``)."""
 
 MISSING_ACTION = "POUR"
-"""Action that goals of five tasks require, although the reference's vocabulary of actions lacks it."""
+"""Action that goals of five tasks require, although it is not in the vocabulary of the paper's package."""
 
 
 class VirtualHomeSubgoals(SubgoalNotation):
@@ -206,16 +206,16 @@ class VirtualHomeSubgoals(SubgoalNotation):
         self._alone = frozenset(name for name, arity in self._actions.items() if arity == 0)
 
     def acting_domain(self) -> Domain:
-        """Return the domain with only the actions that subgoals do not name."""
+        """Return the domain for subgoals, which has an additional action for switching hands."""
         return virtualhome.domain_with_hand_switch()
 
     def make_formula_lexicon(self, scene: Scene) -> FormulaLexicon:
-        """Return the lexicon of a scene: object names of the data set, and classes of the scene."""
+        """Return the lexicon of a scene. Formulas name objects as the data set does, or by class."""
         names = list_objects_and_classes(scene.index, scene)
         return FormulaLexicon(scene, Signature(self._predicates, self._actions, names), scene.index)
 
     def read(self, text: str) -> WrittenSubgoals | Unreadable:
-        """Return the subgoals in an answer, or the reason why it is unreadable.
+        """Return the subgoals in an answer, or the reason why the answer cannot be read.
 
         Actions without objects need no brackets.
         """

@@ -1,7 +1,8 @@
 """The actions of VirtualHome, each with its ordered checks and its effects.
 
-The operators describe the simulator as the paper means it (protocol `strict`). The reference's defects are
-listed in `eai.extensions.reference.virtualhome_quirks`. The source is the reference's ``execution.py``.
+The operators describe the simulator as the paper means it (protocol `strict`). Defects of the paper's
+package are listed in `eai.extensions.reference.virtualhome_quirks`. The source is its module
+``execution.py``.
 """
 
 from __future__ import annotations
@@ -31,7 +32,7 @@ SQUEEZABLE = (
     "tooth_paste",
     "towel",
 )
-"""Classes of objects, other than clothes, that can be squeezed (reference: ``SqueezeExecutor``)."""
+"""Classes of objects, other than clothes, that can be squeezed (from ``SqueezeExecutor``)."""
 
 # Checks that several actions share.
 NEAR = missing_step(p.near(X), "the character is not next to {x}")
@@ -45,7 +46,7 @@ SOMEWHERE = affordance(p.somewhere(X), "{x} is in no room, so there is no way to
 OPENABLE = affordance(p.can_open(X) | is_a(X, "desk", "window"), "{x} cannot be opened or closed")
 IS_CLOTHES = affordance(p.clothes(X), "{x} is not clothes")
 
-# Checks that the reference does not make, or makes differently.
+# Checks that the paper's package does not make, or makes differently.
 OPEN_OR_CLOSED = affordance(p.open_(X) | p.closed(X), "{x} is neither open nor closed: it has no such state")
 ON_OR_OFF = affordance(p.on(X) | p.off(X), "{x} is neither on nor off: it has no such state")
 PLUGGED_IN_OR_OUT = affordance(
@@ -59,14 +60,14 @@ NOT_SEATED_ELSEWHERE = missing_step(~p.sitting(AGENT), "the character sits alrea
 NOT_IN_BED_ELSEWHERE = missing_step(~p.lying(AGENT), "the character lies already, but not on {x}")
 
 AT_HAND = p.ontop(X, AGENT) | p.body_part(X) | p.near(X)
-"""Condition that the character wears an object, is near it, or has it as a body part.
+"""Condition that the character wears an object, is near the object, or has the object as a body part.
 
-FIND does not walk to such an object.
+The action FIND does not walk to such an object.
 """
 
 
 def make_state_action(name: str, old: Predicate, new: Predicate, *checks: Check) -> Operator:
-    """Return an action that replaces one state of an object by another."""
+    """Return an action that ends one state of an object and begins another."""
     return _make_action_on_one(name, *checks, effects=(Delete(old(X)), Add(new(X))))
 
 
@@ -83,7 +84,7 @@ def take_out_of_hand(obj: f.Variable) -> tuple[Effect, ...]:
 
 
 def forget_origin(obj: f.Variable) -> tuple[Effect, ...]:
-    """Return effects that forget the place from which an object was grabbed (its origin)."""
+    """Return effects that delete the stored place from which an object was grabbed (its origin)."""
     return (
         Delete(p.taken_from_top_of(obj, ANYTHING)),
         Delete(p.taken_from_inside(obj, ANYTHING)),
@@ -95,7 +96,7 @@ def make_bring_along_effects(room_of_held: f.Formula) -> tuple[Effect, ...]:
     """Return effects that move held objects, and all objects in or on them, into a room.
 
     Args:
-        room_of_held: the condition that determines the room ``r``.
+        room_of_held: the condition that is true for the room, the variable ``r``.
     """
 
     def move_along(moving_object: f.Variable) -> tuple[Effect, ...]:
@@ -117,7 +118,7 @@ def make_movement_effects(target: f.Variable, effects_on_held: tuple[Effect, ...
 
     Args:
         target: the object or room.
-        effects_on_held: further effects, which apply to the held objects.
+        effects_on_held: additional effects on the held objects.
     """
     return (
         *clear_relations(AGENT, p.inside, p.next_to, p.facing),
@@ -144,7 +145,8 @@ def make_movement_effects(target: f.Variable, effects_on_held: tuple[Effect, ...
 def make_find_action(effects_on_held: tuple[Effect, ...]) -> Operator:
     """Return the action FIND.
 
-    The character steps up to a near object and then faces no object. It walks to any other object.
+    If the object is near, the character steps up to it and then faces no object. It walks to any other
+    object.
     """
     checks = (
         missing_step(
@@ -180,7 +182,7 @@ ORIGINS = (
     (p.taken_from_inside, p.lies_in, p.inside),
     (p.taken_from_next_to, p.lies_next_to, p.next_to),
 )
-"""For each relation to an origin (former place): the predicate that stores it, its lookup, the relation."""
+"""Triples for each kind of former place: predicate that stores the place, lookup of the place, relation."""
 
 
 KEEP_CONTENTS = (
@@ -189,14 +191,14 @@ KEEP_CONTENTS = (
         Y, p.ontop(Y, X) & p.grabbable(Y), (Add(p.ontop(Y, X)), *make_symmetric_effects(Add, p.next_to(X, Y)))
     ),
 )
-"""Effects of grabbing an object on its contents: objects in it, and grabbable objects on it, stay there."""
+"""Effects of grabbing an object: objects in it, and grabbable objects on it, stay there."""
 
 
 def make_grab_action(effects_on_contents: tuple[Effect, ...] = KEEP_CONTENTS) -> Operator:
     """Return the action GRAB: move an object to a free hand, the right hand first, and remember its origin.
 
     Args:
-        effects_on_contents: effects on the objects in and on the grabbed object.
+        effects_on_contents: effects on the objects that are in or on the grabbed object.
     """
     checks = (
         affordance(p.grabbable(X) | is_a(X, "water", "child"), "{x} cannot be grabbed"),
@@ -266,12 +268,12 @@ def make_watch_action() -> Operator:
 
 
 def make_shove_action(name: str, *checks: Check) -> Operator:
-    """Return an action that moves an object by hand without lifting it."""
+    """Return an action that moves an object by hand without lifting the object."""
     return _make_action_on_one(name, *checks, NEAR, REACHABLE, HAND_FREE)
 
 
 def make_operators() -> tuple[Operator, ...]:
-    """Return all actions. The checks of an action have the order of the reference."""
+    """Return all actions. Each makes its checks in the order of the paper's package."""
     return (
         *make_movements(make_bring_along_effects(p.room_of(X, R))),
         *_make_posture_actions(),
@@ -288,7 +290,7 @@ def make_movements(effects_on_held: tuple[Effect, ...]) -> tuple[Operator, ...]:
     """Return the actions WALK, RUN and FIND.
 
     Args:
-        effects_on_held: effects of walking on the held objects.
+        effects_on_held: effects that walking has on the held objects.
     """
     effects = make_movement_effects(X, effects_on_held)
     walks = [

@@ -42,9 +42,9 @@ from eai.world.domain import Domain
 from eai.world.state import Scene
 
 _STEPS = "action commands"
-"""Key of the list of steps, if providers enforce the form of answers.
+"""Key of the list of steps in an answer to a provider that enforces a JSON schema.
 
-The key has two words, because the reference reads a key of one word as an action.
+The key has two words, because the paper's package reads a key of one word as an action.
 """
 
 
@@ -64,10 +64,10 @@ class ObjectWithId(NamedTuple):
 class VirtualHomePlans(PlanNotation):
     """The notation of plans of VirtualHome.
 
-    A list of such JSON objects and operators in small letters are also accepted. The repairs of
+    Answers may also be a list of such JSON objects, and may write operators in small letters. The repairs of
     `eai.abilities.answer_text` apply, ``step_form`` for other forms of a step, and ``action_lines`` for lines
     of actions. An answer is read with ids if any of its steps has a number after a class. A class without an
-    id means the last relevant object of that class. With an id, or as in ``soap.1002``, a step may name any
+    id means the last relevant object of that class. With an id, such as in ``soap.1002``, a step may name any
     object of the scene.
     """
 
@@ -108,7 +108,7 @@ class VirtualHomePlans(PlanNotation):
     def make_schema(self, domain: Domain, words: Sequence[str] | None) -> Schema:
         """Return the schema of a list of objects with one step each.
 
-        One object cannot repeat an action as its key.
+        A single JSON object could not have two steps with one action, because its keys would be equal.
         """
         steps = [
             make_object_schema(
@@ -125,9 +125,9 @@ def make_name_lookup(
     """Return the function that finds the index of an object by its class, or by its class and id.
 
     Args:
-        by_class: index of the object that each class means.
-        by_name: index of each object, by name.
-        joint: text between class and id in a name.
+        by_class: class -> index of the object that the class means.
+        by_name: name of an object -> its index.
+        joint: text between class and id in names of objects.
     """
 
     def find_index(word: object) -> int | None:
@@ -139,7 +139,7 @@ def make_name_lookup(
 
 
 def _join_names_and_ids(step: WrittenStep) -> WrittenStep:
-    """Return a step with each class and its id joined to one object. ``soap.1002`` is an object already."""
+    """Return a step in which each class and its id are joined to one object. ``soap.1002`` stays as it is."""
     if any(isinstance(word, str) and _DOTTED.fullmatch(word) for word in step.objects):
         objects: list[object] = []
         words = list(step.objects)
@@ -153,12 +153,12 @@ def _join_names_and_ids(step: WrittenStep) -> WrittenStep:
 
 
 def has_ids(plan: WrittenPlan) -> bool:
-    """Whether a plan names objects with ids: a number is in an even position of a step's words."""
+    """Whether a plan names objects by class and id: in some step, a number follows a class."""
     return any(_is_id(word) for step in plan.steps for word in step.objects[1::2])
 
 
 def pair_names_with_ids(plan: WrittenPlan) -> WrittenPlan:
-    """Return a copy of the plan with each class and its id joined to one object."""
+    """Return a copy of the plan in which each class and its id are joined to one object."""
     steps = [WrittenStep(step.action, _pair_words(step.objects)) for step in plan.steps]
     return replace(plan, steps=tuple(steps))
 
@@ -172,7 +172,7 @@ def _is_id(word: object) -> bool:
 
 
 def read_steps(text: str, actions: Collection[str] = ()) -> WrittenPlan | Unreadable:
-    """Return the steps of an answer as written, or the reason why they cannot be read."""
+    """Return the steps as an answer writes them, or the reason why the answer cannot be read."""
     return read_plan_or_lines(text, _build_plan_format(frozenset(actions)), actions)
 
 

@@ -20,18 +20,16 @@ from eai.world.state import State
 from eai.world.vocabulary import Predicate, Vocabulary
 
 TargetChooser: TypeAlias = Callable[[State, str, int, int], int]
-"""Chooses targets of a relation, given a state, the relation, the source, and a bit mask of candidates."""
+"""Chooses objects to which a relation leads, given a state, the relation, its source, and candidates."""
 
 SEAT_CAPACITIES = {"couch": 4, "bed": 4, "sofa": 4, "loveseat": 2, "pianobench": 2, "bench": 2}
-"""Number of objects for which a seat has room, by class; 1 for other classes (reference: ``SitExecutor``)."""
+"""Class of a seat -> number of objects for which it has room; 1 for other classes (from ``SitExecutor``)."""
 
 BED_CAPACITIES = {"bed": 3, "couch": 2, "bathtub": 2, "loveseat": 2, "sofa": 2}
-"""Number of objects for which a bed has room, by class; 1 for other classes (reference: ``LieExecutor``)."""
+"""Class of a bed -> number of objects for which it has room; 1 for other classes (from ``LieExecutor``)."""
 
 ORIGIN_RELATIONS = ("ONTOP", "INSIDE", "NEXT_TO")
-"""Relations that define the origin, a grabbed object's former place.
-
-Only the first relation that holds counts.
+"""Relations that define the origin (former place) of a grabbed object. Only the first that holds counts.
 """
 
 
@@ -73,7 +71,7 @@ def find_objects_in_room(state: State, arguments: tuple[int, ...]) -> int:
 
 
 def find_targets(state: State, predicate: str, source: int, candidates: int) -> int:
-    """Return the candidates to which a relation leads from the source.
+    """Return those candidates to which a relation leads from the source.
 
     Candidates and result are bit masks.
     """
@@ -81,14 +79,14 @@ def find_targets(state: State, predicate: str, source: int, candidates: int) -> 
 
 
 def make_origin_lookup(position: int, choose: TargetChooser = find_targets) -> LookupFunction:
-    """Return a function that finds the origins (former places) of an object in one of the `ORIGIN_RELATIONS`.
+    """Return a function that finds an object's origins (former places) by one relation.
 
-    Only the first relation that holds decides. At most one of the three functions therefore returns objects.
-    Rooms are never origins (reference: ``_find_first_node_from``).
+    Only the first of `ORIGIN_RELATIONS` that holds counts. So at most one of three such functions returns
+    objects. Rooms are never origins (as in ``_find_first_node_from``).
 
     Args:
         position: index of the relation in `ORIGIN_RELATIONS`.
-        choose: chooses among several targets.
+        choose: chooses among several places.
     """
 
     def find_origins(state: State, arguments: tuple[int, ...]) -> int:
@@ -103,7 +101,10 @@ def make_origin_lookup(position: int, choose: TargetChooser = find_targets) -> L
 
 
 def find_cargo(state: State, arguments: tuple[int, ...]) -> int:
-    """Return the objects that move with an object: objects in it, grabbable objects on it, and theirs."""
+    """Return, as a bit mask, the objects that move with an object.
+
+    An object moves if it is in a moving object, or if it is grabbable and on a moving object.
+    """
     inside, ontop, loose = state.relation("INSIDE"), state.relation("ONTOP"), state.mask("GRABBABLE")
     carried, pending = 0, 1 << arguments[0]
     while pending:
@@ -120,7 +121,7 @@ Y = f.Variable("y")
 Z = f.Variable("z")
 R = f.Variable("r")
 
-# Properties of an object: the actions that it allows. They never change.
+# Properties of objects state which actions an object allows. They never change.
 body_part = Predicate("BODY_PART", 1, static=True)
 can_open = Predicate("CAN_OPEN", 1, static=True)
 clothes = Predicate("CLOTHES", 1, static=True)
@@ -212,9 +213,9 @@ somewhere = DefinedPredicate("somewhere", (X,), f.Exists(R, room_of(X, R)))
 
 
 def _make_origin_predicate(position: int, name: str) -> LookupPredicate:
-    """Return the predicate of an object's origins in one relation.
+    """Return the predicate for an object's origins (former places) by one relation.
 
-    It is false if an earlier relation holds.
+    The predicate is false if an earlier one of `ORIGIN_RELATIONS` holds.
     """
     *earlier, relation = (ontop, inside, next_to)[: position + 1]
     nowhere_else = tuple(~f.Exists(Z, other(X, Z) & ~room(Z)) for other in earlier)
@@ -225,7 +226,7 @@ def _make_origin_predicate(position: int, name: str) -> LookupPredicate:
 
 
 def _require_at_least(place: f.Variable, count: int) -> f.Formula:
-    """Return the formula that holds if at least `count` different objects are on an object."""
+    """Return the formula that holds if at least `count` different objects are on the object `place`."""
     things = [f.Variable(f"y{i}") for i in range(count)]
     formula: f.Formula = f.And(())
     for i, obj in reversed(list(enumerate(things))):

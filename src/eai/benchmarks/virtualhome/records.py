@@ -1,12 +1,12 @@
 """The VirtualHome data set as plain records: no world state, no checks, no interpretation.
 
 Records are read from the data store. A task is one line of text, decoded on first use. The scene is stored
-once. A task stores the difference of its initial graph from the scene, and of its final from its initial
-graph.
+once. A task stores the difference of its initial graph from the scene, and the difference of its final graph
+from its initial graph.
 
-Objects ascend by id, as in every initial graph of the data set. Targets of one source under `ON` or `INSIDE`
-keep the order of the data set's file, because the reference takes the first target. Edges of other relations
-ascend by ids.
+Objects ascend by id, as in every initial graph of the data set. The edges of one source with the relation
+`ON` or `INSIDE` keep the order of the data set's file, because the paper's package takes the first edge.
+Edges of other relations ascend by ids.
 """
 
 from __future__ import annotations
@@ -35,7 +35,7 @@ Its first line has shared tables and the base scene. Each other line is a task.
 
 
 Edge: TypeAlias = tuple[int, str, int]
-"""An edge of a scene graph: source id, relation and target id; a plain tuple, as a scene has 5,700 edges."""
+"""An edge of a scene graph: source id, relation, target id. Tuples save time, as a scene has 5,700 edges."""
 
 
 @dataclass(frozen=True)
@@ -57,7 +57,7 @@ class ObjectRecord:
 
 @dataclass(frozen=True, slots=True)
 class GraphDelta:
-    """The difference of two scene graphs: remove, then replace, then append objects and edges, in this order.
+    """The difference of two scene graphs: first remove, then replace, then append objects and edges.
 
     An edge in both `removed_edges` and `added_edges` moves behind the other edges of its source under `ON` or
     `INSIDE`.
@@ -76,18 +76,18 @@ class TaskRecord:
 
     Attributes:
         id: the data set's id, such as `27_2`, without the prefix `scene_1_` of the subgoal files.
-        title: the name that similar tasks share, such as `Wash clothes`.
+        title: the name that similar tasks have in common, such as `Wash clothes`.
         description: the natural-language instruction.
         script: the annotated (gold) plan: an action for each step, with class name and id of its objects.
         node_goals: required states: id and class name of an object, and the state.
         edge_goals: required relations of two objects.
-        action_goals: each a choice of actions, such as `LOOKAT` or `WATCH`, of which one must be done.
+        action_goals: actions to be taken. Each goal lists alternatives, such as `LOOKAT` or `WATCH`.
         tl_goal: the goal as a temporal-logic text; None for the four tasks without goals.
         initial: the difference from the base scene to the initial graph.
         final: the difference from the initial to the final graph.
         relevant_from_nodes: ids of objects that differ between initial and final graph, without duplicates,
-            in the order of the initial graph. The reference calls the objects of this and the next attribute
-            relevant.
+            in the order of the initial graph. The paper's package calls the objects of this and the next
+            attribute relevant.
         relevant_from_edges: ids at the ends of edges that differ, without duplicates, in order of occurrence:
             source before target, edges of the initial graph before those of the final graph, each in file
             order.
@@ -108,7 +108,7 @@ class TaskRecord:
 
     @property
     def relevant_ids(self) -> list[int]:
-        """Ids of the relevant objects, in the order of the reference's Python sets.
+        """Ids of the relevant objects, in the order of the Python sets in the paper's package.
 
         The hash of a small integer is the integer itself, so this order depends only on the ids.
         """
@@ -117,7 +117,7 @@ class TaskRecord:
 
 
 class _SharedTables(NamedTuple):
-    """Tables of objects and relations that all lines of tasks share; lines have indices into these tables."""
+    """Tables of objects and relations that all tasks use. Lines of tasks have indices into these tables."""
 
     relations: Sequence[str]
     records: Sequence[ObjectRecord]
@@ -139,7 +139,7 @@ class _SharedTables(NamedTuple):
         )
 
     def read_task(self, values: Mapping[str, Any]) -> TaskRecord:
-        """Return the record of the JSON value of a line."""
+        """Return the record for the JSON value of a line."""
         flat = ("relevant_from_nodes", "relevant_from_edges")
         nested = ("node_goals", "edge_goals", "action_goals")
         read: dict[str, Any] = {
@@ -156,9 +156,9 @@ class VirtualHomeRecords(TaskSet[TaskRecord]):
     """Records by task id, in data set order. Each record is decoded once, on first use.
 
     Attributes:
-        base: the base scene, as a difference from an empty graph. It has each id and each edge that occurs in
-            all initial graphs. Each id has its most frequent record; tasks list other records of the id as
-            changed.
+        base: the base scene, as a difference from an empty graph. It has the ids and edges that occur in all
+            initial graphs. Each id has its most frequent record. If an object of a task has another record,
+            the task lists it as changed.
     """
 
     def __init__(self, content: bytes, sha256: str) -> None:

@@ -34,13 +34,13 @@ class _IndexedGraph:
     """A graph of the data set with objects numbered by position.
 
     Attributes:
-        objects: the objects, in order.
-        labels: labels of each object, by id.
-        index: position of each object, by id.
-        unary: for each unary predicate, a bit mask of objects.
+        objects: the objects, in order of position.
+        labels: object id -> labels (properties and states) of the object.
+        index: object id -> position of the object.
+        unary: for each unary predicate, a bit mask of the objects for which it holds.
         rows: for each relation and source, a bit mask of targets.
         columns: for each relation and target, a bit mask of sources.
-        ends: for each relation, bit masks of the possible sources and the possible targets.
+        ends: for each relation, a bit mask of all sources and a bit mask of all targets.
     """
 
     objects: Sequence[WorldObject]
@@ -52,10 +52,10 @@ class _IndexedGraph:
     ends: Sequence[tuple[int, int]]
 
     def apply_delta(self, delta: GraphDelta) -> _IndexedGraph:
-        """Return a copy of the graph with the changes of a delta.
+        """Return a copy of the graph with the changes of a delta (difference of two graphs).
 
         Raises:
-            DataError: the delta removes objects, which no delta of the data set does.
+            DataError: the delta removes objects. No delta of the data set does so.
         """
         if delta.removed_ids:
             raise DataError(f"a graph removes objects {delta.removed_ids}; run `eai data fetch --force`")
@@ -90,7 +90,7 @@ class _IndexedGraph:
     def _change_properties(
         self, unary: list[int], records: Iterable[ObjectRecord], index: Mapping[int, int]
     ) -> None:
-        """Update the masks of unary predicates for objects that are new or have new labels."""
+        """Update the bit masks of unary predicates for objects that are new or have new labels."""
         for record in records:
             bit = 1 << index[record.id]
             for slot in _find_changed_slots(self.labels.get(record.id, _UNLABELLED), record.labels):
@@ -102,10 +102,10 @@ class _IndexedGraph:
         return State(Scene(VOCABULARY, self.objects, self.index[CHARACTER_ID]), tuple(self.unary), relations)
 
     def apply_delta_to_state(self, state: State, delta: GraphDelta) -> State:
-        """Return the state of this graph after the changes of a delta. This is fast for few changes.
+        """Return the state after the changes of a delta to this graph. This is fast if there are few changes.
 
         Raises:
-            DataError: the delta adds or removes objects, which no final graph of the data set does.
+            DataError: the delta adds or removes objects. No final graph of the data set does so.
         """
         if delta.removed_ids or delta.added_objects:
             raise DataError("a final graph adds or removes objects; run `eai data fetch --force`")
@@ -168,7 +168,7 @@ def open_tasks(source: Source | None = None) -> VirtualHomeTasks:
 
 @cache
 def _find_changed_slots(before: frozenset[str], after: frozenset[str]) -> Sequence[int]:
-    """Return the indices of the labels (properties and states) that only one of two sets has."""
+    """Return the numbers of the unary predicates for labels (properties, states) that only one set has."""
     return [_UNARY[name] for name in before ^ after]
 
 
@@ -178,7 +178,7 @@ def _make_relation(rows: Sequence[int], columns: Sequence[int], ends: tuple[int,
 
 @cache
 def _make_empty_relation(size: int) -> Relation:
-    """Return an empty relation, shared by all states with this number of objects."""
+    """Return the empty relation that all states with this number of objects share."""
     return Relation(RelationBase([0] * size, [0] * size))
 
 
