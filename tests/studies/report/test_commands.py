@@ -50,7 +50,7 @@ def test_old_records_get_a_note_on_their_intervals(tmp_path: Path) -> None:
 
 def test_compare_refuses_runs_without_a_common_suite(runs: Path) -> None:
     result = RUNNER.invoke(app, ["compare", str(runs / "run0"), str(runs / "run2")])
-    assert "no domain, ability and protocol" in str(result.exception)
+    assert "no records of equal domain, ability and protocol" in str(result.exception)
 
 
 def test_compare_refuses_several_models_on_one_side(runs: Path) -> None:
