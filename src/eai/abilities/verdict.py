@@ -1,9 +1,9 @@
-"""Verdicts: the result of scoring one answer, and its contribution to each metric.
+"""Verdicts: the result of scoring one answer, and the answer's contribution to each metric.
 
-Each ability has a class of verdicts in its own package. This module has what several abilities share, and
-`Unreadable`, the reason why an answer cannot be read. A `Share` is the contribution of an answer to a rate: a
-numerator and a denominator, which `eai.results` divides. A `Credit` holds the results for which a reward may
-pay; `eai.results.reward` chooses among them.
+Each ability has its own class of verdicts in its own package. This module has the classes and functions that
+several abilities use, and `Unreadable`, the reason why an answer cannot be read. A `Share` is the
+contribution of an answer to a rate: a numerator and a denominator. `eai.results` adds up both and divides. A
+`Credit` holds the results for which a reward may pay; `eai.results.reward` chooses among these results.
 """
 
 from __future__ import annotations
@@ -23,7 +23,7 @@ from eai.tasks.task import TaskExclusion
 from eai.world.fault import FaultKind
 
 ALL = "all"
-"""Key of the total in counts by kind. A goal or clause of several kinds counts once in the total."""
+"""Key of the total in counts by kind. The total counts a goal or clause of several kinds once."""
 
 
 class Confusion(NamedTuple):
@@ -44,12 +44,12 @@ class ErrorReport:
 
     Attributes:
         kind: kind of the error.
-        step: number of the step or subgoal, from 0; None if the error concerns the whole answer.
+        step: number of the step or subgoal, from 0; None if the error does not concern a single step.
         detail: the reason for the error, in words.
         check: id of the failed check of the domain (`Check.id`) or of the failed test of names
             (``unknown_action`` or a value of `NameMisuseKind`), or `UNREPLAYABLE` or `RAISED`; for an
             unreadable answer a value of `UnreadCause`, or None.
-        objects: names of the objects in the reason, in the order in which it names them.
+        objects: names of the objects in the reason, in the order in which the reason names them.
     """
 
     kind: FaultKind
@@ -60,20 +60,20 @@ class ErrorReport:
 
 
 UNREPLAYABLE = "unreplayable"
-"""Id of the check that an episode fails if its observations differ from those of its replay."""
+"""Id of the check that an episode fails if a replay of the episode makes other observations."""
 
 UNKNOWN_ACTION = "unknown_action"
-"""Id of the test that an answer fails if it names an action that does not exist."""
+"""Id of the check that an answer fails if it names an action that does not exist."""
 
 RAISED = "raised"
 """Id of the check that an answer fails if its scorer raises an exception."""
 
 
 class SpanKind(str, Enum):
-    """The treatment of a part of an answer's text.
+    """The ways in which a part of an answer's text can be treated.
 
-    `READ` marks a part that was read unchanged, `REPAIRED` a part that was read after a named repair. `PROSE`
-    and `REASONING` do not belong to the answer. `UNREAD` marks the part that makes the answer unreadable.
+    A `READ` part was read unchanged, and a `REPAIRED` part after a named repair. `PROSE` and `REASONING` do
+    not belong to the answer. An `UNREAD` part makes the answer unreadable.
     """
 
     READ = "read"
@@ -85,7 +85,7 @@ class SpanKind(str, Enum):
 
 @dataclass(frozen=True, slots=True, order=True)
 class Span:
-    """A part of an answer's text.
+    """A part of an answer's text, and how it was treated.
 
     Attributes:
         start: position of the first character, from 0.
@@ -103,17 +103,17 @@ class Credit:
     """The results of an answer that rewards may pay for.
 
     Attributes:
-        gain: reached share of the possible gain, from 0 to 1. For plans and subgoals it counts goals; for
+        gain: reached share of the possible gain, from 0 to 1. For plans and subgoals it counts goals. For
             goal interpretations and operators it is F1.
-        success: whether the whole answer is right. The gain is then 1.
-        ended: whether an error ended the answer: its last action could not be executed, or it could not be
-            read.
+        success: whether the answer is right in all its parts. The gain is then 1.
+        ended: whether an error ended the answer: its last action could not be executed, or the answer could
+            not be read.
         faults: number of faults by kind; kinds without a fault are left out.
         added_actions: number of actions that a search added to execute subgoals. Rewards are divided by this
             number plus one. Otherwise an answer that copies the goal as a subgoal would be paid for the work
             of the search.
-        conditions: share of the possible gain in met conditions of goals, from 0 to 1; None if it was not
-            measured, or for answers that are not executed.
+        conditions: reached share of the possible gain, from 0 to 1, counted in conditions of goals; None if
+            it was not measured, or for answers that are not executed.
     """
 
     gain: float
@@ -125,14 +125,14 @@ class Credit:
 
 
 def compute_gain(reached: Sequence[bool], at_start: Sequence[bool]) -> float | None:
-    """Return the share of the possible gain in goals, from 0 to 1, or None if no goal can be gained.
+    """Return how much of the possible gain in goals was reached, from 0 to 1; None if no goal can be gained.
 
-    A goal that holds at the start earns nothing. If the answer undoes such a goal, the gain is
-    reduced by one goal.
+    A goal that holds at the start earns nothing. If the answer undoes such a goal, the gain is reduced by one
+    goal.
 
     Args:
         reached: for each goal, in order, whether it holds at the end; empty if nothing was executed.
-        at_start: for each goal whether it holds in the initial state.
+        at_start: for each goal, in order, whether it holds in the initial state.
     """
     held = sum(at_start)
     to_gain = len(at_start) - held
@@ -142,13 +142,13 @@ def compute_gain(reached: Sequence[bool], at_start: Sequence[bool]) -> float | N
 def compute_condition_gain(partial: Share, at_start: Share, of_goals: float) -> float:
     """Return the gain in met conditions, as a share of the possible gain from 0 to 1.
 
-    All conditions of an option can be met although a goal is missed: for example, if the goal is exactly two
-    cups on the table and there are three. In this case, and if all conditions hold at the start, the gain in
-    goals is returned.
+    An option is a list of conditions that satisfies all goals. All its conditions can be met although a goal
+    is missed: for example, if the goal is exactly two cups on the table and there are three. In this case,
+    and if all conditions hold at the start, the gain in goals is returned.
 
     Args:
         partial: number of conditions met at the end in the option that is met best, and number of all its
-            conditions; none is met if nothing was executed.
+            conditions. No condition is met if nothing was executed.
         at_start: these two numbers in the initial state.
         of_goals: gain in goals.
     """
@@ -166,8 +166,8 @@ def compute_plan_credit(
     """Return the credit for a plan or for the actions of an episode, or None if no goal can be gained.
 
     Args:
-        reached: for each goal, in order, whether it is reached now; empty if nothing was executed.
-        at_start: for each goal whether it holds in the initial state.
+        reached: for each goal, in order, whether it is reached at the end; empty if nothing was executed.
+        at_start: for each goal, in order, whether it holds in the initial state.
         ended: whether the last action could not be executed.
         faults: number of faults by kind.
     """
@@ -185,9 +185,9 @@ def compute_parts_credit(
 
     Args:
         counts: numbers of right, wrong and missed parts.
-        error: the error that ended the answer, if there is one.
+        error: the error that ended the answer, or None.
         faults: number of other faults by kind.
-        meaningless: number of parts without a meaning, which count as wrong.
+        meaningless: number of parts of the answer without a meaning, which count as wrong.
     """
     hit, extra, missed = counts
     if not hit + missed:
@@ -207,8 +207,8 @@ class Verdict:
     """The verdict on one answer of any ability.
 
     Attributes:
-        excluded: why the task is left out of all statistics; None if it is scored.
-        error: the error that ended the answer.
+        excluded: why all statistics leave the task out; None if the task is scored.
+        error: the error that ended the answer, or None.
         repairs: names of the repairs that were needed to read the answer.
         spans: parts of the answer's text and how each was treated, in order; empty if the protocol does not
             record them.
@@ -222,17 +222,20 @@ class Verdict:
     repair: Repair | None = None
 
     def as_missing_answer(self) -> Self:
-        """Turn this verdict on an empty answer into one on a missing answer, which fails without an error."""
+        """Return this verdict on an empty answer as one on a missing answer, which fails without an error."""
         return replace(self, error=None)
 
     @property
     def success(self) -> bool | None:
-        """True if the whole answer is right; None for excluded tasks and for abilities without successes."""
+        """Whether the answer is right in all its parts.
+
+        None for excluded tasks, and for abilities whose answers do not succeed or fail.
+        """
         return None
 
     @property
     def columns(self) -> Mapping[str, Json]:
-        """The values of the verdict in the line of an answer (`eai.results.lines.AnswerLine`), by column."""
+        """Mapping from columns of `eai.results.lines.AnswerLine` to the verdict's values in these columns."""
         return {}
 
     def compute_credit(self, at_start: Sequence[bool]) -> Credit | None:
@@ -243,17 +246,17 @@ class Verdict:
                 answers that are not executed.
 
         Raises:
-            NotImplementedError: answers of this ability are not paid for.
+            NotImplementedError: no reward pays for answers of this ability.
         """
         raise NotImplementedError(f"{type(self).__name__} defines no credit, so no reward can be computed")
 
     def is_action(self, step: int) -> bool:
-        """Whether a step of the explanation, numbered from 0, is a tried action."""
+        """Whether the explanation's step with a number, from 0, is an action that was tried."""
         return True
 
     @property
     def planner_used(self) -> str | None:
-        """Name of the planner that judged the answer; None without a planner and in older records."""
+        """Name of the planner that tested the answer; None without a planner and in older records."""
         return None
 
     @property
@@ -264,12 +267,12 @@ class Verdict:
 
 @dataclass(frozen=True, slots=True)
 class SummaryCounts:
-    """The counts of an answer in a summary, if they differ from its verdict.
+    """The counts of an answer in a summary, if they differ from the counts in its verdict.
 
     Attributes:
         success: whether the answer counts as a success.
-        goals: numbers of satisfied goals and of all goals that count, by kind.
-        errors: number of errors that count, by kind; a kind that is not listed counts 0 times.
+        goals: numbers of satisfied goals and of all goals that count, by kind of goal.
+        errors: number of errors that count, by kind of error; a kind that is not listed counts 0 times.
     """
 
     success: bool
@@ -285,13 +288,13 @@ class PlanVerdict(Verdict):
         executable: whether the plan ran to its end.
         success: whether all goals hold.
         additional_steps: number of steps that were skipped because they were not needed.
-        goals: numbers of satisfied goals and of all goals, by kind.
-        goals_satisfied: for each goal of the task, in order, whether it is reached.
-        partial: number of met conditions, and of all conditions, in the option of the goals that is met best
-            (`eai.tasks.goal_test`); None in older records.
+        goals: numbers of satisfied goals and of all goals, by kind of goal.
+        goals_satisfied: for each goal of the task, in order, whether the plan reaches it.
+        partial: number of met conditions and of all conditions in that option of the goals which the plan
+            meets best (`eai.tasks.goal_test`); None in older records.
         summary_counts: the counts of the answer in a summary; None if they follow from the verdict.
-        refused: the reason for which the answer calls the task impossible, or the answer's question; None for
-            other answers.
+        refused: the reason in the answer why the task is impossible, or the question in the answer; None for
+            answers that do not decline the task.
     """
 
     executable: bool | None = None
@@ -310,7 +313,10 @@ class PlanVerdict(Verdict):
 
     @property
     def columns(self) -> Mapping[str, Json]:
-        """Values of table columns: whether the plan ran to its end, additional steps, and goals by kind."""
+        """Mapping from table columns to the verdict's values.
+
+        The columns are: whether the plan ran to its end, the number of additional steps, and goals by kind.
+        """
         goals = {} if self.goals is None else self.goals._asdict()
         met = {f"{kind}_met": float(share.numerator) for kind, share in goals.items()}
         total = {f"{kind}_total": float(share.denominator) for kind, share in goals.items()}
@@ -332,7 +338,7 @@ class PlanVerdict(Verdict):
         return +faults
 
     def compute_credit(self, at_start: Sequence[bool]) -> Credit | None:
-        """Return the credit for the executed plan. An answer that rightly gives no plan gets full credit."""
+        """Return the credit for the plan. An answer that rightly declines the task gets full credit."""
         if self.refused is not None:
             return Credit(float(self.success or 0), bool(self.success), ended=False, faults={})
         ended = not self.executable
@@ -342,7 +348,7 @@ class PlanVerdict(Verdict):
         return replace(earned, success=bool(self.success) and earned.gain == 1)
 
     def as_missing_answer(self) -> Self:
-        """Return this verdict as the verdict on a missing answer.
+        """Return this verdict as one on a missing answer.
 
         No goal counts as reached, even if it holds at the start.
         """
@@ -368,7 +374,7 @@ class Unreadable:
     Attributes:
         reason: the reason in words, with its position in the text if there is one.
         step: number of the step that cannot be read, from 0; None if the reason is not about one step.
-        spans: parts of the text and how each was treated.
+        spans: parts of the answer's text, and how each was treated.
     """
 
     reason: str
@@ -377,27 +383,32 @@ class Unreadable:
 
 
 Shares: TypeAlias = Mapping[str, Share]
-"""Contributions of one answer to rates, by the name of the metric."""
+"""Mapping from names of metrics to the contributions of one answer to the rates."""
 
 EMPTY_SHARE = Share(0, 0)
-"""Contribution of an answer to a rate that does not concern the answer: 0 of 0."""
+"""The contribution of an answer to a rate for which the answer does not count: 0 of 0."""
 
 
 ZERO_SHARE, FULL_SHARE = Share(0.0, 1), Share(1.0, 1)
-"""Contribution of a failure to a share of all answers; `FULL_SHARE` is that of a full success."""
+"""Contributions to a rate of success: 0 of 1 for a failure, and 1 of 1 for a full success."""
 
 
 def make_share_of_one(counted: bool | float | None) -> Share:
-    """Return the contribution of one answer to the share of answers for which something holds."""
+    """Return the contribution of one answer to a rate over all answers.
+
+    Args:
+        counted: whether the answer has the counted property, or a number from 0 to 1 for a partial property.
+    """
     if not counted:
         return ZERO_SHARE
     return FULL_SHARE if counted == 1 else Share(float(counted), 1)
 
 
 def make_confusion_shares(prefix: str, confusion: Confusion) -> dict[str, Share]:
-    """Return what one answer's counts add to precision, recall and F1, which are ratios of sums.
+    """Return a mapping from metrics to the shares that one answer adds to precision, recall and F1.
 
-    F1 is ``2 TP / (2 TP + FP + FN)``, the harmonic mean of precision and recall.
+    Each metric is a ratio of two sums over all answers. F1 is ``2 TP / (2 TP + FP + FN)``, the harmonic mean
+    of precision and recall.
     """
     hit, extra, missed = confusion
     return {

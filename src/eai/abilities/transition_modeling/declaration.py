@@ -40,10 +40,10 @@ if TYPE_CHECKING:
 
 
 LITERALS = "literals"
-"""Prefix of the names of rates over all literals, which give partial credit for partly right clauses."""
+"""Prefix of the names of rates that count literals, and so give partial credit for partly right clauses."""
 
 WORKS = "Plan works"
-"""Heading of the rate of plans that work with the data set's operators."""
+"""Heading of the column with the rate of plans that also work with the data set's operators."""
 
 _PARTS = (*CATEGORIES, OVERALL)
 _PLANNER_SUCCESS = f"{OVERALL}.planner_success"
@@ -51,11 +51,12 @@ _PLAN_WORKS = f"{OVERALL}.plan_works"
 
 
 def compute_metric_shares(verdict: OperatorVerdict) -> dict[str, Share]:
-    """Return the share that one answer adds to each metric.
+    """Return a mapping from metrics to the share that one answer adds to each metric.
 
-    The counts of preconditions and effects are added; the overall counts and literals add all categories. The
-    outcome of planning counts in each category of the task and once overall; it does not count if no planner
-    ran. The rate of working plans covers only answers with a known result.
+    The counts of preconditions and of effects are added up. The rates over all categories, and the rates that
+    count literals, add up all categories. The result of planning counts in each category of the task and once
+    overall. It does not count if no planner ran. The rate of working plans includes only answers for which it
+    is known whether the plan works.
     """
     counts = get_counts_by_category(verdict)
     planned = verdict.planner not in (None, PlannerOutcome.NOT_RUN)
@@ -75,7 +76,7 @@ def compute_metric_shares(verdict: OperatorVerdict) -> dict[str, Share]:
 def classify_outcome(verdict: OperatorVerdict) -> AnswerOutcome:
     """Return the outcome of an answer.
 
-    If a planner was used, right operators are a success only with a plan.
+    If a planner was used, an answer with right operators succeeds only if the planner found a plan.
     """
     if verdict.success:
         return AnswerOutcome.SUCCESS
@@ -89,9 +90,10 @@ _PLANNED = (*(f"{name}.planner_success" for name in CATEGORIES), _PLANNER_SUCCES
 
 
 def find_missing_metrics(verdict: OperatorVerdict) -> Sequence[str]:
-    """Return the planner's metrics if the run used no planner.
+    """Return the metrics about planning if the run used no planner, else no metrics.
 
-    Some answers of such a run are unsolvable even without planning. Their outcome does not count either.
+    Even in such a run, some answers count as unsolvable, because they need no planner to fail. These results
+    do not count either.
     """
     return _PLANNED if verdict.planner is PlannerOutcome.NOT_RUN else ()
 
@@ -99,7 +101,8 @@ def find_missing_metrics(verdict: OperatorVerdict) -> Sequence[str]:
 def _make_scorers(world: AbilityWorld) -> Callable[[TransitionTask], Scorer]:
     """Return a function that makes the scorer of a task.
 
-    The module of scorers is imported late, so that scoring of plans does not load the planner of operators.
+    The module with scorers is imported only here, so that scoring of plans does not load the planner of
+    operators.
     """
     from eai.abilities.transition_modeling.rules import PaperOperatorRules
     from eai.abilities.transition_modeling.scorer import TransitionModeling

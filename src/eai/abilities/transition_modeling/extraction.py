@@ -1,9 +1,9 @@
-r"""Read the operators of an answer. The answer is read as a whole or not at all.
+r"""Read the operators of an answer. An answer is readable as a unit, or not at all.
 
-An answer is JSON with a text under ``output``, or PDDL alone. Wrong parentheses or keywords make it
+An answer is JSON with a text under ``output``, or PDDL alone. Wrong parentheses or keywords make the answer
 unreadable. An operator is read if its parts are complete lists. A part with content that PDDL does not allow
-is reported as a defect and is wrong. The repairs are the following and those of
-`eai.abilities.answer_text`:
+is reported as a defect and counts as wrong. The repairs are those of `eai.abilities.answer_text` and the
+following:
 
 * ``no_json``: the PDDL stands alone, or in JSON with a syntax error;
 * ``escapes``: ``\n`` and similar escapes are used for line breaks;
@@ -36,22 +36,23 @@ K = TypeVar("K", bound=Hashable)
 V = TypeVar("V")
 
 MAX_CACHED_CHARACTERS = 8_000_000
-"""Maximum number of characters of cached operators. A character takes about 25 bytes after reading.
+"""Maximum number of characters in the texts of cached operators.
 
-Nine models write about 1,800 different operators for a benchmark in less than a million characters, and in
-1.5 million as input of the planner.
+A read operator takes about 25 bytes per character.
+
+Nine models write about 1,800 different operators for a benchmark. Their texts have less than a million
+characters, and 1.5 million characters as input of the planner.
 """
 
 
 class ResultCache(Generic[K, V]):
-    """A cache of results with a maximum size.
+    """A cache of results with a maximum size, for use by several threads.
 
-    If the cache is full, it drops the oldest result, which is computed again when needed.
-
-    Memory does not grow with the number of answers. Several threads may use a cache.
+    If the cache is full, it drops the oldest result, which is computed again when needed. So memory does not
+    grow with the number of answers.
 
     Args:
-        limit: maximum total size, in the unit of the sizes given to `get_or_compute`.
+        limit: maximum total size, in the unit of the sizes that `get_or_compute` gets.
     """
 
     def __init__(self, limit: int = MAX_CACHED_CHARACTERS) -> None:
@@ -61,19 +62,19 @@ class ResultCache(Generic[K, V]):
         self.size = 0
 
     def get_or_compute(self, key: K, size: int, find: Callable[[], V]) -> V:
-        """Return the cached result for a key, or compute and cache it.
+        """Return the cached result for a key. If there is no such result, compute and cache it.
 
         Args:
             key: the key.
             size: size of the result.
-            find: computes the result if it is not cached.
+            find: computes the result.
         """
         cached = self._known.get(key)
         if cached is not None:
             return cached[0]
         result = find()
         with self._adding:
-            if key not in self._known:  # another thread may have added the key meanwhile
+            if key not in self._known:  # another thread may have added the key in between
                 self._known[key] = result, size
                 self.size += size
             while self.size > self._limit:
@@ -94,7 +95,7 @@ _KNOWN_SIGN = re.compile(
     r"|(?<=\()\s*:action\b|(?<=\(\s):action\b",
     re.IGNORECASE,
 )
-"""Pattern of the beginnings of PDDL sections, such as ``(:action``."""
+"""Pattern of beginnings of PDDL sections that are known, such as ``(:action``."""
 _OPERATOR_SIGN = re.compile(r"""\(\s*:action\b|["']output["']""", re.IGNORECASE)
 _WRAPPER = re.compile(r"[{\[]")
 _END_OF_WRAPPER = re.compile(r"""[\s"'`\]]*\}""")
@@ -124,16 +125,16 @@ class WrittenOperator:
 
 
 OperatorCache: TypeAlias = ResultCache[str, WrittenOperator | PddlFinding]
-"""A cache of operators by their text. For an operator with wrong parentheses, the defect is cached."""
+"""A cache of operators by their text. It holds a defect instead of an operator with wrong parentheses."""
 
 
 def read_operators(
     answer: str, readings: OperatorCache
 ) -> ParsedAnswer[dict[str, WrittenOperator]] | Unreadable:
-    """Return an answer's operators by name, in order, or why the whole answer cannot be read.
+    """Return a mapping from names to the operators of an answer, in order; or why the answer cannot be read.
 
     Args:
-        answer: the text.
+        answer: the text of the answer.
         readings: the cache of operators.
     """
     reading = read_json(answer, _OUTPUT)
@@ -195,7 +196,7 @@ _OUTPUT = AnswerFormat(
 
 
 def _read_bare_pddl(answer: str) -> ParsedAnswer[str] | None:
-    """Return the PDDL of an answer that is not JSON; None if the answer has no operator or was cut off."""
+    """Return the PDDL in an answer that is not JSON; None if the answer has no operator or was cut off."""
     thoughts = find_thoughts(answer)
     body = blank_out_thoughts(thoughts, answer)
     heads = list(_HEAD.finditer(body))
@@ -222,7 +223,7 @@ def _read_bare_pddl(answer: str) -> ParsedAnswer[str] | None:
 
 
 def _find_unknown_text(text: str) -> str | None:
-    """Return the beginning of a text that looks like a part of an operator, but has an unknown keyword."""
+    """Return the beginning of a text that looks like a part of an operator but has an unknown keyword."""
     for sign in _SIGN.finditer(text):
         if _KNOWN_SIGN.match(text, sign.start()) is None:
             return text[sign.start() :][:40].split("\n")[0]
@@ -235,7 +236,7 @@ def _split_operators(text: str) -> list[str]:
 
 
 def _read_operator(segment: str) -> WrittenOperator | PddlFinding:
-    """Read an operator, and ignore prose after it."""
+    """Return the operator at the beginning of a text. Prose after the operator is ignored."""
     text = _COMMENT.sub("", segment)
     operator = _read_operator_parts(text, len(segment))
     end = _find_end_before_prose(text) if isinstance(operator, PddlFinding) else None
@@ -277,7 +278,7 @@ def _read_operator_parts(text: str, size: int) -> WrittenOperator | PddlFinding:
 
 
 class _OperatorPart(NamedTuple):
-    """A keyword of an operator, and the text after the keyword, up to the next keyword or the end."""
+    """A part of an operator: a keyword, and the text after it up to the next keyword or the end."""
 
     keyword: str
     text: str
@@ -304,7 +305,7 @@ def _split_parts(text: str, name: str, offset: int) -> list[_OperatorPart]:
 
 
 def _read_list(part: _OperatorPart) -> tuple[ExpressionList, tuple[str, ...]]:
-    """Return the list in a part of an operator, and the names of the repairs of this list.
+    """Return the list in a part of an operator, and the names of the repairs that the list needed.
 
     Raises:
         PddlError: the part does not have exactly one list, or lacks more than one parenthesis.

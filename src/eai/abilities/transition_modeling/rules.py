@@ -1,11 +1,11 @@
-"""Rules for judging the operators of an answer. The rules of the paper are one set of such rules.
+"""Rules for judging the operators of an answer. One set of such rules follows the paper.
 
 Each operator that the task asks for counts. If an operator is missing, all its clauses are missed. If its
 precondition or effect is unreadable, the clauses of this part are missed. The planner gets exactly the
 operators of the answer that the task asks for. Missing operators are not filled in, and operators that the
 task does not ask for are left out and reported. An operator with undefined names is an input error, as in any
-current planner. A plan succeeds only if it also works with the gold operators. Otherwise operators with
-arbitrary effects would have a plan for every goal.
+current planner. A plan succeeds only if it also works with the gold operators. Without this rule, operators
+with arbitrary effects would have a plan for every goal.
 """
 
 from __future__ import annotations
@@ -36,20 +36,20 @@ from eai.world.fault import FaultKind
 def find_plan_flaw(
     task: TransitionTask, written: Mapping[str, PddlAction], plan: Sequence[PlanStep]
 ) -> tuple[int, str] | None:
-    """Return why a plan fails from start to goal with the gold operators, or None if it works.
+    """Return why a plan fails with the gold operators on the way from start to goal, or None if it works.
 
-    The parameters of an operator correspond to those of its gold operator by name. If the answer lacks
-    some of the names, parameters correspond by position, and a step with another number of objects cannot be
+    The parameters of an operator correspond to those of its gold operator by name. If the answer lacks some
+    of the names, parameters correspond by position, and a step with another number of objects cannot be
     executed.
 
     Args:
         task: the task, which asks for the operators of the plan.
-        written: the answer's operators by name.
+        written: mapping from names to the answer's operators.
         plan: the plan.
 
     Returns:
-        The number of the step that fails, from 0, and the reason; the number after the last step if the goal
-            is missed.
+        A pair: the number of the step that fails, from 0, and the reason. If the plan only misses the goal,
+            the number is that after the last step.
     """
     domain = replace(task.domain.header, actions=tuple(task.gold_operators.values()))
     return PddlPlanExecutor(domain, task.problem).find_failed_step(to_gold_steps(task, written, plan))
@@ -75,7 +75,7 @@ NOT_RUN = PlannerResult(PlannerOutcome.NOT_RUN)
 """Result of planning if no planner is used."""
 
 NO_OPERATORS = PlannerResult(PlannerOutcome.INPUT_ERROR, detail="the answer holds no operator")
-"""Result of planning if the answer has no operator for the planner."""
+"""Result of planning if the answer has no operator that the planner could use."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -84,20 +84,20 @@ class OperatorJudgement:
 
     Attributes:
         operators: reports on the operators of the task and the answer.
-        literals: numbers of matched, additional and missing literals, by side (precondition or effect); None
-            if the rules do not count literals.
+        literals: mapping from sides (precondition or effect) to the numbers of matched, additional and
+            missing literals; None if the rules do not count literals.
         planning: result of the planner.
         plan_works: whether the planner's plan works with the gold operators; None if the rules do not test
             this.
-        plan_flaw: number of the step at which the plan fails, and why; None without a failed plan.
+        plan_flaw: number of the step at which the plan fails, and the reason; None without a failed plan.
         repairs: names of the repairs that were needed to read the answer.
-        spans: parts of the answer's text and how each was treated.
-        operator_repairs: names of the repairs of each repaired operator, by the operator's name.
+        spans: parts of the answer's text, and how each was treated.
+        operator_repairs: mapping from names of repaired operators to the names of the repairs.
         matches: comparison of each operator of the task with its gold operator; empty if the rules compare in
             another way.
-        error: why the answer cannot be read, or None.
-        excluded: why the answer is left out of all statistics (only under rules that follow a published
-            package), or None.
+        error: the reason why the answer cannot be read, or None.
+        excluded: the reason why statistics leave the answer out, or None. Only rules that follow a published
+            package leave answers out.
     """
 
     operators: tuple[OperatorReport, ...]
@@ -118,23 +118,24 @@ def _solve_if_needed(planner: PddlPlanner, task: PlanningTask | PlannerResult) -
 
 
 ReplacedPart: TypeAlias = Literal["operator", "precondition", "effect"]
-"""The part of a gold operator that the answer's operator replaces, to test a single operator.
+"""The part of a gold operator that is replaced by the answer's operator, for a test of the answer's operator.
 
 If only precondition or effect is replaced, the parameters are those of the gold operator. If the answer names
-its parameters differently, its variables are then unbound.
+its parameters differently, its variables are unbound in this test.
 """
 
 
 @dataclass(frozen=True, slots=True)
 class OperatorRules(ABC):
-    """Rules by which answers are read, compared with gold operators, and used to plan.
+    """Rules for reading the operators of answers, comparing them with gold operators, and planning with them.
 
     Answers to one problem often have the same operators, so results of the planner are cached.
 
     Attributes:
         planner: the planner that tests operators; None if no planner is used.
         results: cached results of the planner.
-        counts_clauses: whether the clauses of operators are compared; False if only their predicates are.
+        counts_clauses: whether the clauses of operators are compared; False if only the predicates in clauses
+            are compared.
     """
 
     planner: PddlPlanner | None
@@ -153,26 +154,26 @@ class OperatorRules(ABC):
     def plan_with_each_operator(
         self, task: TransitionTask, text: str, replaced: ReplacedPart
     ) -> dict[str, PlannerResult | None]:
-        """Map each operator's name to the planner's result with the answer's operator among gold operators.
+        """Map each operator's name to the planner's result with the answer's version of this operator.
 
-        The result is None for an operator that the answer lacks. The mapping is empty for an answer that the
-        rules exclude.
+        All other operators are gold operators. The result is None for an operator that the answer lacks. The
+        mapping is empty for an excluded answer.
         """
 
     @property
     def empty_result(self) -> PlannerResult:
-        """The planner's result for an answer without operators."""
+        """The result of planning for an answer without operators."""
         return NOT_RUN if self.planner is None else NO_OPERATORS
 
     def solve(
         self, key: Hashable, size: int, make: Callable[[], PlanningTask | PlannerResult]
     ) -> PlannerResult:
-        """Return the cached result for a key, or solve a planning task.
+        """Return the planner's result for a planning task, cached under a key.
 
         Args:
             key: the content of domain and problem.
             size: number of characters of the operators.
-            make: makes the planning task, or returns a result that needs no planning.
+            make: makes the planning task, or returns a result that needs no planner.
         """
         planner = self.planner
         if planner is None:
@@ -181,16 +182,16 @@ class OperatorRules(ABC):
 
 
 _ReadOperator: TypeAlias = tuple[PddlAction | None, tuple[PddlFinding, ...]]
-"""An operator of an answer, as a pair: its readable parts (None if a part is unreadable), and its defects."""
+"""A pair: the readable parts of an operator (None if a part is unreadable), and the operator's defects."""
 
 
 _OperatorComparison: TypeAlias = tuple[OperatorReport, OperatorMatch]
-"""The report on an operator of the task, and its comparison with the gold operator."""
+"""A pair: the report on an operator of the task, and the operator's comparison with the gold operator."""
 
 
 @dataclass(frozen=True, slots=True)
 class PaperOperatorRules(OperatorRules):
-    """The rules of the paper with caches for one domain. Equal operators are read and compared once.
+    """The rules of the paper for one domain. Caches ensure that equal operators are read and compared once.
 
     Attributes:
         readings: cache of operators that were read.
@@ -252,9 +253,10 @@ class PaperOperatorRules(OperatorRules):
     def plan_with_each_operator(
         self, task: TransitionTask, text: str, replaced: ReplacedPart
     ) -> dict[str, PlannerResult | None]:
-        """Map each operator's name to the planner's result with the answer's operator among gold operators.
+        """Map each operator's name to the planner's result with the answer's version of this operator.
 
-        The result is None for an operator that the answer lacks.
+        All other operators are gold operators. The result is None for an operator that the answer lacks. The
+        mapping is empty for an excluded answer.
         """
         written = read_operators(text, self.readings)
         by_name = {} if isinstance(written, Unreadable) else written.value

@@ -1,4 +1,4 @@
-"""The scorer of transition modeling: from the text of an answer to a verdict, with counts by category."""
+"""The scorer of transition modeling: from the text of an answer to a verdict, which counts by category."""
 
 from __future__ import annotations
 
@@ -29,7 +29,7 @@ _MAX_CACHED_CLAUSES = 1000
 def count_by_category(
     sides: Iterable[SideMatch], contents: Mapping[str, ClauseContent], *, clauses: bool
 ) -> dict[str, Confusion]:
-    """Return the numbers of matched, additional and missing clauses by category, without empty categories.
+    """Return the numbers of matched, additional and missing clauses for each category that has any.
 
     Args:
         sides: matched, additional and missing clauses of preconditions, or of effects.
@@ -50,7 +50,9 @@ def count_by_category(
 
 
 class TransitionModeling(Scorer):
-    """The scorer of answers to one task. With the same planner, its results depend only on the answer.
+    """The scorer of the operators for one task.
+
+    As long as the planner is the same, results depend only on answers.
 
     Args:
         task: the task.
@@ -65,7 +67,7 @@ class TransitionModeling(Scorer):
         )
 
     def assess(self, text: str) -> Assessment:
-        """Return the verdict on an answer with its explanation, which lists the planner's steps."""
+        """Return the assessment of an answer. Its explanation lists the steps of the planner's plan."""
         judgement = self._rules.judge_answer(self.task, text)
         return Assessment(self._make_verdict(judgement), partial(_explain_judgement, judgement))
 
@@ -76,9 +78,10 @@ class TransitionModeling(Scorer):
     def plan_with_each_operator(
         self, text: str, replaced: ReplacedPart = "operator"
     ) -> Mapping[str, PlannerResult | None]:
-        """Map each operator's name to the planner's result with the answer's operator among gold operators.
+        """Map each operator's name to the planner's result with the answer's version of this operator.
 
-        The result is None for an operator that the answer lacks. The mapping is empty for an excluded answer.
+        All other operators are gold operators. The result is None for an operator that the answer lacks. The
+        mapping is empty for an excluded answer.
         """
         return self._rules.plan_with_each_operator(self.task, text, replaced)
 
@@ -165,9 +168,9 @@ def _list_notes(judgement: OperatorJudgement) -> Iterator[str]:
 
 
 def _describe_sides(report: OperatorReport, match: OperatorMatch | None) -> Iterator[str]:
-    """Yield descriptions of the missing and additional clauses in the precondition and the effect.
+    """Yield texts on the missing and the additional clauses of an operator's precondition and effect.
 
-    If a part is unreadable, its clauses are unknown.
+    The clauses of an unreadable precondition or effect are unknown.
     """
     unread = {finding.place for finding in report.offences if finding.offence.stops_reading}
     for side, clauses in (("precondition", report.precondition), ("effect", report.effect)):
@@ -190,7 +193,7 @@ def _describe_sides(report: OperatorReport, match: OperatorMatch | None) -> Iter
 def _describe_unbound_variables(report: OperatorReport, side: str) -> str:
     """Return a remark on variables in an operator that are not parameters of the operator.
 
-    A clause with such a variable may resemble a gold clause.
+    Without the remark, a clause with such a variable could look like a clause of the gold operator.
     """
     place = f"{side} of {report.name}"
     kind = PddlViolationKind.UNBOUND_VARIABLE

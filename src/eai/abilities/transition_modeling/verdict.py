@@ -1,4 +1,4 @@
-"""The verdict on operators: how the operators of an answer compare with the gold operators."""
+"""The verdict on the operators of an answer, which compares them with the gold operators."""
 
 from __future__ import annotations
 
@@ -26,7 +26,7 @@ from eai.world.fault import FaultKind
 
 
 class OperatorStatus(str, Enum):
-    """Whether an operator of the task or the answer was compared, or why it was not."""
+    """Whether an operator of the task or the answer was compared, or the reason why it was not."""
 
     COMPARED = "compared"
     MISSING = "missing"
@@ -44,8 +44,8 @@ class OperatorReport:
     Attributes:
         name: name of the operator.
         status: whether the operator was compared, and otherwise the reason.
-        precondition: matched, additional and missing clauses of the precondition; its predicates, if the
-            rules count predicates.
+        precondition: matched, additional and missing clauses of the precondition; the predicates in them, if
+            the rules count predicates.
         effect: matched, additional and missing clauses (or predicates) of the effect.
         offences: defects of the operator that do not depend on the gold operator.
     """
@@ -87,10 +87,10 @@ class OperatorVerdict(Verdict):
     Attributes:
         success: whether the plan found with the operators works with the gold operators. Under rules that do
             not test this, whether a plan was found. None if no planner was used.
-        counts: numbers of matched, additional and missing clauses, by side (precondition, effect) and
-            category; numbers of predicates, if the rules count predicates.
-        literals: numbers of matched, additional and missing literals, by side. They give partial credit for
-            clauses that are partly right; None if the rules do not count literals.
+        counts: mapping from side (precondition, effect) and category to the numbers of matched, additional
+            and missing clauses; numbers of predicates, if the rules count predicates.
+        literals: mapping from side to the numbers of matched, additional and missing literals, which give
+            partial credit for partly right clauses; None if the rules do not count literals.
         planner: outcome of planning with the operators.
         plan_works: whether the planner found a plan that works with the gold operators; None if no planner
             was used, or under rules that do not test this.
@@ -116,7 +116,7 @@ class OperatorVerdict(Verdict):
 
     @property
     def columns(self) -> Mapping[str, Json]:
-        """Values of table columns: the outcome of planning with the operators, and the task's categories."""
+        """Mapping from table columns to values: the outcome of planning, and the categories of the task."""
         planner = None if self.planner is None else self.planner.value
         return {"planner": planner, "task_categories": " ".join(self.task_categories)}
 
@@ -133,13 +133,13 @@ class OperatorVerdict(Verdict):
         return None if decided or self.planner is None else self.planner.value
 
     def compute_credit(self, at_start: Sequence[bool]) -> Credit | None:
-        """Return the credit, which is the F1 of all clauses in preconditions and effects."""
+        """Return the credit for the answer: the F1 of all clauses in preconditions and effects."""
         return compute_parts_credit(
             sum_counts(get_counts_by_category(self)), self.error, self._count_faults()
         )
 
     def _count_faults(self) -> Counter[FaultKind]:
-        """Count unreadable and hallucinated operators, and the defects of all other operators."""
+        """Return the number of faults by kind: unreadable and hallucinated operators, and other defects."""
         faults = Counter([_STATUS_FAULTS[r.status] for r in self.operators if r.status in _STATUS_FAULTS])
         for report in self.operators:
             if report.status is OperatorStatus.COMPARED:
@@ -161,11 +161,14 @@ _OFFENCE_FAULTS = {
     PddlViolationKind.WRONG_ARITY: FaultKind.ARGUMENT_NUMBER,
     PddlViolationKind.WRONG_ARGUMENT_TYPE: FaultKind.AFFORDANCE,
 }
-"""Kind of fault for some kinds of defects of an operator. All other defects are parsing errors."""
+"""Mapping from some kinds of defects of an operator to kinds of faults.
+
+All other defects are parsing errors.
+"""
 
 
 def get_counts_by_category(verdict: OperatorVerdict) -> dict[str, Confusion]:
-    """Return the sum of the counts of preconditions and effects, by category."""
+    """Return a mapping from categories to the counts of preconditions and effects together."""
     counts: dict[str, Confusion] = {}
     for side in (verdict.counts or {}).values():
         for name, confusion in side.items():
