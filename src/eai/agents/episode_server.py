@@ -66,7 +66,7 @@ class EpisodeServer:
     Args:
         folder: the folder.
         suite: the tasks.
-        places: the offered episodes, each a task and the number of the episode among those of the task.
+        places: the offered episodes: pairs of a task and a number, because a task may have several episodes.
         arena: the benchmark and setting of the episodes.
         agent: the name of the agent in the name of the response file.
 

@@ -71,11 +71,11 @@ class _TicketVerifier:
 
 
 def make_mcp_server(worlds: EpisodeServer, domain: Domain, *, open_to_all: bool = True) -> Server[Any]:
-    """Return a server through which agents act in worlds.
+    """Return a server through which agents act in the worlds of episodes.
 
     Args:
-        worlds: the worlds.
-        domain: the domain of the worlds.
+        worlds: the episodes, each with its world.
+        domain: the domain of all worlds.
         open_to_all: whether all callers act in the first world; otherwise each caller acts in the world of
             the caller's ticket.
     """
@@ -119,7 +119,7 @@ def _get_ticket(context: ServerRequestContext[Any]) -> str:
 
 
 def serve_stdio(worlds: EpisodeServer, domain: Domain) -> None:
-    """Serve the first world over standard input and output, until the input ends."""
+    """Serve the world of the first episode over standard input and output, until the input ends."""
     server = make_mcp_server(worlds, domain)
 
     def exit_on_signal(number: int) -> None:
@@ -142,14 +142,14 @@ def make_http_app(
     """Return the application that serves worlds over streamable HTTP at ``/mcp``.
 
     Args:
-        worlds: the worlds.
-        domain: the domain of the worlds.
+        worlds: the episodes, each with its world.
+        domain: the domain of all worlds.
         names: host names by which requests may call the application. Requests with another host name, and
             requests of web pages, are refused.
         open_to_all: whether all callers act in the first world, without a ticket.
     """
     hosts = [text for name in names for text in (name, f"{name}:*")]
-    issuer = AnyHttpUrl("http://localhost")  # not a real address: the user hands out tickets
+    issuer = AnyHttpUrl("http://localhost")  # not a real address, since no server issues tickets
     return make_mcp_server(worlds, domain, open_to_all=open_to_all).streamable_http_app(
         json_response=True,
         stateless_http=True,

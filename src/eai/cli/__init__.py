@@ -1,6 +1,6 @@
 """The command line. Each command is a module that calls the library.
 
-Commands are found by entry points. The help of the group imports none of them.
+Commands are found by entry points. The help of ``eai`` lists commands without importing them.
 """
 
 from __future__ import annotations
@@ -290,7 +290,8 @@ def main() -> None:
     except OSError as error:
         if error.errno not in (errno.EPIPE, *_FULL):
             raise
-        os.dup2(os.open(os.devnull, os.O_WRONLY), 1)  # or else Python writes to the device at exit
+        # otherwise Python would try again at exit to write the rest of the output
+        os.dup2(os.open(os.devnull, os.O_WRONLY), 1)
         if error.errno == errno.EPIPE:  # the reader closed the pipe
             sys.exit(1)
         from eai.cli.console import print_note

@@ -168,5 +168,5 @@ def format_count(number: int, noun: str) -> str:
 
 
 def format_dollars(amount: float) -> str:
-    """Return an amount in dollars: with cents from one dollar on, more digits below."""
+    """Return an amount in dollars as text: with two digits from one dollar on, with more digits below one."""
     return f"${amount:.2f}" if amount >= 1 else f"${amount:.4f}"

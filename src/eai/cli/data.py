@@ -127,7 +127,7 @@ def show_data_info(
 
 
 def _describe_file_state(problem: str | None, size: int) -> str:
-    """Return a word for the table on the status of a file.
+    """Return the state of a data file as a word, for a table.
 
     Problems of the file are listed below the table.
     """

@@ -112,7 +112,7 @@ def open_data_source(
 
 
 def open_planner_terms(command: typer.Context, seconds: int | None, memory_mib: int | None) -> PlannerTerms:
-    """Open the planner settings of a command. Its processes share planner results until it ends."""
+    """Open the planner settings of a command. The command's processes share results of planners."""
     folder = command.with_resource(TemporaryDirectory(prefix="eai-planning-"))
     return PlannerTerms(seconds, memory_mib, Path(folder))
 

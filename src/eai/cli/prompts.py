@@ -28,7 +28,7 @@ Sample = Annotated[int | None, make_flag(help="So many of them, drawn at random.
 SampleSeed = Annotated[int, make_flag(help="Which ones --sample draws.")]
 
 SHORT = "short"
-"""Value of ``--tasks`` for the short test of a suite."""
+"""Value of ``--tasks`` that chooses the short test: some tasks that represent a suite."""
 
 PAGE = ".html"
 """File extension of a page for people."""

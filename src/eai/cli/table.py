@@ -19,7 +19,7 @@ from eai.results.totals import RunTotals
 
 _SHORT = {"precision": "P", "recall": "R", "f1": "F1", "planner_success": "planner"}
 _GROUPED = re.compile(r"\.(?=\D)")
-"""Pattern of the point between the group and the name of a metric, unlike the point in 1.5."""
+"""Pattern of a point that separates a metric's group from its name; the point in 1.5 does not match."""
 
 PERCENT = Column("percent", digits=1, is_number=True)
 """Style of a column of rates in percent."""

@@ -42,7 +42,7 @@ ProgressCallback: TypeAlias = Callable[[int], None]
 
 
 class Scoring(WorkerPool):
-    """Scores streams of answers, in this process or with worker processes that live until it is closed.
+    """Scores streams of answers, in this process or with workers (processes) that live until it is closed.
 
         with Scoring(workers=8) as scoring:
             for record in scoring.score_records(suite, "my-model", responses):

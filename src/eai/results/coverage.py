@@ -1,6 +1,6 @@
 """Coverage: how much of a suite a run answers, and whether the run can be ranked.
 
-This module also lists the tasks of a run that errata left out or corrected.
+This module also lists the tasks of a run that errata (known errors of the data set) left out or corrected.
 """
 
 from __future__ import annotations
@@ -110,7 +110,7 @@ def combine_coverage(coverages: Iterable[TaskCoverage]) -> TaskCoverage | None:
 
 @dataclass(frozen=True, slots=True)
 class ErrataEffect:
-    """The tasks of a run that errata left out or corrected.
+    """The tasks of a run that errata, known errors of the data set, left out or corrected.
 
     Attributes:
         version: version of the errata.
@@ -128,7 +128,7 @@ class ErrataEffect:
 
     @property
     def remark(self) -> str | None:
-        """One sentence on the effect of errata and how to undo it; None if there is no effect."""
+        """One sentence on the effect of errata, and on how to undo the effect; None without an effect."""
         effects = [
             f"{len(task_ids)} {how}"
             for task_ids, how in ((self.left_out, "left out"), (self.corrected, "corrected"))

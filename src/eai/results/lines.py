@@ -21,7 +21,7 @@ from eai.tasks.share import Share
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class TidyLine:
-    """The first columns of every line.
+    """The first columns of every line of a tidy table.
 
     Attributes:
         protocol: the rules for scoring.

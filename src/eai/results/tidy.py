@@ -77,7 +77,7 @@ FirstColumns: TypeAlias = dict[str, Any]
 
 
 def make_first_columns(record: Record) -> FirstColumns:
-    """Return the first columns of every line of a record."""
+    """Return the first columns of all table lines that a record gives."""
     rules = "" if record.experiment is None else record.experiment.rules_text
     return {
         "protocol": record.protocol.value,

@@ -197,7 +197,7 @@ def begin_trial(
 def make_trial_record(
     suite: Suite, options: AttemptOptions, model: str, task_id: str, attempts: Sequence[Attempt]
 ) -> Record:
-    """Return the record of a task after its trial; its verdict is that of the last attempt."""
+    """Return the record of a task after all attempts at it; the verdict is that of the last attempt."""
     attempts = [_name_unread_cause(suite, attempt) for attempt in attempts]
     last = attempts[-1]
     return make_record(

@@ -58,7 +58,7 @@ class AnswerJournal:
         return self._answers.get((request_sha256, *key, attempt))
 
     def add(self, answer: Answer) -> None:
-        """Write an answer to disk. A later end of the process cannot lose it.
+        """Write an answer to disk, so that the answer survives a crash of the process.
 
         Raises:
             InputError: the file cannot be written, or was deleted.
@@ -101,7 +101,7 @@ has failed if one of its requests failed for good.
 
 
 class RunState:
-    """The answers to a job so far, and its open questions.
+    """The answers so far to a job (the questions of a suite to a model), and its open questions.
 
     Args:
         job: the job.

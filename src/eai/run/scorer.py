@@ -201,7 +201,7 @@ def apply_experiment(record: Record, suite: Suite, metadata: Mapping[str, Any], 
     Answers of attempts are executed again. Goals and scenes that the question stated are judged again.
 
     Args:
-        record: the record of the last answer, scored as an answer to a plain question.
+        record: the record of the last answer, scored as if there were no experiment.
         suite: the suite, opened for the answers.
         metadata: metadata of the sample.
         epoch: epoch of the sample.
@@ -233,7 +233,7 @@ def make_logged_record(
         suite: the suite.
         experiment: the experiment, as the metadata of samples has it.
         samples: the sample of each task whose answer is scored.
-        record: the record, scored as an answer to a plain question.
+        record: the record, scored as if there were no experiment.
     """
     metadata, epoch, question = samples.get(record.task_id, ({EXPERIMENT: experiment}, 1, ""))
     logged = apply_experiment(record, suite.adapt_to_answers([question]), metadata, epoch)

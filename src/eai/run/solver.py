@@ -317,7 +317,7 @@ def make_answer(
 
 
 def _make_answer_restrictions(job: QuestionJob, task_id: str, stop: tuple[str, ...]) -> GenerateConfig | None:
-    """Return the request options that only some models support, a schema and stop sequences, or None."""
+    """Return the options for a schema and stop sequences, which only some models support, or None."""
     schema = job.make_answer_schema(task_id)
     stop = stop if job.decoding.stop else ()
     if not stop and schema is None:

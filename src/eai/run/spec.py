@@ -211,7 +211,7 @@ class RunSpec(Options):
 
     @property
     def experiment(self) -> Experiment:
-        """The chosen options of studies as records store them, except options found by an earlier stage."""
+        """The chosen options of studies as records store them, except options that a first stage records."""
         variations_by_study = {
             variation.name: self.studies.get(variation.section_name, VariationOptions())
             for variation in list_run_studies()

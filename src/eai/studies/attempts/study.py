@@ -91,7 +91,7 @@ class _AttemptsArm:
         )
 
     def list_records(self, attempts: int) -> list[Record]:
-        """Return the records of all seeds, as they would be if only this number of attempts were allowed."""
+        """Return the records of all seeds, as if only the given number of attempts had been allowed."""
         return [drop_later_attempts(record, attempts) for records in self.runs.values() for record in records]
 
     def make_cases(self, metric: str, attempts: int) -> list[RateCase]:
@@ -133,7 +133,7 @@ def group_arms(runs: Sequence[Sequence[Record]]) -> list[_AttemptsArm]:
 
 
 def make_replanning_tables(arms: Sequence[_AttemptsArm]) -> list[Table]:
-    """Return the tables that compare arms of further attempts."""
+    """Return the tables that compare arms (ways to ask again after failures)."""
     return [_make_attempts_table(arms), _make_feedback_table(arms), _make_outcomes_table(arms)]
 
 
@@ -257,7 +257,7 @@ def _make_outcomes_table(arms: Sequence[_AttemptsArm]) -> Iterator[Row]:
 def _pair_cases(
     control: _AttemptsArm, arm: _AttemptsArm, attempts: int
 ) -> tuple[list[RateCase], list[RateCase]]:
-    """Return the cases of two arms, limited to tasks and seeds that both arms have, as two lists."""
+    """Return the results of two arms on the tasks and seeds that both arms have, as two lists."""
     pairs: list[tuple[RateCase, RateCase]] = []
     for seed in [seed for seed in arm.runs if seed in control.runs]:
         before = {

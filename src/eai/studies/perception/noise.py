@@ -201,7 +201,7 @@ class _NoisyObserver:
         )
 
     def _draw_doubled_objects(self) -> Iterator[tuple[str, str]]:
-        """Yield pairs of the name of an object that is seen twice, and the invented name of its double."""
+        """Yield pairs: the name of an object that is seen twice, and the invented name of its double."""
         taken = set(self._names)
         for name in self._seen_names:
             if (

@@ -1,8 +1,8 @@
 """Ask a model to interpret goals in the first stage of a pipeline, so that later questions state these goals.
 
 Every answer has a defined outcome, and every task counts. The goals of a readable answer are stated, right or
-wrong, even if they name unknown objects or predicates. For an unreadable answer, the second question is asked
-without goals. Without an answer to the first stage, no question is asked, and the task counts as not
+wrong, even if they name unknown objects or predicates. If an answer is unreadable, the question of the second
+stage states no goals. Without an answer to the first stage, no question is asked, and the task counts as not
 answered.
 """
 

@@ -154,7 +154,7 @@ def _write_main_tables(tables: Sequence[Ranking]) -> Iterator[str]:
 def _write_tables_section(title: str, introduction: str, tables: Sequence[Ranking]) -> Iterator[str]:
     """Yield the text of a section of tables.
 
-    A title that occurs under several protocols names the protocol.
+    If tables of several protocols share a title, the title names the protocol.
     """
     if tables:
         yield f"## {title}\n"
@@ -188,7 +188,7 @@ def _write_section(title: str, rows: Iterable[Mapping[str, str]], *paragraphs: s
 
 
 def _write_epochs_section(runs: Sequence[RunSummary]) -> Iterator[str]:
-    """Yield the section on runs with several answers (epochs) per task: is one answer right, or are all?"""
+    """Yield the section on runs with several answers per task: how often is one right, how often are all?"""
     groups = group_pairs(pair for item in runs for pair in _get_epoch_cases(item))
     if not groups:
         return

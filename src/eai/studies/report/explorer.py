@@ -67,7 +67,7 @@ class SceneTile:
 
 
 TileScenes: TypeAlias = Sequence[Sequence[SceneTile]]
-"""Pictures of the scene at the start and after each attempted step, each a list of outermost tiles."""
+"""Pictures of the scene at the start and after each tried step; a picture is a list of its outer tiles."""
 
 
 @dataclass(frozen=True, slots=True)
