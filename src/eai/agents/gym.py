@@ -33,7 +33,7 @@ except ImportError as _error:
     _MISSING = _error
 
     def __getattr__(name: str) -> NoReturn:
-        """Raise an error that says how to install gymnasium, if a name of this module needs it."""
+        """Raise an error that says how to install gymnasium, if a name of this module needs gymnasium."""
         if name not in __all__:
             raise AttributeError(f"module 'eai.agents.gym' has no attribute {name!r}")
         raise ImportError(f"environments need gymnasium: {make_install_command('envs')}") from _MISSING

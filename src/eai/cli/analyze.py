@@ -184,7 +184,7 @@ def _draw_figures(figures: Figures, folder: Path) -> int:
 
 
 def _print_analysis(analysis: Analysis, drawn: int, folder: Path) -> None:
-    """Print the tables for the screen with all remarks. Without such tables, print one line on the output."""
+    """Print the tables for the screen with all remarks, or else the numbers of written tables and plots."""
     if not analysis.screen_tables:
         print_result_line(
             f"{format_count(len(analysis.tables), 'table')}, {format_count(drawn, 'plot')}; in {folder}"

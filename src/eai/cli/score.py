@@ -351,7 +351,7 @@ def _print_note_on_replaced_records(file: Path, share: _AnswersToScore) -> None:
 
 
 def _find_answers_of_suite(places: Sequence[Path], suite: Suite, out: Path | None) -> list[_AnswersToScore]:
-    """Return the answers to one suite. If there are several files, each model has its own folder."""
+    """Return the answers to one suite. If there are several files, each model gets a folder for results."""
     files = [file for place in places for file in find_files_of_suite(place, suite.domain, suite.ability)]
     answers_by_file = [_read_answer_file(file, suite) for file in files]
     _refuse_equal_models([answers.model for answers, _ in answers_by_file])

@@ -133,7 +133,7 @@ def unpack_answers(path: Path, other_names: Collection[str] = ()) -> Iterator[Pa
                 limit = MAX_UNPACKED + UNPACKED_PER_BYTE * path.stat().st_size
                 if (
                     sum(info.file_size for info in members) > limit
-                ):  # `zipfile` reads no more of a member than its stated size
+                ):  # `zipfile` reads at most the size that a zip states for a member
                     raise InputError(f"{path}: expected at most {limit:,} bytes of answers in it")
                 for info in members:
                     name = f"{path}: {info.filename}"
@@ -159,7 +159,7 @@ def list_zip_members(archive: zipfile.ZipFile) -> list[zipfile.ZipInfo]:
 
 
 def _must_be_unpacked(info: zipfile.ZipInfo, other_names: Collection[str]) -> bool:
-    """Whether to unpack a file of a zip: a response file, or a file with one of the other names.
+    """Whether to unpack a file of a zip: a response file, or a file with another wanted name.
 
     Files that operating systems add, such as ``__MACOSX/._...``, are not unpacked.
     """
@@ -221,7 +221,7 @@ def _read_suite_from_path(file: Path) -> tuple[str, str] | None:
 
 
 def _find_other_suite(file: Path, domain: str, ability: Ability) -> tuple[str, str] | None:
-    """Return the suite that a file names if it is not the wanted suite, else None.
+    """Return the suite that a file names, or None if the file names the wanted suite or no suite.
 
     Folders that have no benchmark's name say nothing about the suite.
     """

@@ -138,7 +138,7 @@ class Scoring(WorkerPool):
         return workers.map_batches(partial(_compute_batch_rewards, reward), answers, batch_sizes=sizes)
 
     def _choose_batch_sizes(self, suite: Suite, number: int) -> tuple[int, int]:
-        """Return the size of a worker's first batch, and the maximum size of its batches.
+        """Return two numbers: the size of a worker's first batch, and the maximum size of a batch.
 
         Both are small if a planner may take minutes for an answer. If the number of answers is known, each
         worker gets two equal batches, because each batch has a fixed cost.

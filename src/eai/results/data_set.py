@@ -28,7 +28,7 @@ from eai.tasks.task import Category, Task
 
 @dataclass(frozen=True, slots=True)
 class _TaskProfile:
-    """A task with the features that are counted, from its data set and its domain.
+    """A task with its counted features, which come from the data set and from the domain.
 
     Attributes:
         task: the task.

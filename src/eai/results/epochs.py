@@ -151,7 +151,7 @@ class StatedBeliefs:
         return {task_id: prompts[task_id] for task_id in beliefs}
 
     def add_belief_to_record(self, record: Record) -> Record:
-        """Return a record with the choices of this run and the summaries of its question's belief."""
+        """Return a record with the choices of this run and with summaries of the belief in the question."""
         experiment = (record.experiment or Experiment()).combine(self.experiment)
         summaries = _merge_summaries(record.summaries, self.summaries.get(record.task_id, {}))
         return replace(record, experiment=experiment, summaries=summaries)
@@ -355,7 +355,7 @@ def average_records_over_epochs(
 def _average_records_of_task(
     records: Sequence[Record], average: Callable[[Sequence[Verdict]], Verdict]
 ) -> Record:
-    """Return the first record of a task that is not excluded, with the mean metrics of all its records."""
+    """Return a task's first record that is not excluded, with the mean metrics of all records of the task."""
     shown, *others = sorted(records, key=lambda r: (r.verdict.excluded is not None, r.unanswered is not None))
     return replace(shown, verdict=average([record.verdict for record in (shown, *others)]))
 

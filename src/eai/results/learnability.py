@@ -20,7 +20,7 @@ from eai.results.reward import Reward
 from eai.tasks.source import Source, TaskSet
 
 _RANDOM_SEED = "0 1 1"
-"""Seed of the answers of `eai/random`, as in its first answer to a question of a run."""
+"""Seed of the answers of `eai/random`, equal to the seed of its first answer in a run."""
 
 
 class _NullRewards(NamedTuple):
@@ -36,7 +36,7 @@ class _NullRewards(NamedTuple):
 
 
 def measure_null_rewards(reward: Reward) -> dict[str, _NullRewards]:
-    """Return the rewards of each null model that has answers to the suite, by its name."""
+    """Return a mapping from the names of null models with answers to the suite to their rewards."""
     suite = reward.suite
     rewards = {}
     for name, open_book in _NULL_BOOKS.items():

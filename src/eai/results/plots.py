@@ -148,7 +148,7 @@ def add_caption(figure: Figure, text: str) -> None:
 def write_figure(
     figure: Figure, path: Path, formats: Sequence[str] = FORMATS, *, clips: bool = True
 ) -> tuple[Path, ...]:
-    """Write a figure as ``path.svg`` and so on, without the date and the program's version.
+    """Write a figure as a file of each format, without the date and the program's version.
 
     The layout is computed once, for a picture of pixels. Ligatures are off: for ligatures a PDF embeds a
     second font, and text search misses the letters.

@@ -34,7 +34,7 @@ _LOG_FILE = "inspect.json"
 
 
 LogSamples: TypeAlias = tuple[str, int | Mapping[str, int]]
-"""File name of Inspect's log, and the epoch of its samples: one for all tasks, or a mapping from tasks."""
+"""File name of Inspect's log, and the epoch of the samples in it: one for all tasks, or one for each task."""
 
 
 class RunKey(NamedTuple):

@@ -139,7 +139,7 @@ def compute_average_performance(values: Mapping[AbilityMetric, float | None]) ->
 
 
 def drop_later_attempts(record: Record, attempts: int) -> Record:
-    """Return the record that its task would have if only the first attempts had been allowed.
+    """Return the record that a task would have if only its first attempts had been allowed.
 
     Records without attempts do not change.
     """

@@ -40,7 +40,7 @@ class TaskLookup:
         self.reason = cache(self._find_wrong_goal_reason)
 
     def _read_features(self, task_id: str) -> Mapping[str, int | None]:
-        """Return the features of a task, as a mapping by the names of table columns; empty if it is unknown."""
+        """Return the features of a task by the names of table columns; empty if the task is unknown."""
         return (
             asdict(compute_features(self._tasks[task_id], self._benchmark)) if task_id in self._tasks else {}
         )

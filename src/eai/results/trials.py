@@ -101,7 +101,7 @@ class Conversation:
 
     @property
     def metadata(self) -> Mapping[str, str]:
-        """Metadata of the next question on its scene, if the scene has changed."""
+        """Metadata on the scene of the next question, if the scene has changed."""
         return self._about()
 
     @property

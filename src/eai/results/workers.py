@@ -167,7 +167,7 @@ class _WorkerProcess:
 
 
 class WorkerPool:
-    """Worker processes for streams of items, which stay until they are closed.
+    """Worker processes that work on streams of items until the pool is closed.
 
     Results come in the order of the items. Only a few batches are read ahead, so memory does not grow with
     the stream. If a worker dies, its batches are done again: no item is lost or done twice. Each worker has a
@@ -273,7 +273,7 @@ class WorkerPool:
 
     @contextmanager
     def _discard_on_cut(self, worker: _WorkerProcess) -> Iterator[None]:
-        """Discard a worker if its message was cut off, because it died or this process was interrupted."""
+        """Discard a worker whose message was cut off by the worker's death or by an interrupt of this process."""
         try:
             yield
         except BaseException as error:
@@ -296,7 +296,7 @@ class WorkerPool:
         # the fork server imports this module once for all workers
         context.set_forkserver_preload(["eai.results.batch"])
         if "forkserver" in methods:
-            resource_tracker.ensure_running()  # done first, because it releases held interrupts
+            resource_tracker.ensure_running()  # done first, because it would release held interrupts
             with _hold_interrupts():  # the fork server passes held interrupts on to workers
                 ensure_running()
         if self._folder is None:

@@ -166,7 +166,7 @@ def _make_player(harness: str | None = None) -> Solver:
 
 
 player = solver(name="player")(_make_player)
-# Inspect's names lack the package if it is installed as editable
+# with an editable installation, Inspect's names lack the package
 if registry_info(player).name == "player":
     player = solver(name="eai/player")(_make_player)
 

@@ -156,7 +156,7 @@ def calls_server(endpoint: Endpoint) -> bool:
 
 
 def read_context_length(model: Model) -> int | None:
-    """Return the number of tokens of a model's context as its server states it, or None if it states none."""
+    """Return the length of a model's context in tokens, or None if the model's server does not state it."""
     with _connect(model) as server:
         lengths = _yield_context_lengths(server, str(server.base_url), _find_served_name(model))
         return next((length for length in lengths if isinstance(length, int) and length > 0), None)
@@ -232,7 +232,7 @@ def _yield_context_lengths(server: Any, address: str, name: str) -> Iterator[Any
 
 
 def _read_json(server: Any, path: str, body: Mapping[str, str] | None = None) -> Any:
-    """Return a JSON value that a server states, or None if it has no such page."""
+    """Return the JSON value of a page of a server, or None if the server has no such page."""
     from openai import OpenAIError
 
     try:

@@ -91,7 +91,7 @@ def drop_unreadable_usage(model: Model) -> Model:
 
 
 async def _drop_usage(response: Any) -> None:
-    """Remove the usage figures from a response if only they make it unreadable."""
+    """Remove the usage figures from a response if only these figures make the response unreadable."""
     if "json" not in response.headers.get("content-type", ""):
         return
     try:
@@ -138,7 +138,7 @@ _REFUSED_PARAMETER_STATUSES = (400, 422)
 """HTTP statuses with which servers refuse a parameter of a request, such as a stop sequence."""
 
 FORM_LEFT_OUT = "form_left_out"
-"""Name of the repair for answers without a schema, because the provider could not restrict them to it."""
+"""Name of the repair of answers that follow no schema, because the provider cannot enforce a schema."""
 
 ANSWERS = "answers"
 """Field of a sample's metadata: its answers in order, without reasoning."""
@@ -154,7 +154,7 @@ class _ModelReply(NamedTuple):
 
 @contextmanager
 def report_failure(run: RunState, key: AnswerKey) -> Iterator[None]:
-    """Report an error of the block to the run: it gives up the task, or stops if no request can succeed."""
+    """Report an error of the block to the run, which gives up the task, or stops if no request can succeed."""
     try:
         yield
     except Exception as error:
@@ -404,7 +404,7 @@ def _split_output(output: ModelOutput, stop: Sequence[str]) -> _ReplyParts:
 
 
 def find_reasoning(output: ModelOutput) -> list[str]:
-    """Return the reasoning beside the text of a reply, block by block; its summary if it is encrypted."""
+    """Return the reasoning beside the text of a reply; of encrypted reasoning, return the summary."""
     content = output.message.content
     blocks = [] if isinstance(content, str) else [c for c in content if isinstance(c, ContentReasoning)]
     return [block.summary or "" if block.redacted else block.reasoning for block in blocks]

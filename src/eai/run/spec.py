@@ -35,7 +35,7 @@ _BARE_KEY = re.compile(r"[A-Za-z0-9_-]+")
 
 
 def save_spec(spec: RunSpec, folder: Path) -> Path:
-    """Write a specification to ``run.toml``; if this file has another one, to ``run-2.toml`` and so on.
+    """Write a specification to ``run.toml``, or to ``run-2.toml`` if that file has another specification.
 
     Raises:
         InputError: the folder cannot be written.

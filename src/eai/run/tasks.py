@@ -190,7 +190,7 @@ def register_suite_task(reference: str, ability: Ability) -> Callable[..., inspe
 
     name = suite_name(reference, ability).lstrip("_")
     registered = inspect_ai.task(name=name)(make_suite_task)
-    # Inspect's names lack the package if it is installed as editable
+    # with an editable installation, Inspect's names lack the package
     if registry_info(registered).name == name:
         registered = inspect_ai.task(name=f"eai/{name}")(make_suite_task)
     return registered
@@ -317,7 +317,7 @@ def find_log(job: QuestionJob, folder: Path) -> Path | None:
 
 
 def write_scores(path: Path, records: Mapping[AnswerKey, Record], source: Source) -> None:
-    """Write verdicts as scores into a log; they replace its scores.
+    """Write verdicts as scores into a log. They replace the scores that the log has.
 
     Args:
         path: the log.

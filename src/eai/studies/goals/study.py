@@ -124,7 +124,7 @@ def _make_models_table(atoms: Sequence[AtomLine]) -> Iterator[Row]:
 
 
 def _count_models_by_goal(lines: Sequence[AtomLine]) -> Iterator[tuple[str, str, int, int, int]]:
-    """Yield each stated or missed goal: its task, and how many models state it, make it up, or miss it."""
+    """Yield each stated or missed goal: its task, and how many models state, make up or miss the goal."""
     by_goal = group_pairs(((line.task, line.atom), (line.verdict, line.agent)) for line in lines)
     for (task, goal), pairs in by_goal.items():
         right, wrong, missing = (len({a for v, a in pairs if v == verdict}) for verdict in _VERDICTS)

@@ -83,7 +83,7 @@ class _PerceivedTask:
 
     @property
     def error_kinds(self) -> frozenset[str]:
-        """Kinds of error in the graph. Missing facts are not a kind if the graph lacks whole objects."""
+        """Kinds of error in the graph. If the graph lacks whole objects, missing facts are not counted."""
         counts = {
             "missing": 0 if self.perceived.unseen else self.perceived.missing,
             "misplaced": self.perceived.misplaced,

@@ -11,7 +11,7 @@ _PLACE = 40
 
 
 def make_prompts_experiment(name: str | None) -> Experiment:
-    """Return the options that records of a run store: the name of its prompts, or nothing if it is None."""
+    """Return the options that records of a run store: the name of its prompts, or nothing without a name."""
     if name is None:
         return Experiment()
     return Experiment({STUDY: make_named_settings("prompt", "prompt_name", name, _PLACE)})

@@ -88,7 +88,7 @@ def compute_average_ranks(rating: Sequence[float]) -> list[float]:
 
 
 def count_shared_best(first: Sequence[float], second: Sequence[float], most: int) -> int:
-    """Return how many items are among the best ``most`` items of both ratings.
+    """Return the number of items that are among the best ``most`` items in both ratings.
 
     Of items with equal ratings, earlier items are better.
     """

@@ -49,7 +49,7 @@ _PAPERS = ("paper", "published")
 
 
 def list_models_and_protocols(tables: Iterable[Ranking]) -> list[tuple[str, Protocol]]:
-    """Return pairs of a model that has runs and a protocol of these runs, in the order of the tables."""
+    """Return the pairs of a model and a protocol for which there are runs, in the order of the tables."""
     models = ((row.model, table.protocol) for table in tables for row in table.rows if row.source == "run")
     return list(dict.fromkeys(models))
 

@@ -461,7 +461,7 @@ def make_rankings(runs: Sequence[RunSummary], *, with_paper: bool) -> list[Ranki
 def make_ranking(
     spec: TableSpec, runs: Sequence[RunSummary], numbers: Mapping[str, Cells], *, with_paper: bool
 ) -> Ranking | None:
-    """Return the table of the runs of one protocol and domain, or None if no run has a number for it.
+    """Return a table of the runs of one protocol and domain, or None if no run has a number in the table.
 
     The paper's rows appear only among runs under the paper's protocol. Under other protocols, the paper's
     models have the scores of their published answers. Null models come last, without a rank.

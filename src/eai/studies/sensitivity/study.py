@@ -49,7 +49,7 @@ _OUTCOMES = (*(o.value for o in PlannerOutcome if o is not PlannerOutcome.NOT_RU
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class OperatorReplacement(TidyLine):
-    """The outcome of planning with gold operators after one is replaced by an answer's operator.
+    """The outcome of planning with gold operators, one of which is replaced by an answer's operator.
 
     Attributes:
         replaced: the replaced part of the gold operator (`ReplacedPart`).
@@ -143,7 +143,7 @@ def group_cases_by_operator(trials: Iterable[OperatorReplacement]) -> dict[tuple
 def _group_replacements(
     trials: Sequence[OperatorReplacement],
 ) -> Iterator[tuple[tuple[str, ...], list[OperatorReplacement], list[str]]]:
-    """Yield for each suite, model and replaced part: this key, its trials, and the suite's operators.
+    """Yield a key (suite, model and replaced part), the trials with this key, and the suite's operators.
 
     The operators are sorted by success, lowest first.
     """
