@@ -370,7 +370,7 @@ def _print_failures_and_effort(outcomes: Sequence[SuiteResult], order: _RunReque
 
 
 def _merge_similar_failures(failures: Mapping[str, Sequence[str]]) -> Iterator[tuple[str, list[str]]]:
-    """Yield reasons for missing answers with their tasks; reasons that differ only in numbers count as one."""
+    """Yield reasons for missing answers, each with its tasks; numbers in reasons make no difference."""
     by_kind = group_pairs([(_NUMBER.sub("#", reason), reason) for reason in failures])
     for reasons in by_kind.values():
         yield reasons[0], list(dict.fromkeys([task_id for why in reasons for task_id in failures[why]]))

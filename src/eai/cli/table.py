@@ -98,7 +98,7 @@ def make_rates_table(title: str, metrics: Sequence[str], results: Mapping[str, R
 
 
 def result_to_json(totals: RunTotals, folder: Path | None) -> dict[str, Json]:
-    """Return one model's results in one suite as JSON, with the folder of the records if they were written."""
+    """Return one model's results in one suite as JSON, with the folder of its records if it has one."""
     first, planners, errata = totals.first_record, totals.planners, totals.errata
     return {
         "model": first.model,

@@ -227,7 +227,7 @@ class ConfidenceIntervals:
 
     @property
     def effective_tasks(self) -> float | None:
-        """Number of independent tasks that would give as much information; at most the number of tasks."""
+        """Number of independent tasks that would give as much information as these tasks; at most their number."""
         return self.tasks / max(1.0, self.design_effect) if self.design_effect else None
 
 
@@ -350,7 +350,7 @@ class _IntervalParts(NamedTuple):
         value: the estimate, as a fraction of 1.
         variance: variance of the estimate; for Wilson's interval, the inverse of the effective number of
             tasks.
-        observed: variance of the estimate without the pseudo-units.
+        observed: variance of the estimate from the units alone, without pseudo-units.
         quantile: distance from the estimate to each bound, in standard errors.
         units: number of units, tasks or names, from which the variance is computed.
     """

@@ -273,7 +273,7 @@ class WorkerPool:
 
     @contextmanager
     def _discard_on_cut(self, worker: _WorkerProcess) -> Iterator[None]:
-        """Discard a worker whose message was cut off by the worker's death or by an interrupt of this process."""
+        """Discard a worker whose message was cut off by its death or by an interrupt of this process."""
         try:
             yield
         except BaseException as error:

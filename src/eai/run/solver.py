@@ -154,7 +154,7 @@ class _ModelReply(NamedTuple):
 
 @contextmanager
 def report_failure(run: RunState, key: AnswerKey) -> Iterator[None]:
-    """Report an error of the block to the run, which gives up the task, or stops if no request can succeed."""
+    """Report an error of the block to the run. The run gives up the task, or stops if all would fail."""
     try:
         yield
     except Exception as error:

@@ -140,7 +140,7 @@ def find_table_spec(ability: Ability) -> TableSpec:
 
 
 def _make_operator_summary_spec() -> TableSpec:
-    """Return the summary table of operators, in the layout of the paper."""
+    """Return the definition of the summary table of operators, in the layout of the paper."""
     ability = Ability.TRANSITION_MODELING
     measures = (("f1", "F1"), ("planner_success", PLANNER))
     columns = tuple(
