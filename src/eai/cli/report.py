@@ -145,7 +145,7 @@ def make_explorer_background(
 ) -> ExplorerBackground:
     """Return the data set's information about the tasks of a domain, or of the user's own benchmark.
 
-    Nothing is fetched for it.
+    Nothing is downloaded for this purpose.
 
     Args:
         source: Location of the data set, if it is installed.

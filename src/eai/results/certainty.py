@@ -227,7 +227,7 @@ class ConfidenceIntervals:
 
     @property
     def effective_tasks(self) -> float | None:
-        """Number of independent tasks that would give as much information as these tasks; at most their number."""
+        """Number of independent tasks that give as much information as these tasks; at most their number."""
         return self.tasks / max(1.0, self.design_effect) if self.design_effect else None
 
 

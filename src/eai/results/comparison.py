@@ -1,8 +1,9 @@
 """Compares two runs on the same tasks: difference, confidence intervals, and the tasks that differ.
 
 Randomisation tests exchange, unit by unit, the answers of the two runs with even chance. If the runs are
-equally good, their difference is distributed like the differences after such exchanges. Units are names or
-tasks. With tasks as units and a yes or no from each, the test is McNemar's.
+equally good, their difference is distributed like the differences after such exchanges. A unit is a task, or
+all tasks of one name, which near copies of a task share. With tasks as units and a yes or no from each, the
+test is McNemar's.
 """
 
 from __future__ import annotations

@@ -186,7 +186,7 @@ class PublishedSuite:
     notes: tuple[str, ...] = ()
 
     def find_rates(self, model: str) -> Mapping[str, Rate]:
-        """Return the rates of a model's answers, by metric."""
+        """Return a mapping from metrics to the rates of a model's answers."""
         return compute_rates([dict(zip(self.metrics, self.models[model].rates, strict=True))])
 
     def find_coverage(self, model: str) -> TaskCoverage:

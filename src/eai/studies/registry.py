@@ -38,7 +38,7 @@ _LISTED_FIRST = (
     "repair",
     "conduct",
 )
-"""Names of the studies that lists of studies show first, in this order."""
+"""Names of the studies that come first in lists of studies, in this order."""
 
 
 @cache

@@ -53,7 +53,7 @@ class FirstStage:
     Attributes:
         library: source of the prompts.
         task_ids: the ids of the run's tasks, by domain.
-        ask: asks a model.
+        ask: function that asks a model.
         believe: finds the beliefs that questions to a model state. It raises InputError if there are none,
             or if the questions cannot state them.
         previous: the stage before this stage, whose beliefs questions state too; None for the first stage.
@@ -179,7 +179,7 @@ class VariationOptions(Options):
         Args:
             library: source of the prompts.
             wanted: the ids of the run's tasks, by domain.
-            ask: asks a model.
+            ask: function that asks a model.
         """
         return None
 

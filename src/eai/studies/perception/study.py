@@ -358,7 +358,7 @@ def draw_success_by_error_rate(by_run: Table, metric: str) -> Figure | None:
 
 
 def _summarize_perception(record: Record, suite: Suite, about: Mapping[str, Any]) -> Mapping[str, Json]:
-    """Return the summary that a record stores: the errors in the scene graph that its question stated."""
+    """Return the summary that a record stores: the errors in the scene graph that the question stated."""
     from eai.studies.perception.scene_graph import SCENE
     from eai.studies.perception.scenes import read_scene_beliefs
 

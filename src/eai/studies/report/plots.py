@@ -297,7 +297,7 @@ _FLOWS_PER_ROW = 2
 _SIZE = (3.7, 2.0)
 """Width and height of a model's panel in the figure of the flow of answers, in inches."""
 _BETWEEN = (6.1, 180.0)
-"""Distances between the panels of two models: horizontal in stages, vertical in percent of answers."""
+"""Distances between the panels of two models: to the right in stages, down in percent of answers."""
 _STAGES = ("answers", "parsed", "names known", "well formed", "executed", "goal reached")
 _LOSSES = (
     ("unreadable", AnswerOutcome.PARSING),
