@@ -483,10 +483,11 @@ def _find_bracketed_text_at(text: str, start: int) -> _BracketedText:
 def _read_wrapped_value(
     value: object, form: AnswerFormat[T], depth: int = 3
 ) -> tuple[T, tuple[str, ...]] | None:
-    """Return the meaning of a JSON value, and the names of the repairs that it needs; None without a meaning.
+    """Return the meaning of a JSON value in an answer, and the names of the repairs that the value needs.
 
-    A value without a meaning in this form may be a string that contains JSON, or an object with exactly one
-    member that has a meaning. The value then has the meaning of this JSON or of this member.
+    A value that has no meaning as such may be a string that contains JSON, or an object with exactly one
+    meaningful member. It then has the meaning of this JSON or of this member. Return None for any other
+    value.
     """
     meaning = form.read(value)
     if meaning is not None or depth == 0:

@@ -102,7 +102,7 @@ class AttemptOptions:
 
     @property
     def label(self) -> str:
-        """A short text that is unique to these options."""
+        """A short text that no other options have."""
         return SEPARATOR.join(self._list_label_parts())
 
     def _list_label_parts(self) -> Iterator[str]:

@@ -50,7 +50,7 @@ class AnswerOutcome(str, Enum):
     NOT_ANSWERED = "not_answered"
     SUCCESS = "success"
     PARTLY_RIGHT = "partly_right"
-    """Some of the goals or operators in the answer are right, others are wrong or missing."""
+    """Some goals or operators in the answer are right; others are wrong or missing."""
     GOAL_MISSED = "goal_missed"
     """The plan ran to its end but missed its goal, or no goal or operator in the answer is right."""
     PARSING = FaultKind.PARSING.value
@@ -379,9 +379,9 @@ def declare_plan_ability(
 
 
 def count_faults(verdict: PlanVerdict, kind: FaultKind) -> int:
-    """Return how often an answer counts for a kind of error in summaries.
+    """Return the number of errors of a kind that an answer has in summaries.
 
-    Without `SummaryCounts`, it counts once if an error of this kind ended its plan.
+    If the verdict has no `SummaryCounts`, this number is 1 if an error of the kind ended the plan, else 0.
     """
     if verdict.counted is not None:
         return verdict.counted.errors.get(kind, 0)

@@ -62,7 +62,10 @@ def write_right_declining_answer(task: Task, notation: PlanNotation) -> str | No
 
 
 def write_refusal_command(task: Task, notation: PlanNotation) -> str | None:
-    """Return the command that refuses an impossible task and names its missing facts, or None."""
+    """Return the command that refuses an impossible task and names its missing facts.
+
+    Return None if the task is not impossible.
+    """
     match task.special:
         case Impossible(missing) if missing:
             return notation.encode_names(f"{REFUSE}({', '.join(missing)})")

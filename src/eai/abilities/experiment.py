@@ -180,7 +180,7 @@ class Experiment:
 
     @property
     def study_label(self) -> str:
-        """The label without harness and effort; empty for a plain run."""
+        """The label of the experiment without harness and effort; empty for a plain run."""
         return self._join_label_parts({"rules": self.rules} if self.rules is not None else {})
 
     def _join_label_parts(self, agent: Mapping[str, str]) -> str:

@@ -231,7 +231,10 @@ def _is_near_miss(
 
 
 def _split_fact(text: str) -> tuple[str, ...] | None:
-    """Return the predicate and the objects of a fact such as ``INSIDE(soap.1002, cup.1003)``, or None."""
+    """Return the predicate and the objects of a fact such as ``INSIDE(soap.1002, cup.1003)``.
+
+    Return None if the text has another form.
+    """
     name, bracket, rest = text.partition("(")
     if not bracket or not rest.endswith(")") or not name.isidentifier() or "(" in rest:
         return None

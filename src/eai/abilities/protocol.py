@@ -19,7 +19,7 @@ if TYPE_CHECKING:
 
 
 _NAMES: dict[tuple[type[_RegisteredName], str], _RegisteredName] = {}
-"""Cache that ensures that there is only one object for each name."""
+"""Cache of name objects, so that equal names are the same object."""
 
 
 class _RegisteredName(str):

@@ -24,7 +24,10 @@ EDIT_KINDS: tuple[EditKind, ...] = ("insert", "object", "hand", "action", "delet
 
 
 DEFAULT_EFFORT = 20_000
-"""Default number of steps that a search for a repair may try. They usually take a quarter of a CPU second."""
+"""Default number of steps that a search for a repair may try.
+
+It mostly takes up to a quarter of a CPU second.
+"""
 
 
 @dataclass(frozen=True, slots=True)

@@ -31,7 +31,7 @@ from eai.world.state import Fact, Scene, State, compare_states
 
 
 def report_steps(task: Task, domain: Domain, trajectory: Trajectory) -> tuple[StepReport, ...]:
-    """Return a report on each step of a trajectory that was tried."""
+    """Return a report on each tried step of a trajectory."""
     focus = _FactFilter.from_task(task)
     reports = []
     carried_out: list[int] = []

@@ -53,10 +53,7 @@ class Scorer(ABC):
 
     @abstractmethod
     def assess(self, text: str) -> Assessment:
-        """Return the verdict on an answer with its explanation.
-
-        This takes hardly longer than the verdict alone.
-        """
+        """Return the verdict on an answer, with an explanation that is computed only on request."""
 
     def score(self, text: str) -> Verdict:
         """Return the verdict on an answer."""

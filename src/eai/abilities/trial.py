@@ -79,7 +79,8 @@ class Trial:
     def remaining_task(self) -> Task:
         """The task of the next attempt.
 
-        If attempts continue each other, it begins in the present state and has only the goals that remain.
+        If each attempt begins where the previous one ended, this task begins in the present state and has
+        only the goals that remain.
         """
         stated = self._question_goals
         task = self.task if stated is None else self.task.replace_goals(stated.goals)

@@ -185,7 +185,10 @@ def _is_list_of_texts(body: str, actions: Collection[str]) -> bool:
 
 
 def _is_cut_off(body: str, *, is_json: bool) -> bool:
-    """Whether the end of an answer is missing. Programs may have appended closing brackets to it."""
+    """Whether the end of an answer is missing.
+
+    Programs may have appended closing brackets to such an answer.
+    """
     if is_json and is_unclosed(body):
         return True
     if not any(body.count(opening) > body.count(closing) for opening, closing in ("{}", "[]", "()")):

@@ -42,7 +42,7 @@ _MAX_UNPRUNED_SETS = 64
 """Maximum number of sets of conditions that a search keeps without looking for dominated sets among them."""
 
 _MAX_RIVALS = 8
-"""Number of best sets with which the search for dominated sets compares every set."""
+"""Number of the best sets of conditions. A set is dropped if one among these dominates this set."""
 
 
 class _ShareOfMetConditions(NamedTuple):
@@ -333,7 +333,7 @@ class _OptionCompiler:
         return steps
 
     def _find_shared_atoms(self, count: Counter[int]) -> list[int]:
-        """Return the atoms that some parts mention, and that other parts mention, too."""
+        """Return those atoms in the counted parts that also occur in other parts."""
         return [atom for atom, times in count.items() if atom in self._common and times < self._all[atom]]
 
     def _find_unshared_conditions(self, count: Counter[int]) -> int:
@@ -394,7 +394,7 @@ class _OptionCompiler:
         return last
 
     def _join_condition_sets(self, left: _SetValues, right: _SetValues) -> _SetValues:
-        """Return all unions of a left and a right set, without unions that contradict themselves."""
+        """Return the union of each left and each right set, unless it has a condition and its negation."""
         joined: _SetValues = {}
         for one, value in left.items():
             for other, further in right.items():
@@ -457,7 +457,10 @@ def _compile_any_of(members: Sequence[_FindSets]) -> _FindSets:
 
 
 def _keep_better_sets(best: _SetValues, others: _SetValues) -> None:
-    """Add sets of conditions with their values to `best`. A set that is in both keeps the greater value."""
+    """Add sets of conditions with their values to `best`.
+
+    If `best` has a set already, the greater value counts.
+    """
     for conditions, value in others.items():
         if value > best.get(conditions, value - 1):
             best[conditions] = value

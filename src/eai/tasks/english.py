@@ -123,7 +123,7 @@ EVERY, EXACTLY, OWN = (
     ("exactly", "precisely"),
     ("{a} {noun} of its own", "a separate {noun}"),
 )
-"""Alternative wordings of a quantifier in goals: "every", "exactly", or a separate object for each object."""
+"""Alternative wordings, such as "every" and "each", of the three quantifiers in goals."""
 
 NO, SOME, AT_LEAST_ONE = "no", "some", "at least one"
 
@@ -151,7 +151,7 @@ class PhraseStyle(NamedTuple):
 
     @staticmethod
     def draw(rng: random.Random) -> PhraseStyle:
-        """Return a random style."""
+        """Return a style of phrases that is drawn at random."""
         return PhraseStyle(rng.randrange(_MAX_PICKS), rng.random() < 0.5)
 
     def choose(self, several: Sequence[str]) -> str:

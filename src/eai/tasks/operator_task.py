@@ -83,7 +83,7 @@ class TransitionTask:
 
     @cached_property
     def gold_operators(self) -> Mapping[str, PddlAction]:
-        """The gold operators to write, as the data set states them."""
+        """The gold operators that the task asks for, as the data set states them."""
         return {name: _gold(self.domain.operators[name].write_pddl) for name in self.operators}
 
 

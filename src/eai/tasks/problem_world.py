@@ -236,7 +236,7 @@ class _ProblemConverter:
 
 
 def make_bddl_world(domain: Domain, tasks: Iterable[Task]) -> ProblemWorld:
-    """Return the names of a domain for BDDL problems, which spell names in lower case, and their reader."""
+    """Return the names of a domain in lower case, as BDDL spells them, and a reader of BDDL problems."""
     vocabulary = domain.vocabulary
     names = [predicate.name for predicate in vocabulary.predicates] + list(vocabulary.derived_by_name)
     declared = _read_declaration(domain, tasks, str.lower, {name.lower(): name for name in names})
@@ -244,7 +244,7 @@ def make_bddl_world(domain: Domain, tasks: Iterable[Task]) -> ProblemWorld:
 
 
 def make_pddl_world(domain: Domain, tasks: Iterable[Task]) -> ProblemWorld:
-    """Return the names of a domain for PDDL problems, spelled as by `eai.pddl.export`, and their reader."""
+    """Return the names of a domain as `eai.pddl.export` writes them, and a reader of PDDL problems."""
     glossary = ExportGlossary(domain.vocabulary)
     spelt = {written: name for name, written in glossary.predicates.items()}
     tasks = list(tasks)
@@ -269,7 +269,7 @@ def make_pddl_world(domain: Domain, tasks: Iterable[Task]) -> ProblemWorld:
 def _read_declaration(
     domain: Domain, tasks: Iterable[Task], spell: Callable[[str], str], predicates: Mapping[str, str]
 ) -> _ProblemConverter:
-    """Return the converter of problems about a domain. These tasks give it their objects and categories."""
+    """Return the converter of problems about a domain, whose objects and categories come from the tasks."""
     scenes = [task.scene for task in tasks]
     things = dict.fromkeys([thing for scene in scenes for thing in scene.objects])
     kinds = dict.fromkeys(kind for thing in things for kind in domain.vocabulary.list_kinds(thing.category))

@@ -37,7 +37,7 @@ Write: TypeAlias = Callable[[str, Sequence[str]], str]
 
 @lru_cache(1 << 16)
 def _split_number(name: str) -> tuple[str, int]:
-    """Return a name without the number at its end, and this number; -2 if the name ends with no number."""
+    """Return the pair of a name without the number at its end, and this number; -2 without a number."""
     match = _NUMBERED.fullmatch(name)
     return (name, -2) if match is None else (match[1], int(match[2]))
 

@@ -61,9 +61,9 @@ class _TaskFiles:
     sha256: str
 
     def open_tasks(self, domain: Domain) -> TaskSet[Task]:
-        """Return the tasks of the files.
+        """Return the tasks in the files.
 
-        `domain` is the declaration of the benchmark `base`.
+        `domain` is the declaration of the tasks' benchmark.
         """
         return TaskSet(self.lines, lambda task_id: self._make_task(self.lines[task_id], domain), self.sha256)
 
@@ -197,7 +197,7 @@ def read_task_file_lines(path: Path) -> Iterator[_TaskFileLine]:
 
 
 def find_task_files(path: Path) -> list[Path]:
-    """Return the task files in a folder, sorted by name, or the path itself if it is a file.
+    """Return the task files in a folder, sorted by name. The path of a file gives only this file.
 
     Raises:
         InputError: the folder contains no task files.

@@ -28,7 +28,7 @@ if TYPE_CHECKING:
     from eai.abilities.plan_repairer import PlanRepairer
 
 _MAX_CACHED_STEPS = 1000
-"""Maximum number of different steps in answers to a task whose translations to actions are cached."""
+"""Maximum number of different steps for which a task caches the corresponding actions."""
 
 _MAX_CACHED_OUTCOMES = 200
 """Maximum number of steps whose outcomes are cached for a task. A cached outcome takes up to 2 kB."""
@@ -72,10 +72,7 @@ class ActionSequencing(PlanScorer):
 
     @property
     def _uses_standard_rules(self) -> bool:
-        """Whether plans are executed and goals tested by the standard rules.
-
-        The search for repairs assumes these.
-        """
+        """Whether standard rules execute plans and test goals, as the search for repairs assumes."""
         if self.domain.begin is not make_declared_simulator:
             return False
         return type(self) is ActionSequencing and type(self.goals) is GoalTest
@@ -250,7 +247,7 @@ class ActionSequencing(PlanScorer):
         refused: str | None = None,
         partial: Share | None = None,
     ) -> PlanVerdict:
-        """Return the verdict on a plan, given for each goal whether it is reached.
+        """Return the verdict on a plan. `reached` says for each goal whether the plan reaches it.
 
         `partial` is None if the plan was not executed.
         """

@@ -233,10 +233,7 @@ class GoalInterpretation(Scorer):
                 yield f"missed of a goal that is stated in part: {', '.join(missed)}"
 
     def _sort_goals(self, goals: WrittenGoals) -> _SortedGoals:
-        """Return the goals of an answer, sorted by whether they can be compared.
-
-        Well-formed goals become canonical.
-        """
+        """Sort the goals of an answer, and write well-formed goals in their canonical form."""
         lexicon = self.lexicon
         known: dict[WrittenGoal, int] = {}
         ill_formed: dict[WrittenGoal, None] = {}

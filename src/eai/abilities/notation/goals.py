@@ -77,7 +77,7 @@ def read_nested_formula(
 
 
 def unwrap_operands(parts: Sequence[object]) -> Sequence[object]:
-    """Return the operands of a connective, which may stand in a list of their own."""
+    """Return the operands of a connective. An answer may list them or write them one after the other."""
     match parts:
         case [[[*_], *_] as inner]:
             return inner
@@ -296,7 +296,7 @@ class GoalNotation(ABC):
         """Return the goals of an answer, or the reason why the answer cannot be read."""
 
     def read_conditions(self, text: str, meaning: GoalMeaning) -> StatedConditions | Unreadable:
-        """Return the goals of an answer as formulas about its task, or why the answer cannot be read."""
+        """Return the goals of an answer as formulas about the task, or why the answer cannot be read."""
         read = self.read(text)
         if isinstance(read, Unreadable):
             return read
@@ -393,7 +393,7 @@ class JsonGoals(GoalNotation):
         return [(kind, entry) for kind, entries in lists for entry in entries]
 
     def read_conditions(self, text: str, meaning: GoalMeaning) -> StatedConditions | Unreadable:
-        """Return the goals of an answer as formulas about its task. Entries of the answer may be nested."""
+        """Return the goals of an answer as formulas about the task. Entries of the answer may be nested."""
         entries = self.read_entries(text)
         if isinstance(entries, Unreadable):
             return entries
@@ -436,10 +436,7 @@ class JsonGoals(GoalNotation):
         return text
 
     def _normalize_words(self, value: object) -> object:
-        """Return a JSON value with its words in normal spelling.
-
-        Question marks before variables are removed.
-        """
+        """Return a JSON value with normal spelling of words, and no question marks before variables."""
         if isinstance(value, list):
             return [self._normalize_words(part) for part in value]
         return self.normalize_word(value).lstrip("?") if isinstance(value, str) else value
@@ -475,10 +472,9 @@ class JsonGoals(GoalNotation):
 
 
 def _check_section_lists(sections: GoalSections) -> GoalSections | None:
-    """Return the sections if each of them is a list, else None.
+    """Return the sections if each section is a list, else None.
 
-    An object that has a key of `SECTIONS` may also have other members that are not lists. They count as
-    remarks.
+    An object with a key of `SECTIONS` may have other members, too. Those that are not lists count as remarks.
     """
     has_section = any(key in _SECTION_OF for key, _ in sections.members)
     plain = [key for key, part in sections.members if not isinstance(part, list | None)]

@@ -49,7 +49,7 @@ class WrittenSubgoals:
     Attributes:
         subgoals: the formulas as texts, in order.
         repairs: names of the repairs that were needed to read the subgoals.
-        spans: parts of the text and how each was treated.
+        spans: parts of the answer's text, and how each was treated.
     """
 
     subgoals: tuple[str, ...]

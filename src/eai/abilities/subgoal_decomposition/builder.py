@@ -161,7 +161,7 @@ _LITERALS_PER_ACTION = 100
 """Number of literals whose tests cost as much as one applied action."""
 
 _MAX_EXCLUSION_LITERALS = 100
-"""Maximum number of literals of a subgoal whose literals are tested for contradictions."""
+"""Maximum number of literals in a subgoal that is tested for contradictions between its literals."""
 
 _MAX_CACHED_SUBGOALS = 32
 """Maximum number of subgoals of a task whose conditions and plans are cached."""
@@ -348,7 +348,7 @@ class _ProgramBuilder:
         self._extent = programs.extent
 
     def quantify_classes(self, subgoal: f.Formula) -> f.Formula:
-        """Return a subgoal with a variable for an object of the class in place of each name of a class."""
+        """Return a subgoal in which variables for objects of a class replace the names of classes."""
         names = dict.fromkeys(
             term
             for part in walk_subformulas(subgoal)

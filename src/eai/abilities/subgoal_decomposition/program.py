@@ -120,7 +120,7 @@ class CompiledAnswer:
         subgoals: the subgoals.
         program: the program that executes the subgoals.
         repairs: names of the repairs that were needed to read the answer.
-        spans: parts of the text and how each was treated.
+        spans: parts of the answer's text, and how each was treated.
     """
 
     subgoals: tuple[Formula, ...]
@@ -142,7 +142,7 @@ class RejectedAnswer:
         error: the error that makes the answer impossible to execute.
         repairs: names of the repairs that were needed to read the answer.
         misused_names: the names whose use is not allowed.
-        spans: parts of the text and how each was treated.
+        spans: parts of the answer's text, and how each was treated.
     """
 
     category: SubgoalCategory

@@ -412,7 +412,7 @@ class CandidateAction(NamedTuple):
 
     @classmethod
     def create(cls, action: Action, info: _OperatorInfo, state: State) -> CandidateAction:
-        """Return a candidate action for a new search, without literals and with empty caches."""
+        """Return a candidate action for a new search. Its bit masks and its caches are empty."""
         return cls(action, info, info.operator.bind(state, action.arguments), {}, {})
 
     def set_literal_bits(self, parts: int, touched: int) -> CandidateAction:
@@ -441,14 +441,14 @@ class CandidateAction(NamedTuple):
         return self.info.fixed_checks_hold(state, self.binding)
 
     def is_possible_now(self, state: State) -> bool:
-        """Whether all checks hold in a state, provided that the fixed and the common checks hold."""
+        """Whether all checks of the action hold in a state in which the fixed and the common checks hold."""
         is_possible = self.possible.get(state)
         if is_possible is None:
             is_possible = self.possible[state] = self.info.rest_checks_hold(state, self.binding)
         return is_possible
 
     def can_movement_enable(self, state: State) -> bool:
-        """Whether movement can make all failing checks true, provided that fixed and common checks hold."""
+        """Whether movement can make all failing checks true, if no fixed or common check fails."""
         if not self.info.unmovable_checks_hold(state, self.binding):
             return False
         return not self.info.operator.alternatives or all(
@@ -494,5 +494,5 @@ def is_action_needless(operator: CompiledOperator, action: Action, state: State)
 
 
 def select_distinguished(plan: Sequence[Action], operators: Collection[str]) -> tuple[Action, ...]:
-    """Return the actions of a plan whose operators matter to the goal."""
+    """Return those actions of a plan that use an operator which matters to the goal."""
     return tuple([action for action in plan if action.operator in operators])

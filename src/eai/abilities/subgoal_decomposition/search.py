@@ -145,14 +145,14 @@ class GoalProgress:
 
 
 _MIN_BRANCHES_TO_MERGE = 5
-"""Minimum number of branches for which equal branches are merged.
-
-Fewer branches are faster without merging.
-"""
+"""Minimum number of branches that are merged if they are equal. Fewer branches are faster without a merge."""
 
 
 class _TriedStepChain(NamedTuple):
-    """A tried step with a link to the steps before. Branches with equal first steps share these objects."""
+    """A tried step, linked to the step before.
+
+    Branches with the same first steps share one chain for them.
+    """
 
     step: Step
     before: _TriedStepChain | None

@@ -208,9 +208,9 @@ class _UniformCostSearch:
         self._pushed += 1
 
     def _visit_node(self, node: PlanNode) -> PlanNode | SearchEnd | None:
-        """Add the successors of a node to the open list, or keep them as solutions.
+        """Add the successors of a node to the open list, and keep those that reach the goal as solutions.
 
-        The search goes on if the result is None. A node or a `SearchEnd` stops it.
+        Return None to continue the search. A node or a `SearchEnd` stops the search.
         """
         self.nodes.append(node)
         if node.depth < self._best:
@@ -422,7 +422,7 @@ class _FailedSearch:
         return lacking or int((node.state, candidate.action) in self._out_of_reach)
 
     def _try_action(self, node: PlanNode, candidate: CandidateAction) -> _TriedAction:
-        """Return an action, tried after the movement with which the fewest of its checks fail."""
+        """Return the result of an action after the movement with which the fewest of its checks fail."""
         self.effort += 1
         failing = candidate.find_failing_checks(node.state)
         best = _TriedAction(node, candidate, (*node.list_actions(), candidate.action), node.state, failing)

@@ -92,8 +92,8 @@ _PLANNED = (*(f"{name}.planner_success" for name in CATEGORIES), _PLANNER_SUCCES
 def find_missing_metrics(verdict: OperatorVerdict) -> Sequence[str]:
     """Return the metrics about planning if the run used no planner, else no metrics.
 
-    Even in such a run, some answers count as unsolvable, because they need no planner to fail. These results
-    do not count either.
+    Some answers count as unsolvable even without a planner. In a run without a planner, this does not count
+    either.
     """
     return _PLANNED if verdict.planner is PlannerOutcome.NOT_RUN else ()
 

@@ -125,7 +125,7 @@ class WrittenOperator:
 
 
 OperatorCache: TypeAlias = ResultCache[str, WrittenOperator | PddlFinding]
-"""A cache of operators by their text. It holds a defect instead of an operator with wrong parentheses."""
+"""A cache of operators by their text. For a text with wrong parentheses, it holds the defect."""
 
 
 def read_operators(

@@ -112,7 +112,7 @@ def describe_rules(wording: SuiteWording, short_texts: Mapping[str, str]) -> Map
 def render_prompts(questions: PromptMaterial, templates: PromptTemplates) -> dict[str, Prompt]:
     """Return a mapping from ids of tasks to their prompts.
 
-    The example in each prompt is the first task with another title.
+    The example in a prompt is about the first task that has another title.
     """
     name, wording, tasks = questions.template, questions.wording, questions.tasks
     shared = {
@@ -151,7 +151,7 @@ def render_prompts(questions: PromptMaterial, templates: PromptTemplates) -> dic
 def render_task_prompt(questions: PromptMaterial, belief: TaskBelief, templates: PromptTemplates) -> Prompt:
     """Return the prompt about a task as the model believes it to be.
 
-    The belief is an argument. It replaces the belief about this task in the `PromptMaterial`.
+    The argument `belief` is this belief. It counts instead of the belief in `PromptMaterial`.
     """
     task = belief.task
     other = questions.find_example(task.title)

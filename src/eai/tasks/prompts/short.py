@@ -69,7 +69,7 @@ def explain_lists(state: str) -> str:
 
 
 def shorten_vocabulary(text: str) -> str:
-    """Return a list of predicates, one a line, in which predicates with equal parameters share a line."""
+    """Return a list of predicates in short form: one line for all predicates with equal parameters."""
     lines = text.splitlines()
     heads = [_HEAD.fullmatch(line) for line in lines]
     if not all(heads):
@@ -79,10 +79,10 @@ def shorten_vocabulary(text: str) -> str:
 
 
 def shorten_objects(text: str, join: Callable[[list[str]], str] = ", ".join) -> str:
-    """Return a list of objects, one a line, in which objects with equal kinds and properties share a line.
+    """Return a list of objects in short form: one line for all objects with equal kinds and properties.
 
     Args:
-        text: the list of objects.
+        text: the list, with one object a line.
         join: returns some names as one text.
     """
     groups: dict[str, list[str]] = {}
@@ -99,10 +99,10 @@ def shorten_objects(text: str, join: Callable[[list[str]], str] = ", ".join) -> 
 
 
 def shorten_state(text: str, objects: str) -> str:
-    """Return a list of facts, one a line, as short lists, in which similar facts share a line.
+    """Return a list of facts in short form: similar facts share a line.
 
     Args:
-        text: the list of facts.
+        text: the list, with one fact a line.
         objects: the list of all objects, one a line. The word ``all`` stands for these objects.
     """
     listed = [line[1] for line in map(_OBJECT.fullmatch, objects.splitlines()) if line]

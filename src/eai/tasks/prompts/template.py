@@ -84,9 +84,10 @@ class PromptTemplates:
             raise InputError(f"{file}: cannot be read ({error})") from error
 
     def fill_template(self, name: str, values: Mapping[str, Text]) -> str:
-        """Return a template with its placeholders replaced.
+        """Return a template with its placeholders replaced by texts.
 
-        Functions are called only for placeholders in the template.
+        If a function returns the text of a placeholder, it is called only if the template has this
+        placeholder.
 
         Raises:
             InputError: a placeholder has no text, or a dollar sign stands alone.
