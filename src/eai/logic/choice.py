@@ -3,8 +3,8 @@
 An option is a list of ground conditions that makes the formula true. For "every candle in a basket of its
 own" an option assigns a basket to each candle. The tree is polynomial in the number of objects, while the
 number of options is exponential. So options are generated one by one, and counted without being generated.
-The option that shares most conditions with an answer is found without listing the other options. For this
-search, conditions are numbered, and sets of conditions are bit masks (bit i = condition i).
+The option that shares most conditions with a model's answer is found without listing the other options. For
+this search, conditions are numbered, and sets of conditions are bit masks (bit i = condition i).
 """
 
 from __future__ import annotations
@@ -28,14 +28,14 @@ Literal: TypeAlias = f.Atom | f.Occurs | f.Not
 
 
 ObjectsByCategory: TypeAlias = Callable[[str | None], Sequence[str]]
-"""Function that returns the objects of a category, each once, in a fixed order.
+"""Function that takes a category and returns its objects, each once, in a fixed order.
 
-For None it returns all objects.
+For None instead of a category it returns all objects.
 """
 
 
 T = TypeVar("T")
-"""Type of the parts of a choice tree: a choice tree again, or for example a subgoal."""
+"""Type of the parts of a choice tree: each part is another choice tree or, in the planner, a subgoal."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -47,21 +47,21 @@ class LiteralChoice:
 
 @dataclass(frozen=True, slots=True)
 class AllOf(Generic[T]):
-    """A choice tree: all parts must be made true."""
+    """A choice tree whose parts must all be made true."""
 
     parts: tuple[T, ...]
 
 
 @dataclass(frozen=True, slots=True)
 class AnyOf(Generic[T]):
-    """A choice tree: one of the parts must be made true."""
+    """A choice tree with alternative parts: one part must be made true."""
 
     parts: tuple[T, ...]
 
 
 @dataclass(frozen=True, slots=True)
 class ExactlyOf(Generic[T]):
-    """A choice tree: exactly ``count`` of the parts must be made true."""
+    """A choice tree with alternative parts: exactly ``count`` parts must be made true."""
 
     count: int
     parts: tuple[T, ...]
@@ -86,9 +86,10 @@ Choice: TypeAlias = (
 def build_choice_tree(formula: f.Formula, objects: ObjectsByCategory) -> Choice:
     """Return the choice tree of a closed formula. Negation is pushed inwards to the conditions.
 
-    ``then`` is treated as a conjunction in a given order. For ``forn`` (exactly n) an option makes n
-    instances true and leaves all other instances open. A pairing has as many pairs as the smaller category
-    has objects. Both rules follow bddl (``condition_evaluation.py``). No object is paired with itself.
+    ``then`` is treated as a conjunction in a given order. For ``forn`` (exactly n) an option makes the body
+    true for n objects and leaves all other objects open. A pairing has as many pairs as the smaller category
+    has objects. Both rules follow the package ``bddl`` (``condition_evaluation.py``). No object is paired
+    with itself.
 
     Raises:
         InputError: a variable is not bound; or a part has no finite tree: a temporal operator other than
@@ -179,9 +180,9 @@ A condition may occur more than once, and conditions may contradict each other.
 
 
 def generate_options(formula: f.Formula, objects: ObjectsByCategory) -> Iterator[Option]:
-    """Yield the options of a closed formula, in the order of its disjuncts and of the objects.
+    """Yield the options of a closed formula, in the order of the formula's disjuncts and of the objects.
 
-    Two options may have the same conditions, if a condition stands in two disjuncts.
+    Two options may have the same conditions, if the formula has a condition in two disjuncts.
 
     Raises:
         InputError: the formula has no finite choice tree (see `build_choice_tree`).
@@ -193,8 +194,9 @@ def count_options(formula: f.Formula, objects: ObjectsByCategory) -> int:
     """Count the options of a closed formula without generating them.
 
     This takes time polynomial in the number of objects, except for two kinds of pairings. In the first kind,
-    an object may be paired as first and as second object. In the second kind, pairs differ in their numbers
-    of options. These pairings take time exponential in the size of the smaller category.
+    an object may be the first object of one pair and the second object of another pair. In the second kind,
+    the condition on a pair does not have the same number of options for all pairs. These pairings take time
+    exponential in the size of the smaller category.
 
     Raises:
         InputError: the formula has no finite choice tree (see `build_choice_tree`).
@@ -212,7 +214,7 @@ def generate_tree_options(choice: Choice) -> Iterator[Option]:
         case AnyOf(parts):
             yield from chain.from_iterable(map(generate_tree_options, parts))
         case ExactlyOf(count, parts):
-            if count <= len(parts):  # `combinations` would allocate `count` items, even a huge number
+            if count <= len(parts):  # else `combinations` allocates `count` items, perhaps too many
                 yield from chain.from_iterable(map(_combine_options_of_parts, combinations(parts, count)))
         case PairingChoice(count, cells):
             for pairs in _generate_pairings(count, cells):
@@ -251,11 +253,11 @@ def _combine_options_of_parts(parts: Sequence[Choice]) -> Iterator[Option]:
 def _generate_pairings(count: int, cells: Sequence[Sequence[Choice | None]]) -> Iterator[list[Choice]]:
     """Yield all sets of ``count`` cells of a table without a common row or column.
 
-    They are ordered by rows or columns, whichever are fewer.
+    The sets are ordered by rows, or by columns if the table has fewer columns than rows.
     """
     lines = cells if len(cells) < (len(cells[0]) if cells else 0) else list(zip(*cells, strict=True))
     across = len(lines[0]) if lines else 0
-    if count > min(len(lines), across):  # `combinations` would allocate `count` items, even a huge number
+    if count > min(len(lines), across):  # else `combinations` allocates `count` items, perhaps too many
         return
     for some in combinations(lines, count):
         for others in permutations(range(across), count):
@@ -276,7 +278,10 @@ def _sum_products_over_subsets(count: int, numbers: Sequence[int]) -> int:
 
 
 def _sum_products_over_matchings(count: int, weights: Sequence[Sequence[int]]) -> int:
-    """Return the sum, over all matchings of ``count`` cells, of the product of the cells' weights."""
+    """Return the sum, over all matchings of ``count`` cells, of the product of the cells' weights.
+
+    A matching is a set of cells with no two in one row or column.
+    """
     rows, columns = len(weights), len(weights[0]) if weights else 0
     if count > min(rows, columns):
         return 0
@@ -289,7 +294,10 @@ def _sum_products_over_matchings(count: int, weights: Sequence[Sequence[int]]) -
 
 
 def _sum_matchings_row_by_row(count: int, lines: Sequence[Sequence[int]]) -> int:
-    """Compute the sum of `_sum_products_over_matchings` row by row, for each set of columns used so far."""
+    """Compute the sum of `_sum_products_over_matchings` row by row.
+
+    It keeps one partial sum for each set of columns that the rows so far may use.
+    """
     sums = {0: 1}
     for line in lines:
         for taken, number in list(sums.items()):
@@ -301,15 +309,15 @@ def _sum_matchings_row_by_row(count: int, lines: Sequence[Sequence[int]]) -> int
 
 
 SHARED_WEIGHT = 1 << 20
-"""Score of a condition that an option shares with an answer. Every condition of the option costs 1."""
+"""Points that an option gets for each condition that the answer has, too. Each condition costs 1 point."""
 
 
 @dataclass(slots=True, eq=False)
 class _ScoredOption:
     """An option, as a bit mask of conditions, with its score.
 
-    The score grows with the number of conditions shared with an answer, and falls with the size of the
-    option.
+    The score grows with the number of conditions that are also in the answer, and falls with the number of
+    all conditions of the option.
     """
 
     score: int
@@ -326,8 +334,8 @@ It returns None if there are no options.
 def make_best_option_finder(choice: Choice, number: Callable[[Literal], int]) -> FindBestOption:
     """Return a function that finds the option that shares most conditions with an answer.
 
-    If several options share equally many, the shortest is chosen, then the first. Parts that are made true
-    together are rated separately: a condition that stands in two of them counts twice.
+    If several options share equally many, the shortest is chosen, then the first. Parts that must be true
+    together are scored separately, so a condition in two parts counts twice.
 
     Args:
         choice: the choice tree of the goal.

@@ -17,7 +17,7 @@ from typing import TypeAlias
 class Variable:
     """A variable. In a quantifier, ``category`` restricts its values; None allows every object.
 
-    Only the variable in the quantifier itself has a category; its occurrences in the body have None.
+    Where the variable occurs in the body of the quantifier, its category is None.
     """
 
     name: str
@@ -59,7 +59,7 @@ class Atom(_InfixOperators):
 
 @dataclass(frozen=True, slots=True)
 class Occurs(_InfixOperators):
-    """A proposition about actions: this action, with these objects, is taken at the current position."""
+    """A proposition that is true at a position if this action is taken there with these objects."""
 
     action: str
     arguments: tuple[Term, ...] = ()
@@ -153,7 +153,7 @@ class Then(_InfixOperators):
 
 @dataclass(frozen=True, slots=True)
 class Next(_InfixOperators):
-    """A formula that holds if its operand holds at the next position, which must exist (strong next)."""
+    """A formula that holds if a next position exists and its operand holds there (strong next)."""
 
     operand: Formula
 
@@ -196,5 +196,5 @@ FALSE = Or(())
 
 
 def get_operands(formula: Formula, connective: type[And] | type[Or]) -> tuple[Formula, ...]:
-    """Return the operands of a formula with this connective; another formula is its own only operand."""
+    """Return the operands of a formula with the given connective; for another formula, the formula itself."""
     return formula.operands if isinstance(formula, connective) else (formula,)

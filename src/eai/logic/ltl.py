@@ -33,7 +33,7 @@ MAX_PARSED_PRIMITIVES = 1_000
 
 
 Dialect: TypeAlias = Literal["release", "ltlf"]
-"""Name of a set of accepted formulas.
+"""Name of a dialect, that is, of the set of formulas that the reader accepts.
 
 ``release``: the paper's formulas, exactly as the parser of eai-eval 1.0.5 accepts them
 (``tl_formula/simple_tl_parser.py``). In this dialect, a name that begins with ``not`` is a negation
@@ -78,7 +78,7 @@ _NUMBERED_NAME = re.compile(r"(.+)\.([0-9]+)")
 
 
 def map_spellings_to_names(names: Iterable[str]) -> dict[str, str]:
-    """Return a mapping from the spelling of each object's name in formulas to the name, in order.
+    """Return a mapping from the spellings of objects' names in formulas to the names, in their given order.
 
     A character that formulas do not allow in names becomes an underscore. If two spellings become equal, the
     later one gets another underscore.
@@ -102,7 +102,7 @@ _CATEGORY = r"[a-zA-Z_\-][\w\-]*(?:\.\w+)*"
 _PRIMITIVE = rf"{_NAME}{_BLANK}\({_BLANK}(?:{_OBJECT}{_BLANK}(?:,{_BLANK}{_OBJECT}{_BLANK})*)?\)"
 
 _PREFIXED_CONSTANT = rf"(?:not|next|eventually|always){_BLANK}\({_BLANK}(?:true|false){_BLANK}\)"
-"""Pattern of a prefix before a constant in brackets, which looks like an atom: ``not(true)``."""
+"""Pattern of a prefix operator before a constant in brackets. The text looks like an atom: ``not(true)``."""
 
 _OPERANDS: Final[Mapping[Dialect, re.Pattern[str]]] = {
     "release": re.compile(
@@ -121,7 +121,7 @@ _OPERATORS: Final[Mapping[Dialect, re.Pattern[str]]] = {
 }
 _OBJECTS: Final = re.compile(_OBJECT)
 STRENGTHS: Final = {"": 0, ")": 0, "then": 1, "implies": 2, "or": 3, "and": 4, "until": 5}
-"""Binding strength of each infix word; a larger number binds more tightly. Prefixes have `PREFIX`."""
+"""Binding strength of each infix word: larger numbers bind more tightly. Prefix words have `PREFIX`."""
 PREFIX: Final = 6
 
 _Make: TypeAlias = Callable[..., f.Formula]
@@ -143,13 +143,13 @@ _CONSTANTS: Final[Mapping[str, f.Formula]] = {"true": f.TRUE, "false": f.FALSE}
 
 @dataclass(slots=True)
 class _OpenConstruct:
-    """A construct that is not yet read to its end: a series, an infix, a prefix, a quantifier or a bracket.
+    """A construct that is not yet read to its end: an operator, a quantifier or an opening bracket.
 
     Attributes:
         strength: binding strength, as in `STRENGTHS`; 0 for a bracket.
         make: function that builds the formula from its operands.
         parts: the operands read before the current one.
-        levels: maximum nesting depth of these operands.
+        levels: maximum nesting depth of the operands in ``parts``.
         scope: names of variables that quantifiers around the construct bind.
     """
 
@@ -209,7 +209,7 @@ class _LtlReader:
 
     def _push_operand(self, operator: str, formula: f.Formula, levels: int) -> None:
         strength = STRENGTHS[operator]
-        if operator in _INFIXES:  # infix operators associate to the right, so each one is pushed
+        if operator in _INFIXES:  # right-associative, so none continues an open construct
             self._stack.append(_OpenConstruct(strength, _INFIXES[operator], [formula], levels, self._scope))
         elif self._stack and self._stack[-1].strength == strength:
             self._stack[-1].parts.append(formula)
@@ -265,7 +265,7 @@ class _LtlReader:
     def _check_names(
         self, name: str, terms: Sequence[f.Term], signature: Signature, position: Callable[[int], int]
     ) -> None:
-        """Record the names in one predicate or action that the signature does not allow.
+        """Record misuses of names in one atom or action: names that the signature does not allow.
 
         Args:
             name: name of the predicate or action.

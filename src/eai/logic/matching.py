@@ -1,4 +1,4 @@
-"""Maximum matchings in bipartite graphs, which evaluate goals with pairings without listing their options."""
+"""Maximum matchings in bipartite graphs. They decide goals about pairs without listing all sets of pairs."""
 
 from __future__ import annotations
 
@@ -31,7 +31,7 @@ def find_maximum_matching(adjacency: Sequence[Sequence[int]]) -> list[int | None
 def _find_layers(
     adjacency: Sequence[Sequence[int]], partner: Sequence[int | None], owner: dict[int, int]
 ) -> dict[int, int]:
-    """Return the distances of left vertices on alternating paths from unmatched left vertices.
+    """Return the distance of each left vertex on alternating paths from unmatched left vertices.
 
     The result is {} if no alternating path makes the matching larger.
     """
@@ -59,7 +59,8 @@ def _augment_matching(
 ) -> None:
     """Augment the matching along the layers, by one path from a free left to a free right vertex.
 
-    All searches of a phase share ``unexplored``: an edge that failed in one search is not tried again.
+    All searches of a phase share ``unexplored``: an edge that led one search nowhere is not tried by the next
+    search.
     """
     path = [start]
     edges: list[int] = []
@@ -114,7 +115,7 @@ def find_heaviest_pairs(weights: Sequence[Sequence[int]]) -> list[tuple[int, int
         weights: the table, row by row, without negative weights.
     """
     column_of: dict[int, int] = {}
-    # Taken cells have the largest weight for their number, so a path that gains takes no cell of weight 0.
+    # The taken cells weigh most for their number, so a path with positive gain takes no cell of weight 0.
     while _match_one_more_cell(weights, column_of, least_gain=1):
         pass
     return sorted(column_of.items())
@@ -123,7 +124,7 @@ def find_heaviest_pairs(weights: Sequence[Sequence[int]]) -> list[tuple[int, int
 def _match_one_more_cell(
     weights: Sequence[Sequence[int | None]], column_of: dict[int, int], least_gain: int | None = None
 ) -> bool:
-    """Take one more cell, along the path that gains most weight. Return whether a cell was taken.
+    """Take one more cell, along the augmenting path that gains most weight. Return whether a cell was taken.
 
     No cell is taken if every path gains less than ``least_gain``. The total weight of the taken cells stays
     the largest for their number (successive shortest paths). The gain never grows from one call to the next.
@@ -145,7 +146,7 @@ def _match_one_more_cell(
 def _find_best_path_gains(
     weights: Sequence[Sequence[int | None]], column_of: Mapping[int, int], row_of: Mapping[int, int]
 ) -> tuple[dict[int, int], dict[int, int]]:
-    """Return the largest gain of a path from a free row to each column, and the last row of this path.
+    """Return, for each column, the largest gain of a path from a free row, and the last row of this path.
 
     Paths alternate between free and taken cells. Both results are mappings from columns.
     """

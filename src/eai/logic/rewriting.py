@@ -35,7 +35,7 @@ def rewrite_leaves(
 ) -> f.Formula:
     """Return a formula whose leaves are replaced by ``change(leaf, bound)``.
 
-    ``bound`` has the names of the variables that are bound at the leaf.
+    ``bound`` is the set of the names of the variables that quantifiers around the leaf bind.
 
     Raises:
         InputError: the formula has a temporal operator other than `Then`.
@@ -75,9 +75,10 @@ def substitute_terms(formula: f.Formula, values: Mapping[f.Term, f.Term]) -> f.F
 
 
 def push_negations_inwards(formula: f.Formula, *, negated: bool = False) -> f.Formula:
-    """Return an equivalent of a formula, or of its negation, with negations only at the leaves.
+    """Return a formula equivalent to a formula, or to its negation, with negations only at the leaves.
 
-    It has no implications, either. Negations of counting quantifiers and of temporal operators stay in place.
+    The result has no implications, either. Negations of counting quantifiers and of temporal operators stay
+    in place.
     """
     match formula:
         case f.Not(operand):
@@ -98,7 +99,7 @@ def push_negations_inwards(formula: f.Formula, *, negated: bool = False) -> f.Fo
 
 
 def rename_objects(formula: f.Formula, names: Mapping[str, str]) -> f.Formula:
-    """Return a formula with other names of objects. Variables and categories stay."""
+    """Return a formula with its objects renamed. Variables and categories keep their names."""
 
     def rename_object(term: f.Term) -> f.Term:
         new = names.get(term.name, term.name) if isinstance(term, f.Constant) else term.name
@@ -110,7 +111,7 @@ def rename_objects(formula: f.Formula, names: Mapping[str, str]) -> f.Formula:
 def rename_variables(formula: f.Formula) -> f.Formula:
     """Return a formula with bound variables named x, y, z, x1, x2, ... in the order of their quantifiers.
 
-    A name is skipped if an object in the formula has it.
+    Names of objects in the formula are skipped.
     """
     taken = find_object_names(formula)
     fresh = filter(lambda name: name not in taken, chain("xyz", map("x{}".format, count(1))))
@@ -118,7 +119,7 @@ def rename_variables(formula: f.Formula) -> f.Formula:
 
 
 def _rename_bound_and_free(formula: f.Formula, names: Mapping[str, str], fresh: Iterator[str]) -> f.Formula:
-    """Rename free variables by ``names``; name bound variables by the next names of ``fresh``."""
+    """Rename free variables by the mapping ``names``, and bound variables by the next names in ``fresh``."""
 
     def rename_variable(term: f.Term) -> f.Term:
         new = names.get(term.name, term.name) if isinstance(term, f.Variable) else term.name

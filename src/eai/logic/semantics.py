@@ -86,7 +86,7 @@ class _TraceEvaluator:
                 )
 
     def compute_position_mask(self, formula: f.Formula, binding: Binding, end: int) -> int:
-        """Return the mask of positions at which the formula holds, on the trace cut off after ``end``."""
+        """Return the mask of positions at which the formula holds if the trace stops at position ``end``."""
         if not self.is_temporal(formula):
             return self.get_state_formula_mask(formula, binding) & _make_mask_up_to(end)
         match formula:
@@ -123,13 +123,19 @@ class _TraceEvaluator:
         return self._combine_part_masks(formula, binding, partial(self.compute_start_mask, end=end), end)
 
     def _compute_sequence_start_mask(self, parts: Sequence[f.Formula], binding: Binding, starts: int) -> int:
-        """Return the mask of starts of consecutive pieces that satisfy the parts; ``starts`` come next."""
+        """Return the mask of starts of consecutive pieces that satisfy the parts, one piece for each part.
+
+        The last piece ends just before a position of the mask ``starts``.
+        """
         for part in reversed(parts):
             starts = self._compute_piece_start_mask(part, binding, starts)
         return starts
 
     def _compute_piece_start_mask(self, formula: f.Formula, binding: Binding, rest: int) -> int:
-        """Return the mask of starts of pieces that satisfy the formula and end just before ``rest``."""
+        """Return the mask of starts of pieces that satisfy the formula.
+
+        Each piece ends just before a position of the mask ``rest``.
+        """
         ends = rest >> 1
         # A lasting formula stays true when its piece grows, so only the longest piece matters.
         if id(formula) in self._monotony.lasting:
@@ -275,12 +281,12 @@ def _make_mask_up_to(end: int) -> int:
 
 
 def _fill_mask_up_to_last(mask: int) -> int:
-    """Return the mask of all positions up to the last position of a mask."""
+    """Return the mask of all positions from 0 up to the last position of a mask."""
     return (1 << mask.bit_length()) - 1
 
 
 def _compute_until_mask(left: int, right: int) -> int:
-    """Return the positions from which ``left`` holds up to a position of ``right``. All are masks.
+    """Return the positions from which ``left`` holds until a position of ``right``; all three are bit masks.
 
     Each round of the loop doubles the distance to the position of ``right``.
     """
@@ -320,7 +326,7 @@ Its arguments are the atom or action, i, and the values of other variables. None
 def find_possible_values(
     formula: f.Formula, variable: str, binding: Binding, truth: bool, possible_arguments: PossibleArguments
 ) -> Set[str] | None:
-    """Return all values of a variable that can give the formula this truth, and perhaps more values.
+    """Return a set of all values of a variable that can give the formula ``truth``, and perhaps more values.
 
     Args:
         formula: the formula.
@@ -354,7 +360,7 @@ def find_possible_values(
         case f.Implies(premise, conclusion):
             return find_operand_values(f.Or((f.Not(premise), conclusion)), truth)
         case f.Exists(inner, body) | f.ForAll(inner, body):
-            # A body that must hold for all inner values restricts nothing: there may be no inner values.
+            # A body that must hold for all inner values restricts nothing if there are no inner values.
             if isinstance(formula, f.Exists) != truth or inner.name == variable:
                 return None
             outer = {name: value for name, value in binding.items() if name != inner.name}
@@ -386,7 +392,7 @@ def _find_smallest_set(supports: Iterable[Set[str] | None]) -> Set[str] | None:
 def unite_value_sets(supports: Iterable[Set[str] | None]) -> Set[str] | None:
     """Return the union of sets of values, for a formula that is true if any part is true.
 
-    The result is None (every object must be tried) if any of the sets is None.
+    If any of the sets is None, the result is None: every object must be tried.
     """
     union: Set[str] = frozenset()
     for objects in supports:
@@ -427,11 +433,10 @@ class _ViolatedPart:
 def find_violation(formula: f.Formula, trace: Trace) -> _ViolatedPart:
     """Return the violated part of a formula that does not hold on the trace.
 
-    For always, the violated part is its body, with the first position at which the body is false. For until,
-    the part is the left side with the first position at which it is false, or the right side if the left
-    side always holds. For a
-    conjunction, the part is the first false conjunct, or the conjunction if its conjuncts hold only at
-    different positions.
+    For ``always``, the violated part is its body, with the first position at which the body is false. For
+    ``until``, the violated part is the left side, with the first position at which the left side is false; or
+    the right side, if the left side always holds. For a conjunction, the violated part is the first false
+    conjunct, or the conjunction if its conjuncts hold only at different positions.
     """
     evaluator, end = _TraceEvaluator(formula, trace), trace.length - 1
     match formula:

@@ -41,8 +41,8 @@ class NameMisuse:
 
     Attributes:
         kind: the kind of misuse.
-        name: the misused name: the predicate or action, or for an unknown object the argument.
-        primitive: the predicate or action in which the name occurs, or ``=``.
+        name: the misused name: the unknown object, or else the predicate or action.
+        primitive: the predicate or action whose argument or name is misused; ``=`` for an equation.
         line: line of the name, counted from 1.
         column: column of the name, counted from 1.
         detail: description of the misuse.
@@ -82,7 +82,7 @@ class Signature:
         return name in self.actions and name not in self.predicates
 
     def get_arities_of_same_kind(self, name: str) -> Mapping[str, int | None]:
-        """Return the arities of all predicates if a name is a predicate, else those of all actions."""
+        """Return the arities of all predicates if the name is a predicate, else the arities of actions."""
         return self.predicates if name in self.predicates else self.actions
 
 

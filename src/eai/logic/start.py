@@ -13,7 +13,7 @@ from eai.logic.traversal import is_state_formula, walk_subformulas
 def is_refuted_by_initial_state(formula: f.Formula, start: Trace) -> bool:
     """Whether a closed formula is proved false for all traces with a given initial state.
 
-    False means that there is no proof. Some traces may be impossible by the actions of the domain.
+    False means that there is no proof. The proof also considers traces that no actions of the domain produce.
 
     Args:
         formula: the formula; its quantifiers contain no temporal operators.

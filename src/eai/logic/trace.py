@@ -9,7 +9,7 @@ from eai.base.errors import InputError
 
 
 class _StateInterpretation(Protocol):
-    """One state, as formulas read it. Objects are given by the names used in formulas."""
+    """One state, which tells the truth of atoms. Objects are given by the names used in formulas."""
 
     def holds(self, predicate: str, arguments: tuple[str, ...]) -> bool:
         """Whether the atom is true. An atom with an unknown predicate or object is false."""
@@ -64,7 +64,7 @@ class Trace:
         return mask
 
     def find_occurrence_mask(self, action: str, arguments: tuple[str, ...]) -> int:
-        """Return the mask of the positions of an action with these objects."""
+        """Return the positions at which the trace takes an action with these objects, as a bit mask."""
         return self._actions.get(action, {}).get(arguments, 0)
 
     def find_participants(self, action: str, index: int) -> frozenset[str]:

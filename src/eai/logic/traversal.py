@@ -141,15 +141,15 @@ class _MonotoneParts(NamedTuple):
     """
 
     lasting: frozenset[int]
-    """Subformulas that stay true when the piece grows at its end."""
+    """``id`` of each subformula that stays true when the piece grows at its end."""
     perishing: frozenset[int]
-    """Temporal subformulas that stay true when the piece shrinks at its end."""
+    """``id`` of each temporal subformula that stays true when the piece shrinks at its end."""
 
 
 def find_monotone_parts(formula: f.Formula) -> _MonotoneParts:
     """Find the subformulas that stay true when a piece of a trace grows, or when it shrinks.
 
-    Only the operators are considered, so that some of these subformulas may be missed.
+    Only operators are examined, not atoms, so that some of these subformulas may be missed.
     """
     temporal = find_temporal_ids(formula)
     lasting: set[int] = set()

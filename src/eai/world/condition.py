@@ -29,7 +29,7 @@ Scope: TypeAlias = Mapping[str, int]
 
 
 def conjoin_tests(parts: Sequence[ConditionTest]) -> ConditionTest:
-    """Return a function that tests whether all parts of a formula hold, the first part first."""
+    """Return a function that tests whether all parts of a formula hold, in the order of the parts."""
 
     def holds(state: State, binding: FrameBinding) -> bool:
         for part in parts:  # noqa: SIM110 - a loop is three times as fast as all() over a generator
@@ -41,7 +41,7 @@ def conjoin_tests(parts: Sequence[ConditionTest]) -> ConditionTest:
 
 
 def disjoin_tests(parts: Sequence[ConditionTest]) -> ConditionTest:
-    """Return a function that tests whether any part of a formula holds, the first part first."""
+    """Return a function that tests whether any part of a formula holds, in the order of the parts."""
 
     def holds(state: State, binding: FrameBinding) -> bool:
         for part in parts:  # noqa: SIM110 - a loop is three times as fast as any() over a generator
@@ -115,7 +115,7 @@ class ConditionCompiler:
     def compile_test(
         self, formula: f.Formula, scope: Mapping[str, int] | None = None, *, wanted: bool = True
     ) -> ConditionTest:
-        """Compile a formula to a test whether it holds, or (not ``wanted``) whether it does not."""
+        """Compile a formula to a test that it holds, or (if not ``wanted``) a test that it does not hold."""
         scope = self._frame.scope if scope is None else scope
         match formula:
             case f.Atom():
@@ -145,9 +145,9 @@ class ConditionCompiler:
                 raise DomainError(f"{type(formula).__name__} is not a condition on one state")
 
     def compile_extension(self, formula: f.Formula, slot: int, scope: Mapping[str, int]) -> ExtensionFinder:
-        """Compile a formula to a function that selects the objects that make it true.
+        """Compile a formula to a function that selects the objects that make the formula true.
 
-        The objects are values of the variable with number ``slot``.
+        Each object is tried as value of the variable with number ``slot``.
         """
         match formula:
             case f.Atom():
@@ -228,7 +228,7 @@ class ConditionCompiler:
         return find_extension
 
     def _compile_pairs(self, formula: f.ForPairs, scope: Mapping[str, int]) -> ConditionTest:
-        """Compile a ``ForPairs`` formula: it holds if a maximum matching of objects has enough pairs."""
+        """Compile a ``ForPairs`` formula, which holds if a maximum matching of objects has enough pairs."""
         first, second, count = formula.first, formula.second, formula.count
         slot = self._frame.add_slot()
         partners = self._compile_value_mask(second, formula.body, {**scope, first.name: slot})
@@ -289,7 +289,7 @@ class ConditionCompiler:
         return _compile_stored_extension(self._vocabulary, atom.predicate, slots, slot)
 
     def _find_derived(self, predicate: str) -> DerivedPredicate | None:
-        """Return the evaluated form of a derived predicate; None for a stored predicate."""
+        """Return a derived predicate in the form of `to_evaluated_form`; None for a stored predicate."""
         derived = self._vocabulary.derived_by_name.get(predicate)
         return None if derived is None else to_evaluated_form(derived)
 

@@ -1,4 +1,4 @@
-"""Tests of a domain and its simulator: whether they keep the rules of execution that this package assumes.
+"""Tests whether a domain and its simulator keep the rules of execution that this package assumes.
 
 Run them on a domain of your own with a few of its initial states::
 
@@ -47,8 +47,8 @@ def check_domain(
         states: the states in which the random walks begin.
         seed: seed of the random walks.
         steps: number of actions tried from each state.
-        measured: the stored predicates whose truth after an action the simulator decides; all other
-            predicates must change as the domain declares. None if the simulator decides all.
+        measured: the stored predicates whose facts after an action are decided by the simulator; the facts of
+            all other predicates must change as the domain declares. None if the simulator decides all facts.
     """
     rng = random.Random(seed)  # noqa: S311 - a walk, not a secret
     names = {predicate.name for predicate in domain.vocabulary.predicates}

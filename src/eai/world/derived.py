@@ -16,7 +16,7 @@ from eai.world.state import State
 from eai.world.vocabulary import DerivedPredicate, Vocabulary, make_atom
 
 LookupFunction: TypeAlias = Callable[[State, tuple[int, ...]], int]
-"""Function of a state and all arguments but the last. It returns the mask of possible last arguments."""
+"""Function of a state and all arguments but the last. It returns a bit mask of fitting last arguments."""
 
 TestFunction: TypeAlias = Callable[[State, tuple[int, ...]], bool]
 """Function that tests whether a predicate holds in a state for given objects."""
@@ -46,7 +46,7 @@ class DefinedPredicate:
 
     @property
     def reads(self) -> tuple[str, ...]:
-        """Always empty, because the predicates that this predicate reads are named in its formula."""
+        """Always empty, because the formula names the predicates on which this predicate depends."""
         return ()
 
     def __call__(self, *terms: f.Term | str) -> f.Atom:
@@ -89,7 +89,7 @@ class LookupPredicate:
         reads: the predicates that the function reads.
         meaning: an optional equivalent definition by a formula, for output formats that have no functions.
         single: whether the mask never has more than one object.
-        open_in_meaning: description of the aspects of the function that ``meaning`` leaves open.
+        open_in_meaning: description of the aspects that the function decides and ``meaning`` leaves open.
         inverse: for two arguments, an optional function that returns the mask of all objects that make the
             predicate true as first argument, given the last.
     """
@@ -116,14 +116,14 @@ def is_a(term: f.Term, *categories: str) -> f.Formula:
 
 
 def to_evaluated_form(derived: DerivedPredicate) -> DerivedPredicate:
-    """Return a predicate in the form that is evaluated: by its function, or else by its formula."""
+    """Return a derived predicate in its faster form: with its function if it has any, else unchanged."""
     if isinstance(derived, DefinedPredicate) and derived.values is not None:
         return LookupPredicate(derived.name, derived.arity, derived.values, ())
     return derived
 
 
 def find_definition(derived: DerivedPredicate) -> DefinedPredicate | None:
-    """Return a definition by a formula that is equivalent to a predicate, or None if none was declared."""
+    """Return a definition of a predicate by a formula, or None if the predicate declares none."""
     match derived:
         case DefinedPredicate():
             return derived

@@ -53,7 +53,7 @@ class Simulator(Protocol):
 
         Returns:
             The state after the action, in which its intended effects hold; or a fault if the action failed
-            and changed nothing. The check of the fault need not be part of the declaration.
+            and changed nothing. The fault may have a check that the domain does not declare.
         """
 
 
@@ -174,7 +174,7 @@ class Domain:
 
     @cached_property
     def find_visible(self) -> Callable[[State, int], int]:
-        """Function that takes a state and a mask of objects, and returns the mask of the visible objects."""
+        """Function that takes a state and a bit mask of objects, and returns the mask of the seen objects."""
         return self._compile_extension(self.visible or TRUE)
 
     @cached_property

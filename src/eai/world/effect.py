@@ -81,7 +81,7 @@ def make_symmetric_effects(effect: type[Add] | type[Delete], atom: Atom) -> tupl
 class EffectCompiler:
     """A compiler of effects over one vocabulary into functions that change the draft of a state.
 
-    It shares a frame, which numbers the variables, with the compiler of the operator's conditions.
+    It shares a frame (a numbering of the variables) with the compiler of the operator's conditions.
 
     Raises:
         DomainError: raised by the methods if an effect changes a predicate that is undeclared, derived or

@@ -100,7 +100,7 @@ class Episode:
         return Trajectory(self._history.states, tuple(self._steps))
 
     def trajectory_from(self, start: int) -> Trajectory:
-        """Return the trajectory without its first steps. Faults may refer to the states left out.
+        """Return the trajectory without its first steps. Faults may still refer to states that are left out.
 
         Args:
             start: number of tried steps to leave out.
@@ -161,7 +161,7 @@ class Episode:
 
 
 def _shift_step(step: Step, offset: int) -> Step:
-    """Return a copy of a step in which the state number of the fault is lower by ``offset``."""
+    """Return a copy of a step whose fault refers to a state with a number lower by ``offset``."""
     fault = step.fault
     if fault is None or fault.earlier is None or not offset:
         return step

@@ -34,7 +34,7 @@ class _CompiledCheck:
 
 
 class _CompiledAlternative(NamedTuple):
-    """A compiled alternative of an operator."""
+    """A compiled alternative of an operator: one of several ways in which the operator can act."""
 
     is_made: ConditionTest
     checks: tuple[_CompiledCheck, ...]
@@ -42,7 +42,7 @@ class _CompiledAlternative(NamedTuple):
 
 
 class CheckFailure(NamedTuple):
-    """A failed check, the list of checks of the operator or alternative, and the objects of the action."""
+    """A failed check, the list of checks that contains it, and the objects of the action."""
 
     check: _CompiledCheck
     checks: tuple[_CompiledCheck, ...]
@@ -50,7 +50,7 @@ class CheckFailure(NamedTuple):
 
 
 class _FailedAlternative(NamedTuple):
-    """A failed check of an alternative, and the alternative's condition, which still holds afterwards."""
+    """A failed check of an alternative, and the alternative's condition, which holds after the action."""
 
     condition: Formula
     check: Check
@@ -96,9 +96,10 @@ class CompiledOperator:
         return self._frame.bind_arguments(state.scene, arguments)
 
     def find_failures(self, state: State, binding: FrameBinding) -> tuple[CheckFailure, ...]:
-        """Return the operator's first failed check, or else the failed check of each alternative.
+        """Return the failed checks of an action: () if the action is possible.
 
-        The result is () if the action is possible.
+        This is the operator's first failed check, or else the first failed check of each attempted
+        alternative.
         """
         failed = find_failing_check(self.checks, state, binding)
         if failed is not None:
@@ -172,7 +173,7 @@ Spend: TypeAlias = Callable[[], bool]
 """Function that counts one tried value of a variable. It returns True if too many values were tried."""
 
 FindArguments: TypeAlias = Callable[[State, Sequence[int], Spend], Iterator[tuple[int, ...]]]
-"""Function that yields the arguments for which no check fails, in the order of `itertools.product`.
+"""Function that yields the arguments for which no check of an operator fails, like `itertools.product`.
 
 It stops early when it has tried too many values of parameters.
 """

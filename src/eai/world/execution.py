@@ -52,7 +52,7 @@ class Trajectory:
 
     @property
     def failure(self) -> Fault | None:
-        """The fault of the last step, which ended the plan; None if no fault ended it."""
+        """The fault of the last step, if this fault ended the plan; None if no fault ended the plan."""
         fault = self.steps[-1].fault if self.steps else None
         return None if fault is None or fault.kind is FaultKind.ADDITIONAL_STEP else fault
 
@@ -107,7 +107,7 @@ def _diagnose_fault(
 ) -> Fault:
     """Choose one of a step's faults by the domain's precedence of kinds of fault.
 
-    Wrong order is one of the kinds if the history rule finds an earlier state.
+    A wrong order is among the faults if the history rule finds an earlier state in which the check passed.
     """
     kinds: dict[FaultKind, Check] = {}
     earlier = None
@@ -129,7 +129,7 @@ def describe_fault(fault: Fault, domain: Domain, action: Action, scene: Scene) -
 
 
 def find_check_witnesses(check: Check, domain: Domain, action: Action, state: State) -> tuple[str, ...]:
-    """Return the names of objects that show why a check failed, besides the objects in its reason."""
+    """Return the names of objects that show why a check failed and that its reason does not name."""
     if check.witness is None:
         return ()
     scope = map_parameters_to_indices(action, domain)

@@ -1,4 +1,4 @@
-"""Mutually recursive derived predicates: the least relations that satisfy their definitions."""
+"""Mutually recursive derived predicates. Their facts are the least relations that satisfy all definitions."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ from eai.world.state import Fact, Scene, State
 from eai.world.vocabulary import DerivedPredicate, Predicate, Vocabulary
 
 _MAX_CACHED_STATES = 1024
-"""Maximum number of cached states with computed relations, and maximum number of cached scenes."""
+"""Maximum number of states whose relations are cached. The same number limits the cached scenes."""
 
 
 def define_recursively(
@@ -24,7 +24,7 @@ def define_recursively(
     """Make derived predicates from mutually recursive definitions.
 
     Args:
-        circle: the definitions; each may use all predicates defined in ``circle``.
+        circle: the definitions; each may use every predicate that another one, or itself, defines.
         vocabulary: function that returns the vocabulary that contains these predicates. It is called when the
             predicates are first evaluated in a state.
 
@@ -103,7 +103,7 @@ class _RecursivePredicates:
         return whole, circle
 
     def _find_least_fixpoint(self, state: State) -> State:
-        """Return the state extended by the least relations.
+        """Return the state with the facts of the least relations added.
 
         Facts that follow from the definitions are added until no new fact follows.
         """
@@ -126,7 +126,7 @@ class _RecursivePredicates:
 
 
 def _is_monotone_in(formula: f.Formula, names: set[str], truth: bool = True) -> bool:
-    """Whether a formula cannot become false because a named predicate becomes true of more objects."""
+    """Whether a formula stays true when a predicate among ``names`` becomes true of more objects."""
     match formula:
         case f.Atom(predicate):
             return truth or predicate not in names

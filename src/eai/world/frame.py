@@ -1,4 +1,4 @@
-"""Frames of compiled formulas: each variable and constant has a numbered slot, which holds its object."""
+"""Frames of compiled formulas. A frame has a numbered slot for the object of each variable and constant."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Histories of states, and history rules, which decide whether a failed check is a wrong order.
+"""Histories of states; and history rules, which decide whether the fault of a step is a wrong order.
 
 A failed check is a wrong order if its condition held in an earlier state. Trajectories with equal beginnings
 share a history.
@@ -86,9 +86,9 @@ the number of that state. None means that the condition never held: a step is mi
 
 
 def find_when_conditions_held(failure: CheckFailure, binding: FrameBinding, history: History) -> int | None:
-    """A history rule for checks of missing steps: all history conditions held before, perhaps not together.
+    """A history rule: a failed check is a wrong order if each history condition held in some earlier state.
 
-    Returns the number of the last state in which one of them held; None if one of them never held.
+    Returns the number of the last state in which any of the conditions held; None if a condition never held.
     """
     if failure.check.check.fault is not FaultKind.MISSING_STEP:
         return None
@@ -107,7 +107,9 @@ def _holds_in_state(truth: ConditionTest, binding: FrameBinding, state: State) -
 
 
 def find_when_possible(failure: CheckFailure, binding: FrameBinding, history: History) -> int | None:
-    """A history rule: in some earlier state, all checks of the operator and all history conditions held.
+    """A history rule: a failed check is a wrong order if the action was possible in an earlier state.
+
+    There, all checks of the operator and all history conditions must have held.
 
     Returns the number of the last such state, or None if there is no such state.
     """

@@ -23,7 +23,8 @@ _MakeTuples: TypeAlias = Callable[[_ObjectIndices], Iterable[tuple[int, ...]]]
 _FindTuples: TypeAlias = Callable[[State, _ObjectIndices, int], Iterator[tuple[int, ...]]]
 """Function that yields the tuples of objects for which a predicate holds, in the order of given objects.
 
-Its last argument is a mask: each tuple contains at least one object of the mask. `_ANY` allows all tuples.
+Its last argument is a bit mask of objects: each tuple contains at least one of them. `_ANY` allows all
+tuples.
 """
 
 _ANY = -1
@@ -51,7 +52,7 @@ class FactLister:
         return self.sources == (self.predicate,)
 
     def lists(self, fact: Fact) -> bool:
-        """Whether a true fact is listed. Facts that contain an object twice are listed if ``repeated``."""
+        """Whether a true fact is listed. Facts with an object twice are listed only if ``repeated``."""
         return self.repeated or len({*fact.arguments}) == len(fact.arguments)
 
     def list_facts(

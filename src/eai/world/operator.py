@@ -56,7 +56,7 @@ class Check:
 
     @property
     def mentioned_parameters(self) -> tuple[str, ...]:
-        """Names of the parameters that the reason mentions, in the order of its words."""
+        """Names of the parameters that the reason mentions, in the order in which it mentions them."""
         return _find_mentioned_parameters(self.reason)
 
 
@@ -90,7 +90,7 @@ def missing_step(
 
 @dataclass(frozen=True, slots=True)
 class Alternative:
-    """One of several alternatives of an operator.
+    """One of several ways in which an operator can act, with its own checks and effects.
 
     Attributes:
         condition: the alternative is attempted if this holds in the state in which the action is tried.
@@ -127,8 +127,8 @@ class Operator:
     """An action of a domain.
 
     Attributes:
-        name: the name, as in plans.
-        parameters: the parameters, in order. The agent is not among them.
+        name: the name of the action in plans.
+        parameters: the variables that stand for the objects of an action, in order, without the agent.
         checks: the first check that fails gives the error of the action.
         effects: the effects, in order. Their conditions are evaluated in the state before the action.
         description: description for prompts.

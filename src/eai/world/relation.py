@@ -17,7 +17,7 @@ from itertools import islice
 from operator import or_
 
 _PRIME = (1 << 60) - 93
-"""Prime modulus of hashes of relations, chosen so that few powers of 2 are congruent."""
+"""Prime modulus of the hashes of relations. Few powers of 2 have equal remainders modulo this prime."""
 
 
 class RelationBase:
@@ -38,7 +38,7 @@ class RelationBase:
 
     @classmethod
     def from_pairs(cls, size: int, pairs: Iterable[tuple[int, int]]) -> RelationBase:
-        """Return the matrix over ``size`` objects that contains exactly these pairs."""
+        """Return the base of a relation over ``size`` objects that contains exactly these pairs."""
         rows, columns = [0] * size, [0] * size
         for source, target in pairs:
             rows[source] |= 1 << target
@@ -47,7 +47,7 @@ class RelationBase:
 
 
 class Relation:
-    """A binary relation: a shared base with changes. A relation that is part of a state never changes.
+    """A binary relation: a base that all states share, and changes. A relation in a state never changes.
 
     Two relations are equal if they share a base and have the same pairs.
 
@@ -122,7 +122,7 @@ class Relation:
         return bool(self._base.rows[source] >> target & 1)
 
     def copy(self) -> Relation:
-        """Return a copy with the same pairs.
+        """Return a copy of the relation.
 
         The caller may change the copy before it becomes part of a state.
         """
@@ -152,7 +152,7 @@ class Relation:
 
     def flip_pair(self, source: int, target: int) -> None:
         """Change this copy: add the pair if it is missing, else remove it."""
-        if target in self._columns and source not in self._rows:  # only the column is overridden
+        if target in self._columns and source not in self._rows:  # only the pair's column is overridden
             self.set_column(target, self._columns[target] ^ 1 << source)
         else:
             self.set_row(source, self.row(source) ^ 1 << target)
@@ -249,7 +249,7 @@ def keep_lowest_bits(mask: int, number: int) -> int:
 
 
 def _apply_crossing_changes(base: int, index: int, crossing: dict[int, int], crossing_keys: int) -> int:
-    """Return a row of the base with the changes of overridden columns, or a column with those of rows."""
+    """Return a row of the base with the changes from overridden columns, or a column with those from rows."""
     line = base & ~crossing_keys
     for key, mask in crossing.items():
         if mask >> index & 1:
@@ -258,7 +258,7 @@ def _apply_crossing_changes(base: int, index: int, crossing: dict[int, int], cro
 
 
 def _patch_crossing_lines(crossing: dict[int, int], index: int, line: int) -> None:
-    """Update the overridden rows after a column was replaced, or the columns after a row was replaced."""
+    """Update all overridden rows after a column was replaced, or all overridden columns after a row was."""
     bit = 1 << index
     for key, mask in crossing.items():
         crossing[key] = mask | bit if line >> key & 1 else mask & ~bit

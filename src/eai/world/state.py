@@ -35,7 +35,7 @@ class Fact(NamedTuple):
 
 
 StatedFact: TypeAlias = "str | tuple[str, Sequence[int | str]]"
-"""Fact in a declaration: a text, ``at(robot, dock)``, or a predicate with objects by index or name."""
+"""Fact as callers may write it: a text, ``at(robot, dock)``, or a predicate with objects by index or name."""
 
 
 class Scene:
@@ -80,7 +80,7 @@ class Scene:
 
     @property
     def kinds(self) -> Mapping[str, int]:
-        """Mapping from each kind of the scene's objects to the bit mask of the objects."""
+        """Mapping from each kind of objects in the scene to the bit mask of the objects of this kind."""
         if self._categories is None:
             masks: dict[str, int] = {}
             for i, item in enumerate(self.objects):
@@ -94,7 +94,7 @@ class Scene:
         return tuple(self.objects[i].name for i in iterate_bits(mask))
 
     def names_of_category(self, category: str | None) -> tuple[str, ...]:
-        """Return the names of the objects of a category, in the scene's order; None means every object."""
+        """Return the names of the objects of a category, in the scene's order; None means all objects."""
         return self.names(self.get_category_mask(category))
 
     def find(self, name: int | str) -> int:
@@ -349,7 +349,7 @@ class StateDraft:
             self.tuples = (*self.tuples[:slot], TupleSet(members), *self.tuples[slot + 1 :])
 
     def _copy_relation(self, slot: int) -> Relation:
-        """Return the relation in a slot, copied before its first change so that the old state keeps it."""
+        """Return the relation in a slot, copied before its first change to protect the old state."""
         if not self._copied >> slot & 1:
             self._copied |= 1 << slot
             self.binary[slot] = self.binary[slot].copy()

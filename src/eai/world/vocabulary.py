@@ -23,8 +23,8 @@ class Predicate:
         name: the name.
         arity: the number of arguments.
         static: whether no operator changes the predicate.
-        visible: False for a predicate that the simulator needs but that no prompt, goal or answer may
-            mention.
+        visible: whether prompts, goals and answers may mention the predicate; False if only the simulator
+            needs it.
         single: whether, in every reachable state, the other arguments determine the last argument: at most
             one object makes the predicate true as last argument.
     """
@@ -36,7 +36,7 @@ class Predicate:
     single: bool = False
 
     def __call__(self, *terms: Term | str) -> Atom:
-        """Return the atom of this predicate with these terms; a text is the name of an object."""
+        """Return the atom of this predicate with these terms; a term that is a text names an object."""
         return make_atom(self.name, self.arity, terms)
 
 
@@ -151,7 +151,7 @@ class Vocabulary:
 
 
 def require_tuple(location: str, values: object, kind: type | UnionType) -> None:
-    """Check that a field of a declaration is a tuple of values of a type.
+    """Check that a field of a declaration is a tuple, and that its values have a certain type.
 
     Args:
         location: name of the field, for the message.
