@@ -304,7 +304,7 @@ class _Explorer:
 
 
 class _GoldPlanExplorer(_Explorer):
-    """Agent ``seeker``, which plays the gold plan, and explores for each step's objects before the step."""
+    """Agent ``seeker``, which plays the gold plan, and explores before a step until its objects are known."""
 
     def __init__(self, game: Game, seed: int = 0) -> None:
         super().__init__(game)

@@ -163,7 +163,7 @@ class Game:
         return 0.0 if earned is None else compute_reward_of_credit(earned, self._rules.reward)
 
     def _find_counted_actions(self) -> list[Action]:
-        """Return the executed actions, and the actions that were skipped because they were not needed."""
+        """Return the actions that were executed, or skipped because they were not needed."""
         steps = self._episode.trajectory.steps
         return [
             step.action

@@ -55,7 +55,7 @@ class _SuiteFile:
 
 
 def find_benchmarks_of_runs(paths: Iterable[Path]) -> Mapping[str, Benchmark]:
-    """Return the benchmarks of the runs at some paths that are not registered, by name.
+    """Return a mapping from names to unregistered benchmarks that the runs at some paths use.
 
     The ``run.toml`` of a run states where its benchmarks are. A benchmark that can no longer be opened is
     left out.

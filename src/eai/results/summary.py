@@ -31,7 +31,7 @@ if TYPE_CHECKING:
 
 
 def compute_metric_rates(verdicts: Sequence[Verdict], ability: Ability) -> dict[str, Rate]:
-    """Return a mapping from the metrics of the paper's tables for an ability to their rates.
+    """Return a mapping from metrics to rates, for an ability's metrics in the paper's tables.
 
     Excluded verdicts do not count. Metrics without any verdict are present as rates without cases.
     """

@@ -32,7 +32,7 @@ DeepSeek, Claude 2 and GPT-4, on average 0.96, 1.08, 1.02 and 1.12 times. A quar
 """
 
 MIN_ANSWER_TOKENS = 1024
-"""Smallest default of the maximum number of tokens of an answer."""
+"""Lower bound of the default for the maximum number of tokens of an answer."""
 
 GOLD_LENGTHS = 4
 """Default of the maximum number of tokens of an answer, as a multiple of the suite's longest gold answer."""

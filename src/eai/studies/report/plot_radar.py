@@ -34,7 +34,7 @@ _Axis: TypeAlias = tuple[Ability, str]
 """An axis of the plot: an ability and one of the ability's main metrics."""
 
 _Results: TypeAlias = Mapping[_Axis, RunSummary]
-"""Results of a model in a world: for each axis, the model's run of the ability."""
+"""Results of a model in a world: for each axis of the plot, the run whose result the axis shows."""
 
 
 def draw_radar(runs: Sequence[RunSummary]) -> Figure | None:
