@@ -102,7 +102,7 @@ LONG_PLAN_STEPS = 10
 def read_paper_statistics(domain: str) -> Mapping[str, tuple[int | float, str]]:
     """Return a mapping from labels to the paper's figures, each with the reason why ours differs.
 
-    It is empty for benchmarks that are not in the paper.
+    The mapping is empty for benchmarks that are not in the paper.
     """
     file = resources.files("eai.results") / "paper" / "dataset_statistics.toml"
     figures = parse_toml(file.read_text(encoding="utf-8")).get(domain, {})

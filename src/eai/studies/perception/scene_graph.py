@@ -159,8 +159,8 @@ class SceneWords:
 
     Attributes:
         wording: the wording of prompts.
-        stored_forms: for each described predicate, the predicate that states store and that implies it for
-            the same arguments.
+        stored_forms: for each described predicate, the stored predicate that implies it for the same
+            arguments. A stored predicate is a predicate whose facts a state contains.
     """
 
     def __init__(self, wording: SuiteWording) -> None:
@@ -235,7 +235,7 @@ class SceneWords:
 
 
 def find_stored_form(vocabulary: Vocabulary, predicate: str) -> str | None:
-    """Return the predicate that states store and that implies a predicate for equal arguments, or None.
+    """Return the stored predicate that implies a described predicate of equal arguments, or None.
 
     For a derived predicate, this is the first predicate in its definition that has all parameters as
     arguments and that actions can change.
