@@ -27,8 +27,8 @@ _TOKEN = re.compile(r"[^\W\d_]{1,7}|\d|(?:[^\w\s]|_)+|\n\s*")
 """Pattern of one estimated token: up to seven letters, a digit, signs in a row, or a line break.
 
 For prompts of the paper's suites, the estimate is 0.84 to 1.38 times the count of the tokenizers of SmolLM2,
-DeepSeek, Claude 2 and GPT-4, on average 0.96, 1.08, 1.02 and 1.12 times. A quarter of the characters would be
-0.50 to 1.02 times the count.
+DeepSeek, Claude 2 and GPT-4, on average 0.96, 1.08, 1.02 and 1.12 times. The simpler estimate of one token
+for four characters would be 0.50 to 1.02 times the count.
 """
 
 MIN_ANSWER_TOKENS = 1024

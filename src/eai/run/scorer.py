@@ -1,8 +1,8 @@
 """Inspect's scorers: they give verdicts as scores, and the columns of the paper's tables as one metric.
 
-A score tells whether the whole answer is right (``C`` or ``I``), for Inspect's own metrics and reducers. Its
-metadata is the record of the answer; the metric adds up the contributions of all records. Its explanation is
-the record's in Markdown, which Inspect's viewer shows.
+A score tells whether the whole answer is right (``C`` or ``I``), for Inspect's own metrics and reducers. The
+score's metadata is the record of the answer; the metric adds up the contributions of all records. The score's
+explanation, which Inspect's viewer shows, is the record's explanation in Markdown.
 """
 
 from __future__ import annotations
