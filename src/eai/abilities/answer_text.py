@@ -615,7 +615,7 @@ def _parse_python_literal(text: str) -> _DecodedJson | None:
             return decoded
     try:
         with warnings.catch_warnings():
-            warnings.simplefilter("ignore")  # invalid escapes in an answer make Python warn
+            warnings.simplefilter("ignore")  # Python warns about invalid escapes in answers
             tree = ast.parse(text, mode="eval").body
         return _DecodedJson(_evaluate_literal(tree, MAX_DEPTH))
     except (ValueError, SyntaxError, RecursionError, MemoryError):

@@ -59,18 +59,18 @@ class EnglishWords:
     """The English words of a benchmark. A predicate or category without an entry goes by its name.
 
     Attributes:
-        says: sentences that state a predicate, by its name, in the singular, as in ``{x} is on top of {y}``.
-            The second word is a verb with a known plural. The first sentence is the usual one; all mean the
-            same, and none fits another predicate.
-        asks: requests to make a predicate true, by its name, as in ``put {x} on top of {y}``.
-        denies: requests to make a predicate false, by its name.
-        nouns: the noun for an object of each category, in the singular, as in ``pair of jeans``.
-        odd: conditions that nobody would request by themselves: ``predicate category ...``, with the
-            wildcards ``*`` and ``[...]`` of file names.
-        sound: exceptions from `odd`.
-        hazards: events that people take for granted must not happen.
-        may_lack: the properties that a thing may lack, for example because it is broken; any property if
-            empty.
+        says: mapping from predicates to sentences that state the predicate in the singular, as in ``{x} is on
+            top of {y}``. The second word is a verb with a known plural. The first sentence is the usual one.
+            All sentences of a predicate have the same meaning, and none fits another predicate.
+        asks: mapping from predicates to requests to make the predicate true, as in ``put {x} on top of {y}``.
+        denies: mapping from predicates to requests to make the predicate false.
+        nouns: mapping from categories to the noun for an object, in the singular, as in ``pair of jeans``.
+        odd: conditions that nobody would request on their own: ``predicate category ...``, with the wildcards
+            ``*`` and ``[...]`` of file names.
+        sound: conditions that people would request although `odd` has them.
+        hazards: events that must not happen, as people take for granted.
+        may_lack: the properties that objects of an impossible task may lack, as if they were broken; any
+            property if empty.
         role: the agent in prompts, as in ``a household robot``.
     """
 

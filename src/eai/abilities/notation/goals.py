@@ -307,7 +307,7 @@ class GoalNotation(ABC):
 
     @abstractmethod
     def write(self, goals: Iterable[WrittenGoal]) -> tuple[str, ...]:
-        """Return the text of each goal, as `join` needs it."""
+        """Return the text of each goal. `join` combines the texts to one answer."""
 
     @abstractmethod
     def join(self, parts: Iterable[str]) -> str:

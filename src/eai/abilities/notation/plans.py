@@ -140,7 +140,7 @@ class PlanNotation(ABC):
 
     @abstractmethod
     def write(self, plan: Iterable[Action], scene: Scene) -> tuple[str, ...]:
-        """Return the text of each step of a plan, as `join` needs it."""
+        """Return the text of each step of a plan. `join` combines the texts to one answer."""
 
     @abstractmethod
     def join(self, parts: Iterable[str]) -> str:

@@ -92,8 +92,7 @@ _PLANNED = (*(f"{name}.planner_success" for name in CATEGORIES), _PLANNER_SUCCES
 def find_missing_metrics(verdict: OperatorVerdict) -> Sequence[str]:
     """Return the metrics about planning if the run used no planner, else no metrics.
 
-    Some answers count as unsolvable even without a planner. In a run without a planner, this does not count
-    either.
+    Without a planner, answers that are unsolvable even without planning do not count in these metrics either.
     """
     return _PLANNED if verdict.planner is PlannerOutcome.NOT_RUN else ()
 

@@ -1,4 +1,4 @@
-"""The scorer of transition modeling: from the text of an answer to a verdict, which counts by category."""
+"""The scorer of transition modeling: from the text of an answer to counts of its clauses by category."""
 
 from __future__ import annotations
 

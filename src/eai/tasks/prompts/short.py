@@ -34,7 +34,7 @@ _BEFORE_REASONS = ("impossible where", "not yet possible while", "needless where
 _SIGN_OF_CHANGE = {"becomes true": "", "becomes false": "not "}
 
 _MIN_HOLDERS = 3
-"""Minimum number of objects of a fact for which a line says ``all`` or ``all but``."""
+"""Minimum number of objects with a property for a line that states the property of ``all`` objects."""
 
 _SIGNS = (
     (" -> ", "NAME(parameter:kind): conditions -> changes, in this order, no others; there \"not p\" makes p"
