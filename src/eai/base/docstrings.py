@@ -1,4 +1,4 @@
-"""Read the descriptions of options and fields from docstrings, without pydantic."""
+"""Read the descriptions of options and fields from docstrings. This module does not need pydantic."""
 
 from __future__ import annotations
 

@@ -103,7 +103,7 @@ def _read_all_entry_points(path: tuple[str, ...]) -> Sequence[EntryPoint]:
     """Read the entry points of all distributions on `sys.path`.
 
     If two folders of `sys.path` have an entry point of the same name, the first folder counts. Folders are
-    therefore read from last to first, so that earlier folders replace later ones.
+    therefore read from last to first: entry points of earlier folders replace those of later folders.
     """
     files = [file for folder in reversed(path) for file in Path(folder).glob("*.*-info/entry_points.txt")]
     return [point for file in files for point in _read_entry_points_file(file)]
@@ -120,9 +120,9 @@ def _read_entry_points_file(file: Path) -> Iterator[EntryPoint]:
 
 
 def has_module(module: str) -> bool:
-    """Whether a module of this package is installed. A module of another package is assumed to be installed.
+    """Whether a module is installed. Modules of packages other than this one are assumed to be installed.
 
-    A search for a module of another package would import that package.
+    Python's search for such a module would import its package.
     """
     if not module.startswith(_OURS):
         return True

@@ -123,11 +123,11 @@ def did_you_mean(word: str, names: Iterable[str]) -> str:
 
 
 def find_enum_member(kind: type[E], name: E | str, noun: str) -> E:
-    """Return the member of an enumeration that has a value.
+    """Return the member of an enumeration that has the given value.
 
     Args:
         kind: the enumeration.
-        name: the value, or the member itself.
+        name: the value of a member, or the member itself.
         noun: the noun for the members in the error message, such as ``"suite"``.
 
     Raises:

@@ -52,7 +52,7 @@ def require_file(path: Path) -> None:
     try:
         mode = path.stat().st_mode
     except OSError:
-        return  # the caller will report why this path cannot be read
+        return  # the caller tries to read the path, and reports the error
     is_of_shell = stat.S_ISFIFO(mode) and _DESCRIPTOR.match(str(path)) is not None
     if not (stat.S_ISREG(mode) or stat.S_ISDIR(mode) or is_of_shell):
         kind = next((name for is_kind, name in _ENDLESS if is_kind(mode)), "no regular file")
@@ -84,7 +84,7 @@ def read_toml(file: Path) -> dict[str, Any]:
     content = read_content(file)
     try:
         return parse_toml(content.decode())
-    except (ValueError, RecursionError) as error:  # too deep nesting raises RecursionError
+    except (ValueError, RecursionError) as error:  # tables nested too deep raise RecursionError
         raise InputError(f"{file}: expected TOML; {error}") from error
 
 
@@ -142,7 +142,7 @@ def escape_unprintable(text: str) -> str:
 
 
 def to_file_name(name: str) -> str:
-    """Return a name, such as a model's, as part of a file name. Unsafe characters become underscores.
+    """Convert a name, such as a model's, to a part of a file name. Unsafe characters become underscores.
 
     Raises:
         InputError: the result would be empty or consist of dots.
@@ -154,7 +154,10 @@ def to_file_name(name: str) -> str:
 
 
 def to_model_name(file_name: str) -> str:
-    """Return the model's name for a name in files: built-in models keep the slash of ``eai/noisy``."""
+    """Return the model's name for a name in files.
+
+    Names of built-in models keep their slash: ``eai/noisy``.
+    """
     return f"eai/{file_name[len('eai_') :]}" if file_name.startswith("eai_") else file_name
 
 

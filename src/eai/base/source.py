@@ -71,7 +71,7 @@ def _read_from_source(archive: Path, files: Mapping[str, bytes], path: str) -> b
 
 
 def _compute_record_digest(content: bytes) -> str:
-    """Return the SHA-256 of a content as a wheel's `RECORD` writes it: URL-safe base 64 without padding."""
+    """Return the SHA-256 of bytes in the form of a wheel's `RECORD`: URL-safe base 64 without padding."""
     return base64.urlsafe_b64encode(hashlib.sha256(content).digest()).rstrip(b"=").decode()
 
 
@@ -123,7 +123,7 @@ def _read_tar(path: Path) -> dict[str, bytes]:
 
     All files are read at once, because a gzipped tar has no index and the files are small.
     """
-    import tarfile  # imported here, since only source distributions need it
+    import tarfile  # imported here, since only source distributions need this module
 
     files: dict[str, bytes] = {}
     try:
@@ -149,7 +149,7 @@ class PackageArchive:
         version: version of the package.
         filename: name of the file on the index.
         sha256: SHA-256 of the file.
-        size: size in bytes, for the progress bar.
+        size: size of the file in bytes, for the progress bar.
         record_sha256: for a wheel, the digest that `compute_wheel_sha256` returns for its files. An unpacked
             wheel must have this digest.
     """

@@ -35,7 +35,7 @@ _UNREADABLE = (OSError, EOFError, KeyError, RuntimeError, ValueError, zipfile.Ba
 _REPAIR = "run `eai data fetch --force`"
 
 FetchStage: TypeAlias = Literal["waiting for", "fetching", "converting"]
-"""Stage of making a pack."""
+"""A stage of making a pack, such as its download."""
 
 ReportProgress: TypeAlias = Callable[[FetchStage, str, int, int], None]
 """Callback that is called with each step of progress, from the calling thread.
@@ -72,12 +72,15 @@ class PackFile:
 
     @property
     def sha256(self) -> str:
-        """One SHA-256 for the contents of all members of the pack. It does not depend on the compression."""
+        """One SHA-256 for the contents of all members of the pack.
+
+        The digest does not depend on compression.
+        """
         lines = "".join(f"{name} {digest}\n" for name, digest in sorted(self.members.items()))
         return hashlib.sha256(lines.encode()).hexdigest()
 
     def read(self, member: str) -> bytes:
-        """Read and verify the content of a member.
+        """Read and verify the content of a member (file) of the pack.
 
         Raises:
             DataError: the member is absent or damaged.
@@ -91,7 +94,7 @@ class PackFile:
         return content
 
     def read_json(self, member: str) -> Any:
-        """Read, verify and parse a member that is JSON.
+        """Read, verify and parse a member (file) of the pack that is JSON.
 
         Raises:
             DataError: the member is absent or damaged.
@@ -162,7 +165,7 @@ class Store:
 
 
 def make_unwritable_error(folder: Path, error: OSError) -> DataError:
-    """Return the error for a folder that cannot be written to."""
+    """Return the error to raise for a folder of packs that cannot be written to."""
     reason = error.strerror or str(error)
     return DataError(f"{folder}: cannot be written to ({reason}); set EAI_DATA_DIR to a writable folder")
 

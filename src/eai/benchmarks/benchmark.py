@@ -1,4 +1,4 @@
-"""A benchmark in one value: its domain, its tasks, the notation of answers, and its published data."""
+"""The class of benchmarks: a domain, its tasks, a notation of answers, and published data."""
 
 from __future__ import annotations
 
@@ -127,7 +127,8 @@ class Benchmark:
     Attributes:
         name: name of the benchmark in records of results.
         domain: the domain as the paper means it.
-        open_tasks: opens the tasks. For tasks declared in a program, `eai.tasks.source.given` makes it.
+        open_tasks: opens the tasks. `eai.tasks.source.given` makes this function for tasks declared in a
+            program.
         notation: the notation of answers and the names of objects and predicates.
         data: the published data.
         reference: text for which `eai.benchmarks.registry.find_benchmark` returns the benchmark; may be
@@ -231,7 +232,7 @@ class Benchmark:
         return AbilityWorld(self.domain, self.notation, self.subgoals, planner, words, seen, self)
 
     def official_prompts(self, ability: Ability, source: Source) -> Mapping[str, Prompt] | None:
-        """Return the data set's corrected prompts by task id, or None if it has no prompts for this ability.
+        """Return a mapping from task id to corrected official prompt, or None if the ability has no prompts.
 
         Raises:
             DataError: the prompts cannot be obtained.
@@ -272,7 +273,7 @@ class Benchmark:
     def observed_wording(self) -> SuiteWording:
         """Return the names of objects and predicates that observations use.
 
-        These are the names in prompts for plans, and the names of some additional predicates.
+        Observations use the names in prompts for plans, and also names of some further predicates.
         """
         words = self.wording(Ability.ACTION_SEQUENCING)
         return replace(words, predicates=(*words.predicates, *self.notation.also_observed))

@@ -205,7 +205,7 @@ _achievers = lru_cache(maxsize=8)(AchieversByPredicate)
 def _copy_plan(benchmark: Benchmark, task: Task) -> Iterable[str]:
     """Return an action for each condition of the goals about states, then an action for each action goal.
 
-    Each action has the first objects that fit.
+    An action's objects are the first objects of the task that fit.
     """
     task, achievers = task.without_goals_over_time, _achievers(benchmark.domain)
     plan = [
@@ -233,7 +233,7 @@ def _list_goal_conditions(task: Task) -> Iterator[Literal]:
 def _find_achievers(
     literal: Literal, task: Task, achievers: AchieversByPredicate
 ) -> Iterator[_AchieverMatch]:
-    """Yield the actions that make a ground condition true.
+    """Yield the action schemas that make a ground condition true.
 
     Actions that change the predicate of this condition directly come first.
     """
@@ -305,7 +305,7 @@ _COPIERS: dict[Ability, Callable[[Benchmark, Any], Iterable[str]]] = {
 _NAME = re.compile(r"[\w.]+")
 
 _LOOKED_UP_ABILITIES = (Ability.GOAL_INTERPRETATION, Ability.SUBGOAL_DECOMPOSITION, Ability.ACTION_SEQUENCING)
-"""Abilities for which `eai/lookup` adapts answers to similar tasks. Episodes use the adapted plans."""
+"""Abilities for which `eai/lookup` adapts answers to similar tasks. In episodes, it uses adapted plans."""
 
 
 def open_lookup_book(benchmark: Benchmark, ability: Ability, source: Source = USUAL_SOURCE) -> AnswerBook:
@@ -342,7 +342,7 @@ def open_lookup_book(benchmark: Benchmark, ability: Ability, source: Source = US
 
 
 class SimilarTaskTable:
-    """Finds the most similar task that has a plan, and adapts this plan to another task.
+    """Finds, for a task, the most similar other task with a plan, and adapts this plan to the task.
 
     Args:
         public: the tasks to search. Tasks without a plan are skipped.
@@ -358,7 +358,7 @@ class SimilarTaskTable:
     def adapt_plan(self, task: Task) -> tuple[Action, ...]:
         """Return the plan of the most similar other task, with objects of this task.
 
-        Actions that the domain does not have are left out.
+        Actions that the domain lacks are left out.
         """
         nearest = self.find_most_similar_task(task)
         plan = () if nearest is None else tuple(_adapt_steps(nearest, task))
@@ -425,7 +425,7 @@ def _count_goals_by_category(task: Task) -> Counter[str]:
 
 
 def _write_goals_by_category(task: Task) -> Iterator[tuple[f.Formula, str]]:
-    """Yield each goal of a task, and its text in which categories replace objects."""
+    """Yield each goal of a task with its text, in which categories replace objects."""
     category = {obj.name: obj.category for obj in task.scene.objects}
     for goal in task.goals:
         named = {name: category[name] for name in find_object_names(goal.formula)}

@@ -9,7 +9,7 @@ from eai.pddl.execute import PlanStep
 from eai.world.action import Action
 
 Counterpart: TypeAlias = tuple[str, tuple[int, ...]]
-"""Household action of a planning operator, and positions of the parameters that become its objects."""
+"""Household action for a planning operator, and positions of the operator's parameters that it takes."""
 
 
 def translate_steps(
@@ -21,7 +21,7 @@ def translate_steps(
 
     Args:
         steps: the steps, each with as many objects as its operator has parameters.
-        counterparts: household action by operator.
+        counterparts: planning operator -> household action.
         index_of: finds the index of a scene object by its name in planning problems.
     """
     for step in steps:

@@ -253,7 +253,7 @@ def read_errata(text: str) -> Errata:
 def _correct_script(script: tuple[Action, ...], entry: _Erratum, scene: Scene) -> tuple[Action, ...]:
     """Return a plan with the corrections of an erratum.
 
-    The last correction is made first, so that the numbers of earlier steps stay right.
+    The last correction is made first, so that earlier corrections still find their steps by number.
     """
     steps = list(script)
     for edit in sorted(entry.plan, key=lambda step_edit: -step_edit.step):

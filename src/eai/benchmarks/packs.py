@@ -84,7 +84,7 @@ def _get_entry_points() -> Mapping[str, EntryPoint]:
 
 
 def open_pack(name: str, source: Source | None = None, *, packs: Sequence[Pack] | None = None) -> PackFile:
-    """Open a pack by name. If it is absent, fetch it and all other packs that need only its archives.
+    """Open a pack by name. An absent pack is fetched, together with other packs that need only its archives.
 
     Args:
         name: name of the pack.

@@ -1,4 +1,4 @@
-"""Read the published prompts, byte for byte, and the published tasks of transition modeling."""
+"""Read the published prompts unchanged, and the published tasks of transition modeling."""
 
 from __future__ import annotations
 

@@ -49,7 +49,7 @@ If all drawn actions are impossible, possible ones are listed.
 _HALF = 0.5
 
 _DEFAULT_STEPS = 5
-"""Number of actions of an answer if no task of the data set has a plan."""
+"""Number of actions of a random plan if no task of the data set has a plan."""
 
 
 RandomAnswers: TypeAlias = Callable[[str, str, Sequence[Action]], WrittenAnswer]
@@ -136,7 +136,7 @@ def _write_plan(benchmark: Benchmark, task: Task, steps: _Steps, rng: random.Ran
 
 
 def _write_subgoals(benchmark: Benchmark, task: Task, steps: _Steps, rng: random.Random) -> Iterable[str]:
-    """Return one random change of each step as a subgoal."""
+    """Return subgoals: one random visible change of each step."""
     lexicon = benchmark.subgoals().make_formula_lexicon(task.scene)
     states = [task.initial, *[state for _, state in steps]]
     wording = benchmark.wording(Ability.SUBGOAL_DECOMPOSITION)

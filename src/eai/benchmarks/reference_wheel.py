@@ -54,7 +54,7 @@ def get_pack_files(pack: str) -> Mapping[str, str]:
 
 
 PROBLEMS_MEMBER = "problems.json"
-"""Name of the member file with the PDDL problems of transition modeling, as JSON: task id -> problem."""
+"""Name of the member file with PDDL problems of transition modeling: a JSON object, task id -> problem."""
 
 TEMPLATE_MEMBER = "virtualhome/goal_interpretation.txt"
 """Name of the member file with the template of VirtualHome's goal interpretation.

@@ -31,7 +31,7 @@ GROUP = "eai.benchmarks"
 """Group of the entry points of benchmarks."""
 
 PDDL = "pddl"
-"""Word before the colon in references to PDDL files."""
+"""Word before the colon in references to benchmarks in PDDL files."""
 
 OPENERS = "eai.openers"
 """Group of entry points of functions that open references ``word:rest``. The entry point's name is ``word``.
@@ -257,7 +257,7 @@ def load_object(reference: str) -> Any:
         raise InputError(f"{reference}: the module cannot be imported ({error})") from error
     except AttributeError as error:
         raise InputError(f"{reference}: {module} has no object {name!r}") from error
-    except EaiError as error:  # the declaration in the module is invalid
+    except EaiError as error:  # the module declares an invalid benchmark
         file = f"{module.replace('.', '/')}.py"
         frames = [frame for frame in extract_tb(error.__traceback__) if frame.filename.endswith(file)]
         raise InputError(f"{file}: line {frames[-1].lineno}: {error}" if frames else str(error)) from error

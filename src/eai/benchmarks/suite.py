@@ -55,7 +55,7 @@ class Suite:
     source: Source = field(default_factory=Source)
 
     def __reduce__(self) -> tuple[Callable[..., Suite], tuple[()]]:
-        """Pickle a suite as the call that opens it again: functions of domains cannot be pickled."""
+        """Pickle a suite as the call that opens it again, because functions of domains cannot be pickled."""
         if not self.is_portable:
             raise InputError(f"{self.domain}: only a suite opened by name or module:object can be pickled")
         return self.reopen, ()
@@ -76,7 +76,7 @@ class Suite:
 
     @property
     def is_portable(self) -> bool:
-        """Whether the suite can be opened again from its reference, for example in another process."""
+        """Whether a reference to the benchmark exists, by which another process can open the suite."""
         return bool(self.benchmark.reference)
 
     @property
@@ -90,7 +90,7 @@ class Suite:
         return get_declaration(self.ability).has_plans
 
     def reference(self, task_id: str) -> str:
-        """Return the text that names a task in `eai.reward`, as in ``virtualhome/action_sequencing/27_2``."""
+        """Return the reference to a task, such as ``virtualhome/action_sequencing/27_2``."""
         return str(TaskReference(self.benchmark.reference or self.domain, self.ability, task_id))
 
     @property

@@ -44,7 +44,10 @@ def _follow_supports(state: State, supports: Sequence[str], obj: int) -> Mapping
 def make_carrying_predicates(
     supports: Sequence[Predicate],
 ) -> tuple[DefinedPredicate, DefinedPredicate, DefinedPredicate]:
-    """Return the predicates ``carries``, ``carried_by`` and ``within``. The first relation is containment."""
+    """Return the predicates ``carries``, ``carried_by`` and ``within``.
+
+    The first of the relations is containment.
+    """
     names = [relation.name for relation in supports]
 
     def find_carriers(state: State, arguments: tuple[int, ...]) -> int:

@@ -65,8 +65,8 @@ def _build_initial_state(
 
     Args:
         problem: the problem.
-        published: the record of the data set problem with the name of this problem, or None.
-        usual: the most frequent model, synset and abilities by category.
+        published: the data set's record of the problem with this name, or None.
+        usual: category -> the most frequent model, synset and abilities of its objects.
     """
     published_objects = {
         (obj.instance, obj.category): obj for obj in (() if published is None else published.objects)
@@ -93,7 +93,7 @@ def _build_initial_state(
 
 
 def _translate_condition(formula: f.Formula, names: Mapping[str, str]) -> f.Formula:
-    """Return a BDDL condition with object names of the scene.
+    """Return a BDDL condition in which objects have their names in the scene.
 
     Conditions about rooms become true, because states have no rooms.
     """
@@ -143,7 +143,7 @@ States of this package lack this predicate.
 
 
 def write_task_problem(task: Task, goals: Sequence[f.Formula]) -> str:
-    """Return the text of the planning problem whose goals are these ground conditions of a task."""
+    """Return the text of a planning problem. Its goals are ground conditions on objects of the task."""
     if not isinstance(task, BehaviorTask):
         raise TypeError(f"task {task.id} is not a task of BEHAVIOR; only those have planning problems")
     instances = {obj.name: obj.instance for obj in task.record.objects}
@@ -151,7 +151,7 @@ def write_task_problem(task: Task, goals: Sequence[f.Formula]) -> str:
 
 
 def build_pddl_problem(record: BehaviorRecord, goals: Sequence[f.Formula]) -> PddlProblem:
-    """Return the planning problem with the given goals. They name objects as the problem file does."""
+    """Return the planning problem with the given goals. The goals name objects as the problem file does."""
     problem = record.problem
     categories = {item.name: item.type for item in problem.objects}
     needed = {name for goal in goals for name in find_object_names(goal)}

@@ -69,7 +69,7 @@ GOAL_SECTIONS: Mapping[Ability, GoalSection] = {
 
 
 def _read_goal_entries(belief: TaskBelief) -> Iterator[object]:
-    """Yield the goals in an answer, goals about states first. An unreadable answer has no goals."""
+    """Yield the goals in an answer. Goals about states come first. An unreadable answer gives no goals."""
     entries = _NOTATION.read_entries(belief.answer)
     return iter(() if isinstance(entries, Unreadable) else [_unwrap_entry(entry) for _, entry in entries])
 

@@ -29,7 +29,7 @@ _SEQUENCING = f"{_EVALUATION}action_sequencing/resources/"
 _TAXONOMY = "bddl/hierarchy_owned.json"
 _MODEL = re.compile(r"(.+?)_\d+(?:_multiplexer)?")
 _FLOOR_MODEL = "floors"
-"""Name of the models of floors in the taxonomy."""
+"""Name that the taxonomy gives to the model category of floors."""
 
 
 class _TaxonomyEntry(NamedTuple):
@@ -61,7 +61,7 @@ def _format_line(task_id: str, value: object) -> bytes:
 
 
 class _TaskConverter:
-    """Reads the files that all tasks share, and makes the line that the pack stores for each task."""
+    """Reads the files that all tasks need, and makes the line that the pack stores for each task."""
 
     def __init__(self, wheel: ArchiveFiles, bddl: ArchiveFiles) -> None:
         self._wheel = wheel
@@ -137,6 +137,6 @@ def _parse_model_name(name: str) -> str:
 
 
 def _get_possible_states(kind: _TaxonomyEntry) -> set[str]:
-    """Return the states that the taxonomy allows for an object, spelt as in the wheel."""
+    """Return the states that the taxonomy allows for an object, spelt as in the paper's package."""
     states = (state for ability, state in STATE_OF_ABILITY.items() if ability in kind.abilities)
     return {"".join(word.capitalize() for word in state.split("_")) for state in states}

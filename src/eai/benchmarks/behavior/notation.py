@@ -76,7 +76,7 @@ PREDICATE_ARITIES: Mapping[str, int] = {
 """Number of objects of each predicate of subgoals (``base_vocabulary.json``)."""
 
 UNOBSERVED = frozenset(PREDICATE_ARITIES) - {*_UNARY_PREDICATES, *RELATIONS, "inHandOfRobot"}
-"""Predicates about rooms, visibility and reach, which the symbolic scene cannot evaluate."""
+"""Predicates that the symbolic scene cannot evaluate: about rooms, visibility and reach."""
 
 ROBOT_NAMES = frozenset(("agent", "agent_n_01", "agent.1", "agent_n_01.1"))
 """Names of the robot in subgoals. The symbolic scene does not know the robot's position."""
@@ -94,7 +94,7 @@ ACTION_ARITIES: Mapping[str, int | None] = {
     **{operator.name.lower(): operator.arity for operator in behavior.domain_in_paper_order().operators},
     **dict.fromkeys(("burn", "stain", "unclean")),
 }
-"""Number of objects of each action; None for three actions whose number the vocabulary does not state."""
+"""Action -> number of its objects; None for three actions for which the vocabulary states no number."""
 
 _NUMBERED = re.compile(r"(.+)_(\d+)")
 
@@ -148,7 +148,7 @@ _SPELLINGS = (("toggled.on", "toggledon"), ("toggled_on", "toggledon"), ("t-shir
 
 
 class BehaviorSubgoals(SubgoalNotation):
-    """Subgoals in the words of BEHAVIOR's prompts."""
+    """The notation of subgoals in answers to BEHAVIOR's prompts."""
 
     def __init__(self) -> None:
         super().__init__(behavior.domain_in_paper_order())
@@ -213,7 +213,10 @@ class BehaviorGoals(JsonGoals):
         return text.strip().lower().replace("toggledon", "toggled_on")
 
     def map_predicate_spellings(self, domain: Domain) -> Mapping[SpelledPredicate, str]:
-        """Return a mapping from names in the data set's goals to the domain's; ``touching`` means next to."""
+        """Return a mapping from predicates in the data set's goals to predicates of the domain.
+
+        The predicate ``touching`` means next to.
+        """
         arities = {**dict.fromkeys(STATES, 1), **dict.fromkeys(RELATIONS, 2)}
         return {(name, arity): DOMAIN_NAMES.get(name, name) for name, arity in arities.items()}
 

@@ -57,7 +57,10 @@ def require_not_in_other_hand(hand: _Hand) -> Check:
 
 
 def require_cut_off(obj: Variable) -> Check:
-    """Return the check that a half has been cut off from its whole. Objects that are not halves pass."""
+    """Return the check that a half of an object has been cut off.
+
+    Objects that are no halves pass the check.
+    """
     condition = Implies(p.part(obj), p.is_sliced(obj))
     return missing_step(condition, f"{{{obj.name}}} has not been cut off yet")
 
@@ -76,7 +79,7 @@ def require_interactable(obj: Variable) -> tuple[Check, ...]:
 
 
 def add_movement(operator: Operator) -> Operator:
-    """Return a copy of an action that also moves the robot to the floor below the last argument."""
+    """Return a copy of an action that also moves the robot to the floor below the action's last argument."""
     target = operator.parameters[-1]
     go = Let(F, p.floor_below(target, F), (Delete(p.robot_on(ANYTHING)), Add(p.robot_on(F))))
     return replace(operator, effects=(*operator.effects, go))
@@ -110,7 +113,7 @@ def put_with(obj: Variable, neighbour: Variable) -> tuple[Effect, ...]:
 
 
 def clear_support(obj: Variable) -> tuple[Effect, ...]:
-    """Return effects that remove an object from its support."""
+    """Return effects that remove an object from the object or floor that supports it."""
     return Delete(p.lies_in(obj, ANYTHING)), Delete(p.lies_on(obj, ANYTHING))
 
 
@@ -261,7 +264,7 @@ def make_state_action(
 
 
 def make_toggle_on_action() -> Operator:
-    """Return the action TOGGLE_ON; a running dishwasher cleans the objects directly in or on it."""
+    """Return the action TOGGLE_ON. A dishwasher then cleans the objects directly in or on the dishwasher."""
     washed = (Delete(p.is_dusty(C)), Delete(p.is_stained(C)))
     return make_state_action(
         "TOGGLE_ON",
@@ -320,7 +323,7 @@ def _pass_relation_to_halves(label: Predicate) -> tuple[Effect, ...]:
 
 
 def make_clean_action() -> Operator:
-    """Return the action CLEAN: try to remove dust, then stains; the action succeeds if either is removed."""
+    """Return the action CLEAN: remove dust and stains. The action succeeds if it removes either."""
     in_sink = Exists(Y, p.carried_by(X, Y) & p.is_toggled_on(Y) & p.sink(Y))
     in_dishwasher = Exists(Y, p.carried_by(X, Y) & p.is_toggled_on(Y) & p.dishwasher(Y))
     tool = Exists(Y, p.held(Y) & p.cleaning_tool(Y))

@@ -97,7 +97,7 @@ part_of = Predicate("part_of", 2, static=True)
 larger = Predicate("larger", 2, static=True, visible=False)
 much_larger = Predicate("much_larger", 2, static=True, visible=False)
 
-# Positions of objects. An object lies in or on at most one support.
+# Positions of objects. An object lies in or on at most one other object.
 lies_in = Predicate("lies_in", 2, single=True)
 lies_on = Predicate("lies_on", 2, single=True)
 stands_on = Predicate("stands_on", 2)

@@ -27,7 +27,7 @@ OPTIONS_MEMBER = "goal_options.jsonl"
 """Name of the pack's file with the goals of goal interpretation: one task a line, in data set order."""
 
 FLOOR = "room_floor"
-"""Name of the model category of floors in records."""
+"""Model category that records state for every floor."""
 
 STATE_OF_ABILITY: Mapping[str, str] = {
     ability.name: state.name.removeprefix("is_") for ability, state in STATES
@@ -68,7 +68,7 @@ class BehaviorObject:
 
     @property
     def states(self) -> tuple[str, ...]:
-        """Predicates of the states that this object can have."""
+        """Names of the state predicates that can hold for this object."""
         return tuple(state for ability, state in STATE_OF_ABILITY.items() if ability in self.abilities)
 
     @property

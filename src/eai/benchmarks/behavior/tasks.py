@@ -115,7 +115,7 @@ def collect_initial_relations(
 
 
 def read_listed_relations(record: BehaviorRecord) -> tuple[GroundRelation, ...]:
-    """Return the relations that a problem file lists, without the robot's, with object names of the scene."""
+    """Return the initial relations in a problem file, except the robot's, with object names of the scene."""
     name_of = {obj.instance: obj.name for obj in record.objects}
     return tuple(
         (fact.predicate, name_of[source.name], name_of[target.name])
@@ -184,7 +184,7 @@ class _BehaviorTaskBuilder:
             yield Goal(_classify_goal(formula), formula)
 
     def yield_script(self) -> Iterator[Action]:
-        """Yield the actions of the plan that a human wrote. A misspelt action keeps its name."""
+        """Yield the actions of the plan that a human wrote. A misspelt action keeps its wrong name."""
         for action, objects in self._record.plan:
             yield Action(action, tuple([self._index[name] for name in objects]))
 

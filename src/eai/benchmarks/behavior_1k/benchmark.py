@@ -40,7 +40,7 @@ def _load_english() -> EnglishWords:
 def _make_wording(describe: Callable[[Task], str], ability: Ability) -> SuiteWording:
     """Return the names that prompts of an ability use.
 
-    Prompts for plans also state hidden facts of the scene.
+    Prompts that ask for plans also state hidden facts of the scene, such as recipes.
     """
     plain = SuiteWording(build_domain(), p.GOAL_PREDICATES)
     takes_plans = ability in (Ability.ACTION_SEQUENCING, Ability.SUBGOAL_DECOMPOSITION)
@@ -61,7 +61,7 @@ def _open_subset(subset: str, source: Source) -> TaskSet[Task]:
 def _open_operators(source: Source) -> TaskSet[TransitionTask]:
     """Return the tasks of transition modeling.
 
-    Their problems list the facts that operators read, such as recipes, but no rooms.
+    The planning problems of these tasks list the facts that operators check, such as recipes, but no rooms.
     """
     tasks, vocabulary = _open_activities(source), build_domain().vocabulary
     shown = tuple(
@@ -105,7 +105,7 @@ def behavior_1k_untold() -> Benchmark:
 
 
 def behavior_1k_challenge_2025() -> Benchmark:
-    """Return the benchmark of the 50 activities of the 2025 BEHAVIOR challenge, in the challenge's order."""
+    """Return the benchmark with the 50 activities of the BEHAVIOR challenge of 2025, in its order."""
     return _make_variant(CHALLENGE, "BEHAVIOR-1K, 2025 challenge", partial(_open_subset, "challenge_2025"))
 
 

@@ -128,7 +128,7 @@ class _ConventionWriter(SceneReader):
     """Describes the conventions of a scene: facts that never change."""
 
     def write_lines(self) -> Iterator[str]:
-        """Yield a line for each convention."""
+        """Yield a line of text for each convention."""
         yield from map(
             self._describe_removal, [name for name in self._names if self._find_sources_of(p.has_cover, name)]
         )
@@ -163,7 +163,7 @@ class _ConventionWriter(SceneReader):
         return f"- {substance} is removed {'; '.join(ways) or 'by nothing here'}.{dissolved}"
 
     def _describe_heat(self) -> Iterator[str]:
-        """Yield sentences on when sources of heat and cold work, and on their effects in this scene."""
+        """Yield sentences that state when sources of heat and cold work, and which objects they change."""
         sources = self._find_objects_with(p.heat_source)
         food = {name for source in sources for name in self._find_targets(p.cooks, source)}
         for source in (*sources, *self._find_objects_with(p.cold_source)):

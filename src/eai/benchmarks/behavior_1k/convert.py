@@ -33,7 +33,7 @@ _PLAIN_ABILITIES = {
     *("openable", "toggleable", "slicer", "fillable", "cloth", "drapeable", "rope", "mixingTool"),
     *("sceneObject", "substance", "liquid", "visualSubstance", "flammable", "freezable"),
 }
-"""Abilities without parameters."""
+"""Names of the abilities that have no parameters in the annotations."""
 
 _TEMPERATURES = {"cookable": ("cook_temperature", 70.0), "heatable": ("heat_temperature", 40.0)}
 """Ability -> name of the parameter with its minimum temperature, and the default value in degrees Celsius."""
@@ -100,7 +100,7 @@ def _read_definitions(files: ArchiveFiles) -> Iterator[tuple[str, str]]:
 
 
 def _select_abilities(annotated: Mapping[str, Any]) -> Iterator[tuple[str, object]]:
-    """Yield those abilities of a kind that the domain uses, each with its parameters."""
+    """Yield pairs: an ability of a kind of objects that the domain uses, and its parameters."""
     for name, parameters in annotated.items():
         if name in _PLAIN_ABILITIES:
             yield name, True

@@ -106,7 +106,7 @@ def _go_to(obj: Variable) -> Effect:
 
 
 def make_navigate_action() -> Operator:
-    """Return the action NAVIGATE_TO (OmniGibson: primitives NAVIGATE_TO)."""
+    """Return the action NAVIGATE_TO (after OmniGibson's primitives NAVIGATE_TO)."""
     return Operator(
         "NAVIGATE_TO",
         (X,),
@@ -118,7 +118,7 @@ def make_navigate_action() -> Operator:
 
 
 def make_grasp_action() -> Operator:
-    """Return the action GRASP (OmniGibson: primitives GRASP). The action names no hand."""
+    """Return the action GRASP (after OmniGibson's primitives GRASP). The action names no hand."""
     checks = (
         MOVABLE,
         affordance(~p.floor(X), "{x} is a floor"),
@@ -139,7 +139,7 @@ def make_grasp_action() -> Operator:
 
 
 def make_release_action() -> Operator:
-    """Return the action RELEASE (OmniGibson: primitives RELEASE). The object falls to the floor."""
+    """Return the action RELEASE (after OmniGibson's primitives RELEASE). The object falls to the floor."""
     effects = (Delete(p.held(X)), Let(F, p.robot_on(F), (Add(p.lies_on(X, F)),)))
     text = "let go of the object in a hand; it comes to lie on the floor where the robot is"
     return Operator("RELEASE", (X,), (require_in_hand(X),), effects, text, role=OperatorRole.RELEASES)
@@ -162,8 +162,8 @@ def _make_placing_action(
 def make_placing_actions() -> Iterator[Operator]:
     """Yield all actions that place a held object.
 
-    OmniGibson: primitives PLACE_ON_TOP and PLACE_INSIDE; states next_to, under, overlaid, draped,
-    attached_to.
+    They follow OmniGibson's primitives PLACE_ON_TOP and PLACE_INSIDE, and its object states next_to, under,
+    overlaid, draped, attached_to.
     """
     first, is_cloth = "the first object, which is in a hand,", require_ability(X, p.cloth, "is no cloth")
     inside = require_ability(Y, p.container, "has no inside"), missing_step(~p.closed(Y), "{y} is closed")
@@ -191,7 +191,7 @@ def make_placing_actions() -> Iterator[Operator]:
 
 
 def make_detach_action() -> Operator:
-    """Return the action DETACH (OmniGibson: states attached_to)."""
+    """Return the action DETACH (after OmniGibson's object states attached_to)."""
     checks = (
         require_existing(X),
         missing_step(p.attached_to(X, Y), "{x} is not attached to {y}"),
@@ -226,7 +226,7 @@ def _make_state_action(
 def make_state_actions() -> Iterator[Operator]:
     """Yield the actions that set states: OPEN, CLOSE, TOGGLE_ON, TOGGLE_OFF, FOLD and UNFOLD.
 
-    OmniGibson: for the first four actions the primitives with their names; for the others states folded.
+    They follow OmniGibson: the first four actions its primitives of these names, the others its state folded.
     """
     hand = missing_step(p.held(X) | ~p.hands_full(), "both hands are full", (~p.hands_full(),))
     yield _make_state_action("OPEN", p.openable, p.is_open, "open the object", to=True)
@@ -245,7 +245,7 @@ def make_state_actions() -> Iterator[Operator]:
 def make_slice_action() -> Operator:
     """Return the action SLICE: two halves replace an object. They take over its place, states and covers.
 
-    OmniGibson: primitives CUT, rules SlicingRule.
+    The action follows OmniGibson's primitive CUT and transition rule SlicingRule.
     """
     halves = p.part_of(P, X)
     inherited = (
@@ -276,7 +276,7 @@ def _require_cutting_tool(ability: Predicate, reason: str) -> tuple[Check, ...]:
 def make_dice_action() -> Operator:
     """Return the action DICE: dice (a substance) replace an object in its container or on its support.
 
-    OmniGibson: rules DicingRule.
+    The action follows OmniGibson's transition rule DicingRule.
     """
     diced = (p.diced_as(X, S) & ~p.is_cooked(X)) | (p.diced_cooked_as(X, S) & p.is_cooked(X))
 
@@ -301,7 +301,7 @@ RUNNING = missing_step(~p.toggleable(Y) | p.is_toggled_on(Y), "{y} is not switch
 
 
 def make_fill_action() -> Operator:
-    """Return the action FILL (OmniGibson: states particle_source_or_sink)."""
+    """Return the action FILL (after OmniGibson's object states particle_source_or_sink)."""
     checks = (
         require_ability(X, p.fillable, "cannot be filled"),
         affordance(p.fixed(Y) & Exists(S, p.gives(Y, S)), "{y} gives nothing"),
@@ -327,7 +327,7 @@ def _require_pouring(*checks: Check) -> tuple[Check, ...]:
 
 
 def make_pour_action() -> Operator:
-    """Return the action POUR (OmniGibson: states contains, filled).
+    """Return the action POUR (after OmniGibson's object states contains, filled).
 
     Some of the substance remains in the vessel (D3).
     """
@@ -345,7 +345,7 @@ def make_pour_action() -> Operator:
 
 
 def make_empty_action() -> Operator:
-    """Return the action EMPTY (OmniGibson: states particle_source_or_sink).
+    """Return the action EMPTY (after OmniGibson's object states particle_source_or_sink).
 
     Nothing remains in the vessel (D3).
     """
@@ -368,7 +368,7 @@ def make_empty_action() -> Operator:
 
 
 def make_apply_action() -> Operator:
-    """Return the action APPLY (OmniGibson: states particle_modifier, ParticleApplier).
+    """Return the action APPLY (after OmniGibson's object states particle_modifier, ParticleApplier).
 
     Liquids soak absorbent objects (D10).
     """
@@ -384,7 +384,7 @@ COVERED = additional_step(Exists(S, p.has_cover(X, S)), "{x} is covered by nothi
 
 
 def make_wipe_action() -> Operator:
-    """Return the action WIPE (OmniGibson: primitives WIPE, states particle_modifier, ParticleRemover)."""
+    """Return the action WIPE (after OmniGibson's primitive WIPE and ParticleRemover)."""
     soaked = p.removes_soaked(T, S) & Exists(W, p.dissolved_by(S, W) & p.soaked_with(T, W))
     off = p.has_cover(X, S) & (p.removes_dry(T, S) | soaked | (p.removes_running(T, S) & p.is_toggled_on(T)))
     able = Exists(
@@ -405,7 +405,7 @@ def make_wipe_action() -> Operator:
 
 
 def make_soak_action() -> Operator:
-    """Return the action SOAK (OmniGibson: primitives SOAK_UNDER and SOAK_INSIDE)."""
+    """Return the action SOAK (after OmniGibson's primitives SOAK_UNDER and SOAK_INSIDE)."""
     fluid = (p.gives(Y, S) & (~p.toggleable(Y) | p.is_toggled_on(Y) | ~p.fixed(Y))) | p.has_in(Y, S)
     checks = (
         require_ability(X, p.absorbent, "cannot soak anything up"),
@@ -466,7 +466,7 @@ def make_products(vessel: Variable, chosen: Formula) -> tuple[Effect, ...]:
 
 
 def make_run_machine_action() -> Operator:
-    """Return the action RUN (OmniGibson: rules ToggleableMachineRule).
+    """Return the action RUN (after OmniGibson's transition rules ToggleableMachineRule).
 
     Objects that the recipe does not need must be taken out of the machine first (D6).
     """
@@ -484,7 +484,7 @@ def make_run_machine_action() -> Operator:
 
 
 def make_stir_action() -> Operator:
-    """Return the action STIR (OmniGibson: rules MixingToolRule)."""
+    """Return the action STIR (after OmniGibson's transition rules MixingToolRule)."""
     checks = (
         affordance(p.fillable(C), "{c} cannot be filled"),
         require_ability(T, p.mixing_tool, "is no tool for mixing"),
@@ -512,7 +512,8 @@ def _require_exposure(source: Predicate, reason: str) -> tuple[Check, ...]:
 def make_heat_action() -> Operator:
     """Return the action HEAT: a source heats an object with all its contents, and completes recipes in it.
 
-    OmniGibson: states heat_source_or_sink, cooked; rules CookingSystemRule, CookingObjectRule, MeltingRule.
+    It follows OmniGibson's object states heat_source_or_sink and cooked, and its transition rules
+    CookingSystemRule, CookingObjectRule, MeltingRule.
     """
 
     def make_warming_effects(obj: Variable, where: Formula) -> Iterator[Effect]:
@@ -554,7 +555,7 @@ def make_heat_action() -> Operator:
 
 
 def make_freeze_action() -> Operator:
-    """Return the action FREEZE (OmniGibson: states heat_source_or_sink, frozen).
+    """Return the action FREEZE (after OmniGibson's object states heat_source_or_sink, frozen).
 
     Nothing freezes without this action (D8).
     """
@@ -580,7 +581,7 @@ def _require_running_machine(ability: Predicate, reason: str) -> tuple[Check, ..
 
 
 def make_wash_action() -> Operator:
-    """Return the action WASH (OmniGibson: rules WasherRule)."""
+    """Return the action WASH (after OmniGibson's transition rules WasherRule)."""
     solvent = Exists(W, p.dissolved_by(S, W) & p.has_in(H, W))
     off = p.has_cover(X, S) & (p.washes_off(H, S) | solvent)
     effects = (
@@ -592,7 +593,7 @@ def make_wash_action() -> Operator:
 
 
 def make_dry_action() -> Operator:
-    """Return the action DRY (OmniGibson: rules DryerRule)."""
+    """Return the action DRY (after OmniGibson's transition rules DryerRule)."""
     inside = p.within(X, H)
     effects = (
         ForEach(X, inside, (ForEach(W, p.soaked_with(X, W) & p.liquid(W), (Delete(p.soaked_with(X, W)),)),)),
@@ -603,7 +604,7 @@ def make_dry_action() -> Operator:
 
 
 def make_ignite_action() -> Operator:
-    """Return the action IGNITE (OmniGibson: states on_fire)."""
+    """Return the action IGNITE (after OmniGibson's object states on_fire)."""
     checks = (
         require_ability(X, p.flammable, "does not burn"),
         require_ability(T, p.lighter, "lights nothing"),
@@ -618,7 +619,7 @@ def make_ignite_action() -> Operator:
 
 
 def make_wait_action() -> Operator:
-    """Return the action WAIT for hours (OmniGibson: states temperature, which decays over hours)."""
+    """Return the action WAIT: hours pass (after OmniGibson's object state temperature, which decays)."""
     kept_cold = Exists(Y, p.cold_source(Y) & p.working(Y) & p.exposed_to(X, Y))
     effects = (
         ForEach(X, p.is_frozen(X) & ~kept_cold, (Delete(p.is_frozen(X)),)),

@@ -30,7 +30,7 @@ def _make_hidden_predicate(name: str, arity: int = 1) -> Predicate:
     return Predicate(name, arity, static=True, visible=False)
 
 
-# Abilities and classes of the kinds of objects.
+# Abilities and classes of objects, which follow from their kinds.
 fixed, floor, container, fillable = map(_make_ability_predicate, ("fixed", "floor", "container", "fillable"))
 openable, toggleable = map(_make_ability_predicate, ("openable", "toggleable"))
 sliceable, diceable, slicer = map(_make_ability_predicate, ("sliceable", "diceable", "slicer"))
@@ -88,7 +88,7 @@ draped_on = Predicate("draped_on", 2, single=True)
 stands_by, stands_under = Predicate("stands_by", 2), Predicate("stands_under", 2)
 _SUPPORTS = (lies_in, lies_on, attached_to, laid_over, draped_on)
 SUPPORTS = tuple([relation.name for relation in _SUPPORTS])
-"""The stored relations between an object and its support."""
+"""The stored relations between an object and the object that supports it."""
 
 # Substances.
 has_cover, has_in, full_of = Predicate("has_cover", 2), Predicate("has_in", 2), Predicate("full_of", 2)

@@ -106,7 +106,7 @@ class _Activity:
         return {variable.name: str(variable.category) for variable in bound}
 
     def _yield_binary_atoms(self) -> Iterator[tuple[str, f.Term, f.Term]]:
-        """Yield the predicate and both arguments of each atom of the goal that has two arguments."""
+        """Yield, for each atom of the goal with two arguments, its predicate and its arguments."""
         for formula in walk_subformulas(self.problem.goal):
             if isinstance(formula, f.Atom) and len(formula.arguments) == 2:
                 yield formula.predicate, *formula.arguments
@@ -156,7 +156,7 @@ class _SceneMaker:
         self._containers = containers
         self._declared_kinds = {name: activity.synsets[c] for name, c in activity.objects.items()}
         self._future = {names[0] for predicate, names in activity.yield_facts() if predicate == "future"}
-        self._kind_of_each = dict(self._declared_kinds)  # possible products are added later
+        self._kind_of_each = dict(self._declared_kinds)  # later code adds possible products
         self._gives = {names for predicate, names in activity.yield_facts() if predicate == "insource"}
         self._rooms = {
             names[0]: names[1] for predicate, names in activity.yield_facts() if predicate == "inroom"

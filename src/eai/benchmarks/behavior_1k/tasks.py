@@ -33,7 +33,7 @@ def _read_packaged_file(name: str) -> bytes:
 
 
 def load_exclusions() -> Mapping[str, str]:
-    """Return a mapping from excluded activities to the reason: scores do not count these activities."""
+    """Return a mapping from activities that scores leave out to the reason."""
     entries = parse_toml(_read_packaged_file(_EVIDENCE).decode())["left_out"]
     return {name: entry["reason"] for entry in entries for name in entry["activities"]}
 
@@ -96,7 +96,7 @@ def open_tasks(english: EnglishWords, source: Source | None = None) -> TaskSet[T
 def _read_plan(line: str) -> tuple[Action, ...]:
     """Return the plan in a line such as ``OPERATOR 3 5;...``. The numbers are indices of objects.
 
-    The line, and then the plan, may be empty.
+    An empty line gives an empty plan.
     """
     steps = [step.split(" ") for step in line.split(";")] if line else []
     return tuple(Action(operator, tuple(map(int, names))) for operator, *names in steps)
@@ -145,7 +145,7 @@ class _SentenceWriter:
         return f"the {_get_category_noun(category)}" if self._categories.count(category) == 1 else term.name
 
     def write_clause(self, goal: f.Formula, names: PhraseOfVariable) -> str:
-        """Return a goal as a clause without a full stop.
+        """Return an English clause, without a full stop, that states a goal.
 
         Raises:
             InputError: the goal has a temporal operator.

@@ -314,7 +314,7 @@ def _is_about_agent(pattern: LiteralPattern, scene: Scene) -> bool:
 def _find_changed_patterns(
     before: Mapping[LiteralPattern, None], after: Mapping[LiteralPattern, None]
 ) -> Iterator[LiteralPattern]:
-    """Yield patterns that hold only after a plan, then the negation of patterns that hold only before it."""
+    """Yield patterns of facts that a plan makes true, then negated patterns of facts that it makes false."""
     yield from (pattern for pattern in after if pattern not in before)
     yield from (pattern._replace(truth=False) for pattern in before if pattern not in after)
 
@@ -359,7 +359,7 @@ def _find_part_categories(states: Sequence[State], parts: Sequence[str]) -> Iter
 
 
 def _find_holding_predicates(domain: Domain) -> Iterator[str]:
-    """Yield predicates, such as "holding", that become true only by operators that take an object."""
+    """Yield predicates, such as "holding", that only operators for taking an object make true."""
     taking = [
         operator for operator in domain.operators if infer_operator_role(operator) is OperatorRole.TAKES
     ]

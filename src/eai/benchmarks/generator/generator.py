@@ -169,7 +169,7 @@ class _RejectionFinder:
             return RejectionReason.NAMELESS
         has_hazards = len(task.goals_without_hazards) < len(
             goals
-        )  # the reader of instructions does not understand sentences about hazards
+        )  # sentences about hazards cannot be read back into goals
         says = words.is_read_back(task.instruction, goals) or has_hazards
         return None if says else RejectionReason.AMBIGUOUS
 
@@ -239,8 +239,8 @@ class TaskGenerator:
     def generate_task(self, seed: str, known: Collection[tuple[str, str]] = ()) -> GenerationOutcome:
         """Return the task that a seed determines, or the reason to reject the seed.
 
-        The result is equal on every machine. A task whose fingerprints are in ``known`` is rejected as a
-        copy.
+        The result is equal on every machine. A task is rejected as a copy if its
+        fingerprints (digests of goals and scene) are in ``known``.
         """
         self._made += 1
         if self._made % _TASKS_PER_PLANNER == 0:
@@ -434,7 +434,7 @@ class TaskGenerator:
         }
 
     def _get_length_range(self, base: Task) -> tuple[int, int]:
-        """Return the minimum and maximum number of steps of the plan for a task made from a base task."""
+        """Return the minimum and maximum number of plan steps for a new task that is based on `base`."""
         if self.spec.tier is not PlanLengthTier.DATA:
             return LENGTHS[self.spec.tier]
         length = len(base.script) or _USUAL_STEPS

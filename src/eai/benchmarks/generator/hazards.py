@@ -37,7 +37,7 @@ _MAX_STEPS_UNSAFE = 6
 """Maximum number of steps in a row during which an object may be left open or switched on without use."""
 
 _SAFE_PLAN_LIMITS = Limits(100)
-"""Limits of the search for a plan that is short and avoids the hazards."""
+"""Limits of a search for plans without regard to hazards. The found plan may be safe anyway."""
 
 
 class _HazardGoal(NamedTuple):
@@ -105,12 +105,12 @@ def find_hazard_goals(
 
 
 def may_hazard_occur(hazards: Sequence[HazardEvent], scene: Scene) -> bool:
-    """Whether a scene has the objects of at least one hazard."""
+    """Whether a scene has objects that may cause at least one of the hazards."""
     return any(all(_find_objects_of_variables(hazard, scene)) for hazard in hazards)
 
 
 def _find_objects_of_variables(hazard: HazardEvent, scene: Scene) -> list[list[int]]:
-    """Return for each variable of a hazard the scene objects that it may stand for."""
+    """Return, for each variable of a hazard, the scene objects that the variable may stand for."""
     return [
         [
             i

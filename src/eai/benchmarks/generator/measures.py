@@ -98,7 +98,7 @@ class TaskMeasure(str, Enum):
     CONTAINERS = "containers"
     """Number of containers that are shut and hide their contents until the plan opens them."""
     HIDDEN = "hidden"
-    """Number of needed objects that are invisible until the plan opens a container."""
+    """Number of objects, needed by goals or plan, that are invisible until the plan opens a container."""
     TOOL_STEPS = "tool_steps"
     """Number of plan steps that need a tool without naming it (`eai.benchmarks.features`)."""
 
@@ -108,7 +108,7 @@ class _VisibilityState(NamedTuple):
 
     Attributes:
         predicate: the predicate of the state.
-        reveals: True if the contents are visible while the predicate holds, False if they are hidden then.
+        reveals: True if the contents are visible while the predicate holds, False if it hides them.
     """
 
     predicate: str

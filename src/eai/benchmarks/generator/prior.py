@@ -120,7 +120,7 @@ def _find_stated_subjects(goal: f.Formula, scene: Scene) -> set[tuple[str, int]]
 
 
 def find_subjects(goal: f.Formula, scene: Scene) -> frozenset[int]:
-    """Return the indices of the objects about which a goal may state a fact."""
+    """Return the indices of the objects whose state or place a goal may state."""
     return frozenset({index for _, index in _find_stated_subjects(goal, scene)})
 
 
@@ -137,7 +137,7 @@ Patterns: TypeAlias = Mapping[tuple[str, bool], Mapping[LiteralPattern, float]]
 
 
 def filter_patterns(patterns: Patterns, is_kept: Callable[[LiteralPattern], bool]) -> Patterns:
-    """Return the patterns that fulfil a condition. Predicates without such patterns are left out."""
+    """Return the patterns that fulfil a condition. Predicates without any such pattern are left out."""
     filtered = {
         key: {pattern: weight for pattern, weight in known.items() if is_kept(pattern)}
         for key, known in patterns.items()
@@ -225,7 +225,7 @@ class UsualGoals:
 
 
 def find_argument_uses(action: Action, scene: Scene) -> Iterator[ArgumentUse]:
-    """Yield the use of each object in an action: one use for each argument."""
+    """Yield each argument's use in an action: operator, position of the argument, category of the object."""
     for place, index in enumerate(action.arguments):
         yield action.operator, place, scene.objects[index].category
 

@@ -140,7 +140,7 @@ def _read_problem_file(path: Path, header: PddlDomain) -> ProblemFile:
 
 
 def _find_line_of_fact(text: str, fact: f.Formula) -> int:
-    """Return the number of the line that contains a fact, or 1 if no line does."""
+    """Return the number of the line that contains a fact, or 1 if no line contains the fact."""
     denied = rf"\(\s*not{_GAP}*" if isinstance(fact, f.Not) else ""
     atom = fact.operand if isinstance(fact, f.Not) else fact
     words = [atom.predicate, *(term.name for term in atom.arguments)] if isinstance(atom, f.Atom) else []

@@ -64,7 +64,7 @@ def make_seeds(split: str, seed: int, secret: str | None = None) -> Iterator[str
 
 
 def fingerprint_goals(goals: Iterable[f.Formula], scene: Scene) -> str:
-    """Return a digest of goals. Goals that differ only in objects of one category have equal digests."""
+    """Return a digest of goals, in which categories replace objects: renamed objects give equal digests."""
     categories = {thing.name: thing.category for thing in scene.objects}
     texts = [print_ltl(rename_variables(rename_objects(goal, categories))) for goal in goals]
     return _compute_digest(sorted(texts))
@@ -98,7 +98,7 @@ def _compute_digest(texts: Iterable[str]) -> str:
 
 
 def choose_split(key: str) -> TaskSplit:
-    """Return the split that the hash of a text determines."""
+    """Return the split (such as training or test) that the hash of a text determines."""
     return _get_split_at_share(_hash_to_share(key))
 
 
@@ -212,7 +212,7 @@ def _find_quartiles(numbers: list[int]) -> list[int]:
 
 
 def read_other_sets(folder: Path, base: str, domain: Domain, *, without: Path) -> dict[str, Sequence[Task]]:
-    """Return the tasks of all files in a folder except one file, by file name.
+    """Return a mapping from file name to tasks, for all task files in a folder except the file `without`.
 
     Raises:
         InputError: a line of a file is not a task.

@@ -49,7 +49,7 @@ from eai.world.domain import Domain
 from eai.world.state import Fact, State
 
 _HALF = 0.5
-"""Probability that the instruction means the object added to the scene, and not the original object."""
+"""Probability that the instruction means the second object, which was added to the scene."""
 
 _LIMITS = Limits(300)
 """Limits of the search for a plan that uses the second object instead of the first."""

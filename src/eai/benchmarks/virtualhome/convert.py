@@ -111,7 +111,7 @@ def convert_demonstrations(wheel: ArchiveFiles, report: ReportProgress) -> bytes
 
 
 def _read_annotations(wheel: ArchiveFiles) -> dict[str, Mapping[str, Any]]:
-    """Return the annotated goals by task id, in the order of the data set."""
+    """Return a mapping from task id to annotated goals, in the order of the data set."""
     goals = json.loads(wheel.read(GOALS_FILE))["scene_1"]
     return {
         task_id: {"title": title, **goal} for title, tasks in goals.items() for task_id, goal in tasks.items()

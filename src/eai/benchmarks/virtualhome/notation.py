@@ -128,7 +128,7 @@ def _find_unknown_section(members: Iterable[tuple[str, object]]) -> str | None:
 
 
 def _check_goal_sections(sections: GoalSections) -> GoalSections | None:
-    """Return the sections of an answer, or None if no section or an unknown section is present."""
+    """Return the sections of goals in an answer, or None if it has no section or an unknown section."""
     has_section = any(key in SECTIONS.values() for key, _ in sections.members)
     return sections if has_section and _find_unknown_section(sections.members) is None else None
 
@@ -189,7 +189,7 @@ MISSING_ACTION = "POUR"
 
 
 class VirtualHomeSubgoals(SubgoalNotation):
-    """Subgoals in the words of VirtualHome's prompts, with objects by id (``soap.1002``) or by class.
+    """Subgoals in the words of VirtualHome's prompts. Objects are named by id (``soap.1002``) or by class.
 
     Args:
         actions: names of the actions that subgoals may contain.

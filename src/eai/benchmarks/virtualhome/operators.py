@@ -167,7 +167,7 @@ def make_find_action(effects_on_held: tuple[Effect, ...]) -> Operator:
 
 
 def make_put_effects(relation: Predicate) -> tuple[Effect, ...]:
-    """Return effects that relate the held object to a target, and put both next to the character."""
+    """Return effects that relate the held object to a target, and make the character stand next to both."""
     return (
         *take_out_of_hand(X),
         *make_symmetric_effects(Add, p.next_to(AGENT, Y)),

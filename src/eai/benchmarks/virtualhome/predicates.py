@@ -1,6 +1,6 @@
 """The predicates of a VirtualHome scene.
 
-Names are those of the data set's temporal formulas. There, ``ON`` is the state of a device that runs. The
+Names are those in the data set's temporal formulas. There, ``ON`` is the state of a device that runs. The
 relations that scene graphs call ON and CLOSE are ``ONTOP`` and ``NEXT_TO``.
 
 A lookup returns all matching objects as a bit mask. An effect uses the first of them: the object with the
@@ -39,7 +39,7 @@ def get_object_id(state: State, index: int) -> int:
 
 
 def find_rooms(state: State, arguments: tuple[int, ...]) -> int:
-    """Return a bit mask of the rooms that contain an object or its only container; 0 if no room does."""
+    """Return a bit mask of the rooms that contain an object or its only container; 0 for no rooms."""
     (x,) = arguments
     is_room, inside = state.mask("ROOM"), state.relation("INSIDE")
     visited = 0
@@ -53,7 +53,7 @@ def find_rooms(state: State, arguments: tuple[int, ...]) -> int:
 
 
 def find_objects_in_room(state: State, arguments: tuple[int, ...]) -> int:
-    """Return a bit mask of all objects that have this room among their `find_rooms`."""
+    """Return a bit mask of all objects in a room, that is, for which `find_rooms` finds this room."""
     (room,) = arguments
     is_room, inside = state.mask("ROOM"), state.relation("INSIDE")
     if not is_room >> room & 1:
@@ -160,7 +160,7 @@ plugged_out = Predicate("PLUGGED_OUT", 1)
 sitting = Predicate("SITTING", 1)
 lying = Predicate("LYING", 1)
 
-# Relations of two objects.
+# Relations between two objects.
 ontop = Predicate("ONTOP", 2)
 inside = Predicate("INSIDE", 2)
 next_to = Predicate("NEXT_TO", 2)
@@ -236,9 +236,9 @@ def _require_at_least(place: f.Variable, count: int) -> f.Formula:
 
 
 def _make_full_predicate(name: str, capacities: Mapping[str, int]) -> ComputedPredicate:
-    """Return the predicate of a full seat or bed.
+    """Return the predicate that holds for a full seat or bed.
 
-    The capacity depends on the category. It is 1 for categories that are not listed.
+    Its capacity depends on its category, and is 1 for categories that `capacities` does not list.
     """
 
     def is_full(state: State, arguments: tuple[int, ...]) -> bool:

@@ -30,7 +30,7 @@ PACK = "virtualhome"
 TASKS_MEMBER = "tasks.jsonl"
 """Name of the pack's file of tasks.
 
-Its first line has shared tables and the base scene. Each other line is a task.
+The first line of the file has shared tables and the base scene. Each other line is a task.
 """
 
 
@@ -59,8 +59,8 @@ class ObjectRecord:
 class GraphDelta:
     """The difference of two scene graphs: first remove, then replace, then append objects and edges.
 
-    An edge in both `removed_edges` and `added_edges` moves behind the other edges of its source under `ON` or
-    `INSIDE`.
+    If an edge is in both `removed_edges` and `added_edges`, it moves to the end of its source's edges with
+    the relation `ON` or `INSIDE`.
     """
 
     removed_ids: tuple[int, ...]
