@@ -8,7 +8,7 @@ from collections.abc import Collection, Iterable
 
 from claim import Finding, by_degree
 from evidence import GPT_4O, NAMED, TM, B, Evidence, Suite, V, below_zero, told
-from rates import all_of, if_so
+from rates import WORLDS, all_of, if_so, mean_of
 
 from eai.abilities.transition_modeling.verdict import OperatorVerdict
 from eai.benchmarks.registry import find_benchmark
@@ -25,6 +25,12 @@ OF_VIRTUALHOME = {"plug_in": 0.09, "walk_towards": 0.63}
 
 SPATIAL = "spatial_relations"
 """The category of spatial relations."""
+
+NON_SPATIAL = "non_spatial_relations"
+"""The category of other relations."""
+
+NOTABLE = 5
+"""Points by which two means have to differ notably."""
 
 _CLEAN_BRUSH = re.compile(r"clean_stained_brush(?:(?!:action).)*\(not \(stained \?scrub_brush\)\)", re.DOTALL)
 """The operator with an effect on the brush."""
@@ -301,6 +307,36 @@ def rest_non_spatial(evidence: Evidence) -> Finding:
 
 def rest_orientation(evidence: Evidence) -> Finding:
     return _rest(evidence, V, "object_orientation", {"turn_to", "walk_into", "walk_towards"})
+
+
+def rest_affordance(evidence: Evidence) -> Finding:
+    return _rest(evidence, V, "object_affordance", {"plug_in", "put_inside"})
+
+
+def clauses_of_place_inside(evidence: Evidence) -> Finding:
+    """Count answers that have the annotated clauses on place, grasp and hands; under half is a challenge."""
+    hits, number = Counter[str](), Counter[str]()
+    for each in evidence.of(evidence.tables.clauses, Suite(B, TM)):
+        if each.operator == "place_inside" and each.verdict != "additional":
+            number[f"{each.clause} in the {each.side}"] += 1
+            hits[f"{each.clause} in the {each.side}"] += each.verdict == "matched"
+    named = ("holding in the precondition", "inside in the effect", "handsfull in the effect")
+    hard = [hits[name] < number[name] / 2 for name in named]
+    text = ", ".join(f"{name} {hits[name]} of {number[name]}" for name in named)
+    return Finding(by_degree(all(hard), any(hard)), f"operators place_inside with the right clause: {text}")
+
+
+def disparity_in_space(evidence: Evidence) -> Finding:
+    """Compare mean planner success in spatial and non-spatial relations; five points are notable."""
+    means = {
+        domain: [mean_of(evidence, world, "TM", f"{kind}.planner_success") for kind in (SPATIAL, NON_SPATIAL)]
+        for world, domain in WORLDS.items()
+    }
+    wide = [abs(spatial - other) > NOTABLE for spatial, other in means.values()]
+    text = "; ".join(f"{NAMED[domain]} {one:.1f} and {two:.1f} %" for domain, (one, two) in means.items())
+    return Finding(
+        by_degree(all(wide), any(wide)), f"mean planner success in spatial and non-spatial relations: {text}"
+    )
 
 
 def slice_alone(evidence: Evidence) -> Finding:

@@ -14,6 +14,10 @@ TRAJECTORIES = ("action_sequencing_trajectory", "subgoal_decomposition_trajector
 STOPPING = ("parsing", "hallucination", "argument_number", "wrong_order", "missing_step", "affordance")
 """The errors after which nothing is executed."""
 
+PIPELINES = ("pipeline_action_sequencing", "pipeline_subgoal_decomposition")
+ALONE = " (modular)"
+"""The ending of a row of a model that is given the goal."""
+
 ROUNDING = 0.5
 """Points by which a sum of seven printed figures may differ from 100."""
 
@@ -41,6 +45,25 @@ def errors_add_up(evidence: Evidence) -> Finding:
         (len(sums) - len(wrong), len(sums)),
         text=f"executed answers and these errors add up to 100 % in {len(sums) - len(wrong)} of {len(sums)} "
         f"printed rows; else: {', '.join(wrong) or 'none'}",
+    )
+
+
+def figures_of_pipelines(evidence: Evidence) -> Finding:
+    """Compare the modular rows of the pipelines' tables with the full tables."""
+    wrong, number = [], 0
+    for name, other in zip(PIPELINES, TRAJECTORIES, strict=True):
+        full = read_paper_table(other).rows
+        for row, figures in read_paper_table(name).rows.items():
+            model = row.removesuffix(ALONE)
+            for column, figure in figures.items() if row.endswith(ALONE) else ():
+                number += 1
+                gap = abs((figure or 0) - (full[model][column] or 0))
+                place = f"{model}, {column.metric.replace('_', ' ')} {figure} for {full[model][column]}"
+                wrong.extend([(gap, place)] if gap > DIGIT else [])
+    shown = "; ".join(text for _, text in sorted(wrong, reverse=True)[:4])
+    return all_of(
+        (number - len(wrong), number),
+        text=f"{number - len(wrong)} of {number} figures are equal; the furthest apart: {shown or 'none'}",
     )
 
 

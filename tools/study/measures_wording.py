@@ -41,8 +41,11 @@ _EXAMPLE_GOALS = {
 """The examples of goals in the appendix, in the names of VirtualHome."""
 
 _WORD = re.compile(r"action='(\w+)'")
-_SCENE = re.compile(r"_\d+_[A-Z]\w*_int_")
+_SCENE = re.compile(r"_\d+_([A-Z]\w*_int)_")
 """The scene in an identifier, as in _0_Wainscott_0_int_0."""
+
+_NAME_IN_GOAL = re.compile(r"(?:predicate|action)='(\w+)'")
+"""The name of a predicate or action in a goal."""
 
 
 def simple_formulas(evidence: Evidence) -> Finding:
@@ -335,6 +338,33 @@ def identifiers(evidence: Evidence) -> Finding:
         v == n and b == m,
         f"identifiers that name a scene: {b} of {m} in BEHAVIOR, {v} of {n} in VirtualHome, such as 1057_1",
         in_part=b == m,
+    )
+
+
+def scenes_of_behavior(evidence: Evidence) -> Finding:
+    tasks = find_benchmark(B).tasks(evidence.published)
+    scenes = Counter(match[1] for name in tasks if (match := _SCENE.search(name)))
+    text = ", ".join(f"{scene} {number}" for scene, number in scenes.most_common(3))
+    return if_so(
+        scenes.total() == len(tasks) and len(scenes) > 1,
+        f"{len(scenes)} scenes in the identifiers of {len(tasks)} tasks, most often {text}",
+    )
+
+
+def common_goals(evidence: Evidence) -> Finding:
+    """Compare goals of VirtualHome's tasks of one name by their predicates and actions, without objects."""
+    forms: dict[str, list[set[str]]] = {}
+    for task in find_benchmark(V).tasks(evidence.published).values():
+        words = {" ".join(_NAME_IN_GOAL.findall(str(goal.formula))) for goal in task.goals}
+        forms.setdefault(task.title, []).append(words)
+    several = [sets for sets in forms.values() if len(sets) > 1]
+    shared = sum(bool(set.intersection(*sets)) for sets in several)
+    same = sum(all(each == sets[0] for each in sets) for sets in several)
+    return all_of(
+        (shared, len(several)),
+        (same, len(several)),
+        text=f"of {len(several)} names with several tasks {shared} have a goal in common, objects aside, and "
+        f"{same} have the same goals in all tasks",
     )
 
 

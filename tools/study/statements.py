@@ -242,6 +242,7 @@ PLANNED = (
     "complexity_of_operators",
     "rest_non_spatial",
     "rest_orientation",
+    "rest_affordance",
     "slice_alone",
     "mixtures_by_model",
     "consistency_of_o1",
