@@ -1,7 +1,7 @@
 """Achievers: the effects of operators that make an atom true or false, and the conditions of these effects.
 
-A match of an atom is an achiever with the objects that it can use. Static facts (facts that no action
-changes) determine the matches, so a search computes each match only once.
+A match of an atom is an achiever with the objects that the atom assigns to variables. Static facts (facts
+that no action changes) determine the matches, so a search computes each match only once.
 """
 
 from __future__ import annotations
@@ -35,7 +35,7 @@ class _JoinStep(NamedTuple):
         slot: the slot of the variable.
         is_parameter: whether the values must be objects that actions may use.
         independent: conditions that do not depend on variables whose values were chosen before.
-        masks: conditions on stored predicates that depend on such variables.
+        masks: conditions on stored predicates that depend on variables whose values were chosen before.
         tests: all other conditions.
     """
 
@@ -47,12 +47,12 @@ class _JoinStep(NamedTuple):
 
 
 class _JoinPlan(NamedTuple):
-    """A procedure that finds values of an achiever's open variables, which its atom does not determine.
+    """A procedure that finds values for the open variables of an achiever, which its atom leaves unknown.
 
     Attributes:
-        first: the conditions that a match must meet and that mention only determined variables.
+        first: the conditions that must hold and that mention no open variables.
         steps: the open variables, one after the other.
-        needed: the conditions that actions can establish and that mention only determined variables.
+        needed: the conditions that actions can establish and that mention no open variables.
     """
 
     first: tuple[ConditionTest, ...]
@@ -68,7 +68,7 @@ class _PartialBinding(NamedTuple):
 
 
 class Achiever:
-    """A compiled effect of an operator: it makes atoms of a predicate true, or makes them false.
+    """A compiled effect of an operator. The effect makes atoms of a predicate true, or makes them false.
 
     Args:
         schema: the effect.
@@ -82,7 +82,7 @@ class Achiever:
         conditions: the conditions that actions can establish if they do not hold, in order. Each is a pair of
             the formula and a function that tests it.
         open_variables: number of the effect's variables that the atom does not determine.
-        is_fixed: whether the completions of a match depend only on facts that no action changes.
+        is_fixed: whether the bindings that complete a match depend only on facts that no action changes.
     """
 
     def __init__(self, schema: EffectSchema, vocabulary: Vocabulary, *, wide: bool = False) -> None:
@@ -102,7 +102,7 @@ class Achiever:
         self.conditions = tuple((c, self._compiler.compile_test(c)) for c in needed if c not in fixed)
 
     def match_atom_arguments(self, arguments: tuple[int, ...], scene: Scene) -> dict[str, int] | None:
-        """Return a mapping from variables to objects that fits the given atom, or None."""
+        """Return a mapping from variables to objects that makes the effect's atom a given atom, or None."""
         return match_atom(self.schema.atom, arguments, lambda constant: find_object(constant, scene))
 
     def complete_bindings(
@@ -114,7 +114,7 @@ class Achiever:
             state: the state.
             scope: the match: a mapping from variables to objects.
             usable: the mask of the objects that actions may use.
-            effort: counter of values of variables, as in `complete_bindings`.
+            effort: counter of values tried for variables, as in `complete_bindings`.
 
         Yields:
             A binding of `schema.variables`: the same list each time, changed in place.
@@ -126,7 +126,7 @@ class Achiever:
     ) -> _PartialBinding:
         """Return a match as an incomplete binding.
 
-        It can be completed in a state, or (``fixed``) at once in all states with the same unchanging facts.
+        It is completed for one state or, if ``fixed``, for all states with the same unchanging facts.
         """
         names = self.schema.variables
         unbound = tuple([name for name in names if name not in scope])
@@ -154,7 +154,7 @@ class Achiever:
         return failing
 
     def get_object_scope(self, binding: FrameBinding) -> dict[str, int]:
-        """Return a mapping from variables to their objects in a binding."""
+        """Return a binding as a mapping from variables to objects."""
         return dict(zip(self.schema.variables, binding[1:], strict=False))
 
     def get_operator_arguments(self, binding: FrameBinding) -> tuple[int, ...]:
@@ -200,8 +200,8 @@ def complete_bindings(
         state: the state.
         partial: the match as an incomplete binding.
         usable: the mask of the objects that actions may use.
-        effort: counter of values of variables. If its limit is exceeded, no more bindings follow. None for no
-            limit.
+        effort: counter of values tried for variables. If its limit is exceeded, no more bindings are yielded.
+            None for no limit.
     """
     binding, join = [*partial.binding], partial.join
     for holds in join.first:
@@ -269,8 +269,8 @@ class AchieversByPredicate:
     def find_achievers(self, predicate: str, *, adding: bool, wide: bool = False) -> Sequence[Achiever]:
         """Return the achievers that make atoms of a predicate true, or false, simplest first.
 
-        The simplest achievers use only the objects of the atom, and have fewest conditions. Wide achievers
-        also have conditions about other objects of the operator that actions may establish.
+        The simplest achievers use only the objects of the atom, and have fewest conditions. For a wide
+        achiever, actions may also establish conditions about other objects of the operator.
         """
         return self._compiled(predicate, adding, wide)
 
@@ -292,7 +292,9 @@ class AchieversByPredicate:
         ]
 
     def make_operator_achievers(self, names: Iterable[str]) -> list[Achiever]:
-        """Return an achiever for each operator with one of these names, whatever facts the operator changes.
+        """Return an achiever for each of the named operators.
+
+        The achiever stands for any action of the operator, regardless of the facts that the action changes.
 
         Unknown names are skipped.
         """
@@ -301,7 +303,7 @@ class AchieversByPredicate:
     def get_atom_matches(self, state: State, usable: int) -> _AtomMatches:
         """Return the object that finds the matches of atoms in a state.
 
-        It is cached for states with the same unchanging facts.
+        The object is cached and serves all states with the same unchanging facts.
 
         Args:
             state: the state.
@@ -326,7 +328,7 @@ def _find_atom_variables(schema: EffectSchema) -> set[str]:
 
 
 def _find_effect_conditions(schema: EffectSchema, *, wide: bool) -> list[f.Formula]:
-    """Return an effect's conditions about objects of its atom, or (``wide``) of the operator."""
+    """Return an effect's conditions about objects of its atom or, if ``wide``, of its operator."""
     atom_variables = _find_atom_variables(schema)
     conditions = [c for c in schema.conditions if find_free_variables(c) <= atom_variables]
     if wide:
@@ -346,8 +348,8 @@ def _has_wider_conditions(schema: EffectSchema, vocabulary: Vocabulary) -> bool:
 def _is_maskable(formula: f.Formula, vocabulary: Vocabulary) -> bool:
     """Whether a formula can be evaluated by masks, for all values of a variable at once.
 
-    This is so if its predicates are stored, or lookups with an inverse, and if its quantifiers are
-    existential with a conjunction as body.
+    Its predicates must be stored, or lookup predicates with an ``inverse``. Its quantifiers must be
+    existential and have a conjunction as body.
     """
     return all(
         isinstance(part, f.Not | f.And | f.Or)
@@ -385,10 +387,10 @@ def _is_static_predicate(name: str, vocabulary: Vocabulary) -> bool:
 
 
 _MAX_CACHED_BINDINGS = 64
-"""Maximum number of cached bindings of one match; longer lists of bindings are computed again."""
+"""Maximum number of cached bindings of one match. A longer list of bindings is computed in every state."""
 
 _MAX_BINDINGS = 100_000
-"""Maximum number of values of variables tried for the bindings of one match."""
+"""Maximum number of values tried for variables to find all bindings of one match."""
 
 
 class _AtomMatch(NamedTuple):
@@ -405,7 +407,7 @@ class _AtomMatch(NamedTuple):
     cached_bindings: Sequence[tuple[int, ...]] | None
 
     def fails_at_least(self, state: State, limit: float) -> bool:
-        """Whether at least ``limit`` conditions fail in a state, however the open variables are bound."""
+        """Whether at least ``limit`` conditions fail in a state, for any values of the open variables."""
         binding, failing = [*self.partial.binding], 0
         for holds in self.partial.join.needed:
             failing += not holds(state, binding)
@@ -439,7 +441,7 @@ class _AtomMatches:
         self._found: dict[tuple[GroundAtom, bool], Sequence[_AtomMatch]] = {}
 
     def are_valid_in(self, state: State, usable: int) -> bool:
-        """Whether these matches are valid in a state, if actions may use the objects ``usable``."""
+        """Whether the matches are also valid in another state, with ``usable`` as objects for actions."""
         return (
             self._state.scene is state.scene
             and self._usable == usable

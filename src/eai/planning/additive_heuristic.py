@@ -25,11 +25,13 @@ from eai.world.relation import make_mask
 from eai.world.state import State
 
 Cost: TypeAlias = Callable[[Subgoal], float]
-"""Function that returns the cost of establishing a condition."""
+"""Function that returns the cost of a condition: the estimated number of actions that make it true."""
 
 
 def choose_cheapest_exactly(number: int, conditions: Sequence[Subgoal], cost: Cost) -> list[Subgoal] | None:
-    """Choose conditions for "exactly ``number``": the cheapest ones, and the negations of all others.
+    """Choose ``number`` of some conditions: the cheapest ones, together with the negations of all others.
+
+    This makes exactly ``number`` conditions true.
 
     The result is None if there are fewer than ``number`` conditions.
     """
@@ -73,11 +75,11 @@ INFINITE = float("inf")
 OPAQUE_COST = 2.0
 """Cost of a derived predicate that a function computes.
 
-It is a guess, since only the predicates that the function reads are known.
+The cost is a guess, because only the predicates that the function reads are known.
 """
 
 _HORIZONS = (2.0, 3.0, 4.0, 5.0, 6.0, 8.0, 12.0, INFINITE)
-"""Cost limits, tried in this order, so that actions of low cost are found first."""
+"""Limits of the cost of actions, tried in this order so that actions of low cost are found first."""
 
 
 def _find_horizon(limit: float) -> float:
@@ -92,7 +94,7 @@ _MIN_COST = 1.0
 """Minimum cost of a condition that does not hold."""
 
 _MAX_DEPTH = 60
-"""Maximum nesting depth of atoms whose cost is computed; deeper atoms count as unreachable."""
+"""Maximum nesting depth of computations of the cost of atoms. Deeper atoms count as unreachable."""
 
 
 class _FormulaInstance(NamedTuple):
@@ -137,9 +139,9 @@ class CostEstimates:
         objects: the objects that actions may use.
         protected: closed conditions that should stay true. Each such condition that an action makes false
             raises the cost of the action by one.
-        looks: counter of tested actions; if its limit is exceeded, estimates are invalid.
-        bindings: counter of values given to variables to find these actions; if its limit is exceeded,
-            estimates are invalid.
+        looks: counter of actions tested for estimates; if its limit is exceeded, estimates are invalid.
+        bindings: counter of values given to variables to find actions; if its limit is exceeded, estimates
+            are invalid.
 
     Attributes:
         state: the state.
@@ -180,7 +182,7 @@ class CostEstimates:
         return next((cost for cost in costs if cost < INFINITE), INFINITE)
 
     def find_cheapest_action(self, names: Sequence[str]) -> _Supporter:
-        """Return the cheapest action by operators with these names, with any objects."""
+        """Return the cheapest action, with any objects, of the operators with these names."""
         for limit in _HORIZONS:
             best = _Supporter(limit, None, ())
             for achiever in self._heuristic.achievers.make_operator_achievers(names):
@@ -192,12 +194,12 @@ class CostEstimates:
         return _NO_SUPPORTER
 
     def choose_atoms(self, subgoal: Subgoal) -> tuple[Subgoal, ...]:
-        """Return conditions on single atoms that together establish a condition, by the cheapest choices."""
+        """Return literals that together establish a condition, by the cheapest choices of alternatives."""
         parts = None if isinstance(subgoal.formula, Atom) else self.choose_parts(subgoal)
         return (subgoal,) if parts is None else tuple([c for part in parts for c in self.choose_atoms(part)])
 
     def choose_parts(self, subgoal: Subgoal) -> Sequence[Subgoal] | None:
-        """Return conditions that together establish a condition, by the cheapest choices.
+        """Return the parts of a condition that together establish it, by the cheapest choices.
 
         The result is None for an atom of a stored predicate or of a predicate that a function computes, and
         if no choice establishes the condition.
@@ -229,7 +231,7 @@ class CostEstimates:
     def find_supporter(self, atom: GroundAtom, limit: float = INFINITE) -> _Supporter:
         """Return the cheapest action that makes an atom of a stored predicate true, or false.
 
-        Only actions with a cost below ``limit`` count, and no actions that need the atom itself. If there is
+        An action counts only if its cost is below ``limit`` and it does not need the atom itself. If there is
         no such action at any cost, wide achievers (see `Achiever`) are tried.
         """
         cached, tried_limit = self._supporters.get(atom, (_NO_SUPPORTER, 0.0))

@@ -37,11 +37,14 @@ ChangeSet: TypeAlias = frozenset[FactChange]
 """Set of changes: at least one of them must happen. If the set is empty, no change can help."""
 
 ScopedCondition: TypeAlias = tuple[f.Formula, Scope]
-"""A condition, and a mapping from its variables to objects."""
+"""A condition, and a mapping from its free variables to objects."""
 
 _NOTHING: ChangeSet = frozenset()
 _FEW_ACTIONS = 4
-"""Number of actions, or of values of a variable, up to which no set with fewer is searched for."""
+"""Number of actions up to which a set of changes counts as small, so that no smaller set is sought.
+
+It also limits the values of a variable that are listed one by one.
+"""
 
 _MAX_BINDINGS = 3_000_000
 """Maximum number of values of parameters tried to list the actions by one operator."""
@@ -93,7 +96,7 @@ class ConflictChanges:
         )
 
     def find_actions_making(self, change: FactChange) -> tuple[Action, ...]:
-        """Return all actions that may make a change and that the facts that never change allow."""
+        """Return all actions that may make a change, except actions that the unchanging facts rule out."""
         all_makers = self._writers.get(change)
         if all_makers is None:
             unread = [
@@ -128,7 +131,7 @@ class ConflictChanges:
                 yield group, _select_bound_conditions(conditions, {**scope, **inner})
 
     def _find_operators_without_schema(self, change: FactChange) -> list[str]:
-        """Return the names of operators that change a predicate by effects without an effect schema."""
+        """Return the names of operators that change a predicate by effects that have no effect schema."""
         return [name for name, changed in self._unread.items() if change.predicate in changed]
 
     def _find_schemas_making(
@@ -136,7 +139,8 @@ class ConflictChanges:
     ) -> Iterator[tuple[EffectSchema, dict[str, int], Sequence[Action]]]:
         """Yield each effect schema that makes a change.
 
-        Each comes with a mapping from its determined variables to objects, and with its actions.
+        Each schema comes with its actions, and with a mapping from the variables that the change determines
+        to objects.
         """
         for schema in self._achievers.by_effect.get((change.predicate, change.truth), ()):
             scope = match_atom(schema.atom, change.arguments, self._find_object)
@@ -160,7 +164,7 @@ class ConflictChanges:
         )
 
     def get_actions_of_operator(self, name: str) -> tuple[Action, ...]:
-        """Return all actions by an operator that the facts that never change allow."""
+        """Return all actions of an operator, except actions that the facts that never change rule out."""
         all_actions = self._taking.get(name)
         if all_actions is None:
             actions: dict[Action, None] = {}
@@ -176,7 +180,10 @@ class ConflictChanges:
 
     @cached_property
     def is_partial(self) -> bool:
-        """Whether an operator has too many actions to list. Then no minimum number of edits is proved."""
+        """Whether an operator has too many actions to list.
+
+        Then no minimum number of edits of a plan is proved.
+        """
         return any(
             ACTION_BINDINGS * self._usable.bit_count() ** operator.arity > _MAX_BINDINGS
             and self._has_too_many_actions(operator.name)
@@ -197,13 +204,13 @@ class ConflictChanges:
         return next(self.find_effect_conditions(action, change), None) is not None
 
     def find_preconditions(self, action: Action) -> list[ScopedCondition]:
-        """Return the conditions of an action's checks, with the objects of their variables."""
+        """Return the conditions of an action's checks, each with a mapping from its variables to objects."""
         operator = self._domain.compiled_operators[action.operator].operator
         scope = operator.map_parameters(action.arguments)
         return [(simplify_check_condition(check, operator.checks), scope) for check in operator.checks]
 
     def find_effect_conditions(self, action: Action, change: FactChange) -> Iterator[list[ScopedCondition]]:
-        """Yield, for each effect by which an action may make a change, the effect's known conditions."""
+        """Yield the known conditions of each effect by which an action may make a change."""
         if change.predicate in self._unread.get(action.operator, ()):
             yield []
         effect = action.operator, change.predicate, change.truth
@@ -292,9 +299,10 @@ class ConflictChanges:
         return find_object(constant, self._initial.scene)
 
     def find_changes(self, formula: f.Formula, scope: Scope, state: State, *, truth: bool) -> ChangeSet:
-        """Return a set of changes.
+        """Return a set of changes that a condition needs.
 
-        At least one change must happen before a condition becomes true, or (not ``truth``) false.
+        At least one change of the set must happen before the condition becomes true, or (not ``truth``)
+        false.
         """
         match formula:
             case f.Not(operand):
@@ -327,8 +335,8 @@ class ConflictChanges:
     ) -> ChangeSet:
         """Return the set of changes for a compound condition.
 
-        If all parts are needed, this is the set of the failing part with the fewest actions; otherwise the
-        union of the sets of all parts.
+        If all parts of the condition are needed, this is the set of changes of the failing part for which
+        fewest actions exist. Otherwise it is the union of the sets of all parts.
         """
         if not all_needed:
             return frozenset().union(
@@ -379,7 +387,10 @@ class ConflictChanges:
     def _find_change_patterns(
         self, formula: f.Formula, scope: Mapping[str, int | None], truth: bool
     ) -> Iterator[FactChange]:
-        """Yield the changes that may help a condition. A variable with value None may be any object."""
+        """Yield the changes that may give a condition its wanted truth.
+
+        A variable with value None may be any object.
+        """
         vocabulary = self._domain.vocabulary
         for change in find_changes_towards(formula, scope, truth, vocabulary, self._find_object):
             if change.predicate not in self._static:
@@ -429,7 +440,7 @@ def _select_bound_conditions(
 
 @cache
 def simplify_check_condition(check: Check, checks: tuple[Check, ...]) -> f.Formula:
-    """Return the condition of a check, without disjuncts that the operator's other checks rule out."""
+    """Return the condition of a check, without disjuncts that contradict the operator's other checks."""
     condition = check.condition
     required = [other.condition for other in checks if other is not check]
     denied = [other.operand for other in required if isinstance(other, f.Not)]
@@ -455,5 +466,5 @@ def _split_conjuncts(formula: f.Formula, truth: bool) -> list[tuple[f.Formula, b
 
 
 def make_change_sort_key(change: FactChange) -> tuple[str, tuple[int, ...], bool]:
-    """Return a key for sorting changes."""
+    """Return a key that sorts changes in a fixed order."""
     return change.predicate, tuple([-1 if i is None else i for i in change.arguments]), change.truth

@@ -21,7 +21,7 @@ from eai.world.vocabulary import Vocabulary
 _NO_ATOM = f.Atom("")
 
 _Object = TypeVar("_Object")
-"""Type of an object: its index, or its name."""
+"""Type variable for objects: an object is given by its index or its name."""
 
 FindObject: TypeAlias = "Callable[[f.Constant], int | None]"
 """Function that returns the number of the object that a constant names, or None for any object."""
@@ -67,7 +67,7 @@ def make_effect_schemas(operator: Operator) -> Iterator[EffectSchema]:
 
 
 def find_written_predicates(effects: Iterable[Effect]) -> Iterator[str]:
-    """Yield the predicates that effects change, even by effects that `make_effect_schemas` leaves out."""
+    """Yield the predicates that effects change, including effects that `make_effect_schemas` leaves out."""
     for effect in effects:
         match effect:
             case Add(atom) | Delete(atom):
@@ -91,16 +91,16 @@ def find_changed_predicates(operator: Operator) -> list[str]:
 
 
 def find_predicates_without_schema(operator: Operator) -> frozenset[str]:
-    """Return the predicates that an operator changes, if `make_effect_schemas` leaves out any of its effects.
+    """Return the predicates that an operator changes, or () if the effect schemas describe all its effects.
 
-    The result is () if the schemas describe all effects.
+    The schemas do not, if `make_effect_schemas` leaves out any effect.
     """
     changed = find_changed_predicates(operator)
     return frozenset(changed if len(changed) > len([*make_effect_schemas(operator)]) else ())
 
 
 def _make_nested_schemas(effects: Iterable[Effect], outer: EffectSchema) -> Iterator[EffectSchema]:
-    """Yield the schemas of nested effects; ``outer`` is a schema that describes the enclosing effects."""
+    """Yield the schemas of effects inside other effects; ``outer`` is a schema of the enclosing effects."""
     for effect in effects:
         match effect:
             case Add(atom) | Delete(atom):
@@ -195,7 +195,8 @@ def find_changes_for_literal(
     """Return the changes of stored facts that may make a literal true, by the definition of its predicate.
 
     The caller may number objects in any way. Variables that quantifiers in a definition bind stand for any
-    object. For a predicate that a function computes, every change of the predicates that it reads counts.
+    object. For a predicate that a function computes, every change of a predicate that the function reads
+    counts.
 
     Args:
         literal: the literal.
@@ -251,7 +252,7 @@ def _reduce_to_stored_predicates(
 def _find_helpful_atoms(
     formula: f.Formula, scope: Mapping[str, int | None], truth: bool, find_object: FindObject
 ) -> Iterator[FactChange]:
-    """Yield each atom of a formula with the truth of the atom that helps to give the formula ``truth``."""
+    """Yield each atom of a formula, and the truth of the atom that helps to give the formula ``truth``."""
     match formula:
         case f.Atom(predicate, terms):
             arguments = [scope.get(t.name) if isinstance(t, f.Variable) else find_object(t) for t in terms]

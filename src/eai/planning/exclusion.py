@@ -35,7 +35,7 @@ _MAX_CACHED_FACTS = 4096
 """Maximum number of cached answers to the question whether a fact holds in the initial state."""
 
 _PASSES = 2
-"""Number of passes in which all conditions are evaluated. A pass may use facts found in earlier passes."""
+"""Number of times that all conditions are evaluated. Each time may use facts found in the times before."""
 
 _FactArgument: TypeAlias = int | str | None
 """Argument of a fact: an object by index, an unknown object by a name, or None for any object."""
@@ -72,8 +72,8 @@ class ExclusionRules:
     def _find_rival_predicates(self, domain: Domain) -> dict[str, set[str]]:
         """Return a mapping from each predicate to the predicates whose facts may exclude its facts.
 
-        Predicate p is in the set of q, and q in the set of p, if an operator adds facts of p and deletes or
-        denies facts of q.
+        Predicate p is in the set of q, and q in the set of p, if an operator adds facts of p and either
+        deletes facts of q or has negated conditions on q.
         """
         rivals: dict[str, set[str]] = {}
         for operator in domain.operators:
@@ -104,7 +104,7 @@ class _ExclusionProver:
         self._initial = initial
 
     def are_exclusive(self, literals: Iterable[GroundAtom]) -> bool:
-        """Whether it is proved that no reachable state meets all the literals."""
+        """Whether it is proved that some literals do not all hold in any reachable state."""
         conditions = []
         for literal in literals:
             variables = tuple([f.Variable(str(i)) for i in range(len(literal.arguments))])
@@ -161,10 +161,11 @@ class _ExclusionProver:
 class _InductionProof:
     """A proof by induction for one question. Pairs of facts are assumed exclusive until a proof fails.
 
-    Every question has its own pairs. So no answer depends on earlier questions, and threads may ask at once.
+    Every question has its own pairs of facts. So no answer depends on earlier questions, and several threads
+    may ask at once.
 
     Args:
-        exclusion: the exclusion of the episode, which holds the rules and the initial facts.
+        exclusion: the prover of the episode, which holds the rules and the initial facts.
     """
 
     def __init__(self, exclusion: _ExclusionProver) -> None:
@@ -175,10 +176,11 @@ class _InductionProof:
         self._judged: _FactPair | None = None
 
     def proves_exclusive(self, conditions: Sequence[tuple[f.Formula, _ArgumentScope]]) -> bool:
-        """Whether it is proved that no state meets all the conditions.
+        """Whether it is proved that some conditions do not all hold in any state of the episode.
 
         A pair of facts is assumed to be exclusive when it is first needed. If an action breaks the
-        assumption, it is given up, and all pairs whose proof used it are examined again.
+        assumption, the assumption is given up, and all pairs whose proofs used the assumption are examined
+        again.
         """
         if _SupposedState(self).may_hold_together(conditions):
             return False
@@ -196,7 +198,10 @@ class _InductionProof:
         return True
 
     def are_exclusive(self, one: _FactPattern, other: _FactPattern) -> bool:
-        """Whether two facts without unknown objects exclude each other, by the rules or by assumption."""
+        """Whether two facts exclude each other, by the rules or by assumption.
+
+        The facts have no unknown objects.
+        """
         rules = self.exclusion.rules
         if one.predicate == other.predicate:
             different = one != other and None not in one.arguments + other.arguments
@@ -279,7 +284,7 @@ class _InductionProof:
 
 
 class _SupposedState:
-    """A partly known state: facts that are supposed to hold, and their immediate consequences.
+    """A partly known state: facts that are supposed to hold, and the immediate consequences of the facts.
 
     Args:
         induction: the proof, with its assumptions about all states of the episode.
@@ -379,7 +384,7 @@ class _SupposedState:
                     return not is_general or self._suppose_formula(
                         body, {**scope, variable.name: None}, within, truth=truth
                     )
-                if None in scope.values():  # the object may differ between the values that None stands for
+                if None in scope.values():  # None stands for many objects; each may have its own value
                     return True
                 self._unknown += 1
                 return self._suppose_formula(
@@ -430,7 +435,7 @@ class _SupposedState:
 
 
 def _find_negated_predicates(formulas: Iterable[f.Formula], vocabulary: Vocabulary) -> set[str]:
-    """Return the stored predicates that occur negated in formulas or in the definitions of predicates."""
+    """Return the stored predicates that formulas, or the definitions of their predicates, negate."""
     pending, seen, denied = [*formulas], set[str](), set[str]()
     while pending:
         for part in walk_subformulas(pending.pop()):

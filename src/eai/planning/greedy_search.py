@@ -19,13 +19,13 @@ from eai.world.action import Action
 from eai.world.derived import DefinedPredicate
 
 _STEP_COST = 0.2
-"""Cost of an action on the path so far, compared with 1 for each estimated action ahead.
+"""Cost of each action on the path so far. Each action that is estimated to follow costs 1.
 
 This cost is just high enough to make the search give up long detours.
 """
 
 _UNEXPANDED, _EXPANDED = 0, 1
-"""Ranks of states in the queue: states that were not yet expanded come first."""
+"""Ranks of states in the queue: states that no action has expanded yet come first."""
 
 
 class GreedySearch:
@@ -33,12 +33,12 @@ class GreedySearch:
 
     Args:
         heuristic: the heuristic of the domain.
-        successors: generates the states after one action.
+        successors: the generator of the states after one action.
         limits: the limits of all searches together.
 
     Attributes:
         heuristic: the heuristic of the domain.
-        successors: generates the states after one action.
+        successors: the generator of the states after one action.
         effort: counter of states that were reached and estimated.
         bindings: counter of values that were given to parameters to find actions.
     """
@@ -71,7 +71,7 @@ class GreedySearch:
             subgoals: closed conditions that must hold at the end.
             taken: number of action goals (operators to take, in order) that must have been taken at the end.
             limits: the limits. If they are thorough, all applicable actions are tried after the preferred
-                ones.
+                actions.
         """
         if self.is_over:
             return SearchEnd.STATES
@@ -83,7 +83,7 @@ class GreedySearch:
     def estimate(
         self, node: PlanNode, subgoals: tuple[Subgoal, ...], taken: int
     ) -> tuple[float, tuple[Action, ...]]:
-        """Return the estimated cost from a state to the target of `search`, and the preferred actions."""
+        """Return a state's estimated cost up to the target of `search`, and the state's preferred actions."""
         estimates = self.make_estimates(node, subgoals)
         preferred = _PreferredActions(self.heuristic, estimates)
         total = 0.0
@@ -100,7 +100,7 @@ class GreedySearch:
 
 
 class _QueuedExpansion(NamedTuple):
-    """A state to expand, its rank, and the actions to expand it by; None for all applicable actions."""
+    """A state to expand, its rank, and the actions that expand the state; None for all applicable actions."""
 
     node: PlanNode
     rank: tuple[float, int]

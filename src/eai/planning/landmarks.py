@@ -31,13 +31,13 @@ Cut: TypeAlias = frozenset[Action]
 """Set of actions: every plan that succeeds contains at least one of them."""
 
 _TRUE, _FALSE = 0, 1
-"""Numbers of two conditions: the condition that always holds, and the condition that never holds."""
+"""Numbers in the graph of the condition that always holds, and of the condition that never holds."""
 
 _MAX_CONDITIONS = 30_000
 """Maximum number of conditions in a graph; further conditions are assumed to hold."""
 
 _MAX_VALUES = 60
-"""Maximum number of values of a quantified variable for which a graph has conditions of their own."""
+"""Maximum number of values of a quantified variable for which a graph has one condition each."""
 
 _MAX_BRANCHES = 200
 """Maximum number of branches of the search for a smallest set of actions that hits all cuts.
@@ -104,7 +104,7 @@ class _RelaxationGraph:
         return len(self._parts)
 
     def find_cut(self, actions: Collection[Action]) -> list[Action] | None:
-        """Return a cut between some actions and the goals; None if the actions may reach the goals."""
+        """Return a cut that contains none of the given actions; None if these actions may reach the goals."""
         self._actions += sorted({*actions}.difference(self._actions))
         while True:
             reached = self._find_reached_conditions(actions)
@@ -122,7 +122,7 @@ class _RelaxationGraph:
         return [action for action in cut_actions if action not in actions]
 
     def _find_conditions_between(self, actions: Collection[Action], reached: bytearray) -> dict[int, None]:
-        """Return the numbers of the conditions between some actions and the goals, the goals first.
+        """Return the numbers of unreached conditions that lead from given actions to the goals, goals first.
 
         If all parts of a condition are needed, the search follows one failing part; otherwise every part.
         """
@@ -148,7 +148,10 @@ class _RelaxationGraph:
         return seen
 
     def _group_actions_making(self, number: int) -> list[tuple[Sequence[Action], list[int]]]:
-        """Return the actions that make a change, each group with its conditions; [] for a condition."""
+        """Return groups of actions that make a change, each group with its conditions.
+
+        The result is [] if the number stands for a condition instead of a change.
+        """
         change = self._changes.get(number)
         if change is None:
             return []
@@ -311,7 +314,7 @@ class _RelaxationGraph:
         return _TRUE if _TRUE in numbers else self._get_combined_node(numbers, 1, _FALSE)
 
     def _get_combined_node(self, parts: tuple[int, ...], needed: int, default: int) -> int:
-        """Return the number of the condition that needs all of its parts, or one of them."""
+        """Return the number of the condition that needs all its parts or, if ``needed`` is 1, one part."""
         if len(parts) < 2:
             return parts[0] if parts else default
         key = needed > 1, parts
@@ -334,14 +337,14 @@ class _RelaxationGraph:
 
 
 class Landmarks:
-    """The cuts found during the repair of one plan, and the number of actions needed to hit them.
+    """Landmarks (cuts) found while one plan is repaired. They give a minimum number of missing actions.
 
     Args:
         conflict_changes: the changes that conditions need, and the actions that make changes.
         initial: the state in which plans begin.
         goals: the goals of plans.
         steps: the steps of the plan.
-        cuts: cuts that are known from the start, such as the actions that a goal requires.
+        cuts: cuts that are known from the start, such as the set of actions that a goal requires.
 
     Attributes:
         cuts: the cuts found so far.
@@ -374,18 +377,18 @@ class Landmarks:
             self._hits[action] = self._hits.get(action, 0) | bit
 
     def find_hit_cuts(self, action: Action | None) -> int:
-        """Return the cuts that an action hits, as a bit mask."""
+        """Return the cuts that contain an action, as a bit mask."""
         return 0 if action is None else self._hits.get(action, 0)
 
     def find_missed_cuts(self, actions: Iterable[Action]) -> int:
-        """Return the cuts that none of some actions hits, as a bit mask."""
+        """Return the cuts that contain none of the given actions, as a bit mask."""
         missed = (1 << len(self.cuts)) - 1
         for action in actions:
             missed &= ~self._hits.get(action, 0)
         return missed
 
     def count_min_actions(self, mask: int) -> int:
-        """Return the minimum number of actions that hit all cuts in a bit mask."""
+        """Return the minimum number of actions that together hit all cuts (sets of actions) in a bit mask."""
         return self._get_min_hitting_set(mask)[0]
 
     def find_more_cuts(self, steps: frozenset[Action], effort: SearchEffort) -> None:
@@ -434,7 +437,7 @@ class Landmarks:
 
 
 class _HittingSetSearch:
-    """A search for a smallest set of bit masks (patterns) that together cover a mask.
+    """A search for a smallest set of bit masks (patterns) that together contain all bits of a mask.
 
     Args:
         patterns: the available bit masks.
@@ -471,7 +474,7 @@ class _HittingSetSearch:
         return tuple(chosen)
 
     def _count_disjoint_cuts(self, mask: int) -> int:
-        """Count disjoint cuts, chosen greedily: no pattern hits two of them."""
+        """Count disjoint cuts, chosen greedily: no two of them share an action (pattern)."""
         number = 0
         for bit, covered in self._covered_with.items():
             if mask & bit:

@@ -3,7 +3,7 @@
 The goals are reached one after the other, each by a greedy best-first search (`greedy_search`). The search is
 guided by the additive heuristic, computed backwards from the goal (`additive_heuristic`). If no goal can be
 reached without undoing another goal, a single search looks for all goals together. All actions of a plan are
-applicable. Effort is limited by a number of states, never by time: equal input gives equal output.
+applicable. A number of states limits the effort, never time. So equal input gives equal output.
 """
 
 from __future__ import annotations
@@ -31,16 +31,16 @@ _LIMIT_GROWTH = 4
 """Factor by which the maximum number of states grows each time the searches for all goals fail."""
 
 _WHOLE_GOAL_FACTOR = 4
-"""Factor by which the maximum number of states is larger if a search must reach all parts of a goal."""
+"""Factor by which a search may reach more states if it must reach all parts of a goal at once."""
 
 _MAX_DIRECT_COST = 12.0
-"""Maximum estimated cost of a goal that is searched directly.
+"""Maximum estimated cost of a goal that one search reaches directly.
 
 The prerequisites of a costlier goal are reached first.
 """
 
 _NEXT_ACTION = -1
-"""Number that stands for the goal to take the next operator of `PlanningGoal.actions`."""
+"""Number of the goal that an action of the next operator in `PlanningGoal.actions` reaches."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -70,8 +70,8 @@ def drop_needless_actions(
         domain: the domain.
         initial: the initial state.
         plan: the plan.
-        reached: function that tests whether a node reaches the goal.
-        actions: operators that must be taken, as in `PlanningGoal`.
+        reached: function that tests whether a node of the search (a state and its path) reaches the goal.
+        actions: operators that the plan must contain in order, as in `PlanningGoal`.
     """
     successors = SuccessorGenerator(domain, (), actions)
     start: PlanNode = SearchNode(initial)
@@ -102,7 +102,7 @@ class Planner:
         self._allowed: Callable[[State], bool] | None = None
 
     def restrict_states(self, allowed: Callable[[State], bool]) -> Planner:
-        """Return a planner with the same caches whose plans lead only through allowed states."""
+        """Return a planner that shares the caches and whose plans lead only through allowed states."""
         other = copy(self)
         other._allowed = allowed
         return other
@@ -203,8 +203,8 @@ class _GoalAgenda:
     """Reaches the goals of one task one by one. Each search keeps the goals that were reached before.
 
     Goals with such an order are called serialisable (Korf 1987). The goal with the lowest estimated cost
-    comes first. If a goal has alternatives, the parts of the cheapest alternative are reached one by one. The
-    alternative is chosen again after every part.
+    comes first. If a goal is a disjunction, the parts of its cheapest disjunct are reached one by one. The
+    disjunct is chosen again after every part.
 
     Args:
         search: the searches and estimates.
@@ -236,9 +236,9 @@ class _GoalAgenda:
         return None
 
     def mark_hard_goals(self) -> bool:
-        """Mark the goals that were just not reached as hard, so that they come first.
+        """Mark the goals that the last searches failed to reach as hard, so that hard goals come first.
 
-        Return False if all of them were already marked.
+        Return False if all these goals were already marked.
         """
         new = self._failed - self._hard
         self._hard |= new

@@ -2,8 +2,8 @@
 
 Every fact that an action adds counts as possibly true from then on. Every deleted fact counts as possibly
 false, but stays possibly true (Bonet and Geffner 2001). A goal that does not hold even under these
-assumptions is proved unreachable. Predicates that a function computes may be true or false. Effort is
-counted: nothing is proved for a domain with too many actions.
+assumptions is proved unreachable. Predicates that a function computes may be true or false. The effort is
+limited: nothing is proved for a domain with too many actions.
 """
 
 from __future__ import annotations
@@ -26,7 +26,7 @@ from eai.world.operator import Check, Operator
 from eai.world.state import Fact, State
 
 _MAX_LOOKS, _ACTION_LOOKS = 6_000_000, 30
-"""Maximum number of parameter values to try; number of these values that one examined action counts as."""
+"""Maximum number of values tried for parameters. Each examined action counts as some more values."""
 
 _GroundLiteral: TypeAlias = tuple[str, tuple[int, ...], bool]
 """A predicate, its arguments, and whether it is true."""
@@ -72,7 +72,7 @@ class PossibleFacts:
     def _generate_possible_scopes(
         self, operator: Operator, initial: State, usable: Sequence[int]
     ) -> Iterator[Scope]:
-        """Yield the arguments of an operator, by parameter, that the facts that never change allow."""
+        """Yield the mappings from an operator's parameters to objects that the unchanging facts allow."""
         static = tuple([check for check in operator.checks if self._is_static(check)])
         unchanging = replace(operator, checks=static, effects=(), alternatives=())
         arguments = compile_argument_finder(unchanging, self.domain.vocabulary)
@@ -138,7 +138,7 @@ class PossibleFacts:
         return scope[term.name] if isinstance(term, f.Variable) else find_object(term, self._scene)
 
     def _is_possible(self, predicate: str, arguments: tuple[int, ...], truth: bool) -> bool:
-        """Whether a literal may ever hold. If it may, it stays possible."""
+        """Whether a literal may ever hold. A literal that may hold stays possible."""
         literal = predicate, arguments, truth
         if literal in self._proved or literal in self._denied:
             return literal in self._proved
@@ -172,7 +172,7 @@ class PossibleFacts:
 
         A recursive definition is evaluated as a least fixpoint. If the definition needs the same literal
         again, the literal is assumed impossible if it must be true, and possible if it must be false. The
-        outer call is repeated until it finds no new possible literal.
+        outermost evaluation is repeated until it finds no new possible literal.
         """
         literal = derived.name, arguments, truth
         if literal in self._assumed:

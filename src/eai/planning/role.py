@@ -44,7 +44,7 @@ def _is_movement(changes: list[EffectSchema]) -> bool:
 
 
 def _ends_all_relations(change: EffectSchema) -> bool:
-    """Whether a change ends the relation of the agent to all objects, not only to an argument."""
+    """Whether a change ends a relation of the agent to all objects, not only to one argument."""
     if change.adds or AGENT not in change.atom.arguments or len(change.atom.arguments) != 2:
         return False
     (other,) = [term for term in change.atom.arguments if term != AGENT] or [AGENT]
@@ -52,7 +52,7 @@ def _ends_all_relations(change: EffectSchema) -> bool:
 
 
 def _only_adds_agent_relations(changes: list[EffectSchema]) -> bool:
-    """Whether an operator adds only facts that relate the agent to the arguments."""
+    """Whether an operator adds only facts that relate the agent to arguments of the operator."""
     added = [change for change in changes if change.adds]
     return bool(added) and all(
         change.atom.arguments[:1] == (AGENT,) and change.atom.arguments[1:] == change.operator.parameters
@@ -66,10 +66,10 @@ def find_spatial_predicates(domain: Domain) -> tuple[tuple[str, ...], tuple[str,
     The first tuple has the predicates for objects in a hand, with or without the agent as first argument. The
     second tuple has the predicates for objects in, on or under another object.
 
-    A predicate describes held objects if an operator that takes an object adds it, and another operator
-    deletes it. A predicate describes a place if an operator that releases a held object adds a fact of it
-    about this object and another one. A predicate that an operator adds in both directions ("beside each
-    other") is left out.
+    A predicate describes held objects if an operator that takes an object adds its facts, and another
+    operator deletes its facts. A predicate describes a place if an operator that releases a held object adds
+    a fact of the predicate about this object and another object. Symmetric predicates ("beside each other"),
+    whose facts an operator adds in both directions, are left out.
     """
     changes = {operator.name: list(make_effect_schemas(operator)) for operator in domain.operators}
     takers = [

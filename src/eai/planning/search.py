@@ -17,15 +17,15 @@ A = TypeVar("A")
 """Type variable for actions."""
 
 T = TypeVar("T")
-"""Type of an item of an open list: a node, or a node with the actions by which it is expanded."""
+"""Type variable for items of an open list: nodes, or nodes with the actions that expand them."""
 
 
 class SearchEffort:
     """Counts the operations of a search: applied actions, estimated states, tried objects.
 
-    Callers add to `used`. If the limit is exceeded, `take_within_limit` yields no more objects, so that every
-    computation ends soon. The result of a computation is then invalid, so its caller must check
-    `is_exceeded`.
+    Callers add their operations to `used`. If the limit is exceeded, `take_within_limit` yields no more
+    objects, so that every computation ends soon. The result of a computation is then invalid, so its caller
+    must check `is_exceeded`.
 
     Args:
         limit: maximum number of operations of all callers together; infinite by default.
@@ -48,7 +48,7 @@ class SearchEffort:
 
     @property
     def is_exceeded(self) -> bool:
-        """Whether more operations were needed than allowed."""
+        """Whether more operations were counted than the limit allows."""
         return self.used > self.limit
 
     def spend(self, number: int = 1) -> bool:
@@ -101,8 +101,8 @@ class SearchNode(Generic[S, A]):
 
     Attributes:
         state: the state.
-        met: the reached part of the goal, if the state does not show it: a number of parts, or a mask of
-            parts.
+        met: the reached parts of the goal that the state does not show, as a number of parts or as a bit mask
+            of parts.
         depth: number of actions on the path.
         parent: the node before the last actions; None for the start.
         actions: the actions that lead from the parent to this node, one or several.
@@ -167,7 +167,7 @@ def run_best_first_search(
     """Visit items until the search ends. Return the goal's node, or the reason why no goal was found.
 
     Args:
-        following: function that removes and returns the next item of the open list, or returns None if the
+        following: function that removes the next item from the open list and returns the item, or None if the
             list is empty.
         visit: function that tests an item, or expands it and adds its successors to the open list. It returns
             the goal's node, or the reason if the search ends at this item, else None.

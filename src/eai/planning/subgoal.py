@@ -35,7 +35,7 @@ class GroundAtom(NamedTuple):
 
 
 SubgoalParts: TypeAlias = AllOf[Subgoal] | AnyOf[Subgoal] | ExactlyOf[Subgoal] | PairingChoice[Subgoal]
-"""Choice among the parts of a condition: all, any, a number of them, or pairs. See `eai.logic.choice`."""
+"""Parts of a condition, and which must hold: all, any, a number of parts, or pairs (`eai.logic.choice`)."""
 
 
 class SubgoalSplitter:
@@ -58,12 +58,12 @@ class SubgoalSplitter:
         return self._evaluator.holds(formula, scope, self._state) == truth
 
     def ground_atom(self, atom: f.Atom, subgoal: Subgoal) -> GroundAtom:
-        """Return a subgoal's atom with the objects of its terms."""
+        """Return a subgoal's atom with objects in place of its terms."""
         arguments = find_argument_indices(atom, subgoal.scope, self._state.scene)
         return GroundAtom(atom.predicate, arguments, subgoal.truth)
 
     def split_into_parts(self, subgoal: Subgoal) -> SubgoalParts | None:
-        """Return the choice among the parts of a compound condition; None for other conditions."""
+        """Return the parts of a compound condition, and which must hold; None for other conditions."""
         formula, scope, truth = subgoal
         match formula:
             case f.Not(operand):
@@ -106,9 +106,9 @@ class SubgoalSplitter:
         return [i for i in self._objects if allowed >> i & 1]
 
     def _find_promising_values(self, variable: f.Variable, body: f.Formula, scope: Scope) -> list[int]:
-        """Return the usable values for which at least one conjunct of the body holds.
+        """Return the usable values of a variable for which at least one conjunct of the body holds.
 
-        If no conjunct holds for any of them, all usable values are returned.
+        If there are no such values, all usable values are returned.
         """
         usable = self._find_usable_values(variable)
         parts = body.operands if isinstance(body, f.And) else ()

@@ -12,7 +12,7 @@ from eai.world.operator import Operator
 from eai.world.state import State
 
 ACTION_BINDINGS = 10
-"""Number of tried values that one action counts as, because handling an action takes longer."""
+"""Number of tried values that one action counts as, because an action takes longer than a value."""
 
 PlanNode: TypeAlias = SearchNode[State, Action]
 """Node of a search on a declared domain; ``met`` is the number of required operators taken so far."""
@@ -24,7 +24,8 @@ class SuccessorGenerator:
     Args:
         domain: the domain.
         objects: the objects that actions may use, by index.
-        goals: operators to take, one after the other. Each entry lists the names of alternative operators.
+        goals: operators that a plan must contain, one after the other. Each entry lists the names of
+            alternative operators.
         allowed: function that tests whether an action may lead to a state; None allows all states.
     """
 
@@ -64,10 +65,10 @@ class SuccessorGenerator:
     def remove_needless_actions(
         self, start: PlanNode, end: PlanNode, reached: Callable[[PlanNode], bool]
     ) -> PlanNode:
-        """Return the end of a plan's path without needless actions, so that it still reaches the goal.
+        """Return the last node of a plan without needless actions. The shorter plan still reaches the goal.
 
         This is action elimination (Nakhost and Mueller 2010). Each action in turn is left out, together with
-        the later actions that become impossible, until all remaining actions are needed.
+        the later actions that become impossible, until the goal needs all remaining actions.
         """
         path = end.list_path_nodes()[start.depth + 1 :]
         position, needed = 0, 0

@@ -21,10 +21,10 @@ from eai.world.fault import FaultKind
 from eai.world.state import State
 
 PlanMoment: TypeAlias = tuple[int, int]
-"""Moment of a plan: the number of the state, and the number of required operators taken so far."""
+"""Moment during a plan: the number of the state, and the number of the goal's operators taken so far."""
 
 PlanPath: TypeAlias = tuple[PlanMoment, ...]
-"""Moments of a plan: one before each entry up to the conflict; or before each entry and at the end."""
+"""Moments of a plan: one before each entry up to the conflict. Without conflict, one more is at the end."""
 
 START: PlanPath = ((0, 0),)
 
@@ -62,7 +62,7 @@ class PlanStates:
     def take_step(self, moment: PlanMoment, action: Action) -> PlanMoment | None:
         """Return the moment after a step, or None if the step is impossible.
 
-        A moment is the number of the state, and the number of required operators taken so far.
+        A moment is the number of the state, and the number of the goal's operators taken so far.
         """
         number, taken = moment
         after, executed = self.get_state_after_step(number, action)
@@ -106,7 +106,7 @@ class PlanStates:
         return missed
 
     def compute_path(self, plan: EditedPlan, begin: PlanPath, at: int) -> PlanPath:
-        """Return the path of a plan: the moments before its entries.
+        """Return the path of a plan: the moments before the entries of the plan, as in `PlanPath`.
 
         Args:
             plan: the plan.
@@ -140,12 +140,12 @@ class PlanStates:
         )
 
     def reaches_goal(self, plan: EditedPlan, start: PlanMoment = START[0]) -> bool:
-        """Whether a plan reaches the goal from ``start`` on."""
+        """Whether a plan reaches the goal from the moment ``start`` on."""
         return self.plan_succeeds(plan, self.compute_path(plan, (start,), 0))
 
 
 HelpingEdits: TypeAlias = tuple[int, tuple[Action | None, ...]]
-"""Position in a plan, and the actions to insert there. None among the actions means: delete the entry."""
+"""Position in a plan, and actions to insert there. None as action means that the entry is deleted."""
 
 
 EditsFinder: TypeAlias = "Callable[[EditedPlan, PlanPath], list[HelpingEdits]]"
@@ -171,7 +171,7 @@ class _ConflictFinder:
         self._lacking: dict[int, list[ChangeSet]] = {}
 
     def find_helping_edits(self, plan: EditedPlan, path: PlanPath) -> list[HelpingEdits]:
-        """Return edits of a plan, so that every repair contains at least one edit among them."""
+        """Return edits of a plan. Every repair of the plan contains at least one edit among them."""
         at = len(path) - 1
         number, taken = path[at]
         if at < len(plan) and (action := plan[at].action) is not None:
@@ -189,7 +189,7 @@ class _ConflictFinder:
         return min(choices, key=lambda edits: sum(len(actions) for _, actions in edits))
 
     def _get_changes_to_unblock(self, number: int, action: Action) -> ChangeSet:
-        """Return the changes that may make an impossible step possible, or let the step be skipped."""
+        """Return the changes that may make an impossible step possible, or an additional step (skipped)."""
         changes = self._fatal.get((number, action))
         if changes is None:
             changes = self._fatal[number, action] = self._find_changes_to_unblock(number, action)
@@ -260,7 +260,7 @@ class _ConflictFinder:
     def _find_earlier_changes(
         self, number: int, action: Action, changes: ChangeSet, names: frozenset[str]
     ) -> tuple[ChangeSet, bool]:
-        """Return changes before a step that make it cause one of ``changes``, or stop it from undoing one.
+        """Return changes before a step after which it may cause some of ``changes``, or undo fewer of them.
 
         The second value is whether the step undoes any of ``changes``.
         """

@@ -81,9 +81,9 @@ def align_plans(plan: PlanSteps, other: Sequence[Action]) -> EditedPlan:
 
 
 def undo_one_edit(plan: EditedPlan, original: PlanSteps) -> Iterator[EditedPlan]:
-    """Yield each edited plan in which one edit fewer is made.
+    """Yield all plans with one edit fewer than an edited plan.
 
-    An insertion is undone, a deletion is undone, or one insertion and one deletion.
+    In each of them, one insertion or one deletion is undone, or one insertion together with one deletion.
     """
     yield from _undo_one_insertion(plan)
     start = 0
@@ -127,7 +127,7 @@ class EditCost(NamedTuple):
     insertions: int
 
     def count_min_edits_with(self, number: int) -> int:
-        """Return the minimum number of edits if ``number`` more steps must be inserted."""
+        """Return the minimum number of edits of the plan after ``number`` more steps are inserted."""
         return self.edits + max(0, number - self.deletions)
 
 
@@ -158,7 +158,8 @@ def count_edits(plan: EditedPlan | None) -> float:
 def find_replaceable_steps(plan: EditedPlan) -> Iterator[int]:
     """Yield the positions of unchanged steps whose deletion costs no further edit.
 
-    More insertions than deletions come just before such a step, so that its deletion makes a replacement.
+    Just before such a step, the plan has more insertions than deletions. So the deletion turns an insertion
+    into a replacement.
     """
     surplus = 0
     for position, entry in enumerate(plan):
@@ -168,7 +169,7 @@ def find_replaceable_steps(plan: EditedPlan) -> Iterator[int]:
 
 
 _END = PlanEntry(0, Action("", ()))
-"""Unchanged step that is appended to a plan when edits are counted, so that the last edits count, too."""
+"""Unchanged step that is appended to a plan when edits are counted, to complete the last group of edits."""
 
 
 def list_plan_edits(plan: EditedPlan) -> tuple[PlanEdit, ...]:
@@ -192,7 +193,7 @@ def list_plan_edits(plan: EditedPlan) -> tuple[PlanEdit, ...]:
 
 
 def put_insertions_before_deletions(plan: EditedPlan) -> EditedPlan:
-    """Return an edited plan with inserted before deleted steps, between every two unchanged steps."""
+    """Return an edited plan in which, between unchanged steps, inserted steps come before deleted steps."""
     entries_in_order: list[PlanEntry] = []
     for is_kept, entries in groupby(plan, key=lambda entry: entry.is_kept):
         segment = [*entries]

@@ -48,15 +48,15 @@ from eai.world.state import State
 _FIRST_SHARE, _SEARCH_SHARE, _ENABLING_SHARE, _UNDOING_SHARE = 0.03, 0.7, 0.075, 0.025
 """Shares, from 0 to 1, of the effort for repairing one plan.
 
-They are for the search before the planner runs, for the whole search, for actions that make a step possible,
-and for removing needless edits from each repair.
+The shares are for the search before the planner runs, for the whole search, for actions that make a step
+possible, and for removing needless edits from each repair.
 """
 
 _MAX_PLANNER_STATES = 300
 """Maximum number of states that the planner may reach to finish a plan."""
 
 _START_FACTOR = 3
-"""Factor of the limit of tested actions for the plan from the initial state, made only once per task."""
+"""Factor of the planner's limit for its plan from the initial state, which is made only once per task."""
 
 _ENABLING_LIMITS = Limits(20, looks=2_000)
 """Limits of the search for actions that make a step possible."""
@@ -65,10 +65,10 @@ _STEPS_PER_EFFORT = 8
 """Number of executed steps that count as one unit of effort."""
 
 _MANY_EDITS, _LANDMARK_EFFORT = 5_000, 500
-"""Two limits for single edits.
+"""Two limits of the search for repairs that consist of a single edit.
 
-If there are more candidates than the first number, landmarks filter them. The second number is the effort for
-finding these landmarks.
+If more edits than the first number may help, landmarks rule out some of them. The second number is the effort
+for finding these landmarks.
 """
 
 _MAX_CACHED_STATES = 50_000
@@ -81,7 +81,7 @@ _PUSHES_PER_EFFORT = 4
 """Number of plans put into the queue that count as one unit of effort."""
 
 _CONFLICT_EFFORT, _EDITS_PER_EFFORT = 5, 80
-"""Effort for analyzing a conflict, for each moment of the path. Number of edits for one unit of effort."""
+"""Effort of analyzing a conflict, for each moment of a path; and number of edits that count as one unit."""
 
 
 class Repairer:
@@ -129,9 +129,9 @@ class Repairer:
     def _repair_by_planner(
         self, plan: PlanSteps, effort: SearchEffort
     ) -> tuple[int, tuple[PlanEdit, ...] | None]:
-        """Return bounds like `repair`, computed only from plans of the planner.
+        """Return a minimum number of edits and a repair, like `repair`, but only by the planner.
 
-        There are too many actions to prove a minimum number of edits.
+        It is used if the domain has too many actions to prove a better minimum number of edits.
         """
         if None not in plan and self.states.reaches_goal(make_plan_entries(plan)):
             return 0, ()
@@ -160,8 +160,8 @@ class Repairer:
     ) -> Iterator[EditedPlan]:
         """Yield up to two repairs by the planner.
 
-        One continues after the plan's possible steps. The other is a plan from the initial state. ``looks``
-        limits the actions that the planner tests for the first.
+        One repair keeps the plan's possible steps and continues after them. The other is a new plan from the
+        initial state. ``looks`` limits the actions that the planner tests for the first.
         """
         walk_effort = SearchEffort(0 if self.conflict_changes.is_partial else effort.limit * _ENABLING_SHARE)
         actions, moment = self._execute_possible_steps(plan, walk_effort)
@@ -237,7 +237,7 @@ class Repairer:
     def _remove_needless_edits(
         self, plan: EditedPlan, original: PlanSteps, effort: SearchEffort
     ) -> EditedPlan:
-        """Remove needless edits from a repair, until the share of effort for this is used up."""
+        """Remove needless edits from a repair, until the share of effort for such removals is used up."""
         undo_effort = SearchEffort(effort.limit * _UNDOING_SHARE)
         trials = undo_one_edit(plan, original)
         while (trial := next(trials, None)) is not None and not undo_effort.is_used_up:
@@ -318,7 +318,7 @@ class Repairer:
                 yield edit._replace(action=action)
 
     def _find_useful_actions(self, moment: PlanMoment) -> Iterator[Action]:
-        """Yield the possible actions that change the world, or that the goal requires."""
+        """Yield the possible actions in a state that change the world, or that the goal requires."""
         names = {name for names in self.states.goal.actions for name in names}
         for operator in self.states.domain.operators:
             if operator.effects or operator.alternatives or operator.name in names:
@@ -337,7 +337,7 @@ class Repairer:
     def make_landmarks(self, plan: PlanSteps) -> Landmarks:
         """Return landmarks of plans that succeed.
 
-        Landmarks that the given plan contains are not computed.
+        Landmarks with an action of the given plan are not computed.
         """
         steps = [step for step in plan if step is not None]
         untaken = [
@@ -360,14 +360,14 @@ class _RepairNode(NamedTuple):
         path: the plan's path. If ``first_unknown`` is not -1, it is the path of the plan before the last
             edit, which is equal up to that entry.
         first_unknown: number of the first entry whose moment is unknown; -1 if all moments are known.
-        failures: number of failed steps and missed goals. If ``first_unknown`` is not -1, they are counted
+        failures: number of failed steps and missed goals. If ``first_unknown`` is not -1, this is the number
             for the plan before the last edit.
-        cost: the numbers of edits of the plan.
+        cost: the numbers of edits of the plan, by kind of edit.
         missed_cuts: the landmarks that the plan lacks, as a bit mask.
         known_cuts: number of landmarks known when ``missed_cuts`` was computed.
         missing_steps: minimum number of missing steps, by the landmarks.
-        min_edits: minimum number of edits for other reasons.
-        edits: the edits that were postponed, because they cost more.
+        min_edits: another minimum number of edits, known from the conflict or from postponed edits.
+        edits: the edits that were postponed, because they cost more than other edits.
     """
 
     plan: EditedPlan
@@ -383,7 +383,7 @@ class _RepairNode(NamedTuple):
 
     @property
     def at_least(self) -> int:
-        """Minimum number of edits of all repairs that include the edits of the plan."""
+        """Minimum number of edits of any repair that includes all edits made to the plan so far."""
         return max(self.min_edits, self.cost.count_min_edits_with(self.missing_steps))
 
 
@@ -437,13 +437,13 @@ class _RepairSearch:
         return None
 
     def _push_node(self, node: _RepairNode) -> None:
-        """Put a plan into the queue, once before and once after its execution."""
+        """Put a plan into the queue, at most once before and once after its execution."""
         if (node.plan, node.first_unknown < 0) not in self._seen:
             self._seen.add((node.plan, node.first_unknown < 0))
             self._push_executed(node)
 
     def _push_executed(self, node: _RepairNode) -> None:
-        """Put a plan into the queue by its rank. Of plans with equal ranks, the last comes first."""
+        """Put a plan into the queue by its rank. Among plans with equal ranks, the newest comes first."""
         self._pushed += 1
         self.effort.used += self._pushed % _PUSHES_PER_EFFORT == 0
         self._waiting.push(node, node.at_least, node.failures, -self._pushed)
@@ -470,7 +470,7 @@ class _RepairSearch:
         return False
 
     def _expand_node(self, node: _RepairNode) -> None:
-        """Queue the edited plan for each helping edit that costs no more, and postpone costlier edits.
+        """Queue the plan after each helping edit that adds no cost, and postpone costlier edits.
 
         Most postponed edits are never needed (partial expansion, Yoshizumi, Miura and Ishida 2000).
         """
@@ -530,7 +530,7 @@ class _RepairSearch:
         return self._make_child_node(node, plan, at, compute_edit_cost(plan), lacked)
 
     def _update_bounds(self, node: _RepairNode) -> _RepairNode:
-        """Search for more landmarks. Return the node with bounds by all known landmarks."""
+        """Search for more landmarks. Return the node with minimum numbers of edits by all known landmarks."""
         landmarks = self._landmarks
         search_effort = self.effort if self.effort.used > _EASY_EFFORT else SearchEffort(0)
         landmarks.find_more_cuts(self._steps, search_effort)
