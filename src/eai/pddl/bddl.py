@@ -1,4 +1,4 @@
-"""Read problem files in BDDL, the language of household activity definitions.
+"""Read problem files in BDDL, the language in which BEHAVIOR defines household activities.
 
 Words are separated by spaces and parentheses. A semicolon begins a comment that ends with its line. A name
 with a ``?`` is a variable if a quantifier around it binds it, and otherwise the object of that name.
@@ -40,7 +40,7 @@ _QUANTIFIERS: Final = frozenset({"forall", "exists", "forn", "forpairs", "fornpa
 
 
 def parse_problem(text: str) -> PddlProblem:
-    """Read a whole problem file; line ends and comments do not matter.
+    """Read the text of a problem file; line ends and comments do not matter.
 
     The type of an object is its category, a synset such as ``candle.n.01``.
 
@@ -223,7 +223,7 @@ class _BddlReader:
         return f.Variable(name, category)
 
     def _read_primitive(self, scope: frozenset[str]) -> f.Formula:
-        """Read a predicate, its arguments and the closing parenthesis."""
+        """Read a predicate with its arguments, and the closing parenthesis."""
         name = self._read_word("a name or a connective")
         return f.Atom(name, tuple([make_term(argument, scope) for argument in self._read_arguments()]))
 
@@ -267,5 +267,5 @@ class _BddlReader:
 
 
 def _strip_question_marks(word: str) -> str:
-    """Return the name of a variable without its question marks."""
+    """Return the name of a variable without the question marks before it."""
     return word.strip("?")

@@ -1,4 +1,4 @@
-"""Kinds of violations in PDDL text, and a check of names against their declarations.
+"""Kinds of violations in PDDL text, and checks that all names are declared and rightly used.
 
 `reader` checks the form of a text. `check_action` and `check_problem` find all further violations.
 """
@@ -20,7 +20,7 @@ class PddlViolationKind(str, Enum):
     """A kind of violation of the rules of PDDL. Records store the value of the kind."""
 
     UNBALANCED = "unbalanced_parenthesis"
-    """A parenthesis without its partner."""
+    """A parenthesis that is not closed, or that closes nothing."""
     MALFORMED = "malformed"
     """Balanced parentheses, but not PDDL, such as a connective with a wrong number of parts."""
     UNSUPPORTED = "unsupported"
@@ -71,7 +71,7 @@ class PddlFinding:
     Attributes:
         offence: the kind of the violation.
         name: the wrong name (predicate, type, variable, constant), or the text that was expected instead.
-        place: the location in words: the operator and its part.
+        place: the location of the violation in words: the operator and its part.
     """
 
     offence: PddlViolationKind
@@ -80,7 +80,7 @@ class PddlFinding:
 
     @property
     def words(self) -> str:
-        """The wrong name, or the expected text after the word "expected"."""
+        """The wrong name; or the word "expected" and the text that was expected."""
         return f"expected {self.name}" if self.offence.stops_reading else self.name
 
 
@@ -100,7 +100,7 @@ class PddlError(ParseError):
 
 
 TypeScope = Mapping[str, str]
-"""Mapping from each variable that is bound at a point of the text to its type."""
+"""Mapping from the variables that are bound at some point of the text to their types."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -119,7 +119,7 @@ class DeclaredNames:
 
     @classmethod
     def from_domain(cls, domain: m.PddlDomain, objects: Iterable[m.TypedName] = ()) -> DeclaredNames:
-        """Return the declarations of a domain, and those of a problem's objects if the text may name them."""
+        """Return the declarations of a domain and, if the text may name them, of a problem's objects."""
         return cls(
             parents=m.parents(domain.types),
             predicates={predicate.name: predicate for predicate in domain.predicates},
@@ -127,7 +127,7 @@ class DeclaredNames:
         )
 
     def has_type(self, name: str) -> bool:
-        """Whether a type, or each type of an ``either``, is declared. The root type always is."""
+        """Whether a type, or each type of an ``either``, is declared. The root type counts as declared."""
         return all(
             alternative == m.OBJECT or alternative in self.parents
             for alternative in m.list_type_alternatives(name)
@@ -194,7 +194,7 @@ def check_problem(problem: m.PddlProblem, domain: m.PddlDomain) -> tuple[PddlFin
 
 
 MENDABLE_BY_PROBLEMS = PddlViolationKind.UNDECLARED_CONSTANT
-"""Kind of violation in a domain that a problem can repair by declaring an object that the domain names."""
+"""Kind of violation of a domain: an undeclared object. A problem mends it by declaring the object."""
 
 
 @dataclass(frozen=True, slots=True)

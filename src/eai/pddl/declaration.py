@@ -1,8 +1,8 @@
-"""Convert a domain of PDDL to a declared domain, and its problems to states and goals; reverses `export`.
+"""Convert a PDDL domain to a declared domain, and its problems to states and goals; reverses `export`.
 
-Each conjunct of a precondition becomes a check. A check whose truth no effect changes is an affordance; a
-failed check of another kind means that a step is missing. Effects keep PDDL's meaning: an atom that is both
-deleted and added is true. The type of an object is its category. Supertypes become parents of kinds.
+Each conjunct of a precondition becomes a check. A check whose truth no effect changes is an affordance; if
+any other check fails, a step is missing. Effects keep PDDL's meaning: an atom that is both deleted and added
+is true. The type of an object is its category. A supertype becomes the parent of a kind of objects.
 """
 
 from __future__ import annotations
@@ -75,7 +75,7 @@ class DeclaredDomain:
         return scene.state(facts), goals
 
     def _make_derived_predicate(self, name: str, axioms: Sequence[m.PddlAxiom]) -> DefinedPredicate:
-        """Return the derived predicate that some axioms define, with the parameters of the first axiom."""
+        """Return the derived predicate that its axioms define, with the parameters of the first axiom."""
         first = axioms[0].parameters
         return DefinedPredicate(
             name, first, f.Or(tuple([self._rename_axiom_parameters(axiom, first) for axiom in axioms]))
@@ -135,7 +135,7 @@ def _make_membership(variable: f.Variable) -> f.Formula:
 
 
 def _convert(formula: f.Formula) -> f.Formula:
-    """Return a formula whose quantifiers range over single types; other types become conditions."""
+    """Return a formula whose quantifiers range over one type each; ``either`` types become conditions."""
     match formula:
         case f.ForAll(variable, body) if len(m.list_type_alternatives(m.get_variable_type(variable))) > 1:
             kind = _make_membership(variable)

@@ -1,9 +1,10 @@
-"""Execute operators on explicit states with the plain semantics of PDDL. Every plan is checked in this way.
+"""Execute operators on explicit states with the plain semantics of PDDL, to check every plan.
 
 A state is the set of the true atoms of predicates that are not derived. A quantifier considers only objects
 that the body's atoms allow, found by an index of the state; this does not change the truth of a condition.
 Derived predicates that depend on themselves are computed as least fixpoints. The search (`grounding`,
-`search`) has its own code for conditions and effects, so that a mistake in the search cannot hide itself.
+`search`) has separate code for conditions and effects. So a mistake in the search is found when its plans are
+executed here.
 """
 
 from __future__ import annotations
@@ -31,8 +32,8 @@ class DerivedPredicates:
     Attributes:
         axioms: mapping from each derived predicate to its axioms. The predicate holds if the condition of any
             of them holds.
-        circles: mapping from each predicate that depends on itself to all predicates on which it depends and
-            which depend on it.
+        circles: mapping from each predicate that depends on itself to its circle: all predicates on which it
+            depends and which depend on it.
     """
 
     def __init__(self, axioms: Iterable[m.PddlAxiom]) -> None:
@@ -124,7 +125,7 @@ class _StateEvaluation:
     def generate_bindings(
         self, variable: f.Variable, body: f.Formula, binding: Valuation
     ) -> Iterator[Valuation]:
-        """Yield a binding with each value of a variable for which a condition may hold, in declared order."""
+        """Yield a binding for each value of a variable for which a condition may hold, in declared order."""
         members = self._objects[m.get_variable_type(variable)]
         inner = {name: value for name, value in binding.items() if name != variable.name}
         candidates = find_possible_values(body, variable.name, inner, True, self._find_possible_arguments)
@@ -345,7 +346,7 @@ def _find_changes(
 
 
 def _find_necessary_condition(effect: m.PddlEffect, bound: set[str]) -> f.Formula:
-    """Return a condition without which an effect changes nothing; true if no simple condition is known."""
+    """Return a condition that must hold if an effect changes anything; true if no simple one is known."""
     match effect:
         case m.WhenEffect(condition, part):
             return f.And((condition, _find_necessary_condition(part, bound)))

@@ -36,7 +36,7 @@ from eai.world.vocabulary import make_parameter_names
 
 
 def _make_object_keys(scene: Scene) -> list[str]:
-    """Return the keys of objects in the table of their PDDL names.
+    """Return the keys under which the table of PDDL names has some objects.
 
     An object's key is its name, but the key of the agent is the name that conditions use for it.
     """
@@ -62,9 +62,9 @@ def _export_problem(
 
     Args:
         glossary: the names of the export.
-        words: the names of the objects of the scene, by index.
-        header: the domain without operators.
-        source: the problem.
+        words: the PDDL names of the objects of the scene, by index.
+        header: the exported domain without operators.
+        source: the problem to be exported.
         goal: the goal in PDDL.
     """
     things, constants = source.initial.scene.objects, {item.name for item in header.constants}
@@ -138,7 +138,7 @@ class ProblemSource:
 
 @dataclass(frozen=True, slots=True)
 class ExportedProblem:
-    """A domain and problem in PDDL, with conversions of states, actions and steps.
+    """An exported domain and problem in PDDL. It converts states and actions to PDDL, and steps back.
 
     Attributes:
         domain: the domain.
@@ -154,7 +154,7 @@ class ExportedProblem:
     _words: Sequence[str]
 
     def state(self, state: State) -> PddlState:
-        """Return the true atoms, of exported predicates, in a state of the exported scene."""
+        """Return the true atoms of exported predicates in a state of the exported scene."""
         declared = {predicate.name for predicate in self.domain.predicates}
         facts = [(self._predicates[predicate], arguments) for predicate, arguments in state.facts()]
         return frozenset(
@@ -203,8 +203,8 @@ def export_problems(
     Args:
         domain: the domain.
         sources: the problems.
-        invisible: whether predicates that no text may mention are exported too. Without them a check requires
-            less, and effects that depend on them do not happen.
+        invisible: whether predicates that no text may mention are exported too. Without these predicates a
+            check requires less, and effects that depend on these predicates do not happen.
 
     Raises:
         DomainError: a goal is not about one state, or uses an undeclared name.
@@ -270,13 +270,13 @@ def _export_operator(
 
 
 def _export_alternatives_condition(operator: Operator) -> f.Formula:
-    """Return the condition that an attempted alternative succeeds, or that none is attempted."""
+    """Return the condition that an attempted alternative succeeds, or that no alternative is attempted."""
     succeeds = [f.And(attempt.conditions) for attempt in operator.alternatives]
     return f.Or((f.And(tuple([f.Not(attempt.condition) for attempt in operator.alternatives])), *succeeds))
 
 
 def _add_history_effect(action: m.PddlAction, glossary: ExportGlossary, operators: PddlNames) -> m.PddlAction:
-    """Return the operator with an effect that records its execution, if a goal asks for the record."""
+    """Return the operator, with an effect that records its execution if a goal needs the record."""
     done = glossary.performed.get(operators.find_original_name(action.name))
     if done is None:
         return action
@@ -312,7 +312,7 @@ def _export_domain_header(
 
 
 def _export_types(glossary: ExportGlossary) -> Iterator[m.TypedName]:
-    """Yield the kinds of objects with their parents. Parents that no object needs are left out."""
+    """Yield the kinds of objects with their parents, except parents to which no object belongs."""
     for kind, written in glossary.types.items():
         parent = glossary.vocabulary.parents.get(kind, "")
         yield m.TypedName(written, glossary.types.get(parent, m.OBJECT))

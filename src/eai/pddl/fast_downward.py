@@ -35,12 +35,12 @@ _MEMORY_MIB = 4096
 """Memory limit of one planner, in MiB."""
 
 _PAUSE_SECONDS = 0.05
-"""Seconds between two searches for a free slot; a call of a planner takes longer."""
+"""Seconds between two searches for a free slot. This is shorter than a planner call."""
 
 
 @contextmanager
 def hold_planner_slot(number: int, folder: Path) -> Iterator[None]:
-    """Hold one of a limited number of slots during the block; wait until a slot is free.
+    """Hold one of a limited number of slots (permits to call a planner) during a block; wait for a free slot.
 
     The number limits the calls at a time of all processes that use the same folder.
     """
@@ -81,7 +81,7 @@ _LAMA_FIRST = (
     "lazy_greedy([relaxed_plan, landmarks], preferred=[relaxed_plan, landmarks], "
     "cost_type=one, reopen_closed=false)))"
 )
-"""Search configuration of Fast Downward's alias ``lama-first``, for problems without action costs."""
+"""Search options that Fast Downward's alias ``lama-first`` stands for in problems without action costs."""
 
 _OUTCOMES = {
     **dict.fromkeys((10, 11, 12), PlannerOutcome.UNSOLVABLE),
@@ -90,7 +90,7 @@ _OUTCOMES = {
     **dict.fromkeys((31, 33), PlannerOutcome.INPUT_ERROR),
     34: PlannerOutcome.UNSUPPORTED,
 }
-"""Mapping from exit statuses to outcomes. Any other status is a crash.
+"""Mapping from exit statuses of Fast Downward to outcomes. Any other status is a crash.
 
 Source: https://www.fast-downward.org/latest/documentation/exit-codes/
 """
@@ -109,12 +109,12 @@ class FastDownward:
 
     Attributes:
         binaries: the folder with the program ``downward`` and the package of the translator.
-        version: version of the wheel; reports must name it, as results depend on it.
+        version: version of the wheel; reports must name the version, because results depend on it.
         cpu_seconds: CPU seconds for each of the two processes of a call.
         memory_mib: memory limit of each process, in MiB.
-        slots: maximum number of calls at a time, and the folder through which processes keep to it; None for
-            no limit.
-        remark: text after the name if the limits are not the usual ones.
+        slots: maximum number of planner calls at a time, and the folder through which processes share this
+            limit; None for no limit.
+        remark: text after the planner's name in records if the limits differ from the default limits.
     """
 
     binaries: Path
@@ -217,7 +217,7 @@ def _find_binaries() -> Path | None:
 
 
 def _kill_group(process: subprocess.Popen[bytes]) -> None:
-    """Kill a process and all its child processes; harmless if they have ended."""
+    """Kill a process and all its child processes; does nothing if they have ended."""
     with contextlib.suppress(ProcessLookupError, PermissionError):
         os.killpg(process.pid, signal.SIGKILL)
     process.wait()

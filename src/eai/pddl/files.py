@@ -1,7 +1,7 @@
 """Read files of PDDL.
 
-A file has a valid domain or problem, or raises an error with file, line and expectation. Costs of actions are
-left out. Other numbers, time and preferences are refused.
+If a file has no valid domain or problem, the error names the file, the line and the expected text. Costs of
+actions are left out. Other numbers, time and preferences are refused.
 """
 
 from __future__ import annotations
@@ -101,7 +101,7 @@ def read_domain_text(text: str, path: Path) -> PddlDomain:
     """Return the domain in the text of a file.
 
     Raises:
-        InputError: the text is not a sound domain of the supported fragment.
+        InputError: the text is not a valid domain in the supported part of PDDL.
     """
     with prefix_errors(path):
         group = _read_definition(text, "domain")
@@ -119,16 +119,16 @@ def read_problem_file(
 ) -> ProblemFile:
     """Read the problem in a file, which must belong to the domain.
 
-    Another name of the domain is an error only if something else does not fit. A constant of the domain may
-    be declared again with its type.
+    If the problem names another domain, this is an error only if something else does not fit. A constant of
+    the domain may be declared again with its type.
 
     Args:
         path: the file of the problem.
         domain: the domain.
-        declared: file and text of the domain, which messages refer to; None if they are unknown.
+        declared: file and text of the domain, for messages; None if file and text are unknown.
 
     Raises:
-        InputError: the file cannot be read, or is not a sound problem of the domain.
+        InputError: the file cannot be read, or is not a valid problem of the domain.
     """
     return read_problem_text(read_text(path), path, domain, declared)
 
@@ -192,7 +192,7 @@ def _write_typed(item: TypedName) -> str:
 
 
 def _read_first_definition(text: str) -> ExpressionList:
-    """Return the first definition in a text. Commas may separate names."""
+    """Return the first ``define`` expression of a text. Commas may separate names."""
     text = text.replace(",", " ")
     try:
         return read_group(text)
@@ -205,7 +205,7 @@ def _read_first_definition(text: str) -> ExpressionList:
 
 
 def _read_definition(text: str, kind: str) -> ExpressionList:
-    """Read the only definition in a text.
+    """Read the only ``define`` expression in a text.
 
     Args:
         text: the text.
@@ -251,7 +251,7 @@ def _read_definition_kinds(path: Path) -> list[str]:
 
 
 def read_text(path: Path) -> str:
-    """Return the text of a file in UTF-8. Its comments may be in Latin-1.
+    """Return the text of a file in UTF-8. Comments in the file may be in Latin-1.
 
     Raises:
         InputError: the file cannot be read, or text outside comments is not in UTF-8.
@@ -267,7 +267,7 @@ def read_text(path: Path) -> str:
 
 
 def _check_supported(text: str, group: ExpressionList, kind: str, predicates: Collection[str]) -> None:
-    """Raise an error for sections and expressions that are not supported. Costs of actions are ignored."""
+    """Raise an error for sections and expressions that are not supported. Action costs are ignored."""
     sections = _SECTIONS_OF[kind]
     for section in group.items[1:]:
         if not isinstance(section, ExpressionList) or not (head := get_first_word(section)):

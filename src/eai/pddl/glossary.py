@@ -1,8 +1,8 @@
 """The PDDL names of a vocabulary in an export, and a record of which names are used.
 
 Formulas of a declared domain become conditions of PDDL. Categories that quantifiers range over become types;
-"is of a category" becomes a static predicate. PDDL lacks "exactly n" and pairings: they become quantifiers
-over that many different objects.
+"is of a category" becomes a static predicate. PDDL lacks "exactly n" and pairings: these become quantifiers
+over n different objects, or n pairs.
 
 PDDL ignores case and allows few special characters. A valid PDDL name in lower case stays as it is. In any
 other name each invalid character becomes an underscore, and equal names get numbers (`PddlNames`).
@@ -26,12 +26,12 @@ from eai.world.vocabulary import DerivedPredicate, Vocabulary
 
 
 def conjoin(parts: Iterable[f.Formula]) -> f.Formula:
-    """Return the conjunction of some parts, each once; false if two parts are opposites."""
+    """Return the conjunction of formulas, each once; false if two of the formulas are opposites."""
     return _join_formulas(f.And, parts)
 
 
 def disjoin(parts: Iterable[f.Formula]) -> f.Formula:
-    """Return the disjunction of some parts, each once; true if two parts are opposites."""
+    """Return the disjunction of formulas, each once; true if two of the formulas are opposites."""
     return _join_formulas(f.Or, parts)
 
 
@@ -81,7 +81,7 @@ def replace_variable(term: f.Term, terms: Mapping[str, f.Term]) -> f.Term:
 
 
 def _join_formulas(connective: type[f.And] | type[f.Or], parts: Iterable[f.Formula]) -> f.Formula:
-    """Return a conjunction or disjunction, simplified if a part decides it or two parts are opposites."""
+    """Return a conjunction or disjunction; a constant if a part decides it or two parts are opposites."""
     unique = dict.fromkeys(chain.from_iterable(f.get_operands(part, connective) for part in parts))
     decisive = negate(connective(()))
     if any(part == decisive or negate(part) in unique for part in unique):
@@ -112,7 +112,7 @@ _RESERVED = CONNECTIVES | {
 class PddlNames(dict[str, str]):
     """The PDDL names of one kind of thing (objects, predicates, operators, types), each used once.
 
-    A lookup of a missing name adds it with a new PDDL name.
+    If a name is missing, a lookup of this name adds it with a new PDDL name.
 
     Args:
         names: the names that are added first, in order.
@@ -161,13 +161,14 @@ class ExportGlossary:
 
     Attributes:
         vocabulary: the predicates of the declared domain.
-        predicates: names of predicates, and of predicates that the export adds.
-        types: names of the categories of objects and of quantified variables.
-        things: names of the objects that the domain names, including the agent.
+        predicates: PDDL names of the domain's predicates, and of predicates that the export adds.
+        types: PDDL names of the categories of objects and of quantified variables.
+        things: PDDL names of the objects that the domain names, including the agent.
         derived: the used derived predicates that a formula defines.
         frozen: the used derived predicates that no formula defines.
-        kinds: mapping from each category that conditions ask for to its predicate.
-        performed: mapping from each operator whose execution conditions ask for to its predicate.
+        kinds: mapping from each category that a condition tests to the predicate for the category.
+        performed: mapping from each operator whose execution a condition tests to the predicate which states
+            that the operator was executed.
         ordered: whether a condition uses the order of the objects.
     """
 
@@ -213,7 +214,7 @@ class ExportGlossary:
         return self.kinds.setdefault(category, self.predicates[f"is-{category}"])
 
     def use_history_predicate(self, operator: str) -> str:
-        """Return the predicate without arguments which states that an action was executed."""
+        """Return the predicate without arguments which states that the operator was executed."""
         return self.performed.setdefault(operator, self.predicates[f"done-{operator}"])
 
     def make_order_atom(self, first: f.Term, second: f.Term) -> f.Atom:
@@ -230,7 +231,7 @@ class ConditionWriter:
     Args:
         glossary: the PDDL names of the export.
         things: PDDL names of the objects that conditions may use; those of the glossary by default.
-        scene: the objects, which pairings need; None if there are no pairings.
+        scene: the scene with all objects, to convert pairings; None if there are no pairings.
     """
 
     def __init__(

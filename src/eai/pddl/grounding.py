@@ -5,9 +5,9 @@ atom i is true.
 
 Conditions are masks over literals, so that many conditions are tested at once. With n atoms, bit i of a set
 of literals says that atom i may be true, and bit n + i that it may be false. A state has one of the two for
-each atom; a relaxed state (`relaxation`) may have both. Each choice in conditions is a further literal, which
-equal choices share. It is present if one of its options is. So any condition is the mask of the literals that
-it needs, and all possible actions of a state are found at once.
+each atom; a relaxed state (`relaxation`) may have both. Each choice between conditions is one more literal.
+It is present if one of the options of the choice is present. Equal choices share one literal. So any
+condition is the mask of the literals that it needs, and all possible actions of a state are found at once.
 """
 
 from __future__ import annotations
@@ -34,7 +34,7 @@ class _GroundCondition(NamedTuple):
 
 
 class _GroundEffect(NamedTuple):
-    """A ground conditional effect; ``add`` and ``delete`` are bit masks."""
+    """A ground conditional effect; ``add`` and ``delete`` are bit masks of atoms."""
 
     condition: _GroundCondition
     add: int
@@ -55,7 +55,7 @@ class _GroundAction(NamedTuple):
 _ALWAYS = _GroundCondition(0, 0, ())
 
 _LOOKS_PER_SUCCESSOR = 10
-"""Cost of one successor in looks, the unit of the search budget."""
+"""Cost of making one successor, in looks. A look is one tested object or literal of a search's budget."""
 
 _Key = tuple[str, ...]
 _Binding = Mapping[str, str]
@@ -134,8 +134,8 @@ class Grounder:
     ) -> Iterator[dict[str, str]]:
         """Return the bindings of parameters that satisfy the static conjuncts of an operator's precondition.
 
-        A parameter that occurs in no condition and no effect takes only one object, as all objects are equal
-        for it.
+        A parameter that occurs in no condition and no effect takes only one object, because every object
+        gives an equal action.
         """
         tests = self._find_static_tests(action)
         mentioned = find_free_variables(action.precondition) | m.find_effect_variables(action.effect)
@@ -154,7 +154,7 @@ class Grounder:
         return iter(stack)
 
     def _find_static_tests(self, action: m.PddlAction) -> dict[str, list[f.Atom]]:
-        """Return for each parameter the static atoms that can be tested as soon as it is bound."""
+        """Return, for each parameter, the static atoms to test as soon as the parameter has an object."""
         tests: dict[str, list[f.Atom]] = {parameter.name: [] for parameter in action.parameters}
         order, may_become_true = list(tests), self._added.union(self._axioms)
         for part in f.get_operands(action.precondition, f.And):
@@ -264,7 +264,7 @@ class Grounder:
         return _conjoin_conditions(parts) if negated else _disjoin_conditions(parts)
 
     def _get_atom_bit(self, key: _Key) -> int:
-        """Return the bit of an atom, or 0 if no effect can change the atom."""
+        """Return the bit of an atom as a mask, or 0 if no effect can change the atom."""
         if key[0] not in (self._deleted if key in self._facts else self._added):
             return 0
         return 1 << self.numbers.setdefault(key, len(self.numbers))
@@ -272,7 +272,8 @@ class Grounder:
     def _bind_to_each_object(self, variable: f.Variable, binding: _Binding) -> Iterator[_Binding]:
         """Yield a binding for each object of a variable.
 
-        All bindings are one dictionary that changes, so the caller must use each before the next.
+        Every binding is the same dictionary, changed in place. So the caller must use a binding before the
+        next.
         """
         inner, slot = {**binding}, variable.name
         for inner[slot] in self._looks.take_within_limit(self._objects[m.get_variable_type(variable)]):
@@ -315,7 +316,7 @@ def _find_object_name(term: f.Term, binding: _Binding) -> str:
 
 
 class _ChoiceLiteral(NamedTuple):
-    """A choice: its literal, all options, a mask of the one-literal options, and the longer options."""
+    """A choice between conditions: its literal, all options, one-literal options (a mask), longer options."""
 
     literal: int
     options: tuple[int, ...]
@@ -352,7 +353,7 @@ class GroundProblem:
         looks: the budget of literals, options, conditions and effects that may be tested.
 
     Attributes:
-        atoms: number of atoms. Literals from 2 to 3 times this number are unused.
+        atoms: number of atoms. Literals 2 * atoms to 3 * atoms - 1 are not used here.
         initial: the initial state.
         goal: the literals that the goal needs.
         actions: the ground actions.
@@ -420,7 +421,7 @@ class GroundProblem:
         return literals
 
     def resolve_choices(self, needed: int, literals: int) -> int:
-        """Return the needed literals, with each choice replaced by its first option in a set of literals."""
+        """Return needed literals, with each choice replaced by its first option in a set of literals."""
         if needed >> 3 * self.atoms:
             for literal, options, _, _ in reversed(self._choices.values()):
                 if needed & literal:
@@ -429,7 +430,7 @@ class GroundProblem:
         return needed
 
     def add_choices_and_options(self, needed: int) -> int:
-        """Return the needed literals, their choices, and all options of the choices."""
+        """Return needed literals, their choices, and the literals of all options of the choices."""
         for literal, options, _, _ in reversed(self._choices.values()):
             if needed & literal:
                 for option in options:
@@ -482,7 +483,7 @@ def _make_mask(numbers: Sequence[int]) -> int:
 
 
 def iterate_bit_masks(mask: int) -> Iterator[int]:
-    """Yield each bit of a mask as a mask, in ascending order."""
+    """Yield each set bit of a mask as a mask with only this bit, in ascending order."""
     while mask:
         bit = mask & -mask
         yield bit

@@ -1,11 +1,11 @@
-"""Script that turns its process into another program, with limits, which dies with the parent process.
+"""Script that replaces itself by another program with limits. The program dies with the parent process.
 
     python limited.py PARENT CPU_SECONDS MEMORY_BYTES PROGRAM ARGUMENT...
 
 The limits are the operating system's, so the program cannot evade them. On Linux the system also kills the
 program when the parent dies for any reason. PARENT is the process id of the parent. If the parent died before
-the script could ask for this, the script ends. The script uses only the standard library, because it starts
-without the package on its path.
+the script could ask the system for this, the script ends. The script uses only the standard library, because
+it starts without the package on its path.
 """
 
 from __future__ import annotations
@@ -18,7 +18,7 @@ import signal
 import sys
 
 _GRACE = 5
-"""Seconds of CPU time from the signal that a program can handle to the signal that kills it."""
+"""Seconds of CPU time between the signal that a program can handle and the signal that kills the program."""
 _SET_PARENT_DEATH_SIGNAL = 1
 """Option of ``prctl(2)`` that sets the signal at the parent's death: ``PR_SET_PDEATHSIG``."""
 

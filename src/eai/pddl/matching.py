@@ -46,7 +46,7 @@ Clause: TypeAlias = f.Formula
 _LISTS = (f.And, f.Or)
 
 Renaming = Mapping[str, str]
-"""Mapping from each variable of the answer to its gold name; a variable without one matches nothing."""
+"""Mapping from variables of the answer to gold names; a variable without a gold name matches nothing."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -67,7 +67,7 @@ class SideMatch:
 
 
 NO_MATCH = SideMatch()
-"""Result of the comparison of two empty sides (preconditions or effects)."""
+"""Result of comparing an empty precondition or effect with an empty gold precondition or effect."""
 
 
 _LiteralMatch: TypeAlias = tuple[int, int, int]
@@ -95,7 +95,7 @@ class OperatorMatch:
 
 
 class _SidePair(NamedTuple):
-    """One side (precondition or effect) of both operators, with canonical clauses and literals of gold."""
+    """One side (precondition or effect) of both operators, with gold's clauses (canonical) and literals."""
 
     ours: Clause
     gold: Clause
@@ -206,7 +206,7 @@ def _write_term(term: f.Term, names: Renaming) -> str:
 def _make_gold_sides(gold: m.PddlAction) -> tuple[tuple[Clause, tuple[str, ...], int], ...]:
     """Return the precondition and the effect of a gold operator, prepared for `_SidePair`.
 
-    They are cached, because many answers share an operator.
+    The result is cached, because many answers are compared with the same gold operator.
     """
     names = {parameter.name: parameter.name for parameter in gold.parameters}
     return tuple(
@@ -253,7 +253,7 @@ def match_operators(predicted: m.PddlAction, gold: m.PddlAction) -> OperatorMatc
 
 
 def match_missing_operator(gold: m.PddlAction) -> OperatorMatch:
-    """Return the comparison for an operator that the answer lacks, or that cannot be read."""
+    """Return the comparison for a gold operator that the answer lacks or whose text is unreadable."""
     return match_operators(m.PddlAction(gold.name, (), f.TRUE, m.NO_EFFECT), gold)
 
 
@@ -264,7 +264,7 @@ def _find_best_renaming(
     number: Callable[[_T], int],
     wanted: int,
 ) -> tuple[Renaming, list[_T]]:
-    """Return the first renaming of parameters with the most matches, and the matches on each side."""
+    """Return the first renaming of parameters with the most matches, and the match of each side."""
     best: tuple[Renaming, list[_T]] = ({}, [])
     most = -1
     for renaming in renamings:
@@ -280,7 +280,7 @@ def _find_best_renaming(
 def _match_clauses(side: _SidePair, renaming: Renaming) -> tuple[list[Clause], list[Clause], list[Clause]]:
     """Return the matched, additional and missing clauses of one side.
 
-    Matched clauses are identical after renaming.
+    Matched clauses are identical after parameters are renamed.
     """
     left = [(_write_canonical(part, renaming), part) for part in _list_answer_clauses(side.ours, side.gold)]
     matched, missing = list[Clause](), list[Clause]()
@@ -307,7 +307,10 @@ def _list_answer_clauses(ours: Clause, theirs: Clause) -> tuple[Clause, ...]:
 
 
 def _generate_renamings(predicted: m.PddlAction, gold: m.PddlAction) -> list[Renaming]:
-    """Return the pairings of parameters that agree in most types; the pairing by position comes first."""
+    """Return the pairings of the two operators' parameters that agree in most types.
+
+    The pairing by position comes first.
+    """
     ours, theirs = predicted.parameters, gold.parameters
     size = max(len(ours), len(theirs))
     orders = permutations(range(size)) if size <= MAX_PERMUTED_PARAMETERS else iter([tuple(range(size))])

@@ -37,7 +37,7 @@ class ForAllEffect:
 
 @dataclass(frozen=True, slots=True)
 class WhenEffect:
-    """An effect that takes place if the condition held before."""
+    """An effect that takes place if a condition holds in the state before the action."""
 
     condition: f.Formula
     part: PddlEffect
@@ -80,7 +80,7 @@ class PddlAction:
 
 @dataclass(frozen=True, slots=True)
 class PddlAxiom:
-    """A derived predicate: it holds for its parameters if the condition does."""
+    """A derived predicate: it holds for its parameters if its condition holds for these."""
 
     name: str
     parameters: tuple[f.Variable, ...]
@@ -194,7 +194,7 @@ def find_effect_atoms(effect: PddlEffect) -> Iterator[f.Atom]:
 
 
 def find_effect_conditions(effect: PddlEffect) -> Iterator[f.Formula]:
-    """Yield the conditions of an effect's conditional parts, left to right, once for each part."""
+    """Yield the condition of each conditional part of an effect, left to right."""
     return (condition for _, conditions in split_effect(effect) for condition in conditions)
 
 
@@ -235,7 +235,7 @@ def map_effect(
 class OperatorText:
     """An operator as an answer writes it, before it is parsed.
 
-    It has the name and the text of its three parts, each a parenthesised list.
+    It has the name of the operator, and the texts of its parameters, precondition and effect.
     """
 
     name: str
@@ -245,7 +245,7 @@ class OperatorText:
 
     @property
     def size(self) -> int:
-        """The number of characters in the three parts."""
+        """The number of characters in the texts of the three parts."""
         return len(self.parameters) + len(self.precondition) + len(self.effect)
 
     @property

@@ -1,8 +1,8 @@
 """Convert the ordered effects of a declared operator to effects of PDDL, which all take place at once.
 
 The engine makes changes one after the other, and a later change overrides an earlier one. In PDDL an addition
-wins over a deletion. So the converted addition takes place only if no later deletion of its atom does; the
-order needs no other conversion. Both formalisms evaluate conditions in the state before all effects.
+wins over a deletion. So a converted addition takes place only if no later deletion of its atom takes place.
+Nothing else depends on the order. Both formalisms evaluate conditions in the state before all effects.
 """
 
 from __future__ import annotations
@@ -48,7 +48,7 @@ class _AtomChange:
 
 @dataclass(frozen=True, slots=True)
 class _EffectContext:
-    """The terms for variables, and the conditions, that enclosing effects set for an effect."""
+    """The context of an effect: the terms that replace variables, and the conditions of enclosing effects."""
 
     scope: g.TermScope
     variables: tuple[f.Variable, ...] = ()
@@ -71,13 +71,13 @@ def write_simultaneous_effect(
         operator: the operator.
         conditions: writes conditions with the operator's names.
         scope: the operator's parameters.
-        hidden: predicates that are left out.
+        hidden: predicates that the export leaves out.
     """
     return _OrderedEffectsConverter(conditions, scope, hidden).convert_effects(operator)
 
 
 class _OrderedEffectsConverter:
-    """The ordered effects of one operator."""
+    """Converts the ordered effects of one operator."""
 
     def __init__(self, conditions: g.ConditionWriter, scope: g.TermScope, hidden: frozenset[str]) -> None:
         self._conditions = conditions
@@ -152,7 +152,7 @@ class _OrderedEffectsConverter:
         return g.conjoin((meets, g.negate(f.Exists(other, earlier))))
 
     def _make_atom_change(self, atom: f.Atom, context: _EffectContext, *, adds: bool) -> _AtomChange:
-        """Return the change that an effect makes to an atom; a pattern changes all atoms that it matches."""
+        """Return the change that an effect makes to an atom, or to all atoms that match a pattern."""
         stored = self._vocabulary.find_stored(atom.predicate)
         if stored is None:
             raise DomainError(f"an effect changes {atom.predicate}, which is not a stored predicate")
@@ -180,7 +180,7 @@ class _OrderedEffectsConverter:
         yield quantify(m.ForAllEffect, change.variables, effect)
 
     def _write_deletion_condition(self, addition: _AtomChange, deletion: _AtomChange) -> f.Formula:
-        """Return the condition that a later deletion removes the added atom."""
+        """Return the condition under which a later deletion removes an added atom."""
         if addition.atom.predicate != deletion.atom.predicate:
             return f.FALSE
         terms: dict[str, f.Term] = {}
@@ -196,7 +196,7 @@ class _OrderedEffectsConverter:
         terms |= still_open
         later = self._write_order_condition(addition.place, deletion.place, terms)
         undoing = g.conjoin((*same, later, g.replace_variables(deletion.condition, terms)))
-        if g.conjoin((addition.condition, undoing)) == f.FALSE:  # the two conditions exclude each other
+        if g.conjoin((addition.condition, undoing)) == f.FALSE:  # addition and deletion exclude each other
             return f.FALSE
         for variable in reversed(still_open.values()):
             undoing = undoing if undoing in (f.TRUE, f.FALSE) else f.Exists(variable, undoing)
@@ -205,7 +205,7 @@ class _OrderedEffectsConverter:
     def _write_order_condition(
         self, addition: _EffectPosition, deletion: _EffectPosition, terms: g.TermScope
     ) -> f.Formula:
-        """Return the condition that a deletion comes after an addition in the order of effects.
+        """Return the condition under which a deletion comes after an addition in the order of effects.
 
         `terms` replace the variables of the deletion.
         """

@@ -23,10 +23,10 @@ _SECTIONS: Final[Mapping[str, str]] = {
     "condition": ":derived",
     "derived predicate": ":derived",
 }
-"""Mapping from the locations that `eai.pddl.check` names to the keywords of their sections."""
+"""Mapping from the words by which `eai.pddl.check` states locations to the keywords of PDDL sections."""
 
 _NAMED: Final = frozenset({":action", ":derived"})
-"""Keywords of sections that begin with a name: a definition may have several sections of each kind."""
+"""Keywords of sections that begin with a name, so that a definition may have several such sections."""
 
 _QUANTIFIERS: Final = frozenset({"forall", "exists", "forn", "forpairs", "fornpairs"})
 
@@ -52,7 +52,7 @@ def find_offset_of_finding(
 
 
 def _find_sections_by_location(definition: ExpressionList, place: str) -> Iterator[SExpr]:
-    """Yield the expressions for which a location in words stands, such as ``effect of move``."""
+    """Yield the expressions that a location in words denotes, such as ``effect of move``."""
     kind, _, name = place.partition(" of ")
     if not name and place not in _SECTIONS:
         kind, _, name = place.rpartition(" ")

@@ -10,13 +10,13 @@ from eai.pddl.search import BuiltInPlanner
 from eai.planning.search import Limits
 
 FIRST_LIMITS = Limits(300)
-"""Limits of the built-in search before Fast Downward; with larger limits the two would take longer."""
+"""Limits of the built-in search that runs before Fast Downward. Larger limits take longer in total."""
 
 
 def resolve_planner_choice(choice: PlannerChoice) -> PlannerChoice:
-    """Return the choice without ``auto``: it becomes ``full`` or ``built_in``.
+    """Return a choice of planner, in which ``full`` or ``built_in`` replaces ``auto``.
 
-    It becomes ``full`` if Fast Downward is installed in this environment.
+    If Fast Downward is installed in this environment, ``full`` replaces ``auto``.
     """
     if choice is not PlannerChoice.AUTO:
         return choice
@@ -30,7 +30,7 @@ def make_planner(
 
     Args:
         choice: the choice of the planner.
-        cpu_seconds: CPU seconds of Fast Downward for one task; the terms may replace this number.
+        cpu_seconds: CPU seconds of Fast Downward for one task; ``terms`` may replace this number.
         terms: the user's limits of planners.
 
     Raises:

@@ -19,7 +19,10 @@ if TYPE_CHECKING:
     from eai.pddl.model import PddlDomain, PddlProblem
 
 _MAX_LOOKS = 300_000
-"""Maximum number of objects that quantifiers may visit while a plan is checked; gold needs hundreds."""
+"""Maximum number of objects that quantifiers may visit while a plan is checked.
+
+Plans with gold operators need hundreds.
+"""
 
 
 class PlannerOutcome(str, Enum):
@@ -29,7 +32,7 @@ class PlannerOutcome(str, Enum):
     UNSOLVABLE = "unsolvable"
     """There is no plan, or the part of the state space that the planner searches contains no plan."""
     INPUT_ERROR = "input_error"
-    """The domain or problem is not acceptable PDDL."""
+    """The planner does not accept the domain or problem as PDDL."""
     UNSUPPORTED = "unsupported"
     TIME = "time"
     """The limit of CPU time, or of evaluated states, was reached."""
@@ -56,7 +59,7 @@ class PlannerTerms:
     """The user's limits of planners, which replace the benchmark's limits.
 
     Attributes:
-        seconds: CPU seconds of each process of a call; the benchmark's number if None.
+        seconds: CPU seconds of each process of a planner call; the benchmark's number if None.
         memory_mib: memory for all planners that run at a time, in MiB; all memory of the machine if None.
         folder: the folder through which processes limit their planner calls (`eai.pddl.fast_downward`); None
             without such a limit.
@@ -69,7 +72,7 @@ class PlannerTerms:
 
 @dataclass(frozen=True, slots=True)
 class PlannerResult:
-    """The outcome, the plan if there is one, and the reason for the outcome in words."""
+    """The outcome of a planner call, the plan if one was found, and the reason for the outcome in words."""
 
     outcome: PlannerOutcome
     plan: tuple[PlanStep, ...] = ()
@@ -80,8 +83,8 @@ class PlannerResult:
 class PlanningTask:
     """The task of a planner: a domain and a problem.
 
-    ``fatal`` is an atom that crashes the planner if it is reachable. It stands for additions of atoms with
-    unbound variables (`eai.extensions.reference.planner_of_2024`).
+    ``fatal`` is an atom that crashes the planner if it is reachable. The atom stands for additions of atoms
+    with unbound variables (`eai.extensions.reference.planner_of_2024`).
     """
 
     domain: PddlDomain
@@ -90,7 +93,7 @@ class PlanningTask:
 
 
 def make_violation_result(finding: PddlFinding) -> PlannerResult:
-    """Return the result for a task that violates PDDL, as a finding states. No planner needs to see it."""
+    """Return the result for a task with a violation of PDDL (the finding). No planner needs to run."""
     detail = f"{finding.place}: {finding.offence.value}: {finding.words}"
     return PlannerResult(PlannerOutcome.INPUT_ERROR, detail=detail)
 

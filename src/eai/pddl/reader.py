@@ -25,7 +25,7 @@ from eai.pddl.check import PddlError, PddlViolationKind
 _WORD = re.compile(r"[()]|\??[^\s();?]+|\?|;[^\n]*")
 
 MAX_DEPTH = 100
-"""Maximum nesting of parentheses; the data set needs 9."""
+"""Maximum nesting depth of parentheses. The deepest text in the data set has a depth of 9."""
 
 
 @dataclass(slots=True, eq=False)
@@ -107,7 +107,7 @@ def _read_expression(text: str) -> SExpr | None:
 def find_unclosed_section(text: str) -> int | None:
     """Return the offset of the first section that begins inside another section, or None.
 
-    The outer section probably lacks its closing parenthesis.
+    The text probably lacks the closing parenthesis of the outer section.
     """
     depth, before = 0, ""
     for match in _WORD.finditer(text):
@@ -228,7 +228,7 @@ class PddlReader:
         return parts
 
     def read_whole_condition(self, expression: SExpr) -> f.Formula:
-        """Return a whole condition; like `read_formula`, but ``()`` is true."""
+        """Return the formula of a whole condition; like `read_formula`, but ``()`` is read as true."""
         return (
             f.TRUE
             if isinstance(expression, ExpressionList) and not expression.items
@@ -236,7 +236,7 @@ class PddlReader:
         )
 
     def read_whole_effect(self, expression: SExpr) -> m.PddlEffect:
-        """Return a whole effect; like `read_effect`, but ``()`` is no effect."""
+        """Return the whole effect of an operator; like `read_effect`, but ``()`` is read as no effect."""
         return (
             m.NO_EFFECT
             if isinstance(expression, ExpressionList) and not expression.items
@@ -390,7 +390,7 @@ class PddlReader:
         return group.items[1:]
 
     def _require_list(self, expression: SExpr) -> tuple[ExpressionList, str]:
-        """Return an expression, which must be a non-empty list, with its first word."""
+        """Return an expression, which must be a non-empty list, together with its first word."""
         if isinstance(expression, ExpressionList) and expression.items:
             return expression, self._require_word(expression.items[0]).text
         raise self._make_error(expression, "a non-empty parenthesised list")
@@ -424,5 +424,5 @@ def get_first_word(group: ExpressionList) -> str:
 
 
 def _find_section_items(sections: Sequence[ExpressionList], keyword: str) -> list[SExpr]:
-    """Return the items in all sections that begin with a keyword, without the keyword."""
+    """Return the items of all sections with a keyword, without the keyword itself."""
     return [item for section in sections if get_first_word(section) == keyword for item in section.items[1:]]

@@ -1,8 +1,8 @@
 """Relaxed planning: estimate the distance to the goal as if no true literal were ever lost.
 
 A relaxed state is a set of literals that only grows (`grounding`). There is one exception: a true atom of the
-goal is lost if every way to a missing part of the goal makes it false. It must be made true again. This is
-why a machine is not switched on before its door is closed.
+goal is lost, and must be made true again, if every way to a missing part of the goal makes this atom false.
+So a plan does not switch on a machine before its door is closed.
 """
 
 from __future__ import annotations
@@ -19,17 +19,17 @@ _ALL_LITERALS = -1
 """Bit mask that contains all literals of any problem, and more bits."""
 
 _MAX_ROUNDS = 2
-"""Maximum number of attempts to make literals true together, if making one literal loses another."""
+"""Maximum number of attempts to make literals true together, if making one true loses another."""
 
 _MAX_REPEAT_DEPTH = 2
-"""Maximum number of nested actions for making initial literals true again that were lost."""
+"""Maximum number of nested actions that make lost literals of the initial state true again."""
 
 _MAX_RULES = 2_000
 """Maximum number of rules (effects of actions) that one lookahead tries."""
 
 
 class _LiteralRule(NamedTuple):
-    """A conditional effect as a rule: the number of its action, and the literals that it needs and makes."""
+    """A conditional effect as a rule: the number of its action, and the literals it needs and makes true."""
 
     action: int
     needs: int
@@ -37,7 +37,7 @@ class _LiteralRule(NamedTuple):
 
 
 class _UnreachedLiteral(NamedTuple):
-    """An unreached literal, with masks of the rules that need it and of the rules that make it."""
+    """An unreached literal, with bit masks of the rules that need it and of the rules that make it true."""
 
     literal: int
     needing: int
@@ -63,7 +63,7 @@ class Relaxation:
 
     Args:
         problem: the problem.
-        looks: the budget of literals that estimates may test. If it is exceeded, results mean nothing.
+        looks: the budget of literals that estimates may test. If the budget is exceeded, results are invalid.
     """
 
     def __init__(self, problem: GroundProblem, looks: SearchEffort) -> None:
@@ -165,12 +165,12 @@ class Relaxation:
         return self._build_layers(literals, _ALL_LITERALS, 0)
 
     def find_rules_making(self, literal: int, rules: int) -> Iterator[_LiteralRule]:
-        """Yield the rules that make a literal, in order; `rules` are the allowed rules."""
+        """Yield the rules that make a literal true, in order; `rules` are the allowed rules."""
         for bit in iterate_bit_masks(self._making.get(literal, 0) & rules):
             yield self._rules[bit.bit_length() - 1]
 
     def _find_first_rule(self, missing: int, fired: int) -> _LiteralRule:
-        """Return the first rule that makes any of the missing literals."""
+        """Return the first rule that makes any of the missing literals true."""
         making = 0
         for literal in iterate_bit_masks(missing):
             making |= self._making.get(literal) or self._making.get(literal >> self._again, 0)
@@ -179,10 +179,7 @@ class Relaxation:
 
 
 def _find_goal_prices(problem: GroundProblem) -> dict[int, int]:
-    """Return a mapping from each atom of the goal to other atoms of the goal that must be lost for it.
-
-    Every action that adds the atom makes these other atoms false.
-    """
+    """Return a mapping from each goal atom to the goal atoms that every action adding it makes false."""
     goal = problem.goal & (1 << problem.atoms) - 1
     prices: dict[int, int] = {}
     for action in problem.actions:
@@ -238,7 +235,7 @@ class _Lookahead:
         return self._taken
 
     def _count_missing_goals(self) -> tuple[int, int]:
-        """Return the number of missing goal literals that were false at first, and the number of all."""
+        """Return how many missing goal literals were false at first, and how many are missing."""
         missing = self._problem.goal & ~self._held
         return (missing & ~self._start).bit_count(), missing.bit_count()
 
@@ -252,7 +249,7 @@ class _Lookahead:
                 self._undo_to_mark(mark)
 
     def _apply_rule(self, rule: _LiteralRule, depth: int) -> bool:
-        """Make the needs of a rule true and apply its action; return whether that is possible."""
+        """Make the literals that a rule needs true, and apply its action. Return whether this is possible."""
         self._rules_left -= 1
         if self._rules_left < 0 or not self._make_literals_true(rule.needs, depth):
             return False
@@ -281,7 +278,7 @@ class _Lookahead:
     def _make_literal_true(self, literal: int, depth: int) -> None:
         """Make a literal true by the first rule of earlier layers that makes it.
 
-        If the literal was true at the start and has been lost, it is a rule of the first layer.
+        If the literal was true at the start and has been lost, a rule of the first layer makes it true again.
         """
         for before, fired in enumerate(self._layers.fired[: max(depth, int(depth > -_MAX_REPEAT_DEPTH))]):
             for rule in self._relaxation.find_rules_making(literal, fired):

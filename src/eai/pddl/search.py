@@ -77,7 +77,7 @@ def restrict_to_relevant(domain: m.PddlDomain, problem: m.PddlProblem) -> m.Pddl
 def _find_reachable_predicates(
     operators: Sequence[_Operator], domain: m.PddlDomain, problem: m.PddlProblem
 ) -> Set[str]:
-    """Return the predicates with an atom that is true or may become true, and all derived predicates."""
+    """Return all predicates with an atom that is or may become true, and all derived predicates."""
     reached = {axiom.name for axiom in domain.axioms} | {atom.predicate for atom in problem.initial}
     additions = [
         (part.atom.predicate, conditions)
@@ -200,7 +200,7 @@ class BuiltInPlanner:
 
     Attributes:
         limits: the limits of the search.
-        then: the planner for tasks that the search cannot decide. If None, exceeded limits are
+        then: the next planner, for tasks that the search cannot decide. If None, exceeded limits are
             `PlannerOutcome.TIME`, and tasks that cannot be grounded `PlannerOutcome.UNSUPPORTED`.
     """
 
@@ -209,7 +209,7 @@ class BuiltInPlanner:
 
     @property
     def name(self) -> str:
-        """The names in records of the search and of the planner after it."""
+        """The names that records use for the search and for the next planner."""
         return _NAME if self.then is None else f"{_NAME}, then {self.then.name}"
 
     def solve(self, task: PlanningTask) -> PlannerResult:
@@ -367,9 +367,9 @@ class _GroundSearch:
 
 
 class _PairRule(NamedTuple):
-    """A conditional effect as masks of literals that it needs, makes, and loses.
+    """A conditional effect as bit masks of literals: needed, made true, and lost (made false).
 
-    `always` and `perhaps` are literals that other effects of the action make in any case, or may make.
+    `always` and `perhaps` are literals that other effects of the action always make true, or may make true.
     """
 
     needs: int
@@ -389,7 +389,7 @@ class _ReachablePairs:
 
     Args:
         problem: the ground problem.
-        looks: the budget of literals that may be tested. If it is exceeded, results mean nothing.
+        looks: the budget of literals that may be tested. If the budget is exceeded, results are invalid.
     """
 
     def __init__(self, problem: GroundProblem, looks: SearchEffort) -> None:
@@ -405,7 +405,7 @@ class _ReachablePairs:
             pass
 
     def may_hold_together(self, needed: int) -> bool:
-        """Whether no two literals of a mask exclude each other, judged by pairs."""
+        """Whether every two literals of a mask are a reachable pair."""
         return (
             self._looks.is_exceeded
             or self._find_compatible_literals(self._keep_atom_literals(needed)) is not None
@@ -426,7 +426,7 @@ class _ReachablePairs:
             )
 
     def _add_pairs_of_rules(self, rules: Sequence[_PairRule]) -> bool:
-        """Add the pairs that the effects of all actions make, in turn; return whether there are new pairs."""
+        """Add the pairs that the effects of all actions make true. Return whether any pair is new."""
         grew = False
         for rule in rules:
             if self._looks.is_exceeded:
@@ -435,7 +435,7 @@ class _ReachablePairs:
         return grew
 
     def _add_pairs_of_rule(self, rule: _PairRule) -> bool:
-        """Add the pairs that one effect makes; return whether there are new pairs."""
+        """Add the pairs that one effect makes true. Return whether any pair is new."""
         companions = self._find_compatible_literals(rule.needs)
         if companions is None:
             return False
@@ -464,7 +464,7 @@ class _ReachablePairs:
         return None if needed & ~companions else companions
 
     def _keep_atom_literals(self, needed: int) -> int:
-        """Return the literals of a mask that belong to atoms, without the literals of choices."""
+        """Return the literals of a mask that stand for atoms, without the literals that stand for choices."""
         return needed & (1 << 2 * self._atoms) - 1
 
     def _negate_literals(self, literals: int) -> int:

