@@ -18,7 +18,7 @@ from eai.base.errors import InputError
 _OURS = "eai."
 _PACKAGE = Path(__file__).parents[1]
 _CORE_GROUPS = ("eai.abilities", "eai.benchmarks", "eai.commands", "eai.studies")
-"""Groups in which this package registers objects. They are empty only if its metadata are not installed."""
+"""Groups in which this package registers objects. They are empty only if its metadata are missing."""
 
 
 class EntryPoint(NamedTuple):

@@ -110,9 +110,10 @@ def random_walk(
 
 
 def _draw_action(domain: Domain, state: State, objects: Sequence[int], rng: random.Random) -> Action | None:
-    """Return a random possible action, or None if no action is possible. All have equal probability.
+    """Return a random possible action, or None if no action is possible.
 
-    If listing all possible actions exceeds a limit, only the listed actions can be drawn.
+    All possible actions have equal probability. If listing all possible actions exceeds a limit, only the
+    listed actions can be drawn.
     """
     sizes = [len(objects) ** operator.arity for operator in domain.operators]
     for operator in rng.choices(domain.operators, sizes, k=_MAX_DRAWS):

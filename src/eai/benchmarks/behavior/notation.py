@@ -105,7 +105,7 @@ def make_behavior_lexicon(scene: Scene, signature: Signature, objects: Mapping[s
     Args:
         scene: the scene.
         signature: the names that formulas may use.
-        objects: index of the object that each name means.
+        objects: name -> index of the object that the name means.
     """
     categories = {
         n: c for n, c in map_category_predicates(scene).items() if scene.vocabulary.find_arity(n) is None

@@ -21,7 +21,7 @@ from eai.world.action import Action
 from eai.world.state import Fact, Scene, State, WorldObject
 
 MAX_GRASPABLE_VOLUME = 1.5
-"""Maximum volume of an object that a hand can grasp, in m3 (from ``evolving_graph.py``)."""
+"""Maximum volume of an object that a hand can grasp, in m3 (``evolving_graph.py`` of the paper's package)."""
 
 MUCH_LARGER_RATIO = 5
 """Ratio of volumes above which an object falls off its support when the support is grasped (from there)."""

@@ -106,7 +106,7 @@ def _go_to(obj: Variable) -> Effect:
 
 
 def make_navigate_action() -> Operator:
-    """Return the action NAVIGATE_TO (after OmniGibson's primitives NAVIGATE_TO)."""
+    """Return the action NAVIGATE_TO (after OmniGibson's primitive NAVIGATE_TO)."""
     return Operator(
         "NAVIGATE_TO",
         (X,),
@@ -118,7 +118,7 @@ def make_navigate_action() -> Operator:
 
 
 def make_grasp_action() -> Operator:
-    """Return the action GRASP (after OmniGibson's primitives GRASP). The action names no hand."""
+    """Return the action GRASP (after OmniGibson's primitive GRASP). The action names no hand."""
     checks = (
         MOVABLE,
         affordance(~p.floor(X), "{x} is a floor"),
@@ -139,7 +139,7 @@ def make_grasp_action() -> Operator:
 
 
 def make_release_action() -> Operator:
-    """Return the action RELEASE (after OmniGibson's primitives RELEASE). The object falls to the floor."""
+    """Return the action RELEASE (after OmniGibson's primitive RELEASE). The object falls to the floor."""
     effects = (Delete(p.held(X)), Let(F, p.robot_on(F), (Add(p.lies_on(X, F)),)))
     text = "let go of the object in a hand; it comes to lie on the floor where the robot is"
     return Operator("RELEASE", (X,), (require_in_hand(X),), effects, text, role=OperatorRole.RELEASES)
@@ -191,7 +191,7 @@ def make_placing_actions() -> Iterator[Operator]:
 
 
 def make_detach_action() -> Operator:
-    """Return the action DETACH (after OmniGibson's object states attached_to)."""
+    """Return the action DETACH (after OmniGibson's object state attached_to)."""
     checks = (
         require_existing(X),
         missing_step(p.attached_to(X, Y), "{x} is not attached to {y}"),
@@ -301,7 +301,7 @@ RUNNING = missing_step(~p.toggleable(Y) | p.is_toggled_on(Y), "{y} is not switch
 
 
 def make_fill_action() -> Operator:
-    """Return the action FILL (after OmniGibson's object states particle_source_or_sink)."""
+    """Return the action FILL (after OmniGibson's object state particle_source_or_sink)."""
     checks = (
         require_ability(X, p.fillable, "cannot be filled"),
         affordance(p.fixed(Y) & Exists(S, p.gives(Y, S)), "{y} gives nothing"),
@@ -329,7 +329,7 @@ def _require_pouring(*checks: Check) -> tuple[Check, ...]:
 def make_pour_action() -> Operator:
     """Return the action POUR (after OmniGibson's object states contains, filled).
 
-    Some of the substance remains in the vessel (D3).
+    Some of the substance remains in the vessel (decision D3).
     """
     checks = _require_pouring(
         require_ability(Y, p.fillable, "cannot be filled"),
@@ -345,9 +345,9 @@ def make_pour_action() -> Operator:
 
 
 def make_empty_action() -> Operator:
-    """Return the action EMPTY (after OmniGibson's object states particle_source_or_sink).
+    """Return the action EMPTY (after OmniGibson's object state particle_source_or_sink).
 
-    Nothing remains in the vessel (D3).
+    Nothing remains in the vessel (decision D3).
     """
     spilt = p.has_in(X, S) | (p.has_cover(X, S) & ~p.visual(S))
     things = p.lies_in(Z, X) | p.lies_on(Z, X)
@@ -370,7 +370,7 @@ def make_empty_action() -> Operator:
 def make_apply_action() -> Operator:
     """Return the action APPLY (after OmniGibson's object states particle_modifier, ParticleApplier).
 
-    Liquids soak absorbent objects (D10).
+    Liquids soak absorbent objects (decision D10).
     """
     effects = (
         ForEach(S, POURABLE, (Add(p.has_cover(Y, S)), Add(p.present(S)))),
@@ -422,7 +422,8 @@ def make_soak_action() -> Operator:
 def make_rinse_action() -> Operator:
     """Return the action RINSE.
 
-    The action removes substances that water dissolves, by OmniGibson's table for washing machines (D4).
+    The action removes substances that water dissolves, by OmniGibson's table for washing machines (decision
+    D4).
     """
     solvent = Exists(W, p.dissolved_by(S, W) & (p.has_cover(X, W) | p.has_in(Y, W)))
     off = p.has_cover(X, S) & (p.washes_off(Y, S) | solvent)
@@ -466,9 +467,9 @@ def make_products(vessel: Variable, chosen: Formula) -> tuple[Effect, ...]:
 
 
 def make_run_machine_action() -> Operator:
-    """Return the action RUN (after OmniGibson's transition rules ToggleableMachineRule).
+    """Return the action RUN (after OmniGibson's transition rule ToggleableMachineRule).
 
-    Objects that the recipe does not need must be taken out of the machine first (D6).
+    Objects that the recipe does not need must be taken out of the machine first (decision D6).
     """
     checks = (
         require_existing(H),
@@ -484,7 +485,7 @@ def make_run_machine_action() -> Operator:
 
 
 def make_stir_action() -> Operator:
-    """Return the action STIR (after OmniGibson's transition rules MixingToolRule)."""
+    """Return the action STIR (after OmniGibson's transition rule MixingToolRule)."""
     checks = (
         affordance(p.fillable(C), "{c} cannot be filled"),
         require_ability(T, p.mixing_tool, "is no tool for mixing"),
@@ -557,7 +558,7 @@ def make_heat_action() -> Operator:
 def make_freeze_action() -> Operator:
     """Return the action FREEZE (after OmniGibson's object states heat_source_or_sink, frozen).
 
-    Nothing freezes without this action (D8).
+    Nothing freezes without this action (decision D8).
     """
     effects = (
         When(p.chills(H, X), (Add(p.is_frozen(X)),)),
@@ -581,7 +582,7 @@ def _require_running_machine(ability: Predicate, reason: str) -> tuple[Check, ..
 
 
 def make_wash_action() -> Operator:
-    """Return the action WASH (after OmniGibson's transition rules WasherRule)."""
+    """Return the action WASH (after OmniGibson's transition rule WasherRule)."""
     solvent = Exists(W, p.dissolved_by(S, W) & p.has_in(H, W))
     off = p.has_cover(X, S) & (p.washes_off(H, S) | solvent)
     effects = (
@@ -593,7 +594,7 @@ def make_wash_action() -> Operator:
 
 
 def make_dry_action() -> Operator:
-    """Return the action DRY (after OmniGibson's transition rules DryerRule)."""
+    """Return the action DRY (after OmniGibson's transition rule DryerRule)."""
     inside = p.within(X, H)
     effects = (
         ForEach(X, inside, (ForEach(W, p.soaked_with(X, W) & p.liquid(W), (Delete(p.soaked_with(X, W)),)),)),
@@ -604,7 +605,7 @@ def make_dry_action() -> Operator:
 
 
 def make_ignite_action() -> Operator:
-    """Return the action IGNITE (after OmniGibson's object states on_fire)."""
+    """Return the action IGNITE (after OmniGibson's object state on_fire)."""
     checks = (
         require_ability(X, p.flammable, "does not burn"),
         require_ability(T, p.lighter, "lights nothing"),
@@ -633,7 +634,7 @@ def make_wait_action() -> Operator:
 
 
 def add_common_checks(operator: Operator) -> Operator:
-    """Return a copy of an action that also moves the robot (D1).
+    """Return a copy of an action that also moves the robot (decision D1).
 
     It checks that arguments are solid objects.
     """

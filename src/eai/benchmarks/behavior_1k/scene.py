@@ -2,9 +2,9 @@
 
 If a definition leaves a fact open, `docs/behavior-1k.md` decides it. For example, objects are closed and
 switched off, and a source gives the substance of its kind. Furniture of a room is fixed, unless the goal
-moves it (D2). Rules become facts of the scene, such as the foods that a heat source cooks, or the tool that
-removes a stain. Each recipe that can matter is an invisible object. Objects that actions may make have a name
-from the start.
+moves it (decision D2). Rules become facts of the scene, such as the foods that a heat source cooks, or the
+tool that removes a stain. Each recipe that can matter is an invisible object. Objects that actions may make
+have a name from the start.
 """
 
 from __future__ import annotations

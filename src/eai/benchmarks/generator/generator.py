@@ -223,7 +223,7 @@ class TaskGenerator:
         self._free_planner = Planner(self.benchmark.domain)
 
     def _weigh_base_tasks(self) -> Iterator[float]:
-        """Yield each public task's weight in the draw of a base for a new task.
+        """Yield the weight with which each public task is drawn, to base a new task on it.
 
         All weights are 1 if the data set has quantified goals. Otherwise every title has about the same total
         weight. Among the tasks of a title, tasks weigh more if objects can be hidden, or if several objects

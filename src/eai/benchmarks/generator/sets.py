@@ -107,7 +107,7 @@ def _hash_to_share(key: str) -> float:
 
 
 def _get_split_at_share(position: float) -> TaskSplit:
-    """Return the split at a position between 0 and 1, if splits divide this interval by their shares."""
+    """Return the split whose share of the interval from 0 to 1 contains a position."""
     for split, share in SHARES.items():
         position -= share
         if position < 0:

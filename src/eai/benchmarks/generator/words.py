@@ -101,8 +101,8 @@ class InstructionWriter:
     def distinguishing_facts(self) -> Mapping[int, Fact]:
         """Mapping from an object to the initial fact by which it differs from others of its category.
 
-        In its category, only this object has the state that the fact states, or the relation to the only
-        object of another category.
+        The fact states a state that no other object of the category has, or a relation to the only object of
+        another category.
         """
         described: dict[tuple[str, str, tuple[int, ...]], list[int]] = {}
         about = [fact for fact in self.initial_facts if fact.arguments]

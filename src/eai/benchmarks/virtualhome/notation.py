@@ -93,7 +93,7 @@ class VirtualHomeGoals(GoalNotation):
         )
 
     def map_predicate_spellings(self, domain: Domain) -> Mapping[SpelledPredicate, str]:
-        """Return a mapping from words for states and relations, each with its arity, to predicates."""
+        """Return a mapping from pairs of a word in goals and its number of objects to predicates."""
         states = [p for p in domain.vocabulary.predicates if p.arity == 1 and p.visible and not p.static]
         return {
             **{(state.name, 1): state.name for state in states},

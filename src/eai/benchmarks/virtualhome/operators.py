@@ -32,7 +32,7 @@ SQUEEZABLE = (
     "tooth_paste",
     "towel",
 )
-"""Classes of objects, other than clothes, that can be squeezed (from ``SqueezeExecutor``)."""
+"""Classes of objects to squeeze, other than clothes (``SqueezeExecutor`` of the paper's package)."""
 
 # Checks that several actions share.
 NEAR = missing_step(p.near(X), "the character is not next to {x}")
@@ -167,7 +167,7 @@ def make_find_action(effects_on_held: tuple[Effect, ...]) -> Operator:
 
 
 def make_put_effects(relation: Predicate) -> tuple[Effect, ...]:
-    """Return effects that relate the held object to a target, and make the character stand next to both."""
+    """Return effects that relate the held object to a target, and put object and character next to it."""
     return (
         *take_out_of_hand(X),
         *make_symmetric_effects(Add, p.next_to(AGENT, Y)),

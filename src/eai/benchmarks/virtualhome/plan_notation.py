@@ -93,7 +93,10 @@ class VirtualHomePlans(PlanNotation):
         return find_object
 
     def write(self, plan: Iterable[Action], scene: Scene) -> tuple[str, ...]:
-        """Return each step as ``"GRAB": ["soap", "1002"]``, or with ``[ ]`` (with a space) for no objects."""
+        """Return the text of each step: ``"GRAB": ["soap", "1002"]``.
+
+        If it has no objects, it ends in ``[ ]``.
+        """
         return tuple([_format_step(action, scene) for action in plan])
 
     def join(self, parts: Iterable[str]) -> str:

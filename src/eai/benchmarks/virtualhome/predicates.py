@@ -23,10 +23,10 @@ TargetChooser: TypeAlias = Callable[[State, str, int, int], int]
 """Chooses objects to which a relation leads, given a state, the relation, its source, and candidates."""
 
 SEAT_CAPACITIES = {"couch": 4, "bed": 4, "sofa": 4, "loveseat": 2, "pianobench": 2, "bench": 2}
-"""Class of a seat -> number of objects for which it has room; 1 for other classes (from ``SitExecutor``)."""
+"""Class of a seat -> number of objects that fit; 1 otherwise (``SitExecutor`` of the paper's package)."""
 
 BED_CAPACITIES = {"bed": 3, "couch": 2, "bathtub": 2, "loveseat": 2, "sofa": 2}
-"""Class of a bed -> number of objects for which it has room; 1 for other classes (from ``LieExecutor``)."""
+"""Class of a bed -> number of objects that fit; 1 otherwise (``LieExecutor`` of the paper's package)."""
 
 ORIGIN_RELATIONS = ("ONTOP", "INSIDE", "NEXT_TO")
 """Relations that define the origin (former place) of a grabbed object. Only the first that holds counts.
@@ -82,7 +82,7 @@ def make_origin_lookup(position: int, choose: TargetChooser = find_targets) -> L
     """Return a function that finds an object's origins (former places) by one relation.
 
     Only the first of `ORIGIN_RELATIONS` that holds counts. So at most one of three such functions returns
-    objects. Rooms are never origins (as in ``_find_first_node_from``).
+    objects. Rooms are never origins (as in ``_find_first_node_from`` of the paper's package).
 
     Args:
         position: index of the relation in `ORIGIN_RELATIONS`.
