@@ -40,7 +40,7 @@ T = TypeVar("T")
 
 @dataclass(frozen=True, slots=True)
 class LiteralChoice:
-    """A tree that consists of one ground condition, without any choice."""
+    """A choice tree that consists of one ground condition, without any choice."""
 
     literal: Literal
 
@@ -214,7 +214,7 @@ def generate_tree_options(choice: Choice) -> Iterator[Option]:
         case AnyOf(parts):
             yield from chain.from_iterable(map(generate_tree_options, parts))
         case ExactlyOf(count, parts):
-            if count <= len(parts):  # else `combinations` allocates `count` items, perhaps too many
+            if count <= len(parts):  # a huge `count` would fill memory in `combinations`
                 yield from chain.from_iterable(map(_combine_options_of_parts, combinations(parts, count)))
         case PairingChoice(count, cells):
             for pairs in _generate_pairings(count, cells):
@@ -257,7 +257,7 @@ def _generate_pairings(count: int, cells: Sequence[Sequence[Choice | None]]) -> 
     """
     lines = cells if len(cells) < (len(cells[0]) if cells else 0) else list(zip(*cells, strict=True))
     across = len(lines[0]) if lines else 0
-    if count > min(len(lines), across):  # else `combinations` allocates `count` items, perhaps too many
+    if count > min(len(lines), across):  # a huge `count` would fill memory in `combinations`
         return
     for some in combinations(lines, count):
         for others in permutations(range(across), count):
@@ -296,7 +296,7 @@ def _sum_products_over_matchings(count: int, weights: Sequence[Sequence[int]]) -
 def _sum_matchings_row_by_row(count: int, lines: Sequence[Sequence[int]]) -> int:
     """Compute the sum of `_sum_products_over_matchings` row by row.
 
-    It keeps one partial sum for each set of columns that the rows so far may use.
+    It keeps one partial sum for each set of columns that the cells chosen so far occupy.
     """
     sums = {0: 1}
     for line in lines:
@@ -325,7 +325,7 @@ class _ScoredOption:
 
 
 FindBestOption: TypeAlias = Callable[[int], "_ScoredOption | None"]
-"""Function that takes the conditions of an answer, as a bit mask, and returns the best option.
+"""Function that takes the conditions of an answer, as a bit mask, and returns a goal's best option.
 
 It returns None if there are no options.
 """

@@ -209,7 +209,7 @@ class _LtlReader:
 
     def _push_operand(self, operator: str, formula: f.Formula, levels: int) -> None:
         strength = STRENGTHS[operator]
-        if operator in _INFIXES:  # right-associative, so none continues an open construct
+        if operator in _INFIXES:  # right-associative: each opens a construct
             self._stack.append(_OpenConstruct(strength, _INFIXES[operator], [formula], levels, self._scope))
         elif self._stack and self._stack[-1].strength == strength:
             self._stack[-1].parts.append(formula)
@@ -220,7 +220,7 @@ class _LtlReader:
     def _read_operand(self) -> f.Formula:
         """Read the next atom, action, equation or constant.
 
-        Prefixes, quantifiers and opening brackets before it are pushed on the stack.
+        Prefixes, quantifiers and opening brackets before the operand are pushed on the stack.
         """
         while True:
             token = self._operands.match(self._text, self._position)

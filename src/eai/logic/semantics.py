@@ -169,7 +169,7 @@ class _TraceEvaluator:
         return self._tables[key]
 
     def _compute_start_masks(self, formula: f.Formula, binding: Binding) -> list[int]:
-        """Return a list with the mask of starts of satisfying pieces, for every end of a piece.
+        """Return, for each end of a piece, the mask of the starts of pieces that satisfy the formula.
 
         The tables of the operands of connectives are computed first.
         """

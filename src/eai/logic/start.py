@@ -23,7 +23,7 @@ def is_refuted_by_initial_state(formula: f.Formula, start: Trace) -> bool:
 
 
 def _decide_truth(formula: f.Formula, start: Trace, *, is_top: bool) -> bool | None:
-    """Return the truth of a formula if it is equal on all traces with this initial state, else None.
+    """Return the truth of a formula if all traces with this initial state agree on it, else None.
 
     A state formula outside of temporal operators may hold at any position of a trace.
     """

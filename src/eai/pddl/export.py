@@ -252,7 +252,7 @@ def _export_goal(
 def _export_operator(
     operator: Operator, names: PddlNames, glossary: ExportGlossary, hidden: frozenset[str]
 ) -> m.PddlAction:
-    """Return the operator without the effect that records its execution."""
+    """Return the exported operator, still without the effect that records its execution."""
     conditions = ConditionWriter(glossary)
     scope = conditions.name_parameters(operator.parameters)
     asked = [check.condition for check in operator.checks]
@@ -326,7 +326,7 @@ def _export_constants(glossary: ExportGlossary, scene: Scene) -> Iterator[m.Type
 
 
 def _export_axioms(glossary: ExportGlossary) -> Iterator[m.PddlAxiom]:
-    """Yield an axiom for each used derived predicate, including those that conditions of axioms use."""
+    """Yield an axiom for each used derived predicate, even if only another axiom uses it."""
     names_done: set[str] = set()
     while rest := [
         derived_predicate

@@ -35,7 +35,7 @@ _MEMORY_MIB = 4096
 """Memory limit of one planner, in MiB."""
 
 _PAUSE_SECONDS = 0.05
-"""Seconds between two searches for a free slot. This is shorter than a planner call."""
+"""Seconds between two searches for a free slot, chosen shorter than a planner call."""
 
 
 @contextmanager
@@ -81,7 +81,7 @@ _LAMA_FIRST = (
     "lazy_greedy([relaxed_plan, landmarks], preferred=[relaxed_plan, landmarks], "
     "cost_type=one, reopen_closed=false)))"
 )
-"""Search options that Fast Downward's alias ``lama-first`` stands for in problems without action costs."""
+"""Search options of Fast Downward's alias ``lama-first`` for problems without action costs."""
 
 _OUTCOMES = {
     **dict.fromkeys((10, 11, 12), PlannerOutcome.UNSOLVABLE),

@@ -136,7 +136,7 @@ def read_problem_file(
 def read_problem_text(
     text: str, path: Path, domain: PddlDomain, declared: tuple[Path, str] | None = None
 ) -> ProblemFile:
-    """Read the problem in the text of a file; raises as `read_problem_file` does."""
+    """Read the problem in the text of a file. Errors are raised as by `read_problem_file`."""
     with prefix_errors(path):
         group = _read_definition(text, "problem")
         _check_supported(text, group, "problem", [each.name for each in domain.predicates])
@@ -348,7 +348,7 @@ def raise_for_findings(
     Args:
         text: the text.
         definition: the expression ``(define ...)`` in the text.
-        findings: the findings.
+        findings: the violations of PDDL that were found in the text.
         vocabulary: the names that the text may use.
 
     Raises:
@@ -368,6 +368,6 @@ def raise_for_findings(
 
 
 def find_line_of_word(text: str, word: str) -> int:
-    """Return the first line with a word, or 1 if no line has it."""
+    """Return the number of the first line that contains a word, or 1 if no line contains the word."""
     match = re.search(rf"(?<![^\s()]){re.escape(word)}(?![^\s()])", text, re.IGNORECASE)
     return 1 if match is None else text.count("\n", 0, match.start()) + 1

@@ -230,7 +230,7 @@ class ConditionWriter:
 
     Args:
         glossary: the PDDL names of the export.
-        things: PDDL names of the objects that conditions may use; those of the glossary by default.
+        things: PDDL names of the objects that conditions may use; by default the names in ``glossary``.
         scene: the scene with all objects, to convert pairings; None if there are no pairings.
     """
 
@@ -359,7 +359,7 @@ def _require_different(terms: Sequence[f.Term]) -> Iterator[f.Formula]:
 
 
 def find_hidden_predicates(vocabulary: Vocabulary) -> frozenset[str]:
-    """Return the predicates that no text may mention: invisible predicates, and those derived from them."""
+    """Return the predicates that no text may mention: invisible ones, and predicates derived from these."""
     invisible = {predicate.name for predicate in vocabulary.predicates if not predicate.visible}
     names = [*invisible, *vocabulary.derived_by_name]
     return frozenset(
@@ -370,7 +370,8 @@ def find_hidden_predicates(vocabulary: Vocabulary) -> frozenset[str]:
 def replace_hidden_atoms(formula: f.Formula, hidden: frozenset[str], *, positive: bool = True) -> f.Formula:
     """Return a formula without atoms of hidden predicates.
 
-    The replacements make the formula hold more easily, or fail more easily with `positive=False`.
+    The result holds whenever the formula holds. With `positive=False`, the formula holds whenever the result
+    holds.
     """
     match formula:
         case f.Atom(predicate):

@@ -68,7 +68,7 @@ class Grounder:
         domain: the operators.
         problem: the objects, the initial state and the goal.
         looks: the budget of objects that parameters and quantifiers may be bound to; unlimited by default. If
-            it is exceeded, the result is incomplete.
+            the budget is exceeded, the result is incomplete.
     """
 
     def __init__(
@@ -191,7 +191,7 @@ class Grounder:
     def _add_ground_effects(
         self, effect: m.PddlEffect, binding: _Binding, condition: _GroundCondition, found: list[_GroundEffect]
     ) -> None:
-        """Append the ground effects of an effect under a condition to a list."""
+        """Append to a list the ground effects of an effect that takes place under a condition."""
         match effect:
             case m.Add(atom):
                 found.append(_GroundEffect(condition, self._get_atom_bit(_make_atom_key(atom, binding)), 0))
@@ -451,7 +451,7 @@ class GroundProblem:
             yield action, self.apply_action(action.bit_length() - 1, state, literals)
 
     def apply_action(self, number: int, state: int, literals: int) -> int:
-        """Return the state after the action with a number, whether or not the action is possible."""
+        """Return the state after the action with the given number, even if the action is impossible."""
         add = delete = 0
         for needs, also_add, also_delete in self.actions[number].changes:
             if not needs & ~literals:
@@ -466,7 +466,7 @@ def estimate_test_cost(conditions: int) -> int:
 
 
 def map_bits_to_masks(masks: Iterable[int]) -> Mapping[int, int]:
-    """Return a mapping from each bit to the numbers of the masks that contain it, as a mask."""
+    """Return a mapping from each bit to the masks that contain this bit, as a mask of their numbers."""
     numbers: dict[int, list[int]] = {}
     for number, mask in enumerate(masks):
         for bit in iterate_bit_masks(mask):

@@ -95,7 +95,7 @@ class OperatorMatch:
 
 
 class _SidePair(NamedTuple):
-    """One side (precondition or effect) of both operators, with gold's clauses (canonical) and literals."""
+    """The preconditions, or effects, of both operators; for gold also canonical clauses and literals."""
 
     ours: Clause
     gold: Clause
@@ -151,7 +151,7 @@ def _join_clauses(connective: type[f.And] | type[f.Or], parts: Iterable[Clause])
 
 
 def _get_clause_parts(clause: Clause) -> tuple[Clause, ...]:
-    """Return the parts of a list; any other clause is its own only part."""
+    """Return the parts of a clause that is a list; any other clause has itself as only part."""
     return clause.operands if isinstance(clause, _LISTS) else (clause,)
 
 
@@ -165,7 +165,7 @@ _CONNECTIVES = frozenset({"and", "or", "forall", "exists", "not", "when"})
 
 
 def find_predicates_in_text(text: str) -> frozenset[str]:
-    """Return the predicates in a clause as `write_clause` prints it; a single name is a predicate."""
+    """Return the predicates in a clause that `write_clause` printed; a text of one name is a predicate."""
     return frozenset(_HEAD.findall(text)) - _CONNECTIVES if text.startswith("(") else frozenset({text})
 
 
@@ -297,7 +297,7 @@ def _match_clauses(side: _SidePair, renaming: Renaming) -> tuple[list[Clause], l
 def _list_answer_clauses(ours: Clause, theirs: Clause) -> tuple[Clause, ...]:
     """Return the clauses of one side of an answer's operator.
 
-    If its connective differs from that of the gold side, all of it is one clause.
+    If the connective of this side differs from the connective of the gold side, the whole side is one clause.
     """
     lists = isinstance(ours, _LISTS) and isinstance(theirs, _LISTS)
     unlike = (

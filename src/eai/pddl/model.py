@@ -70,7 +70,7 @@ class PddlPredicate:
 
 @dataclass(frozen=True, slots=True)
 class PddlAction:
-    """An operator."""
+    """An operator of PDDL: its name, parameters, precondition and effect."""
 
     name: str
     parameters: tuple[f.Variable, ...]

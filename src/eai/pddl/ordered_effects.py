@@ -24,7 +24,10 @@ from eai.world.operator import Operator
 from eai.world.vocabulary import Predicate, Vocabulary
 
 _EffectPosition: TypeAlias = "tuple[int | f.Variable, ...]"
-"""Position of a change in the order of effects: indices in sequences, and variables of loops over objects."""
+"""Position of a change in the order of an operator's effects.
+
+It has an index for each sequence around the change, and a variable for each loop over objects around it.
+"""
 
 
 @dataclass(frozen=True, slots=True)
@@ -140,7 +143,7 @@ class _OrderedEffectsConverter:
     def _require_lowest_index(
         self, variable: f.Variable, condition: f.Formula, bound: f.Variable, inside: _EffectContext
     ) -> f.Formula:
-        """Return the condition that no object with a lower index satisfies a condition."""
+        """Return the condition that no object with a lower index satisfies a given condition."""
         meets = self._convert_condition(condition, inside)
         if meets == f.TRUE or holds_for_one_value(condition, variable, self._vocabulary):
             return meets

@@ -26,7 +26,7 @@ _SECTIONS: Final[Mapping[str, str]] = {
 """Mapping from the words by which `eai.pddl.check` states locations to the keywords of PDDL sections."""
 
 _NAMED: Final = frozenset({":action", ":derived"})
-"""Keywords of sections that begin with a name, so that a definition may have several such sections."""
+"""Keywords of sections, such as ``:action``, that begin with a name and may occur several times."""
 
 _QUANTIFIERS: Final = frozenset({"forall", "exists", "forn", "forpairs", "fornpairs"})
 
@@ -34,7 +34,7 @@ _QUANTIFIERS: Final = frozenset({"forall", "exists", "forn", "forpairs", "fornpa
 def find_offset_of_finding(
     finding: PddlFinding, definition: ExpressionList, vocabulary: DeclaredNames
 ) -> int:
-    """Return the offset at which a definition has the mistake of a finding.
+    """Return the offset in a text of the mistake that a finding describes.
 
     A mistake without a position, such as a missing name, has the offset of its section.
 
@@ -69,12 +69,12 @@ def _find_sections_by_location(definition: ExpressionList, place: str) -> Iterat
 
 
 def _list_names(items: tuple[SExpr, ...] | list[SExpr]) -> list[str]:
-    """Return the words among some items of an expression, and the first word of each list among them."""
+    """Return the words among items of an expression, and the first word of each list among the items."""
     return [item.text if isinstance(item, Symbol) else get_first_word(item) for item in items]
 
 
 def _find_mistake_offsets(section: SExpr, finding: PddlFinding, vocabulary: DeclaredNames) -> Iterator[int]:
-    """Yield the offsets at which a section has the mistake of a finding, in the order of the text."""
+    """Yield the offsets in a section of the mistake that a finding describes, in the order of the text."""
     name = finding.name
     declared = vocabulary.predicates.get(name)
     arity = None if declared is None else len(declared.parameters)

@@ -93,7 +93,7 @@ class PlanningTask:
 
 
 def make_violation_result(finding: PddlFinding) -> PlannerResult:
-    """Return the result for a task with a violation of PDDL (the finding). No planner needs to run."""
+    """Return the result for a task that violates the rules of PDDL. It needs no planner."""
     detail = f"{finding.place}: {finding.offence.value}: {finding.words}"
     return PlannerResult(PlannerOutcome.INPUT_ERROR, detail=detail)
 

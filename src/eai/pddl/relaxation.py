@@ -19,7 +19,7 @@ _ALL_LITERALS = -1
 """Bit mask that contains all literals of any problem, and more bits."""
 
 _MAX_ROUNDS = 2
-"""Maximum number of attempts to make literals true together, if making one true loses another."""
+"""Maximum number of attempts to make several literals true at once, if one makes another false."""
 
 _MAX_REPEAT_DEPTH = 2
 """Maximum number of nested actions that make lost literals of the initial state true again."""
@@ -109,7 +109,8 @@ class Relaxation:
     def _build_layers(self, start: int, goal: int, again: int) -> _RelaxedLayers:
         """Return relaxed states, one for each step, until they contain the goal or stop growing.
 
-        They also end if the budget is exceeded. Atoms that must be made true ``again`` are separate literals.
+        The relaxed states also end if the budget is exceeded. Atoms that must be made true ``again`` are
+        separate literals.
         """
         literals = start
         lacking = [
@@ -144,7 +145,7 @@ class Relaxation:
         return layers
 
     def _extract_relaxed_plan(self, goal: int, layers: _RelaxedLayers) -> _RelaxedPlan:
-        """Return the relaxed plan, found backwards: each literal counts for the first rule that makes it."""
+        """Return the relaxed plan, found backwards: the first rule that makes a literal true is taken."""
         chosen, helpful = set[int](), 0
         needed = self._problem.resolve_choices(goal, layers.reached[-1])
         for depth in range(len(layers.fired) - 1, -1, -1):
@@ -161,7 +162,7 @@ class Relaxation:
         return _RelaxedPlan(len(chosen), helpful)
 
     def build_all_layers(self, literals: int) -> _RelaxedLayers:
-        """Return the relaxed states from a set of literals on, one for each step, until they stop growing."""
+        """Return the relaxed states after a set of literals, one for each step, until they stop growing."""
         return self._build_layers(literals, _ALL_LITERALS, 0)
 
     def find_rules_making(self, literal: int, rules: int) -> Iterator[_LiteralRule]:
@@ -195,7 +196,7 @@ def _find_goal_prices(problem: GroundProblem) -> dict[int, int]:
 
 
 _Mark: TypeAlias = tuple[int, int, int]
-"""State of a lookahead to return to: its number of actions, the state and the literals of the state."""
+"""A point of a lookahead to return to: the number of actions so far, the state, and its literals."""
 
 
 def find_lookahead_actions(
@@ -223,7 +224,7 @@ class _Lookahead:
         self._taken: list[tuple[int, int]] = []
 
     def run(self) -> Sequence[tuple[int, int]]:
-        """Make missing literals of the goal true, in turn, until no more can be made true."""
+        """Make missing literals of the goal true, one after the other, until no more can be made true."""
         before = None
         while (goal := self._problem.goal & ~self._held) and (
             missing := self._count_missing_goals()
@@ -240,7 +241,7 @@ class _Lookahead:
         return (missing & ~self._start).bit_count(), missing.bit_count()
 
     def _reach_goal_literal(self, literal: int) -> None:
-        """Make a goal literal true by the first rule that leaves less of the goal missing, if a rule does."""
+        """Make a goal literal true by the first rule, if any, that leaves less of the goal missing."""
         missing, mark = self._count_missing_goals(), self._make_undo_mark()
         for depth, fired in enumerate(self._layers.fired):
             for rule in self._relaxation.find_rules_making(literal, fired):
@@ -259,7 +260,7 @@ class _Lookahead:
         return True
 
     def _make_literals_true(self, needed: int, depth: int) -> bool:
-        """Make literals true together with rules of earlier layers; return whether all are true at the end.
+        """Make several literals true at once, by rules of earlier layers. Return whether all are true then.
 
         The first attempt begins with the literals that take longest, and the second attempt ends with them.
         """
@@ -276,7 +277,7 @@ class _Lookahead:
         return False
 
     def _make_literal_true(self, literal: int, depth: int) -> None:
-        """Make a literal true by the first rule of earlier layers that makes it.
+        """Make a literal true by the first rule of earlier layers that makes the literal true.
 
         If the literal was true at the start and has been lost, a rule of the first layer makes it true again.
         """

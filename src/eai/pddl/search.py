@@ -185,7 +185,7 @@ _STATES_BEFORE_PAIRS = 60
 """Number of evaluated states after which the search tests whether the goal's literals can hold together."""
 
 _BOOSTED_STATES = 1000
-"""Number of states taken from the preferred list after a state that is nearer to the goal than all before."""
+"""Number of states taken from the preferred list after the search came nearer to the goal than before."""
 
 _MAX_CENTRAL_STATES = 60
 """Maximum number of evaluated states in the first search, which only has actions on the goal's objects."""
@@ -455,7 +455,7 @@ class _ReachablePairs:
     def _find_compatible_literals(self, needed: int) -> int | None:
         """Return the literals that may hold together with all needed literals, as a mask.
 
-        It is None if the needed literals cannot hold together.
+        The result is None if the needed literals cannot hold together.
         """
         self._looks.used += 1 + needed.bit_count()
         companions = self._reached

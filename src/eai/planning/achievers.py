@@ -32,7 +32,7 @@ class _JoinStep(NamedTuple):
     Conditions on stored predicates are evaluated for all values at once, other conditions value by value.
 
     Attributes:
-        slot: the slot of the variable.
+        slot: the slot (number) of the variable.
         is_parameter: whether the values must be objects that actions may use.
         independent: conditions that do not depend on variables whose values were chosen before.
         masks: conditions on stored predicates that depend on variables whose values were chosen before.
@@ -47,7 +47,7 @@ class _JoinStep(NamedTuple):
 
 
 class _JoinPlan(NamedTuple):
-    """A procedure that finds values for the open variables of an achiever, which its atom leaves unknown.
+    """A procedure that finds values for an achiever's open variables, which the atom does not determine.
 
     Attributes:
         first: the conditions that must hold and that mention no open variables.
@@ -283,7 +283,7 @@ class AchieversByPredicate:
         return sorted(achievers, key=_measure_complexity)
 
     def get_static_facts(self, state: State) -> Sequence[object]:
-        """Return the parts of a state that no action changes. They are equal for states of one episode."""
+        """Return the parts of a state that no action changes. All states of one episode share them."""
         unary, binary, tuples = state.unary, state.binary, state.tuples
         return [
             *[unary[slot] for slot in self._fixed_unary],

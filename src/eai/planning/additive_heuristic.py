@@ -320,7 +320,7 @@ class CostEstimates:
         return best
 
     def _sum_costs(self, failing: Sequence[Subgoal], limit: float) -> float:
-        """Return the sum of the costs of failing conditions, or infinity if it is not below the limit."""
+        """Return the sum of the costs of failing conditions, or infinity if the sum reaches the limit."""
         min_rest = len(failing) * _MIN_COST
         if min_rest >= limit:
             return INFINITE

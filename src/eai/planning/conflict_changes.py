@@ -88,7 +88,7 @@ class ConflictChanges:
         self.derived = domain.vocabulary.derived_by_name.get
 
     def find_actions_making_any(self, changes: Iterable[FactChange]) -> dict[Action, None]:
-        """Return the actions that may make any of some changes: the keys of a mapping, in a fixed order."""
+        """Return the actions that may make any of the changes, as keys of a mapping, in a fixed order."""
         return dict.fromkeys(
             action
             for change in sorted(changes, key=make_change_sort_key)
@@ -357,7 +357,7 @@ class ConflictChanges:
     def _find_changes_of_instances(
         self, variable: f.Variable, body: f.Formula, scope: Scope, state: State, truth: bool
     ) -> ChangeSet:
-        """Return the changes for a quantified formula that a single value of its variable can satisfy."""
+        """Return the changes for a quantified formula for which one value of its variable is enough."""
         remaining = state.scene.get_category_mask(variable.category)
         changes: set[FactChange] = set()
         for part, part_truth in sorted(

@@ -109,7 +109,7 @@ def _make_nested_schemas(effects: Iterable[Effect], outer: EffectSchema) -> Iter
                 yield from _make_nested_schemas(inner, _add_condition(outer, condition))
                 yield from _make_nested_schemas(otherwise, _add_condition(outer, f.Not(condition)))
             case ForEach(variable, condition, inner) | Let(variable, condition, inner):
-                # An effect whose variable hides an outer variable is left out: estimates do not need it.
+                # An effect whose variable has the name of an outer variable is left out.
                 if variable.name not in outer.variables:
                     wider = outer._replace(variables=(*outer.variables, variable.name))
                     if isinstance(effect, Let):

@@ -35,7 +35,7 @@ _MAX_CACHED_FACTS = 4096
 """Maximum number of cached answers to the question whether a fact holds in the initial state."""
 
 _PASSES = 2
-"""Number of times that all conditions are evaluated. Each time may use facts found in the times before."""
+"""Number of passes over all conditions of a state. A pass may use facts found in earlier passes."""
 
 _FactArgument: TypeAlias = int | str | None
 """Argument of a fact: an object by index, an unknown object by a name, or None for any object."""
@@ -154,7 +154,7 @@ class _ExclusionProver:
         return scope.get(term.name) if isinstance(term, f.Variable) else self.index(term)
 
     def index(self, constant: f.Constant) -> int:
-        """Return the object that a constant names."""
+        """Return the index of the object that a constant names."""
         return find_object(constant, self.scene)
 
 
@@ -384,7 +384,7 @@ class _SupposedState:
                     return not is_general or self._suppose_formula(
                         body, {**scope, variable.name: None}, within, truth=truth
                     )
-                if None in scope.values():  # None stands for many objects; each may have its own value
+                if None in scope.values():  # None stands for many objects; each may need another
                     return True
                 self._unknown += 1
                 return self._suppose_formula(
@@ -435,7 +435,7 @@ class _SupposedState:
 
 
 def _find_negated_predicates(formulas: Iterable[f.Formula], vocabulary: Vocabulary) -> set[str]:
-    """Return the stored predicates that formulas, or the definitions of their predicates, negate."""
+    """Return the stored predicates of negated atoms in formulas, and in the definitions of predicates."""
     pending, seen, denied = [*formulas], set[str](), set[str]()
     while pending:
         for part in walk_subformulas(pending.pop()):

@@ -56,7 +56,7 @@ class GreedySearch:
         return self.effort.is_used_up or self._looks.is_exceeded or self.bindings.is_exceeded
 
     def make_estimates(self, node: PlanNode, protected: Sequence[Subgoal] = ()) -> CostEstimates:
-        """Return the estimates from a node's state. Actions that undo a protected condition cost more."""
+        """Return cost estimates from a node's state. Actions that undo a protected condition cost more."""
         return CostEstimates(
             self.heuristic, node.state, self.successors.objects, protected, self._looks, self.bindings
         )
@@ -135,7 +135,7 @@ class _SingleGreedySearch:
     def _expand_state(self, expansion: _QueuedExpansion) -> PlanNode | SearchEnd | None:
         """Expand a state by its preferred actions.
 
-        A thorough search later expands it by all other actions.
+        A thorough search later expands the state by all other actions.
         """
         node, rank, actions = expansion
         if actions is not None and self._thorough:
@@ -187,7 +187,7 @@ class _PreferredActions:
         self.actions: dict[Action, None] = {}
 
     def collect_towards(self, goal: Subgoal) -> None:
-        """Collect the actions on the cheapest path to a goal, or to each of its cheapest alternatives."""
+        """Collect the actions on the cheapest path to a goal, or to each cheapest part of a disjunction."""
         alternatives = self._estimates.find_alternatives(goal)
         for condition in alternatives:
             self.collect_towards(condition)

@@ -37,7 +37,7 @@ _MAX_CONDITIONS = 30_000
 """Maximum number of conditions in a graph; further conditions are assumed to hold."""
 
 _MAX_VALUES = 60
-"""Maximum number of values of a quantified variable for which a graph has one condition each."""
+"""Maximum number of values of a quantified variable up to which a graph has one condition for each value."""
 
 _MAX_BRANCHES = 200
 """Maximum number of branches of the search for a smallest set of actions that hits all cuts.
@@ -104,7 +104,7 @@ class _RelaxationGraph:
         return len(self._parts)
 
     def find_cut(self, actions: Collection[Action]) -> list[Action] | None:
-        """Return a cut that contains none of the given actions; None if these actions may reach the goals."""
+        """Return a landmark (cut) without any given action; None if the given actions may reach the goals."""
         self._actions += sorted({*actions}.difference(self._actions))
         while True:
             reached = self._find_reached_conditions(actions)
@@ -388,7 +388,7 @@ class Landmarks:
         return missed
 
     def count_min_actions(self, mask: int) -> int:
-        """Return the minimum number of actions that together hit all cuts (sets of actions) in a bit mask."""
+        """Return the minimum number of actions that together occur in all cuts of a bit mask."""
         return self._get_min_hitting_set(mask)[0]
 
     def find_more_cuts(self, steps: frozenset[Action], effort: SearchEffort) -> None:

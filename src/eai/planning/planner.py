@@ -40,7 +40,7 @@ The prerequisites of a costlier goal are reached first.
 """
 
 _NEXT_ACTION = -1
-"""Number of the goal that an action of the next operator in `PlanningGoal.actions` reaches."""
+"""Number that stands for one of the goals: to take the next operator of `PlanningGoal.actions`."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -248,8 +248,8 @@ class _GoalAgenda:
         """Yield the numbers of goals by their estimated cost, hard goals first.
 
         Goals are sorted by their last estimated costs. A goal is estimated again only when its turn comes. A
-        single goal is estimated only after it was not reached, and this cost sorts it when all searches start
-        again.
+        single goal is estimated only after a search failed to reach the goal. Later rounds of searches use
+        this estimate.
         """
         if len(pending) == 1:
             yield pending[0]

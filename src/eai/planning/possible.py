@@ -26,7 +26,7 @@ from eai.world.operator import Check, Operator
 from eai.world.state import Fact, State
 
 _MAX_LOOKS, _ACTION_LOOKS = 6_000_000, 30
-"""Maximum number of values tried for parameters. Each examined action counts as some more values."""
+"""Maximum number of values tried for parameters; number of values that an examined action counts as."""
 
 _GroundLiteral: TypeAlias = tuple[str, tuple[int, ...], bool]
 """A predicate, its arguments, and whether it is true."""

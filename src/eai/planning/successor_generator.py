@@ -12,10 +12,10 @@ from eai.world.operator import Operator
 from eai.world.state import State
 
 ACTION_BINDINGS = 10
-"""Number of tried values that one action counts as, because an action takes longer than a value."""
+"""Number of tried values that one action counts as in limits, because an action takes more time."""
 
 PlanNode: TypeAlias = SearchNode[State, Action]
-"""Node of a search on a declared domain; ``met`` is the number of required operators taken so far."""
+"""Node of a search on a declared domain; ``met`` is the number of the goal's operators taken so far."""
 
 
 class SuccessorGenerator:

@@ -58,7 +58,7 @@ def negate_test(part: ConditionTest) -> ConditionTest:
 
 
 def complement_extension(part: ExtensionFinder) -> ExtensionFinder:
-    """Return a function that selects the objects that do not make a part of a formula true."""
+    """Return a function that selects the objects for which a part of a formula does not hold."""
     return lambda state, binding, among: among & ~part(state, binding, among)
 
 

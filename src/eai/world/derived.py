@@ -109,7 +109,7 @@ class LookupPredicate:
 
 
 def is_a(term: f.Term, *categories: str) -> f.Formula:
-    """Return a formula that holds if the object belongs to one of the categories."""
+    """Return a formula that holds if the object of a term belongs to one of the categories."""
     member = f.Variable("member")
     memberships = tuple(f.Exists(f.Variable(member.name, c), f.Equals(member, term)) for c in categories)
     return memberships[0] if len(memberships) == 1 else f.Or(memberships)

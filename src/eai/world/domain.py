@@ -162,7 +162,7 @@ class Domain:
         return None if compiled is None else compiled.operator
 
     def apply(self, state: State, action: Action) -> State:
-        """Return the state after a possible action. It does not check that the action is possible."""
+        """Return the state after an action. The method does not check that the action is possible."""
         operator = self.compiled_operators[action.operator]
         return operator.apply(state, operator.bind(state, action.arguments))
 
@@ -174,7 +174,7 @@ class Domain:
 
     @cached_property
     def find_visible(self) -> Callable[[State, int], int]:
-        """Function that takes a state and a bit mask of objects, and returns the mask of the seen objects."""
+        """Function that takes a state and a bit mask of objects, and returns the mask of visible objects."""
         return self._compile_extension(self.visible or TRUE)
 
     @cached_property

@@ -96,7 +96,7 @@ class Episode:
 
     @property
     def trajectory(self) -> Trajectory:
-        """The states and steps so far."""
+        """The states and steps of the episode so far."""
         return Trajectory(self._history.states, tuple(self._steps))
 
     def trajectory_from(self, start: int) -> Trajectory:
@@ -110,7 +110,7 @@ class Episode:
         return Trajectory(self._history.states[offset:], tuple(steps))
 
     def act(self, action: Action) -> Outcome:
-        """Try one action. It must name an operator of the domain and have as many arguments as it takes."""
+        """Try one action. It must name an operator, and have as many arguments as the operator takes."""
         outcome = self._known_outcomes.get(action)
         if outcome is None:
             outcome = self._known_outcomes[action] = (attempt_action(self.domain, self._history, action), {})

@@ -131,7 +131,7 @@ class CompiledOperator:
         return tuple(failed_tries)
 
     def _find_failures_of_alternatives(self, state: State, binding: FrameBinding) -> tuple[CheckFailure, ...]:
-        """Return the failed check of each attempted alternative; () if one succeeds or none is attempted."""
+        """Return the failed check of each attempted alternative; () if any succeeds or none is attempted."""
         failures = []
         for attempt in self.alternatives:
             if attempt.is_made(state, binding):

@@ -20,7 +20,7 @@ from eai.world.state import Scene, State
 
 
 class Step(NamedTuple):
-    """An action that was tried. It was executed if it has no fault and did not slip."""
+    """An action that was tried. It was executed unless it has a fault or slipped (had no effect)."""
 
     action: Action
     fault: Fault | None

@@ -24,7 +24,7 @@ def define_recursively(
     """Make derived predicates from mutually recursive definitions.
 
     Args:
-        circle: the definitions; each may use every predicate that another one, or itself, defines.
+        circle: the definitions; each may use the predicates that any of them defines.
         vocabulary: function that returns the vocabulary that contains these predicates. It is called when the
             predicates are first evaluated in a state.
 

@@ -47,7 +47,7 @@ class History:
 
     @property
     def states(self) -> tuple[State, ...]:
-        """All states, the initial one first."""
+        """All states of the history, the initial state first."""
         states = []
         history: History | None = self
         while history is not None:

@@ -24,7 +24,7 @@ class Check:
     """A condition that an action must meet, and the kind of error if the action does not meet it.
 
     Attributes:
-        condition: must hold in the state in which the action is tried.
+        condition: the formula that must hold in the state in which the action is tried.
         fault: the kind of error if the condition does not hold.
         reason: description of the failure; ``{x}`` stands for the name of the object of parameter ``x``.
         history_conditions: formulas by which the history rule recognizes a wrong order: each of them must

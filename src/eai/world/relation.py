@@ -21,7 +21,7 @@ _PRIME = (1 << 60) - 93
 
 
 class RelationBase:
-    """The base of relations: the rows and columns at the start of an episode. It never changes.
+    """The base of relations: the rows and columns at the start of an episode. A base never changes.
 
     ``sources`` and ``targets`` are the masks of all objects with a nonempty row, and with a nonempty column.
     They are computed if not given.

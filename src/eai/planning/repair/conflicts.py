@@ -24,7 +24,10 @@ PlanMoment: TypeAlias = tuple[int, int]
 """Moment during a plan: the number of the state, and the number of the goal's operators taken so far."""
 
 PlanPath: TypeAlias = tuple[PlanMoment, ...]
-"""Moments of a plan: one before each entry up to the conflict. Without conflict, one more is at the end."""
+"""Moments of a plan: one before each entry, up to the first impossible step.
+
+If no step is impossible, one more moment is at the end.
+"""
 
 START: PlanPath = ((0, 0),)
 
@@ -260,7 +263,7 @@ class _ConflictFinder:
     def _find_earlier_changes(
         self, number: int, action: Action, changes: ChangeSet, names: frozenset[str]
     ) -> tuple[ChangeSet, bool]:
-        """Return changes before a step after which it may cause some of ``changes``, or undo fewer of them.
+        """Return changes that may make a later step cause some of ``changes``, or undo fewer of ``changes``.
 
         The second value is whether the step undoes any of ``changes``.
         """

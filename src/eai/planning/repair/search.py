@@ -81,7 +81,7 @@ _PUSHES_PER_EFFORT = 4
 """Number of plans put into the queue that count as one unit of effort."""
 
 _CONFLICT_EFFORT, _EDITS_PER_EFFORT = 5, 80
-"""Effort of analyzing a conflict, for each moment of a path; and number of edits that count as one unit."""
+"""Effort of analyzing a conflict, for each moment of a path; number of edits for one unit of effort."""
 
 
 class Repairer:
@@ -176,9 +176,9 @@ class Repairer:
     def _execute_possible_steps(
         self, plan: PlanSteps, effort: SearchEffort
     ) -> tuple[list[Action], PlanMoment]:
-        """Return a plan's possible steps with inserted actions that make steps possible.
+        """Return a plan's possible steps, and the moment after the last of them.
 
-        The second value is the moment after these actions.
+        Among the steps are inserted actions that make steps of the plan possible.
         """
         actions: list[Action] = []
         moment, skipped = START[0], 0
@@ -215,7 +215,7 @@ class Repairer:
         if before is None:
             return None
         path = self.states.compute_path(make_plan_entries((*before, step)), (moment,), 0)
-        if len(path) < len(before) + 2:  # the step is impossible even after these actions
+        if len(path) < len(before) + 2:  # the step is impossible even after the inserted actions
             return None
         after = path[-1]
         effort.used += 2 * len(rest)
@@ -365,7 +365,7 @@ class _RepairNode(NamedTuple):
         cost: the numbers of edits of the plan, by kind of edit.
         missed_cuts: the landmarks that the plan lacks, as a bit mask.
         known_cuts: number of landmarks known when ``missed_cuts`` was computed.
-        missing_steps: minimum number of missing steps, by the landmarks.
+        missing_steps: minimum number of missing steps that the landmarks prove.
         min_edits: another minimum number of edits, known from the conflict or from postponed edits.
         edits: the edits that were postponed, because they cost more than other edits.
     """
@@ -495,7 +495,7 @@ class _RepairSearch:
     def _push_insertions(
         self, node: _RepairNode, position: int, actions: Sequence[Action | None], lacking: dict[Action, int]
     ) -> int:
-        """Queue each plan with one action inserted at a position, if it costs no more.
+        """Queue each plan with one action inserted at a position, if the insertion adds no cost.
 
         Return the maximum cost of all plans with one of the actions inserted. ``lacking`` caches the number
         of missing steps after each insertion.
@@ -530,7 +530,7 @@ class _RepairSearch:
         return self._make_child_node(node, plan, at, compute_edit_cost(plan), lacked)
 
     def _update_bounds(self, node: _RepairNode) -> _RepairNode:
-        """Search for more landmarks. Return the node with minimum numbers of edits by all known landmarks."""
+        """Search for more landmarks. Return the node with the bounds that the landmarks prove."""
         landmarks = self._landmarks
         search_effort = self.effort if self.effort.used > _EASY_EFFORT else SearchEffort(0)
         landmarks.find_more_cuts(self._steps, search_effort)
