@@ -301,8 +301,8 @@ def _compute_until_mask(left: int, right: int) -> int:
 def _compute_exactly_mask(count: int, masks: list[int], everything: int) -> int:
     """Return the mask of the positions that are in exactly ``count`` masks.
 
-    For each position, the masks that contain it are counted in binary. Each digit of the counts is a mask of
-    positions.
+    The number of masks that contain a position is counted in binary. Bit masks hold one digit each, for all
+    positions together.
     """
     digits: list[int] = []
     for mask in masks:
@@ -319,7 +319,8 @@ def _compute_exactly_mask(count: int, masks: list[int], everything: int) -> int:
 PossibleArguments: TypeAlias = Callable[[f.Atom | f.Occurs, int, Binding], Set[str] | None]
 """Function that returns the names of the objects that can be argument number i of a true atom or action.
 
-Its arguments are the atom or action, i, and the values of other variables. None means that any object can.
+Its arguments are the atom or action, i, and the values of other variables. None means that any object can be
+the argument.
 """
 
 
@@ -360,7 +361,7 @@ def find_possible_values(
         case f.Implies(premise, conclusion):
             return find_operand_values(f.Or((f.Not(premise), conclusion)), truth)
         case f.Exists(inner, body) | f.ForAll(inner, body):
-            # A body that must hold for all inner values restricts nothing if there are no inner values.
+            # Without inner values, a formula about all inner values holds, so no outer value is ruled out.
             if isinstance(formula, f.Exists) != truth or inner.name == variable:
                 return None
             outer = {name: value for name, value in binding.items() if name != inner.name}

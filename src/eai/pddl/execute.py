@@ -146,7 +146,10 @@ class _StateEvaluation:
         return holds
 
     def _compute_recursive_rows(self, predicate: str) -> None:
-        """Compute all true rows (tuples of arguments) of a recursive predicate and of all in its circle."""
+        """Compute all true rows of a recursive derived predicate and of its circle (see `DerivedPredicates`).
+
+        A row is a tuple of arguments.
+        """
         circle = self._circles.get(predicate)
         if circle is None or predicate in self._rows:
             return

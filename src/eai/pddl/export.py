@@ -143,7 +143,8 @@ class ExportedProblem:
     Attributes:
         domain: the domain.
         problem: the problem.
-        unsupported: the parts that PDDL does not state exactly, each with the reason.
+        unsupported: the parts of the domain and the problem that PDDL does not state exactly, each with the
+            reason.
     """
 
     domain: m.PddlDomain

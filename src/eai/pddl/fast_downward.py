@@ -42,7 +42,7 @@ _PAUSE_SECONDS = 0.05
 def hold_planner_slot(number: int, folder: Path) -> Iterator[None]:
     """Hold one of a limited number of slots (permits to call a planner) during a block; wait for a free slot.
 
-    The number limits the calls at a time of all processes that use the same folder.
+    The number limits the calls that run at a time in all processes that use the same folder.
     """
     locks = [make_file_lock(folder / f"seat-{i}.lock")[1] for i in range(number)]
     while True:

@@ -117,7 +117,7 @@ class Grounder:
                     yield ground
 
     def find_central_objects(self) -> frozenset[str]:
-        """Return the objects that the goal names, and all objects of parameter types except the root."""
+        """Return the objects that the goal names, and all objects of types of parameters except the root."""
         named = {*find_object_names(self._problem.goal)}
         asked = {
             m.get_variable_type(parameter)

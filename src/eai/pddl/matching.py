@@ -264,7 +264,7 @@ def _find_best_renaming(
     number: Callable[[_T], int],
     wanted: int,
 ) -> tuple[Renaming, list[_T]]:
-    """Return the first renaming of parameters with the most matches, and the match of each side."""
+    """Return the first renaming of parameters with most matches, and the matches with this renaming."""
     best: tuple[Renaming, list[_T]] = ({}, [])
     most = -1
     for renaming in renamings:
@@ -278,7 +278,7 @@ def _find_best_renaming(
 
 
 def _match_clauses(side: _SidePair, renaming: Renaming) -> tuple[list[Clause], list[Clause], list[Clause]]:
-    """Return the matched, additional and missing clauses of one side.
+    """Return the matched, additional and missing clauses of a precondition or of an effect.
 
     Matched clauses are identical after parameters are renamed.
     """
@@ -295,7 +295,7 @@ def _match_clauses(side: _SidePair, renaming: Renaming) -> tuple[list[Clause], l
 
 
 def _list_answer_clauses(ours: Clause, theirs: Clause) -> tuple[Clause, ...]:
-    """Return the clauses of one side of an answer's operator.
+    """Return the clauses of one side (precondition or effect) of an answer's operator.
 
     If the connective of this side differs from the connective of the gold side, the whole side is one clause.
     """

@@ -103,7 +103,7 @@ class PddlPlanner(Protocol):
 
     @property
     def name(self) -> str:
-        """The name of the planner in records, with its version, as results depend on it."""
+        """The name of the planner in records, with its version, since results depend on the version."""
         ...
 
     def solve(self, task: PlanningTask) -> PlannerResult:

@@ -38,7 +38,7 @@ class Symbol:
 
 @dataclass(slots=True, eq=False)
 class ExpressionList:
-    """A parenthesised list from ``offset``, its opening parenthesis, to ``end``, behind the closing one."""
+    """A parenthesised list. It begins at ``offset``, and ``end`` is the offset after its last character."""
 
     items: tuple[SExpr, ...]
     offset: int

@@ -45,7 +45,7 @@ class _UnreachedLiteral(NamedTuple):
 
 
 class _RelaxedLayers(NamedTuple):
-    """Relaxed states, each one step after the one before, and for each step the rules that it applies."""
+    """Relaxed states, each one step after the one before; and the rules that each of the steps applies."""
 
     reached: list[int]
     fired: list[int]
@@ -171,7 +171,7 @@ class Relaxation:
             yield self._rules[bit.bit_length() - 1]
 
     def _find_first_rule(self, missing: int, fired: int) -> _LiteralRule:
-        """Return the first rule that makes any of the missing literals true."""
+        """Return the first rule (conditional effect) that makes any of the missing literals true."""
         making = 0
         for literal in iterate_bit_masks(missing):
             making |= self._making.get(literal) or self._making.get(literal >> self._again, 0)

@@ -191,7 +191,7 @@ _MAX_CENTRAL_STATES = 60
 """Maximum number of evaluated states in the first search, which only has actions on the goal's objects."""
 
 _MAX_GROUNDING_LOOKS = 50_000
-"""Maximum number of objects visited to ground operators and goal; all operators of nine models need fewer."""
+"""Maximum number of objects visited to ground operators and goal; the answers of nine models need fewer."""
 
 
 @dataclass(frozen=True, slots=True)

@@ -26,7 +26,7 @@ VALID, NOT_VALID = "valid", "not valid"
 """Verdicts on a plan: VAL accepts it, or refuses it."""
 
 _REFUSALS = ("Plan failed", "Goal not satisfied", "Failed plans", "Bad plan")
-"""Texts in VAL's output that refuse a plan; without such a text VAL did not test the plan."""
+"""Texts in VAL's output by which VAL refuses a plan."""
 
 
 def find_val_program() -> Path:

@@ -407,7 +407,7 @@ class _AtomMatch(NamedTuple):
     cached_bindings: Sequence[tuple[int, ...]] | None
 
     def fails_at_least(self, state: State, limit: float) -> bool:
-        """Whether at least ``limit`` conditions fail in a state, for any values of the open variables."""
+        """Whether at least ``limit`` conditions fail in a state, for any values of unbound variables."""
         binding, failing = [*self.partial.binding], 0
         for holds in self.partial.join.needed:
             failing += not holds(state, binding)

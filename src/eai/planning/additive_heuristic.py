@@ -85,7 +85,7 @@ _HORIZONS = (2.0, 3.0, 4.0, 5.0, 6.0, 8.0, 12.0, INFINITE)
 def _find_horizon(limit: float) -> float:
     """Return the lowest of `_HORIZONS` that is at least a cost limit.
 
-    The fewer limits are in use, the fewer estimates are cached.
+    If fewer different limits are in use, fewer estimates must be cached.
     """
     return next(horizon for horizon in _HORIZONS if horizon >= limit)
 

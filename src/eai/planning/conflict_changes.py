@@ -164,7 +164,7 @@ class ConflictChanges:
         )
 
     def get_actions_of_operator(self, name: str) -> tuple[Action, ...]:
-        """Return all actions of an operator, except actions that the facts that never change rule out."""
+        """Return all actions of an operator, except actions that the unchanging facts rule out."""
         all_actions = self._taking.get(name)
         if all_actions is None:
             actions: dict[Action, None] = {}

@@ -158,7 +158,7 @@ class _SingleGreedySearch:
         return self._effort.is_used_up or self._searches.is_over
 
     def _add_state(self, node: PlanNode) -> PlanNode | None:
-        """Estimate a new state and put it into the queue. Return its node if the target is reached."""
+        """Estimate the cost of a new state and queue the state. Return its node if it reaches the target."""
         self._effort.used += 1
         ahead, preferred = self._searches.estimate(node, *self._target)
         if ahead == 0.0:

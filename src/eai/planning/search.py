@@ -135,7 +135,7 @@ class SearchResult(Generic[A]):
     Attributes:
         end: reason for the end of the search.
         plan: the plan; empty if no plan was found.
-        states: number of estimated states.
+        states: number of states whose cost was estimated.
     """
 
     end: SearchEnd

@@ -393,7 +393,7 @@ class FormulaEvaluator:
     def find_witnesses(
         self, variable: f.Variable, body: f.Formula, scope: Scope, state: State
     ) -> Iterator[int]:
-        """Yield the objects that, as value of a quantified variable, make its body true in a state."""
+        """Yield the values of a quantified formula's variable for which the body holds in a state."""
         key = (id(body), variable.name)
         compiled = self._extensions.get(key)
         if compiled is None:

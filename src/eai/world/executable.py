@@ -175,7 +175,7 @@ Spend: TypeAlias = Callable[[], bool]
 FindArguments: TypeAlias = Callable[[State, Sequence[int], Spend], Iterator[tuple[int, ...]]]
 """Function that yields the arguments for which no check of an operator fails, like `itertools.product`.
 
-It stops early when it has tried too many values of parameters.
+The function stops early when it has tried too many values of parameters.
 """
 
 
@@ -214,7 +214,7 @@ def compile_argument_finder(operator: Operator, vocabulary: Vocabulary) -> FindA
         among: Sequence[int],
         spend: Spend,
     ) -> Iterator[tuple[int, ...]]:
-        """Yield all tuples of arguments that extend the values bound to the slots before ``slot``."""
+        """Yield all tuples of arguments that begin with the values in the slots before ``slot``."""
         if slot > len(names):
             yield tuple(binding[1:slot])
             return

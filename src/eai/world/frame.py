@@ -15,7 +15,7 @@ FrameBinding: TypeAlias = list[int]
 ConditionTest: TypeAlias = Callable[[State, FrameBinding], bool]
 
 ExtensionFinder: TypeAlias = Callable[[State, FrameBinding, int], int]
-"""Function that takes a state, a binding and objects, and selects the objects that make a formula true."""
+"""Function of a state, a binding and objects. It returns the objects that make a formula true, as a mask."""
 
 AGENT = Constant("agent")
 """Name that stands for the acting object in any formula of a domain."""

@@ -24,7 +24,7 @@ class RelationBase:
     """The base of relations: the rows and columns at the start of an episode. A base never changes.
 
     ``sources`` and ``targets`` are the masks of all objects with a nonempty row, and with a nonempty column.
-    They are computed if not given.
+    Both masks are computed if they are not given.
     """
 
     __slots__ = ("columns", "rows", "sources", "targets")

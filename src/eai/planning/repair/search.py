@@ -111,7 +111,7 @@ class Repairer:
 
         Args:
             plan: the plan.
-            effort: counter of effort with an approximate limit. Earlier calls do not change the result.
+            effort: counter of effort with an approximate limit. The result does not depend on earlier calls.
         """
         if len(self.states.by_number) > _MAX_CACHED_STATES:
             self.states.forget_states()
