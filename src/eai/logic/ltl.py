@@ -209,7 +209,7 @@ class _LtlReader:
 
     def _push_operand(self, operator: str, formula: f.Formula, levels: int) -> None:
         strength = STRENGTHS[operator]
-        if operator in _INFIXES:  # right-associative: each opens a construct
+        if operator in _INFIXES:  # right-associative, so each opens a construct of its own
             self._stack.append(_OpenConstruct(strength, _INFIXES[operator], [formula], levels, self._scope))
         elif self._stack and self._stack[-1].strength == strength:
             self._stack[-1].parts.append(formula)

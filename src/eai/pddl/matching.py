@@ -95,7 +95,12 @@ class OperatorMatch:
 
 
 class _SidePair(NamedTuple):
-    """The preconditions, or effects, of both operators; for gold also canonical clauses and literals."""
+    """The preconditions, or the effects, of an answer's operator and of the gold operator.
+
+    Attributes:
+        wanted: the canonical clauses of the gold side.
+        size: number of literals of the gold side.
+    """
 
     ours: Clause
     gold: Clause

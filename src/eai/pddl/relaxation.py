@@ -166,7 +166,7 @@ class Relaxation:
         return self._build_layers(literals, _ALL_LITERALS, 0)
 
     def find_rules_making(self, literal: int, rules: int) -> Iterator[_LiteralRule]:
-        """Yield the rules that make a literal true, in order; `rules` are the allowed rules."""
+        """Yield the rules (conditional effects) among `rules` that make a literal true, in order."""
         for bit in iterate_bit_masks(self._making.get(literal, 0) & rules):
             yield self._rules[bit.bit_length() - 1]
 

@@ -301,7 +301,7 @@ class _AlternatingQueues:
 
 
 class _GroundSearch:
-    """One best-first search with a given set of ground actions."""
+    """One best-first search with a fixed set of ground actions."""
 
     def __init__(self, problem: GroundProblem, looks: SearchEffort, states: int) -> None:
         self._problem = problem

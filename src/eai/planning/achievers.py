@@ -124,9 +124,10 @@ class Achiever:
     def make_partial_binding(
         self, scene: Scene, scope: Mapping[str, int], *, fixed: bool = False
     ) -> _PartialBinding:
-        """Return a match as an incomplete binding.
+        """Return a match (the objects that an atom assigns to variables) as an incomplete binding.
 
-        It is completed for one state or, if ``fixed``, for all states with the same unchanging facts.
+        The binding can be completed in one state or, if ``fixed``, in all states with the same unchanging
+        facts.
         """
         names = self.schema.variables
         unbound = tuple([name for name in names if name not in scope])
@@ -425,7 +426,7 @@ class _AtomMatch(NamedTuple):
 
 
 class _AtomMatches:
-    """The matches of atoms in all states with equal unchanging facts.
+    """The matches of atoms (their achievers with objects) in all states with equal unchanging facts.
 
     Args:
         achievers: the achievers of the domain.
@@ -449,7 +450,7 @@ class _AtomMatches:
         )
 
     def find_matches(self, atom: GroundAtom, *, wide: bool = False) -> Sequence[_AtomMatch]:
-        """Return the matches of an atom of a stored predicate, in the order of its achievers."""
+        """Return the matches of an atom of a stored predicate, in the order of the predicate's achievers."""
         matches = self._found.get((atom, wide))
         if matches is None:
             matches = self._found[atom, wide] = self._match_achievers(atom, wide=wide)

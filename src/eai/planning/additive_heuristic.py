@@ -333,7 +333,7 @@ class CostEstimates:
         return total
 
     def _choose_cheapest_parts(self, parts: SubgoalParts) -> Sequence[Subgoal] | None:
-        """Return the conditions to establish, by the cheapest choice; None if no choice is possible."""
+        """Return the parts of a condition to establish, by the cheapest choice; None if no choice exists."""
         match parts:
             case AllOf(conditions):
                 return conditions

@@ -40,16 +40,16 @@ _MAX_VALUES = 60
 """Maximum number of values of a quantified variable up to which a graph has one condition for each value."""
 
 _MAX_BRANCHES = 200
-"""Maximum number of branches of the search for a smallest set of actions that hits all cuts.
+"""Maximum number of branches of the search for a smallest set of actions from all landmarks (cuts).
 
-If there are more branches, disjoint cuts are counted instead.
+If there are more branches, disjoint landmarks (cuts) are counted instead.
 """
 
 _MAX_CUT_SIZE = 250
-"""Maximum number of actions of a cut; only the first cut may have more."""
+"""Maximum number of actions of a landmark (cut); only the first landmark may have more."""
 
 _CONDITIONS_PER_EFFORT = 20
-"""Number of conditions in the graph that count as one unit of effort in each search for a cut."""
+"""Number of conditions in the graph that count as one unit of effort in each search for a landmark."""
 
 
 class _RelaxationGraph:
@@ -377,22 +377,22 @@ class Landmarks:
             self._hits[action] = self._hits.get(action, 0) | bit
 
     def find_hit_cuts(self, action: Action | None) -> int:
-        """Return the cuts that contain an action, as a bit mask."""
+        """Return the landmarks (cuts) that contain an action, as a bit mask."""
         return 0 if action is None else self._hits.get(action, 0)
 
     def find_missed_cuts(self, actions: Iterable[Action]) -> int:
-        """Return the cuts that contain none of the given actions, as a bit mask."""
+        """Return the landmarks (cuts) that contain none of the given actions, as a bit mask."""
         missed = (1 << len(self.cuts)) - 1
         for action in actions:
             missed &= ~self._hits.get(action, 0)
         return missed
 
     def count_min_actions(self, mask: int) -> int:
-        """Return the minimum number of actions that together occur in all cuts of a bit mask."""
+        """Return the minimum number of actions that together occur in all landmarks (cuts) of a bit mask."""
         return self._get_min_hitting_set(mask)[0]
 
     def find_more_cuts(self, steps: frozenset[Action], effort: SearchEffort) -> None:
-        """Find cuts until the lower bound for a plan rises, or no further cut exists.
+        """Find landmarks (cuts) until the minimum number of missing actions rises, or no more exist.
 
         Args:
             steps: the actions of the plan.
@@ -474,7 +474,7 @@ class _HittingSetSearch:
         return tuple(chosen)
 
     def _count_disjoint_cuts(self, mask: int) -> int:
-        """Count disjoint cuts, chosen greedily: no two of them share an action (pattern)."""
+        """Count disjoint landmarks, chosen greedily: no two of them share an action (pattern)."""
         number = 0
         for bit, covered in self._covered_with.items():
             if mask & bit:

@@ -41,7 +41,7 @@ def define_recursively(
 
 
 class _RecursivePredicates:
-    """Mutually recursive predicates, with a cache of the relations computed for states."""
+    """Mutually recursive predicates, with a cache of the relations that were computed for each state."""
 
     def __init__(self, circle: Sequence[DefinedPredicate], vocabulary: Callable[[], Vocabulary]) -> None:
         self._circle = circle

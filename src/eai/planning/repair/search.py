@@ -53,13 +53,13 @@ possible, and for removing needless edits from each repair.
 """
 
 _MAX_PLANNER_STATES = 300
-"""Maximum number of states that the planner may reach to finish a plan."""
+"""Maximum number of states that the planner may reach to complete a plan."""
 
 _START_FACTOR = 3
 """Factor of the planner's limit for its plan from the initial state, which is made only once per task."""
 
 _ENABLING_LIMITS = Limits(20, looks=2_000)
-"""Limits of the search for actions that make a step possible."""
+"""Limits of each search for actions that make an impossible step possible."""
 
 _STEPS_PER_EFFORT = 8
 """Number of executed steps that count as one unit of effort."""
@@ -75,7 +75,7 @@ _MAX_CACHED_STATES = 50_000
 """Maximum number of states that are cached from one plan to the next."""
 
 _EASY_EFFORT = 60
-"""Effort up to which a search computes no landmarks, since many plans need only one edit."""
+"""Effort up to which a search for a repair computes no landmarks, since many plans need only one edit."""
 
 _PUSHES_PER_EFFORT = 4
 """Number of plans put into the queue that count as one unit of effort."""
