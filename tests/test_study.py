@@ -72,6 +72,17 @@ MEASURED = {
         PARTLY
     ),
     "Nothing about how the data are composed or were collected might affect later uses.": REFUTED,
+    "Claude-3.5 Sonnet and o1-preview excel in kinds such as object orientation and non-spatial relations.": (
+        PARTLY
+    ),
+    "State goals have fewer logical requirements than other goals.": PARTLY,
+    "The best figure of each column of subgoals is in bold.": PARTLY,
+    "The highest figure of each column of met goals is in bold.": PARTLY,
+    "The names in the table of BEHAVIOR's actions are those of the simulator.": "reproduced",
+    "The 40 listed names are actions of VirtualHome's environment.": PARTLY,
+    "Placing beside one thing and on another takes two things that can be used.": PARTLY,
+    "BEHAVIOR writes goals in BDDL, as a last state with logical constraints.": "reproduced",
+    "By the table of notations state t and action t lead to state t + 1.": REFUTED,
     "The table of the main text is a part of this one.": REFUTED,
     "The gain generally grows with the chance of failure.": "reproduced",
     "F1 combines precision and recall.": PARTLY,
