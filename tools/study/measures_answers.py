@@ -337,7 +337,7 @@ def closed_of_gpt_3_5(evidence: Evidence) -> Finding:
     (first, most), *_ = checks.most_common(1)
     return if_so(
         closed >= most,
-        f"{closed} of {len(errors)} missing steps; most frequent is {(first or '').replace('_', ' ')}, "
+        f"{closed} of {len(errors)} missing steps; most frequent cause: {(first or '').replace('_', ' ')}, "
         f"{most}",
         in_part=closed > 0,
     )
