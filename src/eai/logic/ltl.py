@@ -271,8 +271,8 @@ class _LtlReader:
             name: name of the predicate or action.
             terms: its arguments.
             signature: the names that a formula may use.
-            position: function that returns the offset in the text of the name (for 0), or of an argument (for
-                its number, from 1).
+            position: function that takes the number of an argument, from 1, and returns its offset in the
+                text; for 0 the offset of the name.
         """
         arities = signature.get_arities_of_same_kind(name)
         if name not in arities:

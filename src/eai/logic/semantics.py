@@ -361,7 +361,7 @@ def find_possible_values(
         case f.Implies(premise, conclusion):
             return find_operand_values(f.Or((f.Not(premise), conclusion)), truth)
         case f.Exists(inner, body) | f.ForAll(inner, body):
-            # Without inner values, a formula about all inner values holds, so no outer value is ruled out.
+            # A formula about all inner values holds if there are none. So it rules out no outer value.
             if isinstance(formula, f.Exists) != truth or inner.name == variable:
                 return None
             outer = {name: value for name, value in binding.items() if name != inner.name}

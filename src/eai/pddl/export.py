@@ -36,7 +36,7 @@ from eai.world.vocabulary import make_parameter_names
 
 
 def _make_object_keys(scene: Scene) -> list[str]:
-    """Return the keys under which the table of PDDL names has some objects.
+    """Return the key of each object in the table of the objects' PDDL names.
 
     An object's key is its name, but the key of the agent is the name that conditions use for it.
     """

@@ -421,7 +421,10 @@ class GroundProblem:
         return literals
 
     def resolve_choices(self, needed: int, literals: int) -> int:
-        """Return needed literals, with each choice replaced by its first option in a set of literals."""
+        """Return needed literals with all choices among them replaced.
+
+        Each choice becomes its first option whose literals are all in a given set.
+        """
         if needed >> 3 * self.atoms:
             for literal, options, _, _ in reversed(self._choices.values()):
                 if needed & literal:

@@ -1,11 +1,11 @@
 """Landmarks: sets of actions. Every plan that succeeds contains an action of each landmark.
 
-Landmarks are found in the delete relaxation: deletions are ignored and actions are repeated. If some actions
-do not reach the goals in this relaxation, every plan needs another action. The first actions needed beyond
-the present actions form a cut (a disjunctive landmark). An action of a cut hits the cut. A plan
-needs at least as many more actions as it takes to hit all missed cuts. A smallest set of such actions is
-added, and the next cut is computed, until the goals are reachable (an implicit hitting set, Bonet and Helmert
-2010).
+Landmarks are found in the delete relaxation: deletions are ignored and actions are repeated. If a set of
+actions does not reach the goals in this relaxation, every plan needs another action. All actions that can be
+the first one needed form a cut (a disjunctive landmark). A cut is missed if the set has no action of the cut.
+A smallest set of actions that has an action of every missed cut is added to the set. Then the next cut is
+computed, until the goals are reachable (an implicit hitting set, Bonet and Helmert 2010). A plan needs at
+least as many more actions as such a smallest set has.
 """
 
 from __future__ import annotations

@@ -265,7 +265,7 @@ class _ConflictFinder:
     ) -> tuple[ChangeSet, bool]:
         """Return changes that may make a later step cause some of ``changes``, or undo fewer of ``changes``.
 
-        The second value is whether the step undoes any of ``changes``.
+        The second returned value is whether that step undoes any of ``changes``.
         """
         state, executed = self._states.by_number[number], self._states.get_state_after_step(number, action)[1]
         earlier_changes, undoes = self._conflict_changes.find_changes_before_step(

@@ -169,7 +169,10 @@ def find_replaceable_steps(plan: EditedPlan) -> Iterator[int]:
 
 
 _END = PlanEntry(0, Action("", ()))
-"""Unchanged step that is appended to a plan when edits are counted, to complete the last group of edits."""
+"""Unchanged step that is appended to a plan when its edits are counted.
+
+It closes the last group of insertions and deletions.
+"""
 
 
 def list_plan_edits(plan: EditedPlan) -> tuple[PlanEdit, ...]:

@@ -357,9 +357,9 @@ class _RepairNode(NamedTuple):
 
     Attributes:
         plan: the plan.
-        path: the plan's path. If ``first_unknown`` is not -1, it is the path of the plan before the last
-            edit, which is equal up to that entry.
-        first_unknown: number of the first entry whose moment is unknown; -1 if all moments are known.
+        path: the moments of the plan, one before each entry. If ``first_unknown`` is not -1, the moments of
+            the plan before its last edit, which changed nothing before that entry.
+        first_unknown: number of the first entry whose moment is not computed yet; -1 if all are computed.
         failures: number of failed steps and missed goals. If ``first_unknown`` is not -1, this is the number
             for the plan before the last edit.
         cost: the numbers of edits of the plan, by kind of edit.
