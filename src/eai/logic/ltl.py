@@ -121,7 +121,7 @@ _OPERATORS: Final[Mapping[Dialect, re.Pattern[str]]] = {
 }
 _OBJECTS: Final = re.compile(_OBJECT)
 STRENGTHS: Final = {"": 0, ")": 0, "then": 1, "implies": 2, "or": 3, "and": 4, "until": 5}
-"""Binding strength of each infix word: larger numbers bind more tightly. Prefix words have `PREFIX`."""
+"""Binding strength of each infix word: larger numbers bind more tightly. See also `PREFIX`."""
 PREFIX: Final = 6
 
 _Make: TypeAlias = Callable[..., f.Formula]

@@ -412,7 +412,7 @@ class _ReachablePairs:
         )
 
     def _make_pair_rules(self, needs: int, changes: Iterable[tuple[int, int, int]]) -> Iterator[_PairRule]:
-        """Yield the rules of an action, from the literals that it needs and its effects."""
+        """Yield the rules of an action: its conditional effects as bit masks of literals."""
         made = [(also, add | (delete & ~add) << self._atoms) for also, add, delete in changes]
         always = reduce(or_, [makes for also, makes in made if not also], 0)
         perhaps = reduce(or_, [makes for also, makes in made if also], 0)

@@ -83,7 +83,7 @@ def align_plans(plan: PlanSteps, other: Sequence[Action]) -> EditedPlan:
 def undo_one_edit(plan: EditedPlan, original: PlanSteps) -> Iterator[EditedPlan]:
     """Yield all plans with one edit fewer than an edited plan.
 
-    A plan undoes one insertion or one deletion, or one insertion together with one deletion.
+    Each plan undoes one insertion or one deletion, or one insertion together with one deletion.
     """
     yield from _undo_one_insertion(plan)
     start = 0

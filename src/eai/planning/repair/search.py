@@ -72,7 +72,7 @@ for finding these landmarks.
 """
 
 _MAX_CACHED_STATES = 50_000
-"""Maximum number of states that are cached from one plan to the next."""
+"""Maximum number of cached states that are kept when the repair of the next plan begins."""
 
 _EASY_EFFORT = 60
 """Effort up to which a search for a repair computes no landmarks, since many plans need only one edit."""
@@ -161,7 +161,7 @@ class Repairer:
         """Yield up to two repairs by the planner.
 
         One repair keeps the plan's possible steps and continues after them. The other is a new plan from the
-        initial state. ``looks`` limits the actions that the planner tests for the first.
+        initial state. ``looks`` limits the actions that the planner tests for the first repair.
         """
         walk_effort = SearchEffort(0 if self.conflict_changes.is_partial else effort.limit * _ENABLING_SHARE)
         actions, moment = self._execute_possible_steps(plan, walk_effort)
@@ -305,7 +305,7 @@ class Repairer:
         actions: Iterable[Action | None],
         landmarks: Landmarks,
     ) -> Iterator[PlanEdit]:
-        """Yield copies of an edit with an inserted action, so that the edited plan succeeds."""
+        """Yield copies of an edit, each with an inserted action that makes the edited plan succeed."""
         rest = plan[edit.step + (edit.removed is not None) :]
         lacked = landmarks.find_missed_cuts(filter(None, (*plan[: edit.step], *rest)))
         old_action = None if edit.removed is None else plan[edit.removed]
@@ -451,7 +451,8 @@ class _RepairSearch:
     def _execute_plan_of(self, node: _RepairNode) -> bool:
         """Execute a plan, and return whether it succeeds.
 
-        If it fails, queue it again, and queue each plan in which one more insertion becomes a replacement.
+        If the plan fails, queue it again. Also queue each plan with one more deletion that turns an insertion
+        into a replacement.
         """
         self.effort.used += 1 + len(node.plan) // _STEPS_PER_EFFORT
         path = self._states.compute_path(node.plan, node.path, node.first_unknown)
