@@ -316,7 +316,10 @@ def _find_object_name(term: f.Term, binding: _Binding) -> str:
 
 
 class _ChoiceLiteral(NamedTuple):
-    """A choice between conditions: its literal, all options, one-literal options (a mask), longer options."""
+    """A choice between conditions: the literal that stands for the choice, and the options.
+
+    The options with one literal are also given as a mask, and longer options as a tuple.
+    """
 
     literal: int
     options: tuple[int, ...]
@@ -469,7 +472,10 @@ def estimate_test_cost(conditions: int) -> int:
 
 
 def map_bits_to_masks(masks: Iterable[int]) -> Mapping[int, int]:
-    """Return a mapping from each bit to the masks that contain this bit, as a mask of their numbers."""
+    """Return a mapping from each bit to the masks that contain this bit.
+
+    The masks are given as a bit mask of their numbers.
+    """
     numbers: dict[int, list[int]] = {}
     for number, mask in enumerate(masks):
         for bit in iterate_bit_masks(mask):

@@ -144,7 +144,7 @@ def _check_additional_step(domain: Domain, before: State, action: Action) -> Ite
 def _find_intended_effects(effects: Iterable[Effect], vocabulary: Vocabulary) -> Iterator[Formula]:
     """Yield the visible changes that an action always makes, as formulas that hold after the action.
 
-    For an effect with two branches, the formula is the disjunction of the changes of the branches.
+    For `When`, the formula is a disjunction: the changes if the condition held, or the changes otherwise.
     """
 
     def is_visible(atom: Atom) -> bool:

@@ -103,7 +103,7 @@ class _RecursivePredicates:
         return whole, circle
 
     def _find_least_fixpoint(self, state: State) -> State:
-        """Return the state with the facts of the least relations added.
+        """Return the state with all facts of the recursive predicates added.
 
         Facts that follow from the definitions are added until no new fact follows.
         """
