@@ -48,7 +48,7 @@ from eai.results.paper_tables import (
     NULL_MODELS,
     SCHEMA,
     PaperTable,
-    format_null_file_name,
+    format_null_models_file_name,
     format_published_file_name,
     read_null_scores,
     read_paper_models,
@@ -144,7 +144,10 @@ def main() -> None:
         if arguments.protocol not in (None, protocol.value):
             continue
         if arguments.null_models:
-            made[format_null_file_name(protocol.value)] = protocol, partial(null_suite, protocol=protocol)
+            made[format_null_models_file_name(protocol.value)] = (
+                protocol,
+                partial(null_suite, protocol=protocol),
+            )
         else:
             scored = partial(scored_suite, protocol=protocol, folder=arguments.folder)
             made[format_published_file_name(protocol.value)] = protocol, scored

@@ -347,7 +347,7 @@ ENDING_FAULTS = {
         FaultKind.UNCATEGORISED,
     )
 }
-"""Mapping from metrics to kinds of error: the kinds that make an action impossible and so end a plan."""
+"""Name of a metric -> the kind of error that it counts; only errors that end the execution of a plan."""
 
 P = TypeVar("P", bound=PlanVerdict)
 

@@ -30,12 +30,12 @@ REASONS = "What went wrong in attempt"
 _FOLDER = "feedback"
 
 Restate: TypeAlias = Callable[[TaskBelief], Prompt]
-"""Function that makes the question about a task in its present state, given the belief about this state."""
+"""Function that makes the question about a task in its present state, as a model understands this state."""
 
 ScenePerception: TypeAlias = Callable[[Task, int], tuple[TaskBelief, Mapping[str, str]]]
 """Function that perceives the present scene of a task, before the attempt with the given number.
 
-It returns the belief about the task, and metadata for the record of the question.
+It returns the task as the model sees it, and metadata for the record of the question.
 """
 
 
@@ -174,7 +174,7 @@ class QuestionWriter:
         return self._fill_template("now_actions", state=state, actions="\n".join(actions))
 
     def _perceive_scene(self, trial: Trial) -> tuple[TaskBelief, Mapping[str, str]]:
-        """Return the belief about the present scene and the remaining goals, and metadata of the question."""
+        """Return the task as the model sees it now, with the remaining goals, and metadata for the record."""
         if self.perceive is None:
             return TaskBelief(trial.remaining_task), {}
         return self.perceive(trial.remaining_task, len(trial.attempts) + 1)

@@ -24,7 +24,7 @@ class Trial:
     """A task with several attempts. The trial ends when an answer succeeds or no attempts are left.
 
     All attempts share one sequence of random slips, so outcomes depend only on the answers and the arguments.
-    The scorer has the true task. An agent may believe something else about the task.
+    The scorer has the true task. The question may state other goals or another scene.
 
     Args:
         scorer: the scorer of the task.

@@ -201,7 +201,7 @@ def add_cause(assessment: Assessment, found: _CauseInWords | None) -> Assessment
     """Return an assessment that names a cause in the error of its verdict and in its explanation."""
     if found is None:
         return assessment
-    verdict = _name_cause(assessment.verdict, found.cause)
+    verdict = _set_error_cause(assessment.verdict, found.cause)
     return assessment._replace(verdict=verdict, explain=lambda: _add_sentence(assessment.explain(), found))
 
 
@@ -214,11 +214,11 @@ def mark_as_cut_off(verdict: V, explanation: Explanation | None) -> tuple[V, Exp
     if error is None or error.kind is not FaultKind.PARSING or error.check not in (None, "prose"):
         return verdict, explanation
     found = _CauseInWords("cut_off", "the end of the answer is missing")
-    verdict = _name_cause(verdict, found.cause)
+    verdict = _set_error_cause(verdict, found.cause)
     return verdict, None if explanation is None else _add_sentence(explanation, found)
 
 
-def _name_cause(verdict: V, cause: UnreadCause) -> V:
+def _set_error_cause(verdict: V, cause: UnreadCause) -> V:
     error = verdict.error
     return verdict if error is None else replace(verdict, error=replace(error, check=cause))
 

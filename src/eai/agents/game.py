@@ -233,7 +233,7 @@ class Game:
             return self._make_result(_CommandOutcome(self.memory.look_around()), ())
         special, operators = self.task.special, self.stage.domain.operator_arities
         if isinstance(special, Ambiguous) and ASK not in operators and is_question(text):
-            return self._answer_question(special.fits[0])
+            return self._answer_agents_question(special.fits[0])
         if isinstance(special, Impossible) and REFUSE not in operators:
             self.refused = read_refusal_command(self.stage.benchmark.notation.plans.decode_names(text))
             if self.refused is not None:
@@ -257,7 +257,7 @@ class Game:
         self.reached = self._find_reached_goals()
         return self._make_result(tried, repairs, done=meant is None)
 
-    def _answer_question(self, meant_object: str) -> _StepResult:
+    def _answer_agents_question(self, meant_object: str) -> _StepResult:
         """Answer the agent's question which object the instruction means. A question costs an action."""
         self._memory.has_looked = False
         self._turns += 1

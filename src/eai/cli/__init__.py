@@ -178,7 +178,9 @@ def _load_command(path: str, panel: str | None = None) -> Any:
         group, _, leaf = below.rpartition(" ")
         if group == path:
             if not isinstance(command, TyperGroup):
-                raise InputError(f"{below} of {_COMMANDS}: {path} is no group of commands")
+                raise InputError(
+                    f"entry point {below} in {_COMMANDS}: {path} is a command, so it cannot have subcommands"
+                )
             command.add_command(_load_command(below), leaf)
     return command
 

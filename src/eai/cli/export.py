@@ -207,8 +207,10 @@ def export_process_data(
     """Write plans with a label for each step: how the step changes the distance to the goals.
 
     The distance of a state is the number of actions in a shortest plan from it. A step of a shortest plan
-    changes it by -1, and a step that fails or is skipped by 0. The change is null if the search for a
-    shortest plan reaches its limit, at steps before three such states, and for steps after a failed step.
+    changes it by -1, and a step that fails or is skipped by 0. The change is null for steps after a failed
+    step, and if the distance before or after the step is unknown. A distance is unknown if the search for a
+    shortest plan reaches its limit. Distances are computed from the last state back to the first, until three
+    in a row are unknown.
 
     Example: eai export process runs --out process.jsonl
 

@@ -148,7 +148,7 @@ class _RunPace:
         if done != self.done:
             self._changed = time.monotonic()
         self.done, self.failed, self.total, self._tokens = done, failed, total, tokens
-        if self._done_before is None:  # answers from the journal took no time
+        if self._done_before is None:  # answers that an earlier start recorded take no time
             self._done_before, self._began = done, self._changed
 
     def describe(self) -> str:
@@ -197,7 +197,7 @@ def _print_run_lines(title: str, console: Console) -> Iterator[ProgressWatch]:
     pace, lines, over = _RunPace(), _SpacedLinePrinter(console), Event()
 
     def show_if_due() -> None:
-        lines.offer(f"{title}: {pace.describe()}", pace.done, pace.total)
+        lines.print_line_if_due(f"{title}: {pace.describe()}", pace.done, pace.total)
 
     def update_pace(answered: int, failed: int, total: int, tokens: int) -> None:
         pace.update(answered, failed, total, tokens)
@@ -230,7 +230,7 @@ class _SpacedLinePrinter:
         self._tenth, self._due, self._overdue = -1, now + first, now + LONGEST_SILENCE
         self._lock = Lock()
 
-    def offer(self, line: str, done: int, total: int) -> None:
+    def print_line_if_due(self, line: str, done: int, total: int) -> None:
         """Print a line about the work done so far, if a line is due."""
         with self._lock:
             now = time.monotonic()
@@ -248,6 +248,6 @@ def _make_line_printer(title: str, console: Console, first: float, unit: str) ->
     def print_if_due(done: int, total: int) -> None:
         left = (time.monotonic() - began) / done * (total - done) if done else 0
         about = f", about {round(left / 60)} min left" if left >= LONGEST_SILENCE else ""
-        lines.offer(f"{title}{f': {done}/{total}{unit}' if total else ''}{about}", done, total)
+        lines.print_line_if_due(f"{title}{f': {done}/{total}{unit}' if total else ''}{about}", done, total)
 
     return print_if_due

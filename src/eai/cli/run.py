@@ -289,8 +289,8 @@ def _request_answers_and_score(
     from eai.run.tasks import combine_experiments, make_trials, request_missing_answers, write_scores
 
     spec, epochs = order.spec, epochs or order.spec.tasks.epochs
-    asked, believed = (prompts, None) if first is None else first.make_prompts(endpoint, prompts, suite)
-    about = {} if believed is None else believed.metadata
+    asked, beliefs = (prompts, None) if first is None else first.make_prompts(endpoint, prompts, suite)
+    about = {} if beliefs is None else beliefs.metadata
     harness, effort = None, spec.generation.reasoning_effort
     rules: str | None = None
     prompts_name = spec.prompts.prompt_label
@@ -300,11 +300,11 @@ def _request_answers_and_score(
         asked, about = make_prompts_in_setting(spec.setting, asked, suite)
         rules, prompts_name = spec.setting.label or None, spec.prompts.name
         harness = None if spec.agent.harness == STANDARD.harness else spec.agent.harness
-    trials = make_trials(spec.variation.attempts if studied else None, order.library, suite, asked, believed)
+    trials = make_trials(spec.variation.attempts if studied else None, order.library, suite, asked, beliefs)
     of_studies = spec.experiment if studied else Experiment()
     parts = [
         of_studies,
-        None if believed is None else believed.experiment,
+        None if beliefs is None else beliefs.experiment,
         make_prompts_experiment(prompts_name),
     ]
     parts += [Experiment(rules=rules), Experiment(harness=harness, effort=effort)]
@@ -320,11 +320,11 @@ def _request_answers_and_score(
         with show_run_progress(title, quiet=order.quiet) as watch:
             answers = request_missing_answers(job, folder / JOURNAL, order.out / LOGS, watch=watch)
         unasked = [(task, epoch + 1) for task in prompts if task not in asked for epoch in range(epochs)]
-        lacking = dict.fromkeys(unasked, "" if believed is None else believed.missing_reason)
+        lacking = dict.fromkeys(unasked, "" if beliefs is None else beliefs.missing_reason)
         obtained = replace(
             answers,
             failures={**answers.failures, **lacking},
-            beliefs=believed,
+            beliefs=beliefs,
             experiment=combine_experiments([of_studies, *parts[2:-1], Experiment(effort=effort)]),
             summarize=lambda record: add_study_summaries(record, suite, about.get(record.task_id, {})),
         )

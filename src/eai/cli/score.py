@@ -304,15 +304,13 @@ def _make_record_finisher(share: _AnswersToScore) -> Callable[[Record], Record] 
     from eai.results.epochs import add_run_to_record
     from eai.studies.prompts.choice import make_prompts_experiment
 
-    believed, suite = None, share.suite
+    beliefs, suite = None, share.suite
     if share.goals is not None:
         from eai.studies.pipeline.stage_one import read_goal_beliefs
 
         goals = (suite.benchmark, suite.ability, suite.source, share.answers.model)
-        believed = replace(read_goal_beliefs(share.goals, *goals), beliefs={}, metadata={})
-    mark = partial(
-        add_run_to_record, believed=believed, experiment=make_prompts_experiment(share.prompt_name)
-    )
+        beliefs = replace(read_goal_beliefs(share.goals, *goals), beliefs={}, metadata={})
+    mark = partial(add_run_to_record, beliefs=beliefs, experiment=make_prompts_experiment(share.prompt_name))
     return mark if share.logged is None else partial(_apply_both, share.logged, mark)
 
 

@@ -161,7 +161,7 @@ def check_domain(domain: m.PddlDomain) -> tuple[PddlFinding, ...]:
 
 
 def check_action(action: m.PddlAction, vocabulary: DeclaredNames) -> tuple[PddlFinding, ...]:
-    """Return all violations of an operator, in the order of its text, each once."""
+    """Return all violations of PDDL in an operator, such as undeclared names, in the order of the text."""
     place = f"parameters of {action.name}"
     scope = {parameter.name: m.get_variable_type(parameter) for parameter in action.parameters}
     findings = [
@@ -176,7 +176,7 @@ def check_action(action: m.PddlAction, vocabulary: DeclaredNames) -> tuple[PddlF
 
 
 def check_problem(problem: m.PddlProblem, domain: m.PddlDomain) -> tuple[PddlFinding, ...]:
-    """Return all violations of a problem against its domain, each once."""
+    """Return all violations of PDDL in a problem, such as names that its domain does not declare."""
     vocabulary = DeclaredNames.from_domain(domain, problem.objects)
     objects = [f.Variable(item.name, item.type) for item in problem.objects]
     findings = [

@@ -125,7 +125,10 @@ class _StateEvaluation:
     def generate_bindings(
         self, variable: f.Variable, body: f.Formula, binding: Valuation
     ) -> Iterator[Valuation]:
-        """Yield a binding for each value of a variable for which a condition may hold, in declared order."""
+        """Yield a binding with one more variable, once for each object that may satisfy a condition.
+
+        Objects come in the order of their declaration.
+        """
         members = self._objects[m.get_variable_type(variable)]
         inner = {name: value for name, value in binding.items() if name != variable.name}
         candidates = find_possible_values(body, variable.name, inner, True, self._find_possible_arguments)

@@ -122,7 +122,7 @@ class _OrderedEffectsConverter:
                     yield from self._convert_effect(each, matched.extend_position(number, bound))
             case Let(variable, condition, effects):
                 bound, inside = self._bind_variable(variable, context)
-                first = self._require_lowest_index(variable, condition, bound, inside)
+                first = self._make_first_object_condition(variable, condition, bound, inside)
                 yield from self._convert_sequence(effects, inside.add_condition(first))
             case _:
                 assert_never(effect)
@@ -140,7 +140,7 @@ class _OrderedEffectsConverter:
             g.replace_hidden_atoms(condition, self._hidden, positive=False), context.scope
         )
 
-    def _require_lowest_index(
+    def _make_first_object_condition(
         self, variable: f.Variable, condition: f.Formula, bound: f.Variable, inside: _EffectContext
     ) -> f.Formula:
         """Return the condition that no object with a lower index satisfies a given condition."""

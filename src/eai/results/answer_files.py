@@ -199,7 +199,8 @@ def find_recorded_file(path: Path, domain: str, ability: Ability, attempt: int =
         return first if attempt == 1 else first.with_name(f"{format_attempt_name(name, attempt)}{SUFFIX}")
     files: list[Path] = []
     if attempt == 1:
-        with suppress(InputError):  # raises InputError if every file has the answers of one attempt
+        # InputError: every file name has the number of an attempt; then the search below finds attempt 1
+        with suppress(InputError):
             files = find_response_files(path)
     files = files or sorted(path.rglob(f"*{format_attempt_name('', attempt)}{SUFFIX}"))
     of_suite = [file for file in files if _read_suite_from_path(file) == (domain, ability.value)]

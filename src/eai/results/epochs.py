@@ -163,9 +163,9 @@ def _merge_summaries(
     return {name: {**one.get(name, {}), **other.get(name, {})} for name in {**one, **other}}
 
 
-def add_run_to_record(record: Record, believed: StatedBeliefs | None, experiment: Experiment) -> Record:
+def add_run_to_record(record: Record, beliefs: StatedBeliefs | None, experiment: Experiment) -> Record:
     """Return a record with the beliefs that its question stated, and with the choices of its run."""
-    return (record if believed is None else believed.add_belief_to_record(record)).add_experiment(experiment)
+    return (record if beliefs is None else beliefs.add_belief_to_record(record)).add_experiment(experiment)
 
 
 @dataclass(frozen=True, slots=True)
@@ -186,7 +186,8 @@ class ModelAnswers:
             ``failures``.
         experiment: the choices of the run's studies, as in records.
         summarize: function that adds the summaries of studies to a record.
-        log: path of Inspect's log, which has all answers, also answers from the journal.
+        log: path of Inspect's log, which has all answers, also those that an earlier start of the run
+            recorded.
     """
 
     model: str

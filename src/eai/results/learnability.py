@@ -1,4 +1,7 @@
-"""Measure what rewards can teach: rewards of null models, and mixed rewards in groups of answers."""
+"""Measure what rewards can teach: the rewards of null models, and mixed rewards in groups of answers.
+
+Null models answer without trying to solve tasks, such as with empty or random answers.
+"""
 
 from __future__ import annotations
 
@@ -24,7 +27,7 @@ _RANDOM_SEED = "0 1 1"
 
 
 class _NullRewards(NamedTuple):
-    """The rewards of a null model.
+    """The rewards of a null model for a suite.
 
     Attributes:
         mean: mean reward over all tasks that can pay a reward.
@@ -36,7 +39,7 @@ class _NullRewards(NamedTuple):
 
 
 def measure_null_rewards(reward: Reward) -> dict[str, _NullRewards]:
-    """Return a mapping from the names of null models with answers to the suite to their rewards."""
+    """Return the rewards of the null models, by model name, without models that cannot answer the suite."""
     suite = reward.suite
     rewards = {}
     for name, open_book in _NULL_BOOKS.items():

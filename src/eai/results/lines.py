@@ -256,7 +256,7 @@ WrongGoalReason: TypeAlias = Literal["unknown", "procedural", "initial", "final"
 
 
 class SuiteKey(NamedTuple):
-    """A suite: the tasks of a benchmark and an ability under a protocol."""
+    """Identifies a suite, as in tables and file names: a protocol, a benchmark and an ability."""
 
     protocol: str
     domain: str

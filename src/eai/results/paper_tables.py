@@ -229,10 +229,12 @@ def format_published_file_name(protocol: str) -> str:
 @cache
 def read_null_scores(protocol: str) -> _PublishedScores:
     """Return the scores of the null models under a protocol."""
-    return TypeAdapter(_PublishedScores).validate_json(_read_paper_file(format_null_file_name(protocol)))
+    return TypeAdapter(_PublishedScores).validate_json(
+        _read_paper_file(format_null_models_file_name(protocol))
+    )
 
 
-def format_null_file_name(protocol: str) -> str:
+def format_null_models_file_name(protocol: str) -> str:
     """Return the name of the file with the scores of the null models under a protocol."""
     return f"null_models_{protocol}.json"
 

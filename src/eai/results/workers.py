@@ -296,8 +296,8 @@ class WorkerPool:
         # the fork server imports this module once for all workers
         context.set_forkserver_preload(["eai.results.batch"])
         if "forkserver" in methods:
-            resource_tracker.ensure_running()  # done first, because it would release held interrupts
-            with _hold_interrupts():  # the fork server passes held interrupts on to workers
+            resource_tracker.ensure_running()  # done first, because it would unblock interrupts
+            with _block_interrupts():  # workers inherit the blocked signal from the fork server
                 ensure_running()
         if self._folder is None:
             self._folder = TemporaryDirectory(prefix="eai-workers-", ignore_cleanup_errors=True)
@@ -343,8 +343,8 @@ def split_batches(items: Iterable[T], workers: int, size: int, largest: int) -> 
 
 
 @contextmanager
-def _hold_interrupts() -> Iterator[None]:
-    """Hold back interrupts until the block ends, and for ever in processes that the block starts."""
+def _block_interrupts() -> Iterator[None]:
+    """Block interrupts until the ``with`` block ends. Processes that it starts never receive interrupts."""
     if threading.current_thread() is not threading.main_thread() or not hasattr(signal, "pthread_sigmask"):
         yield
         return

@@ -95,8 +95,8 @@ class AnswerJournal:
 ProgressWatch: TypeAlias = Callable[[int, int, int, int], None]
 """Function that is called with the numbers of answered tasks, failed tasks, all tasks, and output tokens.
 
-A task counts once in every epoch. Answers from the journal count as answered, without their tokens. A task
-has failed if one of its requests failed for good.
+A task counts once in every epoch. Answers that the journal already had count as answered, without their
+tokens. A task has failed if one of its requests failed for good.
 """
 
 

@@ -69,7 +69,7 @@ _OPEN_BOOK = {
     "copy": open_copy_book,
     "empty": open_empty_book,
 }
-"""Functions that open the answers of built-in models, by model.
+"""Name of a built-in model -> function that returns its answers to a suite.
 
 Models that use the data set's own answers are left out.
 """

@@ -37,7 +37,7 @@ _CONTEXT_LENGTH = re.compile(
     |['"]n_ctx['"]:|tokens\ >)\s*(\d[\d,]*)""",
     re.IGNORECASE | re.VERBOSE,
 )
-"""Pattern of the number of tokens of the context in such a message."""
+"""Pattern whose group is the context length, in tokens, in a message that refuses a long question."""
 
 
 _MAX_TOKENS = re.compile(r"max\w*tokens", re.IGNORECASE)

@@ -196,9 +196,10 @@ def _merge_game_rules(stated: Experiment, record: Record) -> Experiment:
 
 
 def apply_experiment(record: Record, suite: Suite, metadata: Mapping[str, Any], epoch: int) -> Record:
-    """Return the record of a logged answer with the effects of its experiment.
+    """Return the record of an answer from Inspect's log, with the results that its experiment adds.
 
-    Answers of attempts are executed again. Goals and scenes that the question stated are judged again.
+    The sample's metadata state the experiment. In an experiment with several attempts, all answers are
+    executed again. If the question stated goals or a scene from an earlier answer, these are judged again.
 
     Args:
         record: the record of the last answer, scored as if there were no experiment.

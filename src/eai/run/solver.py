@@ -268,7 +268,7 @@ class _SampleTranscript:
         return messages
 
     def add_recorded_answer(self, answer: Answer) -> None:
-        """Add an answer from the journal to the state."""
+        """Add an answer to the state that an earlier start of this run recorded."""
         restore_answer(self._state, answer)
         self._store_answer_text(answer.text)
 
@@ -284,7 +284,7 @@ class _SampleTranscript:
 
 
 def restore_answer(state: TaskState, answer: Answer) -> None:
-    """Restore the state of a sample after a reply from the journal."""
+    """Put a recorded answer into the state of a sample, as if the model had just replied."""
     content: list[Content] = [ContentReasoning(reasoning=answer.reasoning)] if answer.reasoning else []
     message = ChatMessageAssistant(
         content=[*content, ContentText(text=answer.text)], model=str(state.model), source="generate"

@@ -169,14 +169,14 @@ def register_suite_task(reference: str, ability: Ability) -> Callable[..., inspe
                 experiment, solver = Experiment(), player()
             elif spec.variation.choice:
                 spec.variation.select_abilities([ability])
-                believed = None
+                beliefs = None
                 if stage is not None:
-                    asked, believed = _run_first_stage(stage, asked, suite)
-                    about = believed.metadata
-                trials = make_trials(spec.variation.attempts, library, suite, asked, believed)
+                    asked, beliefs = _run_first_stage(stage, asked, suite)
+                    about = beliefs.metadata
+                trials = make_trials(spec.variation.attempts, library, suite, asked, beliefs)
                 solver = ask_without_journal(trials)
                 experiment = combine_experiments(
-                    [experiment, None if believed is None else believed.experiment]
+                    [experiment, None if beliefs is None else beliefs.experiment]
                 )
             if not takes_turns:
                 experiment = combine_experiments(
@@ -200,8 +200,8 @@ def make_trials(
     options: AttemptOptions | None,
     library: PromptLibrary,
     suite: Suite,
-    asked: Mapping[str, Prompt],
-    believed: StatedBeliefs | None,
+    prompts: Mapping[str, Prompt],
+    beliefs: StatedBeliefs | None,
 ) -> TrialSet | None:
     """Return the trials that execute answers and ask again; None if each question is sent once.
 
@@ -210,9 +210,9 @@ def make_trials(
     """
     if options is None:
         return None
-    look, goals = (None, {}) if believed is None else (believed.look, believed.tasks_with_stated_goals)
-    asker = library.make_question_writer(suite.benchmark, suite.ability, asked, look)
-    return open_trials(suite, options, asker, asked, goals)
+    look, goals = (None, {}) if beliefs is None else (beliefs.look, beliefs.tasks_with_stated_goals)
+    asker = library.make_question_writer(suite.benchmark, suite.ability, prompts, look)
+    return open_trials(suite, options, asker, prompts, goals)
 
 
 def combine_experiments(parts: Iterable[Experiment | None]) -> Experiment:
@@ -260,14 +260,14 @@ def _run_first_stage(
     Raises:
         InputError: a task has no result to state; a log would leave it out of all rates.
     """
-    prompts, believed = stage.make_prompts(Endpoint(""), asked, suite)
+    prompts, beliefs = stage.make_prompts(Endpoint(""), asked, suite)
     missing = len(asked) - len(prompts)
     if missing:
         raise InputError(
-            f"{missing} of {len(asked)} tasks cannot be asked: {believed.missing_reason}; "
+            f"{missing} of {len(asked)} tasks cannot be asked: {beliefs.missing_reason}; "
             "leave them out with -T tasks=, or use eai run, which counts them as failed"
         )
-    return prompts, believed
+    return prompts, beliefs
 
 
 def _select_prompts(prompts: Mapping[str, Prompt], tasks: str | int | Sequence[str]) -> Mapping[str, Prompt]:

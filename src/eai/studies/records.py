@@ -96,7 +96,7 @@ class StudyRecords:
         return TidyTables(replace(self.source, errata=ErrataChoice.NONE), features=features)
 
     def change_to_subfolder(self, name: str) -> StudyRecords:
-        """Return these records for an analysis whose results go into a subfolder."""
+        """Return a copy of these records that has a subfolder as its folder for results."""
         return replace(self, folder=self.folder / name)
 
 

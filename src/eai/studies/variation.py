@@ -79,8 +79,8 @@ class FirstStage:
         Raises:
             InputError: as raised by `believe`.
         """
-        believed = self.collect_beliefs(endpoint, suite)
-        return believed.make_prompts(self.library, suite, task_ids), believed
+        beliefs = self.collect_beliefs(endpoint, suite)
+        return beliefs.make_prompts(self.library, suite, task_ids), beliefs
 
     def collect_beliefs(self, endpoint: Endpoint, suite: Suite) -> StatedBeliefs:
         """Return the beliefs (goals and scenes to state) of this stage and of all stages before it.
@@ -128,7 +128,7 @@ class VariationOptions(Options):
 
     @property
     def heading(self) -> str:
-        """Heading of results that describes the chosen options; empty without a choice."""
+        """Heading that describes the chosen options above a run's results; empty if no options are chosen."""
         return ""
 
     @property
@@ -214,7 +214,7 @@ class _CombinedVariation(VariationOptions):
 
     @property
     def heading(self) -> str:
-        """Heading of results that describes the choices of all studies."""
+        """Headings of the chosen options of all studies, joined by semicolons."""
         return "; ".join([variation.heading for variation in self.chosen if variation.heading])
 
     @property

@@ -78,10 +78,10 @@ Arguments = Annotated[dict[str, JsonValue], PlainSerializer(_remove_secrets)]
 
 
 class Options(BaseModel):
-    """A section of the file that specifies a run, or of another file that people write.
+    """Options in a section of the file that specifies a run, or of another file that users write.
 
-    Each subclass declares options. The meaning of an option stands in the docstring of its class, or in the
-    description of its field if the meaning is computed.
+    Each subclass declares its options as fields and describes them in its docstring. If a description is
+    computed, it is the ``description`` of the field instead.
     """
 
     model_config = ConfigDict(frozen=True, extra="forbid")

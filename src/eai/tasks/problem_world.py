@@ -269,7 +269,7 @@ def make_pddl_world(domain: Domain, tasks: Iterable[Task]) -> ProblemWorld:
 def _read_declaration(
     domain: Domain, tasks: Iterable[Task], spell: Callable[[str], str], predicates: Mapping[str, str]
 ) -> _ProblemConverter:
-    """Return the converter of problems about a domain, whose objects and categories come from the tasks."""
+    """Return a converter for problems about a domain. The tasks provide the objects and their categories."""
     scenes = [task.scene for task in tasks]
     things = dict.fromkeys([thing for scene in scenes for thing in scene.objects])
     kinds = dict.fromkeys(kind for thing in things for kind in domain.vocabulary.list_kinds(thing.category))

@@ -234,7 +234,7 @@ def test_nested_quantifiers_over_pairs_are_counted_before_they_are_unfolded() ->
     verdict = scorer.score(answer(pairs))
     assert describe_verdict(verdict) == "not_parseable parsing"
     assert verdict.error is not None
-    assert verdict.error.detail == "it comes down to more than 100,000 literals"
+    assert verdict.error.detail == "the answer expands to more than 100,000 literals"
 
 
 def test_an_explanation_shows_the_subgoals_the_steps_and_the_goals() -> None:

@@ -57,7 +57,7 @@ from eai.world.state import State
 MAX_LITERALS = 100_000
 """Maximum number of literals in a test of a subgoal, and in all alternatives of a subgoal together."""
 
-TOO_MUCH = f"it comes down to more than {MAX_LITERALS:,} literals"
+TOO_MUCH = f"the answer expands to more than {MAX_LITERALS:,} literals"
 
 
 class _QuantifierRange:
@@ -497,7 +497,7 @@ class _ProgramBuilder:
 
     def _add_instruction(self, instruction: Instruction) -> int:
         if len(self.program) >= MAX_INSTRUCTIONS:
-            raise InputError(f"it has more than {MAX_INSTRUCTIONS:,} steps and alternatives")
+            raise InputError(f"the answer has more than {MAX_INSTRUCTIONS:,} steps and alternatives")
         self.program.append(instruction)
         return len(self.program) - 1
 

@@ -38,7 +38,7 @@ The mapping lacks abilities that the domain does not use.
 """
 
 _MODEL_PREDICATES = {kind.name for kind in (p.sink, p.dishwasher, p.teapot, p.saucepan, p.detergent)}
-"""Model categories that actions check. For each category, there is a predicate with its name."""
+"""Object categories on which actions depend, such as sinks. Each is also the name of a predicate."""
 
 RELATIONS = frozenset(p.STORED)
 """Names of BDDL's relations. All other predicates of BDDL are states of one object."""

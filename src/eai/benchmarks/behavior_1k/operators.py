@@ -329,7 +329,7 @@ def _require_pouring(*checks: Check) -> tuple[Check, ...]:
 def make_pour_action() -> Operator:
     """Return the action POUR (after OmniGibson's object states contains, filled).
 
-    Some of the substance remains in the vessel (decision D3).
+    Some of the substance remains in the vessel (decision D3 in `docs/behavior-1k.md`).
     """
     checks = _require_pouring(
         require_ability(Y, p.fillable, "cannot be filled"),
@@ -347,7 +347,7 @@ def make_pour_action() -> Operator:
 def make_empty_action() -> Operator:
     """Return the action EMPTY (after OmniGibson's object state particle_source_or_sink).
 
-    Nothing remains in the vessel (decision D3).
+    Nothing remains in the vessel (decision D3 in `docs/behavior-1k.md`).
     """
     spilt = p.has_in(X, S) | (p.has_cover(X, S) & ~p.visual(S))
     things = p.lies_in(Z, X) | p.lies_on(Z, X)
@@ -370,7 +370,7 @@ def make_empty_action() -> Operator:
 def make_apply_action() -> Operator:
     """Return the action APPLY (after OmniGibson's object states particle_modifier, ParticleApplier).
 
-    Liquids soak absorbent objects (decision D10).
+    Liquids soak absorbent objects (decision D10 in `docs/behavior-1k.md`).
     """
     effects = (
         ForEach(S, POURABLE, (Add(p.has_cover(Y, S)), Add(p.present(S)))),
@@ -423,7 +423,7 @@ def make_rinse_action() -> Operator:
     """Return the action RINSE.
 
     The action removes substances that water dissolves, by OmniGibson's table for washing machines (decision
-    D4).
+    D4 in `docs/behavior-1k.md`).
     """
     solvent = Exists(W, p.dissolved_by(S, W) & (p.has_cover(X, W) | p.has_in(Y, W)))
     off = p.has_cover(X, S) & (p.washes_off(Y, S) | solvent)
@@ -469,7 +469,8 @@ def make_products(vessel: Variable, chosen: Formula) -> tuple[Effect, ...]:
 def make_run_machine_action() -> Operator:
     """Return the action RUN (after OmniGibson's transition rule ToggleableMachineRule).
 
-    Objects that the recipe does not need must be taken out of the machine first (decision D6).
+    Objects that the recipe does not need must be taken out of the machine first (decision D6 in
+    `docs/behavior-1k.md`).
     """
     checks = (
         require_existing(H),
@@ -558,7 +559,7 @@ def make_heat_action() -> Operator:
 def make_freeze_action() -> Operator:
     """Return the action FREEZE (after OmniGibson's object states heat_source_or_sink, frozen).
 
-    Nothing freezes without this action (decision D8).
+    Nothing freezes without this action (decision D8 in `docs/behavior-1k.md`).
     """
     effects = (
         When(p.chills(H, X), (Add(p.is_frozen(X)),)),
@@ -634,7 +635,7 @@ def make_wait_action() -> Operator:
 
 
 def add_common_checks(operator: Operator) -> Operator:
-    """Return a copy of an action that also moves the robot (decision D1).
+    """Return a copy of an action that also moves the robot (decision D1 in `docs/behavior-1k.md`).
 
     It checks that arguments are solid objects.
     """

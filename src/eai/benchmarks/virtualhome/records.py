@@ -153,12 +153,13 @@ class _SharedTables(NamedTuple):
 
 
 class VirtualHomeRecords(TaskSet[TaskRecord]):
-    """Records by task id, in data set order. Each record is decoded once, on first use.
+    """Records of tasks by task id, in data set order. The record of a task is decoded once, on first use.
 
     Attributes:
-        base: the base scene, as a difference from an empty graph. It has the ids and edges that occur in all
-            initial graphs. Each id has its most frequent record. If an object of a task has another record,
-            the task lists it as changed.
+        base: the base scene, as a difference from an empty graph. It has the objects and edges that occur in
+            the initial graphs of all tasks. Each object has the properties and states that it has most often
+            in these graphs. If an object differs in the initial graph of a task, the task lists it as
+            changed.
     """
 
     def __init__(self, content: bytes, sha256: str) -> None:

@@ -11,7 +11,7 @@
       ],
     ]
 
-A candidate is a possible meaning of the title: a list of entries. An entry is a list of patterns, of which
+A candidate is a possible meaning of a task title: a list of entries. An entry is a list of patterns, of which
 one must be met. Patterns are changes that demonstrations (people's plans) share. They name an object by its
 class or by all its properties: ``ON(washing_machine)`` is a state,
 ``ONTOP({GRABBABLE, MOVABLE}, washing_machine)`` a relation, ``do TOUCH`` an action.
@@ -235,7 +235,7 @@ def count_patterns(
     objects by its properties. The agent is always named by its class.
 
     Args:
-        differences: the changes of the demonstrations of one title.
+        differences: the changes of the demonstrations of one task title.
         without: names of predicates that are not counted, because they hold for too many objects.
     """
     left_out = frozenset(without)
@@ -325,27 +325,37 @@ class TitleDecisions:
 
     @property
     def decided_patterns(self) -> frozenset[GoalPattern]:
-        """All patterns that the user kept or dropped for the title."""
+        """All patterns that the user kept or dropped for the task title."""
         entries = [entry for candidate in self.candidates for entry in candidate]
         return frozenset(self.dropped).union(*entries)
 
 
 class _TitleTable(Options):
-    """The TOML table of one title in a file of decisions: its candidate meanings and its dropped patterns."""
+    """Decisions about one task title, as a table in a TOML file.
+
+    Attributes:
+        candidates: possible meanings of the title, in the order in which they are tried.
+        dropped: patterns that are no part of the meaning.
+    """
 
     candidates: tuple[tuple[tuple[str, ...], ...], ...] = ()
     dropped: tuple[str, ...] = ()
 
 
 class _DecisionTables(Options):
-    """The content of a file of decisions. ``without`` names predicates whose patterns are not counted."""
+    """The content of a TOML file of decisions about the meaning of task titles.
+
+    Attributes:
+        without: names of predicates whose patterns are not counted.
+        title: task title -> decisions about it.
+    """
 
     without: tuple[str, ...] = ()
     title: Mapping[str, _TitleTable] = {}
 
 
 def read_decisions(path: Path) -> tuple[tuple[str, ...], dict[str, TitleDecisions]]:
-    """Read a file of decisions. Return the names of predicates that are not counted, and decisions by title.
+    """Read a file of decisions. Return names of predicates that are not counted, and decisions by task title.
 
     Both are empty if the file does not exist.
 
@@ -415,7 +425,7 @@ COMMANDS = ("keep", "or", "drop", "add", "new", "undo", "done")
 
 @dataclass(frozen=True)
 class PatternList:
-    """The patterns that the demonstrations of a title share.
+    """The patterns that the demonstrations of a task title share.
 
     Attributes:
         differences: the changes of each demonstration.
@@ -440,7 +450,10 @@ class PatternList:
 
     @cached_property
     def numbered_patterns(self) -> Sequence[GoalPattern]:
-        """The patterns in the order of their numbers. Numbers start at 1 and do not depend on decisions."""
+        """The patterns in the order of the numbers by which users name them.
+
+        Numbers start at 1. Decisions to keep or drop patterns do not change them.
+        """
         return tuple(self.counts)
 
     def find_undecided_numbers(self, chosen: TitleDecisions) -> list[int]:

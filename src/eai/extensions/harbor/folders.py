@@ -46,11 +46,11 @@ _EMPTY_ANSWERS = ("", "[]", "{}", DONE)
 """Answers of an agent that does nothing: empty texts, plans and episodes."""
 
 
-def _write_answer_command(answer: str) -> str:
+def _make_command_to_write_answer(answer: str) -> str:
     return f"cat > /workdir/answer.txt <<'END_OF_ANSWER'\n{answer}\nEND_OF_ANSWER"
 
 
-def _write_episode_commands(answer: str) -> str:
+def _make_commands_to_play_episode(answer: str) -> str:
     return "\n".join([f"act {quote(command)}" for command in answer.splitlines()])
 
 
@@ -150,9 +150,9 @@ class _HarborFolderMaker:
             "task_id": json.dumps(task_id),
             "task": json.dumps(str(TaskReference(reference, self.suite.ability, task_id))),
             "question": "\n\n".join(filter(None, [prompt.system, prompt.user])),
-            "solution": _write_episode_commands(solution)
+            "solution": _make_commands_to_play_episode(solution)
             if self.expects_episodes
-            else _write_answer_command(solution),
+            else _make_command_to_write_answer(solution),
             "world": _write_world_command(reference, task_id) if self.expects_episodes else "",
         }
         tests = _fill_templates(["script"], values) | (self.wheels | tasks if self.is_shared else {})

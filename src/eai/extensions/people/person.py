@@ -59,7 +59,10 @@ def begin_episode(stage: GameSetup, seed: int, answer: str = "") -> tuple[Record
     observations = [play.play_command(turn.said) for turn in saved.turns]
     is_same = (saved.rules, saved.seed, saved.turns) == (stage.rules, seed, tuple(play.turns))
     if not is_same or saved.harness not in (HARNESS, PROMPTED):
-        raise InputError(f"{stage.task.id} was begun by somebody else, in another setting or with other data")
+        raise InputError(
+            f"{stage.task.id}: the answer file has an episode of a model, or one with other settings or "
+            "data; give the same settings, or another file as --out"
+        )
     return play, observations
 
 

@@ -136,9 +136,10 @@ class VirtualHomeSubgoalDecomposition(ReferenceSubgoals):
     def halts(self, fault: Fault) -> bool:
         """Whether eai-eval raises an exception for a fault.
 
-        It also raises an exception for a missing step that it cannot name, such as SIT without a free seat
-        (``checkers.py``, ``check_missing_preconds``). For plans, release 1.0.5 calls this a missing step,
-        because action sequencing has its own test for wrong order (``simulation/evolving_graph/checker.py``).
+        It also raises an exception if it cannot determine which step is missing, such as before SIT if no
+        seat is free (``checkers.py``, ``check_missing_preconds``). For plans, release 1.0.5 calls this a
+        missing step, because action sequencing has its own test for wrong order
+        (``simulation/evolving_graph/checker.py``).
         """
         return super().halts(fault) or fault.check.history_conditions == (FALSE,)
 

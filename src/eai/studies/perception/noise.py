@@ -201,7 +201,7 @@ class _NoisyObserver:
         )
 
     def _draw_doubled_objects(self) -> Iterator[tuple[str, str]]:
-        """Yield pairs: the name of an object that is seen twice, and the invented name of its double."""
+        """Yield the name of each object that is seen twice, with the invented name of its double."""
         taken = set(self._names)
         for name in self._seen_names:
             if (
@@ -213,7 +213,11 @@ class _NoisyObserver:
                 yield name, double
 
     def _draw_fact_of_double(self, name: str, double: str) -> NamedFact | None:
-        """Return a visible fact about an object, restated about its double; None if there is no such fact."""
+        """Return a visible fact about an object, with the name of its double in place of the object's name.
+
+        The double is an invented object that the model sees beside the true object. The fact is drawn at
+        random. The result is None if no fact about the object is visible.
+        """
         facts = [fact for fact in self._truth.facts if fact.arguments[:1] == (name,)]
         facts = [fact for fact in facts if self._unseen.isdisjoint(fact.arguments)]
         if not facts:

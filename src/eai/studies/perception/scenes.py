@@ -114,7 +114,7 @@ def _state_true_scenes(
 def _perceive_changed_scene(
     choice: SceneOptions, benchmark: Benchmark, templates: PromptTemplates, task: Task, attempt: int
 ) -> tuple[TaskBelief, Mapping[str, str]]:
-    """Return the belief about a changed scene before a further attempt, and the metadata of the question.
+    """Return the changed scene as a model sees it before a further attempt, and metadata of the question.
 
     A noisy scene gets newly drawn errors.
     """

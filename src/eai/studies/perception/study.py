@@ -170,7 +170,7 @@ def make_perception_tables(runs: Sequence[Sequence[Record]], metric: str) -> lis
     return [
         _make_runs_table(compared),
         _make_rates_table(compared),
-        _make_kinds_table(compared),
+        _make_error_kinds_table(compared),
         _make_predicates_table(compared),
     ]
 
@@ -232,7 +232,7 @@ def _make_rates_table(runs: _ComparedRuns) -> Iterator[Row]:
 
 
 @make_table("perception_kinds", ("kind", *_COSTS))
-def _make_kinds_table(runs: _ComparedRuns) -> Iterator[Row]:
+def _make_error_kinds_table(runs: _ComparedRuns) -> Iterator[Row]:
     """{runs.metric} by kind of error.
 
     One row per kind of error: the answers whose scene graphs have errors of this kind only, however many. A
@@ -365,8 +365,8 @@ def _summarize_perception(record: Record, suite: Suite, about: Mapping[str, Any]
     if SCENE not in about:
         return {}
     scenes = {record.task_id: about[SCENE]}
-    believed = read_scene_beliefs(record.study[STUDY].options["scene"], suite, scenes)
-    return believed.summaries[record.task_id][STUDY]
+    beliefs = read_scene_beliefs(record.study[STUDY].options["scene"], suite, scenes)
+    return beliefs.summaries[record.task_id][STUDY]
 
 
 PERCEPTION = Study(

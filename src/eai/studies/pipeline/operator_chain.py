@@ -70,7 +70,7 @@ class _OperatorChain:
 
     @staticmethod
     def open_chain(domain: str, source: Source) -> _OperatorChain:
-        """Return the object that plans and executes for a benchmark, by suites under the default protocol."""
+        """Open the suites of a benchmark under the default protocol, and return a chain that uses them."""
         benchmark, ability = find_benchmark(domain), Ability.TRANSITION_MODELING
         return _OperatorChain(
             open_suite(benchmark, ability, source=source),

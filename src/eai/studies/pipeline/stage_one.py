@@ -271,7 +271,7 @@ def summarize_stated_goals(record: Record, suite: Suite, about: Mapping[str, Any
     task_id, models = record.task_id, record.study[STUDY].options
     if STATED not in about:
         return {}
-    believed = make_goal_beliefs(
+    beliefs = make_goal_beliefs(
         (models["goals_from"], {task_id: about[STATED]}), suite.benchmark, suite.source
     )
     if SUBGOALS in about:
@@ -279,8 +279,8 @@ def summarize_stated_goals(record: Record, suite: Suite, about: Mapping[str, Any
             suite.benchmark, Ability.SUBGOAL_DECOMPOSITION, suite.protocol, source=suite.source
         )
         listed = models["subgoals_from"], {task_id: about[SUBGOALS]}
-        believed = believed.add_goals(add_subgoals_to_beliefs(believed, listed, subgoal_suite))
-    return believed.summaries.get(task_id, {}).get(STUDY, {})
+        beliefs = beliefs.add_goals(add_subgoals_to_beliefs(beliefs, listed, subgoal_suite))
+    return beliefs.summaries.get(task_id, {}).get(STUDY, {})
 
 
 def _ask_for_goals(stage: FirstStage, endpoint: Endpoint, suite: Suite) -> Interpretations:

@@ -168,7 +168,7 @@ INITIAL_PLACEHOLDER = "$initial"
 
 @dataclass(frozen=True, slots=True)
 class TaskBelief:
-    """A belief of a model about a task.
+    """The goals or the scene of a task as a model understands them, which may be wrong.
 
     Attributes:
         task: the task with the believed goals, or with the scene that the model perceived.
@@ -199,7 +199,8 @@ class GoalSection:
         before: the text that stands before the section. Its last occurrence counts, because examples have
             goals, too.
         after: the text that stands after the section.
-        write: returns the text of the section for a belief about the task.
+        write: function that returns the text of the section. It gets the task with the goals that a model
+            believes, which may be wrong.
     """
 
     before: str
