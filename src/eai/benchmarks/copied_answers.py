@@ -133,7 +133,7 @@ def open_copy_book(benchmark: Benchmark, ability: Ability, source: Source = USUA
         DataError: the data cannot be obtained.
     """
     if ability not in _COPIERS:
-        raise make_no_answer_error("copy", benchmark, ability)
+        raise make_no_answer_error(model="copy", benchmark=benchmark, ability=ability)
     return make_answer_book(benchmark, ability, source, partial(_COPIERS[ability], benchmark))
 
 
@@ -323,7 +323,7 @@ def open_lookup_book(benchmark: Benchmark, ability: Ability, source: Source = US
             benchmark, ability, source, _make_operator_copier(benchmark.operators(source))
         )
     if ability not in _LOOKED_UP_ABILITIES:
-        raise make_no_answer_error("lookup", benchmark, ability)
+        raise make_no_answer_error(model="lookup", benchmark=benchmark, ability=ability)
     public_benchmark = replace(benchmark, open_tasks=benchmark.data.open_public or benchmark.open_tasks)
     public = public_benchmark.tasks_for(ability, source).values()
     if ability is Ability.GOAL_INTERPRETATION:

@@ -223,7 +223,7 @@ def open_planned_book(
         case Ability.SUBGOAL_DECOMPOSITION:
             return _open_plan_book(benchmark, ability, source)
         case _:
-            raise make_no_answer_error("planner", benchmark, ability)
+            raise make_no_answer_error(model="planner", benchmark=benchmark, ability=ability)
 
 
 def make_no_answer_error(model: str, benchmark: Benchmark, ability: Ability) -> InputError:

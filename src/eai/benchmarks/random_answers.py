@@ -73,7 +73,7 @@ def open_random_answers(
     if ability is Ability.TRANSITION_MODELING:
         return _open_random_operators(benchmark.operators(source))
     if ability not in _WRITERS:
-        raise make_no_answer_error("random", benchmark, ability)
+        raise make_no_answer_error(model="random", benchmark=benchmark, ability=ability)
     tasks = benchmark.tasks_for(ability, source)
     public = tasks if benchmark.data.open_public is None else benchmark.data.open_public(source)
     lengths = [len(task.script) for task in public.values() if task.script] or [_DEFAULT_STEPS]
