@@ -65,11 +65,11 @@ class _StepLabel(NamedTuple):
     change: int | None
 
 
-Label: TypeAlias = Callable[[Sequence[Action]], tuple["int | None", tuple[_StepLabel, ...]]]
+StepLabeler: TypeAlias = Callable[[Sequence[Action]], tuple["int | None", tuple[_StepLabel, ...]]]
 """Function that returns a pair for a plan: the distance of its initial state, and the labels of its steps."""
 
 
-def make_step_labeler(repairer: PlanRepairer, limit: int) -> Label:
+def make_step_labeler(repairer: PlanRepairer, limit: int) -> StepLabeler:
     """Return a function that labels the steps of plans for one task. It caches the distances of states.
 
     Shortest plans may use the objects of the task, and the objects in the labelled plan.
@@ -78,10 +78,10 @@ def make_step_labeler(repairer: PlanRepairer, limit: int) -> Label:
         repairer: the repairer of plans for the task.
         limit: the approximate limit of the effort for each state, as in `Repairer.repair`.
     """
-    return _StepLabeler(repairer, limit).label
+    return _DistanceLabeler(repairer, limit).label
 
 
-class _StepLabeler:
+class _DistanceLabeler:
     def __init__(self, repairer: PlanRepairer, limit: int) -> None:
         self._task, self._domain, self._limit = repairer.task, repairer.domain, limit
         self._has_distances = (
@@ -101,7 +101,7 @@ class _StepLabeler:
             unknown = 0 if bounds[number].exact is not None else unknown + 1
             if unknown == _MAX_UNKNOWN:
                 break
-        distances = [each.exact for each in _tighten(bounds)]
+        distances = [distance.exact for distance in _tighten(bounds)]
         return distances[0], tuple(self._label_steps(actions, trajectory.steps, distances))
 
     def _label_steps(

@@ -62,7 +62,9 @@ def print_learnability(
         lines = []
         if runs:
             records = (record for file in find_record_files(runs) for record in read_records(file))
-            of_suite = [each for each in records if (each.domain, each.ability) == (suite.domain, ability)]
+            of_suite = [
+                record for record in records if (record.domain, record.ability) == (suite.domain, ability)
+            ]
             groups = count_answer_groups(of_suite, Reward(suite, shaping))
             value["groups"] = {**groups}
             lines.append(_describe_groups(groups))

@@ -87,7 +87,7 @@ class DeclaredDomain:
             (f.Variable(a.name), f.Variable(b.name)) for a, b in zip(axiom.parameters, first, strict=True)
         ]
         renamed = [(mine, other) for mine, other in places if mine != other]
-        typed = [_make_membership(each) for each in axiom.parameters]
+        typed = [_make_membership(parameter) for parameter in axiom.parameters]
         same = [f.Equals(mine, other) for mine, other in renamed]
         body: f.Formula = f.And((*typed, *same, _convert(axiom.condition)))
         return quantify(f.Exists, [mine for mine, _ in reversed(renamed)], body)

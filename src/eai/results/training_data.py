@@ -14,7 +14,7 @@ from typing import Any, TypeAlias
 from eai.abilities.action_sequencing.scorer import ActionSequencing
 from eai.abilities.explanation import EXECUTED
 from eai.abilities.notation.plan_form import WrittenPlan
-from eai.abilities.plan_distance import Label, make_step_labeler
+from eai.abilities.plan_distance import StepLabeler, make_step_labeler
 from eai.abilities.verdict import ErrorReport
 from eai.benchmarks.suite import Suite
 from eai.results.record import Record
@@ -109,7 +109,7 @@ def make_step_columns(suite: Suite, effort: int, counts: Counter[str]) -> AddCol
         counts: gets the number of executed steps (``executed``), and of steps whose change of the distance to
             the goal is known (``exact``).
     """
-    labelers: dict[str, Label] = {}
+    labelers: dict[str, StepLabeler] = {}
 
     def add_columns(record: Record) -> TrainingRow | None:
         scorer = suite.scorer(record.task_id)

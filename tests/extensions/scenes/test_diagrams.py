@@ -12,7 +12,7 @@ from eai.abilities.protocol import Ability
 from eai.base.store import Store
 from eai.benchmarks.registry import find_benchmark
 from eai.extensions.scenes.diagrams import draw_scene, make_picture_words
-from eai.extensions.scenes.drawing import WIDTH, Drawing, _Rectangle, _Text, text_width, to_png, to_svg
+from eai.extensions.scenes.drawing import WIDTH, Drawing, _DrawnText, _Rectangle, text_width, to_png, to_svg
 from eai.extensions.scenes.tiles import make_tiles
 from eai.studies.perception.choice import Clutter
 from eai.studies.perception.errors import find_perception_errors
@@ -40,7 +40,7 @@ def apart(one: _Rectangle, other: _Rectangle) -> bool:
     )
 
 
-def area(text: _Text) -> _Rectangle:
+def area(text: _DrawnText) -> _Rectangle:
     return _Rectangle(text.x, text.y, text_width(text.text, text.size), text.size, "", "")
 
 
@@ -48,7 +48,7 @@ def check(picture: tuple[Drawing, SceneGraph]) -> None:
     """Boxes are apart or nested, and texts cross no edge and each other nowhere."""
     drawing, _ = picture
     boxes = [shape for shape in drawing.shapes if isinstance(shape, _Rectangle)]
-    texts = [area(shape) for shape in drawing.shapes if isinstance(shape, _Text)]
+    texts = [area(shape) for shape in drawing.shapes if isinstance(shape, _DrawnText)]
     page = _Rectangle(0, 0, drawing.width, drawing.height, "", "")
     assert drawing.width == WIDTH
     assert all(within(each, page) for each in (*boxes, *texts))

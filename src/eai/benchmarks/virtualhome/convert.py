@@ -42,7 +42,7 @@ def _get_value_index(value: T, numbers: dict[T, int]) -> int:
     return numbers.setdefault(value, len(numbers))
 
 
-class _SceneGraph(NamedTuple):
+class _HomeGraph(NamedTuple):
     """A scene graph: objects by ascending id, and edges in file order without duplicates."""
 
     objects: Sequence[ObjectRecord]
@@ -55,13 +55,13 @@ class _SourceTask(NamedTuple):
     id: str
     annotation: Mapping[str, Any]
     script: str
-    initial: _SceneGraph
-    final: _SceneGraph
+    initial: _HomeGraph
+    final: _HomeGraph
 
 
 def _read_graph(
     values: Mapping[str, Any], objects: dict[ObjectRecord, ObjectRecord], edges: dict[Edge, Edge]
-) -> _SceneGraph:
+) -> _HomeGraph:
     """Read a graph. Graphs share equal objects and edges, so that 342 graphs fit into 20 MB of memory.
 
     If several nodes have one id, the last node counts, as in the loader of the paper's package. Duplicate
@@ -70,7 +70,7 @@ def _read_graph(
     nodes = {node["id"]: node for node in values["nodes"]}
     records = map(_read_object, [nodes[identifier] for identifier in sorted(nodes)])
     edges_read = [(edge["from_id"], edge["relation_type"], edge["to_id"]) for edge in values["edges"]]
-    return _SceneGraph(
+    return _HomeGraph(
         tuple([objects.setdefault(record, record) for record in records]),
         tuple(dict.fromkeys([edges.setdefault(edge, edge) for edge in edges_read])),
     )
@@ -174,7 +174,7 @@ class _TaskEncoder:
         )
         return list(chain.from_iterable(numbered))
 
-    def find_shared_graph(self, sources: Sequence[_SourceTask]) -> _SceneGraph:
+    def find_shared_graph(self, sources: Sequence[_SourceTask]) -> _HomeGraph:
         """Return the graph of the object ids and edges that all initial graphs have.
 
         Each id has the record that is most frequent in these graphs.
@@ -188,10 +188,10 @@ class _TaskEncoder:
         ]
         first, *others = (source.initial.edges for source in sources)
         common = set(first).intersection(*others)
-        return _SceneGraph(shared, _sort_edges([edge for edge in first if edge in common]))
+        return _HomeGraph(shared, _sort_edges([edge for edge in first if edge in common]))
 
     def encode_difference(
-        self, before: _SceneGraph, after: _SceneGraph, *, keep_order: bool
+        self, before: _HomeGraph, after: _HomeGraph, *, keep_order: bool
     ) -> dict[str, list[int]]:
         """Return the changes that turn one graph into another.
 
@@ -216,7 +216,7 @@ class _TaskEncoder:
             "added_edges": self.flatten_edges(_sort_edges(edge for edge in after.edges if edge in added)),
         }
 
-    def encode_task(self, source: _SourceTask, base: _SceneGraph) -> dict[str, object]:
+    def encode_task(self, source: _SourceTask, base: _HomeGraph) -> dict[str, object]:
         title, description, script = _read_script(source)
         nodes, edges = _find_relevant_ids(source.initial, source.final)
         goal = source.annotation["vh_goal"]
@@ -251,7 +251,7 @@ def _sort_edges(edges: Iterable[Edge]) -> list[Edge]:
     return sorted(edges, key=key)
 
 
-def _find_moved_edges(before: _SceneGraph, after: _SceneGraph, removed: set[Edge]) -> set[Edge]:
+def _find_moved_edges(before: _HomeGraph, after: _HomeGraph, removed: set[Edge]) -> set[Edge]:
     """Return the ordered edges of sources whose new list is not the old list with edges appended."""
     stayed = _group_ordered_edges(edge for edge in before.edges if edge not in removed)
     return {
@@ -267,7 +267,7 @@ def _group_ordered_edges(edges: Iterable[Edge]) -> dict[tuple[int, str], list[Ed
     return group_pairs((edge[:2], edge) for edge in edges if edge[1] in _ORDERED_RELATIONS)
 
 
-def _find_relevant_ids(initial: _SceneGraph, final: _SceneGraph) -> tuple[list[int], list[int]]:
+def _find_relevant_ids(initial: _HomeGraph, final: _HomeGraph) -> tuple[list[int], list[int]]:
     """Return the ids of changed objects, and the ids at ends of changed edges, in order of occurrence."""
     nodes = [record.id for record in _find_unshared_items(initial.objects, final.objects)]
     ends = [end for edge in _find_unshared_items(initial.edges, final.edges) for end in edge[::2]]

@@ -55,7 +55,7 @@ class _Rectangle:
 
 
 @dataclass(frozen=True, slots=True)
-class _Text:
+class _DrawnText:
     """A line of text. Its location is the top left corner of the text."""
 
     x: int
@@ -66,7 +66,7 @@ class _Text:
     bold: bool = False
 
 
-_Shape = _Rectangle | _Text
+_Shape = _Rectangle | _DrawnText
 
 
 @dataclass(frozen=True, slots=True)
@@ -169,13 +169,13 @@ def _draw_tile(tile: SceneTile, max_width: int) -> Drawing:
     lines = [part for line in tile.lines for part in wrap(line, columns, subsequent_indent="  ")]
     marks = _arrange_in_rows([_draw_mark(text) for text in tile.marks], columns * letter, gap=4)
     width = max([named, marks.width, zones.width, *[text_width(line, TEXT_SIZE) for line in lines]])
-    shapes: list[_Shape] = [_Text(_PAD, _PAD, tile.name, NAME_SIZE, _INK, bold=True)]
+    shapes: list[_Shape] = [_DrawnText(_PAD, _PAD, tile.name, NAME_SIZE, _INK, bold=True)]
     y = _PAD + NAME_SIZE + 6
     if marks.shapes:
         shapes += _move_shapes(marks.shapes, _PAD, y)
         y += marks.height + 5
     for line in lines:
-        shapes.append(_Text(_PAD, y, line, TEXT_SIZE, _INK))
+        shapes.append(_DrawnText(_PAD, y, line, TEXT_SIZE, _INK))
         y += _LEAD
     if zones.shapes:
         shapes += _move_shapes(zones.shapes, _PAD, y)
@@ -190,7 +190,7 @@ def _draw_zone(label: str, within: Sequence[SceneTile], max_width: int) -> Drawi
     top = _PAD + TEXT_SIZE + 5
     content = _pack_boxes([_draw_tile(tile, max_width - 2 * _PAD) for tile in within], max_width - 2 * _PAD)
     shapes: list[_Shape] = [
-        _Text(_PAD, _PAD - 2, label if within else f"{label} {_EMPTY}", TEXT_SIZE, _STROKES["object"])
+        _DrawnText(_PAD, _PAD - 2, label if within else f"{label} {_EMPTY}", TEXT_SIZE, _STROKES["object"])
     ]
     width = max(content.width, text_width(f"{label} {_EMPTY}", TEXT_SIZE)) + 2 * _PAD
     height = top + content.height + (_PAD if within else 0)
@@ -201,7 +201,7 @@ def _draw_zone(label: str, within: Sequence[SceneTile], max_width: int) -> Drawi
 def _draw_mark(text: str) -> Drawing:
     width, height = text_width(text, TEXT_SIZE) + 10, TEXT_SIZE + 6
     frame = _Rectangle(0, 0, width, height, _MARK_FILL, _MARK_STROKE, 8)
-    return Drawing(width, height, [frame, _Text(5, 3, text, TEXT_SIZE, _INK)])
+    return Drawing(width, height, [frame, _DrawnText(5, 3, text, TEXT_SIZE, _INK)])
 
 
 def _pack_boxes(boxes: Sequence[Drawing], max_width: int) -> Drawing:
@@ -249,7 +249,7 @@ def _draw_frame(fill: str, stroke: str, radius: int = 0, line: int = 1) -> Drawi
 
 
 def _draw_text(text: str) -> Drawing:
-    return Drawing(text_width(text, TEXT_SIZE), 18, [_Text(0, 3, text, TEXT_SIZE, _INK)])
+    return Drawing(text_width(text, TEXT_SIZE), 18, [_DrawnText(0, 3, text, TEXT_SIZE, _INK)])
 
 
 def _move_shapes(shapes: Sequence[_Shape], x: int, y: int) -> Iterator[_Shape]:
