@@ -30,4 +30,4 @@ def search_forever() -> None:
         while True:
             pass
 
-    Planner.plan = search  # type: ignore[assignment]
+    Planner.find_plan = search  # type: ignore[assignment]
