@@ -111,7 +111,8 @@ def test_a_verdict_stands_if_its_explanation_raises(caplog: pytest.LogCaptureFix
     verdict, explain, look_back = suite.assess("both", "[]")
     assert look_back is not None
     with caplog.at_level(logging.WARNING):
-        assert (explain(), look_back(10), verdict) == (Explanation(), verdict, plain.score("both", "[]"))
+        assert explain() == Explanation(notes=("empty: the answer is empty: it holds no words",))
+        assert (look_back(10), verdict) == (verdict, plain.score("both", "[]"))
     assert [record.getMessage().count("KeyError (test_scorer.py:") for record in caplog.records] == [1, 1]
 
 

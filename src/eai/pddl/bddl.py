@@ -1,4 +1,4 @@
-"""Read problem files in BDDL, the language in which BEHAVIOR defines household activities.
+"""Read problem files in BDDL, a language that defines household activities.
 
 Words are separated by spaces and parentheses. A semicolon begins a comment that ends with its line. A name
 with a ``?`` is a variable if a quantifier around it binds it, and otherwise the object of that name.

@@ -89,7 +89,7 @@ class _Stub:
     plan_: Sequence[Action] = ()
     asked: list[tuple[object, ...]] = field(default_factory=list)
 
-    def plan(self, *asked: object) -> _Found:
+    def find_plan(self, *asked: object) -> _Found:
         self.asked.append(asked)
         return _Found(self.plan_)
 
