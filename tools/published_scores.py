@@ -325,7 +325,7 @@ def cells(
 ) -> Iterator[Figure]:
     """Yield the rates of a model in percent, with one decimal, or "-" without a rate."""
     for domain, ability, metric, protocol in columns:
-        percent = scores(protocol.value).suites[f"{domain}/{ability.value}"].rates(model)[metric].percent
+        percent = scores(protocol.value).suites[f"{domain}/{ability.value}"].find_rates(model)[metric].percent
         yield "-" if percent is None else round(percent, 1)
 
 

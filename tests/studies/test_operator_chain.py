@@ -135,7 +135,7 @@ def test_a_plan_of_operators_that_the_answer_does_not_have_is_refused(data_store
     text = answer_book("virtualhome", Ability.TRANSITION_MODELING, data_store)[FOOD].text
     verdict = chain.operators.score(FOOD, text)
     assert isinstance(verdict, OperatorVerdict)
-    with pytest.raises(InputError, match=rf"task {FOOD}: the record's plan .* score again"):
+    with pytest.raises(InputError, match=rf"task {FOOD}: the plan in the record .* score the answer again"):
         chain.find_chain_end(FOOD, answer, verdict)
 
 
