@@ -80,10 +80,11 @@ EQUIVALENT: dict[str, str] = {
     "`rank = names.index(action.operator) if action is not None else -1`": "both come before all indices",
     "logic/choice.py: Lt is LtE in `if weight and not taken >> column & 1 and taken.bit_count() < count:`": ""
     "sums beyond the count are ignored at the end",
-    "logic/ltl.py: 0 is 1 in `self._stack.append(_Pending(PREFIX, make, [], 0, self._scope))`": "a "
+    "logic/ltl.py: 0 is 1 in `self._stack.append(_OpenConstruct(PREFIX, make, [], 0, self._scope))`": "a "
     "quantifier has one part, and that has one level at least",
     "results/certainty.py: 0 is 1 in `if len(complete[0]) < len(parts):`": "no task means no title",
-    "results/comparison.py: GtE is Gt in `extreme += _distance(one, other) >= observed - _ROUNDING`": "no "
+    "results/comparison.py: GtE is Gt "
+    "in `extreme += _compute_rate_distance(one, other) >= observed - _ROUNDING`": "no "
     "distance is less than the observed one by just this rounding",
     "extensions/questions/shortcuts.py: 0 is 1 in `if step <= 0:`": "what a question adds to a "
     "balance is a multiple of four, and so is the square",

@@ -169,7 +169,10 @@ def test_inspect_takes_the_same_options(
             "--with attempts.replans=1 --with attempts.feedback=state",
             "feedback: state needs the world continue, since a restarted world is in its initial state",
         ),
-        ("--with attempts.replans=1 --ability goal_interpretation", "only plans are carried out"),
+        (
+            "--with attempts.replans=1 --ability goal_interpretation",
+            "further attempts are only made at plans",
+        ),
     ],
 )
 def test_contradicting_options_are_refused(options: str, message: str, tmp_path: Path) -> None:
