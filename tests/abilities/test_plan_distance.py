@@ -13,7 +13,7 @@ import pytest
 import eai
 from eai.abilities.action_sequencing.scorer import ActionSequencing
 from eai.abilities.notation.plans import JsonPlans
-from eai.abilities.plan_distance import NOT_TRIED, Label, make_step_labeler
+from eai.abilities.plan_distance import NOT_TRIED, StepLabeler, make_step_labeler
 from eai.planning.successor_generator import generate_applicable_of_operator
 from eai.tasks.goal_test import GoalTest, find_remaining_goals
 from eai.tasks.task import Task
@@ -33,7 +33,7 @@ GOALS = [
 TASKS = [eai.make_task(f"{n}", "Do it.", toy.initial(), *g, domain=toy.DOMAIN) for n, g in enumerate(GOALS)]
 
 
-def labeler(task: Task, limit: int = MOST) -> Label:
+def labeler(task: Task, limit: int = MOST) -> StepLabeler:
     return make_step_labeler(ActionSequencing(task, toy.DOMAIN, JsonPlans()).repairer, limit)
 
 

@@ -52,5 +52,5 @@ def test_a_formula_means_something_in_the_domain() -> None:
 
 def test_an_action_is_about_objects() -> None:
     assert LEXICON.to_action(Occurs("press", (Constant("red"),))) == Action("PRESS", (3,))
-    with pytest.raises(InputError, match="no object"):
+    with pytest.raises(InputError, match="expected the names of objects"):
         LEXICON.to_action(Occurs("press", (Constant("box"),)))
