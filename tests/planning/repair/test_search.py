@@ -124,7 +124,11 @@ def restricted(scorer: ActionSequencing, plan: PlanSteps, actions: Sequence[Acti
         to_planning_goal(task),
         tuple(dict.fromkeys([*task.relevant, *named])),
     )
-    repairer.conflict_changes.actions_of = lambda name: tuple([a for a in actions if a.operator == name])  # type: ignore[method-assign]
+
+    def get_allowed_actions(name: str) -> tuple[Action, ...]:
+        return tuple([action for action in actions if action.operator == name])
+
+    repairer.conflict_changes.get_actions_of_operator = get_allowed_actions  # type: ignore[method-assign]
     return repairer
 
 
