@@ -54,6 +54,8 @@ class _CauseInWords(NamedTuple):
     sentence: str
 
 
+_CUT_OFF = _CauseInWords("cut_off", "the end of the answer is missing")
+
 _MAX_LOOPED = 4000
 """Maximum number of characters at the end of an answer that are searched for a loop."""
 
@@ -123,7 +125,7 @@ def find_cause(
     if notation:
         return _CauseInWords("other_notation", f"the answer looks like {notation}")
     if _is_cut_off(body, is_json=is_json):
-        return _CauseInWords("cut_off", "the end of the answer is missing")
+        return _CUT_OFF
     if is_json:
         return None
     if _REFUSAL.search(body[:_MAX_BEFORE_REFUSAL]):
@@ -213,9 +215,8 @@ def mark_as_cut_off(verdict: V, explanation: Explanation | None) -> tuple[V, Exp
     error = verdict.error
     if error is None or error.kind is not FaultKind.PARSING or error.check not in (None, "prose"):
         return verdict, explanation
-    found = _CauseInWords("cut_off", "the end of the answer is missing")
-    verdict = _set_error_cause(verdict, found.cause)
-    return verdict, None if explanation is None else _add_sentence(explanation, found)
+    verdict = _set_error_cause(verdict, _CUT_OFF.cause)
+    return verdict, None if explanation is None else _add_sentence(explanation, _CUT_OFF)
 
 
 def _set_error_cause(verdict: V, cause: UnreadCause) -> V:
