@@ -29,7 +29,7 @@ from eai.agents.tools import make_tools, read_tool_call
 from eai.benchmarks.benchmark import Benchmark
 from eai.benchmarks.registry import find_benchmark, load_object
 from eai.benchmarks.suite import open_suite
-from eai.run.job import ERRATA, PROVIDER
+from eai.run.job import ERRATA, is_built_in
 from eai.run.journal import RunState
 from eai.run.request_errors import describe_error
 from eai.run.solver import (
@@ -254,5 +254,5 @@ def play_open_episodes(run: RunState) -> Solver:
 def _sum_usage_of_replies(model: str) -> Usage:
     """Return the summed tokens, cost and time of all replies of an episode; built-in models are not timed."""
     replies = [event.output for event in transcript().events if isinstance(event, ModelEvent)]
-    seconds = None if model.startswith(f"{PROVIDER}/") else sum([reply.time or 0.0 for reply in replies])
+    seconds = None if is_built_in(model) else sum([reply.time or 0.0 for reply in replies])
     return sum(map(read_usage, replies), Usage(seconds=seconds))

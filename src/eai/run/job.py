@@ -66,6 +66,11 @@ def can_model_answer(name: str, ability: Ability) -> bool:
     return ability in _ABILITIES_OF_MODEL.get(model, (ability,))
 
 
+def is_built_in(name: str) -> bool:
+    """Whether a model is built in, such as ``eai/oracle``."""
+    return name.startswith(f"{PROVIDER}/")
+
+
 def check_model_name(name: str) -> None:
     """Raise InputError for an unknown built-in model, or a name without a provider."""
     known_models = [f"{PROVIDER}/{model}" for model in MODELS]

@@ -13,7 +13,7 @@ from eai.abilities.declaration import get_declaration
 from eai.agents.play import EpisodeAnswer, read_episode
 from eai.agents.setting import AGENT, AUTO
 from eai.results.trials import Answer, AnswerKey
-from eai.run.job import PROVIDER, QuestionJob
+from eai.run.job import QuestionJob, is_built_in
 
 _MAX_QUOTED = 60
 """Maximum number of characters of a reply that a sentence quotes."""
@@ -70,8 +70,8 @@ def _describe_cut_prompts(job: QuestionJob, answers: Mapping[AnswerKey, Answer])
     Questions of attempts and episodes are left out, because they grow from turn to turn. Built-in models are
     left out, because they count words.
     """
-    is_built_in = job.endpoint.model.startswith(f"{PROVIDER}/")
-    if is_built_in or job.trials is not None or get_declaration(job.suite.ability).takes_turns:
+    grows = job.trials is not None or get_declaration(job.suite.ability).takes_turns
+    if grows or is_built_in(job.endpoint.model):
         return ""
     counted = [
         (answer.usage.input_tokens, len(job.prompts[task_id].user) + len(job.prompts[task_id].system or ""))

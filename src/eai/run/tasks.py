@@ -52,7 +52,7 @@ from eai.results.responses import Response, ResponseFile
 from eai.results.trials import AnswerKey, TrialSet, open_trials
 from eai.run.acting import offer_task_tools, play_open_episodes, player, read_episode_text
 from eai.run.context import calls_server, require_server
-from eai.run.job import ERRATA, PROVIDER, QuestionJob
+from eai.run.job import ERRATA, QuestionJob, is_built_in
 from eai.run.journal import AnswerJournal, ProgressWatch, RunState
 from eai.run.request_errors import limit_refused_tries
 from eai.run.scorer import EXPERIMENT, SCORERS, LoggedSamples, make_logged_record, make_score
@@ -479,7 +479,6 @@ def _evaluate_in_inspect(job: QuestionJob, task: inspect_ai.Task, log_dir: Path)
     """
     pace, model = job.pace, find_model(job.endpoint)
     sampling: dict[str, Any] = {**job.decoding.provider_options}
-    is_built_in = job.endpoint.model.startswith(f"{PROVIDER}/")
     logs = inspect_ai.eval(
         task,
         model=model,
@@ -491,9 +490,8 @@ def _evaluate_in_inspect(job: QuestionJob, task: inspect_ai.Task, log_dir: Path)
         temperature=job.decoding.temperature,
         max_tokens=job.decoding.max_tokens,
         **sampling,
-        max_connections=1
-        if is_built_in
-        else pace.max_connections,  # an interrupt waits for the running request
+        # an interrupt waits for the running request of a built-in model
+        max_connections=1 if is_built_in(job.endpoint.model) else pace.max_connections,
         max_retries=pace.max_retries,
         attempt_timeout=pace.timeout,
         batch=pace.batch or None,
