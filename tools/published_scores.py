@@ -35,14 +35,12 @@ sys.path.insert(0, str(Path(__file__).resolve().parents[1]))  # bench
 from bench.record import save_result
 from bench.result import FOLDER, Figure, read_result
 from eai.abilities.protocol import PAPER_ABILITIES, Ability, Protocol
-from eai.benchmarks.benchmark import Benchmark
-from eai.benchmarks.copied_answers import open_copy_book, open_empty_book, open_lookup_book
-from eai.benchmarks.random_answers import open_random_answers
 from eai.benchmarks.registry import PAPER_BENCHMARKS
 from eai.benchmarks.suite import Suite, open_suite
 from eai.pddl.planning import PlannerChoice
 from eai.results.batch import NO_ROW, score_run
 from eai.results.codec import hash_text
+from eai.results.learnability import NULL_BOOKS
 from eai.results.options import ScoringOptions
 from eai.results.paper_tables import (
     NULL_MODELS,
@@ -59,15 +57,12 @@ from eai.results.record import Record
 from eai.results.responses import SUFFIX, Response, ResponseFile, read_responses
 from eai.results.summary import compute_metric_rates
 from eai.results.totals import RunTotals
-from eai.run.job import PROVIDER
 from eai.tasks.source import Source
 
 ROOT = Path(__file__).resolve().parents[1]
 PAPER = ROOT / "src" / "eai" / "results" / "paper"
 ANSWERS = ROOT.parent / "shared" / "answers"
 PACKED = f"{SUFFIX}.gz"
-RANDOM_SEED = "0 1 1"
-"""Seed, epoch and attempt: the built-in model's defaults."""
 
 NOTES: Mapping[str, Sequence[str]] = {
     "virtualhome/action_sequencing": (
@@ -231,31 +226,15 @@ def null_suite(
     suite = open_suite(domain, Ability(ability), protocol, source=Source(planner=planner))
     metrics = list(compute_metric_rates([], suite.ability))
     models: dict[str, Any] = {}
-    answers = null_answers(suite.benchmark, suite.ability, suite.source)
-    for model, answer in ((model, answers[model]) for model in only):
-        responses = tuple([Response(task_id, answer(task_id)) for task_id in suite.task_ids])
+    for model in only:
+        book = NULL_BOOKS[model](suite.benchmark, suite.ability, suite.source)
+        responses = tuple([Response(task_id, book[task_id].text) for task_id in suite.task_ids])
         models[model] = scored(suite, ResponseFile(model, responses), metrics)
     return {
         "data_sha256": suite.data_sha256,
         "tasks": len(suite.task_ids),
         "metrics": metrics,
         "models": models,
-    }
-
-
-def null_answers(
-    benchmark: Benchmark, ability: Ability, source: Source
-) -> Mapping[str, Callable[[str], str]]:
-    """Return for each null model a function from a task to its answer, as in `eai run`."""
-    books = {"copy": open_copy_book, "empty": open_empty_book, "lookup": open_lookup_book}
-    found = {name: open_book(benchmark, ability, source) for name, open_book in books.items()}
-    draw = open_random_answers(benchmark, ability, source)
-    return {
-        **{
-            f"{PROVIDER}/{name}": lambda task_id, book=book: book[task_id].text
-            for name, book in found.items()
-        },
-        f"{PROVIDER}/random": lambda task_id: draw(task_id, RANDOM_SEED, ()).text,
     }
 
 

@@ -24,7 +24,7 @@ FEW = 50
 
 @pytest.fixture(scope="module")
 def priors() -> dict[str, UsualGoals]:
-    """What is usual in each benchmark of which tasks were asked for."""
+    """Return a store of what is usual, by the name of the benchmark in which tasks were generated."""
     return {}
 
 

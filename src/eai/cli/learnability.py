@@ -93,7 +93,7 @@ def _measure_long_tasks(suite: Suite, prompt_set: PromptSet, context: int) -> tu
     with inspect_needed():
         from eai.run.context import describe_long_tasks, find_long_tasks
     prompts = PromptLibrary(prompt_set, None, suite.source).open(suite.benchmark, suite.ability)
-    found = find_long_tasks(suite, prompts, None, context)
+    long_tasks = find_long_tasks(suite, prompts, None, context)
     fits = f"all {format_count(len(prompts), 'task')} fit into {context:,} tokens"
-    told = describe_long_tasks(context, [found]) or fits
-    return f"{told}, by estimate (--set {prompt_set})", [*found.needs]
+    line = describe_long_tasks(context, [long_tasks]) or fits
+    return f"{line}, by estimate (--set {prompt_set})", [*long_tasks.needs]

@@ -23,7 +23,7 @@ from eai.results.reward import Reward
 from eai.tasks.source import Source, TaskSet
 
 _RANDOM_SEED = "0 1 1"
-"""Seed of the answers of `eai/random`, equal to the seed of its first answer in a run."""
+"""Seed, epoch and attempt of the answers of `eai/random`, equal to those of its first answer in a run."""
 
 
 class _NullRewards(NamedTuple):
@@ -42,7 +42,7 @@ def measure_null_rewards(reward: Reward) -> dict[str, _NullRewards]:
     """Return the rewards of the null models, by model name, without models that cannot answer the suite."""
     suite = reward.suite
     rewards = {}
-    for name, open_book in _NULL_BOOKS.items():
+    for name, open_book in NULL_BOOKS.items():
         try:
             book = open_book(suite.benchmark, suite.ability, suite.source)
         except InputError:  # the null model has no answers to this ability
@@ -82,9 +82,10 @@ def _open_random_book(benchmark: Benchmark, ability: Ability, source: Source) ->
     return TaskSet(tasks, lambda task_id: answer(task_id, _RANDOM_SEED, ()), tasks.sha256)
 
 
-_NULL_BOOKS: dict[str, Callable[[Benchmark, Ability, Source], AnswerBook]] = {
+NULL_BOOKS: dict[str, Callable[[Benchmark, Ability, Source], AnswerBook]] = {
     "eai/copy": open_copy_book,
     "eai/empty": open_empty_book,
     "eai/lookup": open_lookup_book,
     "eai/random": _open_random_book,
 }
+"""Null model -> function that returns its answers to a suite, as in `eai run`."""
