@@ -23,10 +23,10 @@ def test_large():
     bytearray(600 << 20)
 
 def test_huge():
-    mmap.mmap(-1, 4 << 30, mmap.MAP_PRIVATE)
+    mmap.mmap(-1, 6 << 30, mmap.MAP_PRIVATE)
 
 def test_huge_child():
-    command = "import mmap; mmap.mmap(-1, 4 << 30, mmap.MAP_PRIVATE)"
+    command = "import mmap; mmap.mmap(-1, 6 << 30, mmap.MAP_PRIVATE)"
     subprocess.run([sys.executable, "-c", command], check=True)
 """
 
