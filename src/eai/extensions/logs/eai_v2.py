@@ -1,0 +1,161 @@
+"""Read runs that the second version of EAI publishes: a run's records, or the log of one trial.
+
+A run is a file ``data/published_runs/BENCHMARK/RUN.json`` of the project's site, and a trial is a file
+``RUN/TASK/MODE.json`` beside it. A trial is judged by the grader's record alone. The robot's control is not
+diagnosed.
+"""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Mapping
+from pathlib import Path
+from typing import Annotated, Literal
+
+from pydantic import BaseModel, Field
+
+from eai.base.errors import InputError
+from eai.extensions.logs.episode import Ending, EpisodeOutcome, LoggedEpisode
+from eai.extensions.logs.readers import LogReader, parse_json, validate
+
+_KEYS = (rb'"benchmark"\s*:', rb'"run"\s*:', rb'"(?:tasks"\s*:\s*\{|mode"\s*:)')
+"""Regular expressions for the members that tell this form from other JSON."""
+
+_ENDINGS = {None: Ending.BY_AGENT, "AgentTimeoutError": Ending.OUT_OF_TIME, "CancelledError": Ending.STOPPED}
+
+_Flag = Annotated[int, Field(ge=0, le=1)]
+_Count = Annotated[int, Field(ge=0)]
+
+
+class _Reward(BaseModel):
+    success: _Flag
+    deterministic: _Flag | None = None
+    live_success: _Flag | None = None
+    replay_success: _Flag | None = None
+    missing_trajectory: _Flag = 0
+    missing_log: _Flag = 0
+    grader_error: _Flag = 0
+    n_actions: _Count | None = None
+
+
+class _Tokens(BaseModel):
+    input: _Count | None = None
+    output: _Count | None = None
+
+
+class _Trial(BaseModel):
+    state: Literal["success", "failed", "error"]
+    exception: str | None
+    reward: _Reward | None
+    agent_wall_s: Annotated[float, Field(ge=0)] | None = None
+
+
+class _TrialRecord(_Trial):
+    calls: _Count | None = None
+    tokens: _Tokens | None = None
+    progress: Annotated[float, Field(ge=0, le=1)] | None = None
+
+
+class _Run(BaseModel):
+    v: Literal[1]
+    run: str
+    tasks: Mapping[str, Mapping[str, _TrialRecord]]
+
+
+class _Totals(_Tokens):
+    calls: _Count | None = None
+
+
+class _TrialStep(BaseModel):
+    k: str
+    text: str = ""
+
+
+class _TrialLog(_Trial):
+    v: Literal[1]
+    run: str
+    task: str
+    mode: str
+    previous: bool = False
+    totals: _Totals
+    steps: tuple[_TrialStep, ...]
+
+
+def _recognize(content: bytes) -> bool:
+    return content.lstrip()[:1] == b"{" and all(re.search(key, content) for key in _KEYS)
+
+
+def _read(path: Path, content: bytes) -> list[LoggedEpisode]:
+    value = parse_json(str(path), content)
+    if not isinstance(value, dict) or "tasks" not in value:
+        return [_read_trial(path, validate(_TrialLog, str(path), value))]
+    run = validate(_Run, str(path), value)
+    return [
+        _make_episode(
+            f"{path}: tasks.{task}.{mode}", record, run.run, task, mode, record.tokens, record.calls
+        )
+        for task, modes in run.tasks.items()
+        for mode, record in modes.items()
+    ]
+
+
+def _read_trial(path: Path, log: _TrialLog) -> LoggedEpisode:
+    setting = f"{log.mode}, replaced" if log.previous else log.mode
+    words = next((step.text for step in reversed(log.steps) if step.k == "say"), "")
+    return _make_episode(
+        str(path), log, log.run, log.task, setting, log.totals, log.totals.calls, " ".join(words.split())
+    )
+
+
+def _make_episode(
+    place: str,
+    trial: _Trial,
+    agent: str,
+    task: str,
+    setting: str,
+    tokens: _Tokens | None,
+    calls: int | None,
+    words: str = "",
+) -> LoggedEpisode:
+    outcome = _find_outcome(trial.reward)
+    expected = {EpisodeOutcome.WON: "success", EpisodeOutcome.NOT_GRADED: "error"}.get(outcome, "failed")
+    if trial.state != expected:
+        raise InputError(f"{place}: state {trial.state} contradicts the reward, which means {expected}")
+    ending = _ENDINGS.get(trial.exception, Ending.CANNOT_TELL)
+    if trial.exception is None and outcome is EpisodeOutcome.NOT_GRADED and trial.reward is None:
+        ending = Ending.CANNOT_TELL
+    progress = trial.progress if isinstance(trial, _TrialRecord) else None
+    if outcome is EpisodeOutcome.WON:
+        progress = 1.0
+    elif outcome is EpisodeOutcome.NOTHING_SUBMITTED:  # the site writes 0, but nothing was measured
+        progress = None
+    counts = [] if tokens is None else [count for count in (tokens.input, tokens.output) if count is not None]
+    return LoggedEpisode(
+        agent=agent,
+        task=task,
+        setting=setting,
+        outcome=outcome,
+        ending=ending,
+        actions=None if trial.reward is None else trial.reward.n_actions,
+        progress=progress,
+        seconds=trial.agent_wall_s,
+        calls=calls,
+        tokens=sum(counts) if counts else None,
+        words=words or trial.exception or "",
+        unknown=("errors of steps", *(["progress"] if progress is None else [])),
+    )
+
+
+def _find_outcome(reward: _Reward | None) -> EpisodeOutcome:
+    if reward is not None and reward.success:
+        return EpisodeOutcome.WON
+    if reward is None or reward.grader_error or reward.missing_log:
+        return EpisodeOutcome.NOT_GRADED
+    if reward.missing_trajectory or reward.n_actions == 0:
+        return EpisodeOutcome.NOTHING_SUBMITTED
+    if reward.deterministic == 0 or reward.live_success != reward.replay_success:
+        return EpisodeOutcome.NOT_REPRODUCED
+    return EpisodeOutcome.CANNOT_TELL if reward.deterministic is None else EpisodeOutcome.GOAL_UNMET
+
+
+EAI_V2 = LogReader("EAI v2", _recognize, _read)

@@ -1,0 +1,121 @@
+"""Episodes in logs of other projects. Values without proof are None or "cannot tell"."""
+
+from __future__ import annotations
+
+from collections import Counter
+from dataclasses import dataclass
+from enum import Enum
+from typing import NamedTuple
+
+from eai.world.fault import FaultKind
+
+CANNOT_TELL = "cannot tell"
+"""Text for a kind, an outcome or an ending that the log does not prove."""
+
+
+class EpisodeOutcome(str, Enum):
+    """The results of an episode. The values are the texts in tables.
+
+    `WON` and `GOAL_UNMET` are verdicts of the log's own grader, about the log's own world. `NOT_REPRODUCED`
+    means that the grader could not repeat the episode. `NOT_GRADED` means that there is no verdict.
+    """
+
+    WON = "won"
+    GOAL_UNMET = "goal unmet"
+    NOT_REPRODUCED = "not reproduced"
+    NOTHING_SUBMITTED = "nothing submitted"
+    NOT_GRADED = "not graded"
+    CANNOT_TELL = CANNOT_TELL
+
+
+class Ending(str, Enum):
+    """The reasons why an episode ended. The values are the texts in tables."""
+
+    GOAL = "goal reached"
+    BY_AGENT = "by the agent"
+    OUT_OF_TIME = "out of time"
+    OUT_OF_STEPS = "out of steps"
+    TOO_MANY_ERRORS = "too many errors"
+    STOPPED = "stopped from outside"
+    CANNOT_TELL = CANNOT_TELL
+
+
+class LoggedStep(NamedTuple):
+    """One action of an agent.
+
+    Attributes:
+        action: the action, as the log writes it.
+        accepted: whether the world carried out the action; None if the log does not show this.
+        kind: the kind of error of a rejected action; None if the log does not prove a kind.
+        feedback: the world's reply.
+        progress: share of the goal's conditions that hold after the action; None if unknown.
+    """
+
+    action: str
+    accepted: bool | None
+    kind: FaultKind | None = None
+    feedback: str = ""
+    progress: float | None = None
+
+
+@dataclass(frozen=True, slots=True)
+class LoggedEpisode:
+    """An episode in a log.
+
+    Attributes:
+        agent: name of the agent; empty if unknown.
+        task: name of the task in the log.
+        setting: mode or setting of the episode; empty if the log has only one.
+        outcome: the result of the episode.
+        ending: the reason for the end of the episode.
+        steps: the actions, in order; empty if the log shows only low-level control.
+        opening: the first observation; empty if unknown.
+        actions: number of actions; None if unknown.
+        progress: share of the goal's conditions that hold at the end; None if unknown.
+        seconds: duration in seconds; None if unknown.
+        calls: number of requests to the model; None if unknown.
+        tokens: number of input and output tokens; None if unknown.
+        words: the agent's last words, or the last message about the episode, as evidence.
+        unknown: names of properties that the log does not have.
+        format: name of the form of the log. `read_log` adds it.
+    """
+
+    agent: str
+    task: str
+    setting: str
+    outcome: EpisodeOutcome
+    ending: Ending
+    steps: tuple[LoggedStep, ...] = ()
+    opening: str = ""
+    actions: int | None = None
+    progress: float | None = None
+    seconds: float | None = None
+    calls: int | None = None
+    tokens: int | None = None
+    words: str = ""
+    unknown: tuple[str, ...] = ()
+    format: str = ""
+
+    @property
+    def first_error(self) -> int | None:
+        """Index of the first rejected action, from 0; None if the log shows no rejected action."""
+        return next((number for number, step in enumerate(self.steps) if step.accepted is False), None)
+
+    @property
+    def best(self) -> float | None:
+        """The largest share of goal conditions that held at once; None if no share is known."""
+        shares = [step.progress for step in self.steps] + [self.progress]
+        return max((share for share in shares if share is not None), default=None)
+
+    @property
+    def best_step(self) -> int | None:
+        """Index of the first step after which the largest share held, from 0; None if no step shows it."""
+        best = self.best
+        return next(
+            (i for i, step in enumerate(self.steps) if best is not None and step.progress == best), None
+        )
+
+    @property
+    def repeats(self) -> int | None:
+        """How often the most frequent pair of action and reply occurs; None if there are no steps."""
+        return max(Counter((step.action, step.feedback) for step in self.steps).values(), default=None)

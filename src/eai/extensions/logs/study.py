@@ -1,0 +1,175 @@
+"""`eai analyze logs`: outcomes, first errors and best moments of episodes in other projects' logs."""
+
+from __future__ import annotations
+
+from collections import Counter
+from collections.abc import Iterator, Mapping, Sequence
+from pathlib import Path
+from typing import TYPE_CHECKING, TypeAlias
+
+from eai.abilities.declaration import AnswerOutcome
+from eai.base.grouping import group_pairs
+from eai.extensions.logs.episode import CANNOT_TELL, EpisodeOutcome, LoggedEpisode
+from eai.extensions.logs.readers import read_logs
+from eai.results.plots import COLUMN, INK, MUTED, OUTCOME_COLORS, RULE, make_figure, wrap_label
+from eai.results.rate import Rate
+from eai.results.table import Estimate, Row, Table, make_table
+from eai.studies.records import StudyRecords
+from eai.studies.study import Analysis, Study
+from eai.tasks.options import Options
+
+if TYPE_CHECKING:
+    from matplotlib.figure import Figure
+
+_NAMES = ("log", "agent", "setting")
+"""Columns of a group of episodes: the form of the log, the agent, and the setting."""
+
+_FILE_ONLY = ("seconds", "calls", "tokens", "words")
+"""Columns of episodes that only files have."""
+
+_MAX_WORDS_CHARACTERS = 200
+"""Maximum number of characters of an agent's words in a table."""
+
+_Groups: TypeAlias = Mapping[tuple[str, str, str], Sequence[LoggedEpisode]]
+
+_COLORS = dict(
+    zip(EpisodeOutcome, ["#3f7f62", "#d8b455", "#e0905a", "#b8a98c", "#5d5f72", "#e6e3db"], strict=True)
+)
+
+
+def _analyze_logs(records: StudyRecords, options: Options) -> Iterator[Analysis]:
+    logs = read_logs(records.paths)
+    groups = group_pairs(((e.format, e.agent, e.setting), e) for episodes in logs.values() for e in episodes)
+    outcomes, episodes = _make_outcomes_table(groups), _make_episodes_table(groups)
+    shown = [_drop_constant_names(table.drop_columns(_FILE_ONLY)) for table in (outcomes, episodes)]
+    yield Analysis(
+        [outcomes, episodes],
+        [("logs", _draw_outcomes(groups))],
+        [_describe_log(path, episodes) for path, episodes in logs.items()],
+        screen_tables=shown,
+    )
+
+
+def _drop_constant_names(table: Table) -> Table:
+    rows = table.row_dicts()
+    constant = [name for name in _NAMES if len({str(row[name]) for row in rows}) == 1]
+    return table.drop_columns(constant[:-1] if len(constant) == len(_NAMES) else constant)
+
+
+def _describe_log(path: Path, episodes: Sequence[LoggedEpisode]) -> str:
+    """Return a sentence with the number of episodes in a log, and the properties that it does not have."""
+    unknown = Counter(name for episode in episodes for name in episode.unknown)
+    missing = ", ".join([f"{name} ({number})" for name, number in unknown.items()])
+    found = f"{path}: {episodes[0].format}, {len(episodes)} episodes"
+    return f"{found}; not in the log: {missing}" if missing else found
+
+
+@make_table(
+    "outcomes", (*_NAMES, "episodes", *[outcome.value for outcome in EpisodeOutcome], "errors", "proven")
+)
+def _make_outcomes_table(groups: _Groups) -> Iterator[Row]:
+    """Episodes by outcome.
+
+    won, goal unmet: verdicts of the log's own grader, in its own world; not reproduced: the grader could not
+    repeat the episode; nothing submitted: there was nothing to grade; not graded: no verdict. errors:
+    actions that the world rejected; proven: percentage of errors with a kind that the log proves. The kind
+    of all other errors is "cannot tell".
+    """
+    for names, episodes in groups.items():
+        outcomes = Counter(episode.outcome for episode in episodes)
+        errors = [step for episode in episodes for step in episode.steps if step.accepted is False]
+        proven = Rate(sum(step.kind is not None for step in errors), len(errors))
+        yield (
+            *names,
+            len(episodes),
+            *[outcomes[outcome] for outcome in EpisodeOutcome],
+            len(errors),
+            Estimate.from_rate(proven),
+        )
+
+
+@make_table(
+    "episodes",
+    (
+        *(
+            *_NAMES,
+            "task",
+            "outcome",
+            "ending",
+            "kind",
+            "actions",
+            "first_error",
+            "best",
+            "best_action",
+            "end",
+        ),
+        *("repeats", "seconds", "calls", "tokens", "words"),
+    ),
+)
+def _make_episodes_table(groups: _Groups) -> Iterator[Row]:
+    """Episodes.
+
+    first_error: the first action that the world rejected, counted from 1; kind: the kind of this error; best:
+    the largest percentage of the goal's conditions that held at once; best_action: the first action after
+    which they held; end: the percentage at the end; repeats: how often the most frequent action had the same
+    reply; words: the agent's last words, or an exception. A cell is empty if the log does not show its value.
+    """
+    for names, episodes in groups.items():
+        for episode in episodes:
+            error, best_step = episode.first_error, episode.best_step
+            kind = None if error is None else episode.steps[error].kind
+            yield (
+                *(*names, episode.task, episode.outcome.value, episode.ending.value),
+                "" if error is None else CANNOT_TELL if kind is None else kind.value,
+                len(episode.steps) or episode.actions,
+                None if error is None else error + 1,
+                _to_percent(episode.best),
+                None if best_step is None else best_step + 1,
+                _to_percent(episode.progress),
+                *(episode.repeats, episode.seconds, episode.calls, episode.tokens),
+                episode.words[:_MAX_WORDS_CHARACTERS],
+            )
+
+
+def _to_percent(share: float | None) -> float | None:
+    return None if share is None else round(100 * share, 1)
+
+
+def _draw_outcomes(groups: _Groups) -> Figure:
+    """Draw, for each group of episodes, a bar of outcomes and marks at the best moments of lost episodes."""
+    figure = make_figure(2 * COLUMN, 1.1 + 0.4 * len(groups))
+    left, right = figure.subplots(1, 2, sharey=True)
+    for row, episodes in enumerate(groups.values()):
+        counted, start = Counter(episode.outcome for episode in episodes), 0
+        for outcome in filter(counted.get, EpisodeOutcome):
+            left.barh(row, counted[outcome], 0.6, start, color=_COLORS[outcome], label=outcome.value)
+            start += counted[outcome]
+        for episode in episodes:
+            if episode.best is not None and episode.outcome is not EpisodeOutcome.WON:
+                color = _find_error_color(episode)
+                right.plot(100 * episode.best, row, "|", color=color, markersize=11)
+    labels = [wrap_label(", ".join(filter(None, names[1:])) or names[0]) for names in groups]
+    left.set_yticks(range(len(groups)), labels=labels, fontsize=6.5)
+    left.set_ylim(len(groups) - 0.5, -0.5)
+    left.set_xlabel("episodes", fontsize=7, loc="right")
+    right.set_xlim(-3, 103)
+    right.set_xlabel("best moment of lost episodes, percent", fontsize=7, loc="right")
+    right.grid(axis="x", color=RULE, linewidth=0.6)
+    handles = dict(zip(*reversed(left.get_legend_handles_labels()), strict=True))
+    figure.legend(handles.values(), handles, loc="outside lower center", ncols=3, frameon=False, fontsize=6.5)
+    return figure
+
+
+def _find_error_color(episode: LoggedEpisode) -> str:
+    """Return the colour of the kind of an episode's first error."""
+    if episode.first_error is None:
+        return INK
+    kind = episode.steps[episode.first_error].kind
+    return MUTED if kind is None else OUTCOME_COLORS[AnswerOutcome(kind.value)]
+
+
+LOGS = Study(
+    "logs",
+    "Logs of other projects: outcomes of episodes, first errors, best moments.",
+    analyze=_analyze_logs,
+)

@@ -1,0 +1,95 @@
+"""The tables, the figure and the printed lines of `eai analyze logs`, and its refusals."""
+
+from __future__ import annotations
+
+import csv
+import json
+from pathlib import Path
+
+import pytest
+
+from command_line import Command
+from eai.base.errors import InputError
+from eai.extensions.logs import readers, study
+from eai.extensions.logs.episode import Ending, EpisodeOutcome, LoggedEpisode, LoggedStep
+from eai.extensions.logs.readers import LogReader, read_log, read_logs
+from eai.studies.records import StudyRecords
+from eai.tasks.options import Options
+from eai.world.fault import FaultKind
+
+STEPS = (
+    LoggedStep("go to shelf", True, None, "done", 0.0),
+    LoggedStep("take cup", False, FaultKind.MISSING_STEP, "no", 0.5),
+    LoggedStep("take cup", False, None, "no", 0.25),
+)
+LOST = LoggedEpisode("a", "t1", "s", EpisodeOutcome.GOAL_UNMET, Ending.BY_AGENT, STEPS, unknown=("seconds",))
+WON = LoggedEpisode("a", "t2", "s", EpisodeOutcome.WON, Ending.GOAL, STEPS[:1], progress=1.0)
+
+
+def record(success: int) -> dict[str, object]:
+    reward = {"success": success, "deterministic": 1, "n_actions": 5}
+    return {"state": "success" if success else "failed", "exception": None, "reward": reward, "progress": 0.5}
+
+
+def written(folder: Path, name: str, **tasks: int) -> Path:
+    records = {task: {"limited": record(success)} for task, success in tasks.items()}
+    path = folder / name
+    path.write_text(json.dumps({"v": 1, "benchmark": "b", "run": "agent", "tasks": records}))
+    return path
+
+
+def read_rows(file: Path) -> list[dict[str, str]]:
+    with file.open(encoding="utf-8", newline="") as lines:
+        return list(csv.DictReader(lines))
+
+
+def test_the_command_writes_two_tables_and_a_figure_and_says_what_it_took(
+    eai: Command, tmp_path: Path
+) -> None:
+    log, out = written(tmp_path, "run.json", sweep=0, mop=1), tmp_path / "out"
+    printed = eai("analyze", "logs", log, "--out", out)
+    assert printed.status == 0, printed.err
+    assert f"{log}: EAI v2, 2 episodes; not in the log: errors of steps (2)" in printed.out
+    (row,) = read_rows(out / "outcomes.csv")
+    assert (row["agent"], row["episodes"], row["won"], row["goal unmet"], row["cannot tell"]) == (
+        *("agent", "2", "1"),
+        *("1", "0"),
+    )
+    rows = read_rows(out / "episodes.csv")
+    assert [(row["task"], row["outcome"], row["best"]) for row in rows] == [
+        ("sweep", "goal unmet", "50.0"),
+        ("mop", "won", "100.0"),
+    ]
+    assert (out / "logs.svg").is_file()
+
+
+def test_first_error_best_moment_and_repeats_come_from_the_steps(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    reader = LogReader("made", lambda content: True, lambda path, content: [LOST, WON])
+    monkeypatch.setattr(readers, "list_readers", lambda: (reader,))
+    (tmp_path / "log").write_text("any")
+    (analysis,) = study.LOGS.analyze(StudyRecords((tmp_path / "log",)), Options())  # type: ignore[misc]
+    outcomes, episodes = analysis.tables
+    (group,) = outcomes.row_dicts()
+    assert (group["log"], group["errors"], str(group["proven"])) == ("made", 2, "50 (1/2)")
+    lost, won = episodes.row_dicts()
+    assert (lost["actions"], lost["first_error"], lost["kind"]) == (3, 2, "missing_step")
+    assert (lost["best"], lost["best_action"], lost["end"], lost["repeats"]) == (50.0, 2, None, 2)
+    assert (won["first_error"], won["kind"], won["best"], won["best_action"]) == (None, "", 100.0, None)
+    assert analysis.remarks == [f"{tmp_path / 'log'}: made, 2 episodes; not in the log: seconds (1)"]
+
+
+def test_an_episode_that_is_in_two_logs_is_refused(tmp_path: Path) -> None:
+    first, second = written(tmp_path, "a.json", sweep=0), written(tmp_path, "b.json", mop=0, sweep=1)
+    with pytest.raises(InputError, match=r"b\.json: the episode agent sweep limited occurs twice"):
+        read_logs([first, second])
+
+
+def test_a_folder_and_a_log_of_two_forms_are_refused(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    with pytest.raises(InputError, match="expected a log, found a folder"):
+        read_log(tmp_path)
+    reader = LogReader("made", lambda content: True, lambda path, content: [LOST])
+    monkeypatch.setattr(readers, "list_readers", lambda: (reader, reader))
+    with pytest.raises(InputError, match="several readers recognize this file"):
+        read_log(written(tmp_path, "a.json", sweep=0))
