@@ -15,7 +15,7 @@ from eai.abilities.notation.plans import JsonPlans
 from eai.abilities.protocol import Ability
 from eai.abilities.verdict import PlanVerdict
 from eai.benchmarks.suite import open_suite
-from eai.logic.choice import Literal, count_options, generate_options
+from eai.logic.choice import Literal, count_dnf_terms, generate_dnf_terms
 from eai.logic.formula import (
     Always,
     And,
@@ -160,12 +160,12 @@ def test_partial_success_equals_the_best_of_all_options_after_random_plans(every
         formulas = [goal.formula for goal in given.goals]
         listed = 1
         for formula in formulas:
-            listed *= count_options(formula, given.scene.names_of_category)
+            listed *= count_dnf_terms(formula, given.scene.names_of_category)
         if number % every or given.plan_exclusion is not None or listed > 1_000:
             continue
         test, ways = (
             GoalTest(given),
-            [list(generate_options(each, given.scene.names_of_category)) for each in formulas],
+            [list(generate_dnf_terms(each, given.scene.names_of_category)) for each in formulas],
         )
         for state in _states(suite.benchmark.domain, given, Random(number)):
             expected = max(_share(state, given, chain.from_iterable(way)) for way in product(*ways))

@@ -38,7 +38,7 @@ def compare_engines(domain: Domain, task: Task) -> tuple[int, list[frozenset[str
     exported = export_domain_and_problem(domain, task.initial, [goal.formula for goal in task.goals])
     executor = PddlPlanExecutor(exported.domain, exported.problem)
     state: PddlState = executor.initial_state
-    static = state - exported.state(task.initial)
+    static = state - exported.export_state(task.initial)
     executed, differing = 0, []
     past = History(task.initial)
     for action in task.script:
@@ -55,7 +55,7 @@ def compare_engines(domain: Domain, task: Task) -> tuple[int, list[frozenset[str
         assert not isinstance(reached, str), reached
         executed += 1
         past = past.extend(outcome)
-        state = exported.state(outcome) | static
+        state = exported.export_state(outcome) | static
         predicates = {atom.predicate for atom in reached ^ state if not atom.predicate.startswith("done-")}
         if predicates:
             differing.append(frozenset(predicates))

@@ -12,7 +12,7 @@ from eai.benchmarks.benchmark import Benchmark
 from eai.benchmarks.gold_answers import make_noisy_answer, open_answer_book, open_planned_book, replace_goals
 from eai.benchmarks.registry import find_benchmark
 from eai.benchmarks.suite import open_suite
-from eai.logic.choice import build_choice_tree, generate_tree_options
+from eai.logic.choice import build_and_or_tree, generate_dnf_terms_of_tree
 from eai.logic.formula import Formula
 from eai.tasks.source import Source
 from eai.tasks.task import GoalKind, Task
@@ -24,7 +24,9 @@ def is_entailed(stated: set[Formula], task: Task) -> bool:
     return all(
         any(
             set(option) <= stated
-            for option in generate_tree_options(build_choice_tree(goal.formula, task.scene.names_of_category))
+            for option in generate_dnf_terms_of_tree(
+                build_and_or_tree(goal.formula, task.scene.names_of_category)
+            )
         )
         for goal in task.goals
     )

@@ -14,18 +14,18 @@ from hypothesis import strategies as st
 from eai.base.errors import InputError
 from eai.logic.choice import (
     AllOf,
+    AndOrTree,
+    AndOrTreeLiteral,
+    AndOrTreePairing,
     AnyOf,
-    Choice,
+    DnfTerm,
     ExactlyOf,
     Literal,
-    LiteralChoice,
-    Option,
-    PairingChoice,
-    build_choice_tree,
-    count_options,
-    generate_options,
-    generate_tree_options,
-    make_best_option_finder,
+    build_and_or_tree,
+    count_dnf_terms,
+    generate_dnf_terms,
+    generate_dnf_terms_of_tree,
+    make_closest_dnf_term_finder,
 )
 from eai.logic.formula import And, Atom, Constant, Exactly, Formula, Not, Occurs, Variable
 from eai.logic.ltl import parse
@@ -53,45 +53,46 @@ if TYPE_CHECKING:
 )
 def test_a_formula_without_a_finite_choice_is_an_error(text: str) -> None:
     with pytest.raises(InputError, match="no finite list of ways to become true"):
-        list(generate_options(parse(text), universe(a=2).list_objects))
+        list(generate_dnf_terms(parse(text), universe(a=2).list_objects))
 
 
 def test_unbound_variables_are_an_error() -> None:
     unbound = And((Atom("p", (Variable("x"),)),))
     with pytest.raises(InputError, match="variable x is not bound"):
-        list(generate_options(unbound, universe().list_objects))
+        list(generate_dnf_terms(unbound, universe().list_objects))
 
 
 def test_a_formula_is_grounded_to_its_tree_of_choices() -> None:
     formula = parse("forall x: a. (not (p(x) and q(x))) and forn 1 y: a. (p(y))")
-    p, q = ([LiteralChoice(Atom(name, (Constant(f"a{i}"),))) for i in range(2)] for name in ("p", "q"))
+    p, q = ([AndOrTreeLiteral(Atom(name, (Constant(f"a{i}"),))) for i in range(2)] for name in ("p", "q"))
     negated = [
-        AnyOf((LiteralChoice(Not(x.literal)), LiteralChoice(Not(y.literal))))
+        AnyOf((AndOrTreeLiteral(Not(x.literal)), AndOrTreeLiteral(Not(y.literal))))
         for x, y in zip(p, q, strict=True)
     ]
-    tree = build_choice_tree(formula, universe(a=2).list_objects)
+    tree = build_and_or_tree(formula, universe(a=2).list_objects)
     assert tree == AllOf((AllOf(tuple(negated)), ExactlyOf(1, tuple(p))))
 
 
 def test_no_object_is_paired_with_itself() -> None:
     formula = parse("forpairs x: a, y: a. (p(x, y))")
-    tree = build_choice_tree(formula, universe(a=2).list_objects)
+    tree = build_and_or_tree(formula, universe(a=2).list_objects)
     cells = [
-        [LiteralChoice(Atom("p", (Constant(f"a{i}"), Constant(f"a{j}")))) for j in range(2)] for i in range(2)
+        [AndOrTreeLiteral(Atom("p", (Constant(f"a{i}"), Constant(f"a{j}")))) for j in range(2)]
+        for i in range(2)
     ]
-    assert tree == PairingChoice(2, ((None, cells[0][1]), (cells[1][0], None)))
+    assert tree == AndOrTreePairing(2, ((None, cells[0][1]), (cells[1][0], None)))
 
 
 def test_equations_are_decided() -> None:
     formula = parse("exists x: a. (x = a1 and not x = a0)")
-    assert build_choice_tree(formula, universe(a=2).list_objects) == AnyOf(
+    assert build_and_or_tree(formula, universe(a=2).list_objects) == AnyOf(
         (AllOf((AnyOf(()), AnyOf(()))), AllOf((AllOf(()), AllOf(()))))
     )
 
 
-def listed(formula: Formula, facts: Facts) -> list[Option]:
+def listed(formula: Formula, facts: Facts) -> list[DnfTerm]:
     try:
-        return list(generate_options(formula, facts.list_objects))
+        return list(generate_dnf_terms(formula, facts.list_objects))
     except InputError:
         assume(False)
         raise
@@ -113,7 +114,7 @@ def test_a_goal_holds_if_and_only_if_one_of_its_options_holds(
 def test_counting_agrees_with_listing(formula: Formula) -> None:
     facts = Facts(frozenset(), SCENE)
     found = listed(formula, facts)
-    assert count_options(formula, facts.list_objects) == len(found)
+    assert count_dnf_terms(formula, facts.list_objects) == len(found)
 
 
 @pytest.mark.parametrize(
@@ -140,13 +141,14 @@ def test_counting_agrees_with_listing(formula: Formula) -> None:
 def test_options_are_counted(text: str, count: int) -> None:
     formula = read_condition(text)
     objects = universe(a=2, b=5).list_objects
-    assert count_options(formula, objects) == count == len(list(generate_options(formula, objects)))
+    assert count_dnf_terms(formula, objects) == count == len(list(generate_dnf_terms(formula, objects)))
 
 
 def test_options_come_in_order_of_the_formula_and_the_objects() -> None:
     formula = read_condition("(and (or (p a) (q a)) (forpairs (?x - b) (?y - c) (not (in ?x ?y))))")
     found = [
-        [as_list(c) for c in option] for option in generate_options(formula, universe(b=1, c=2).list_objects)
+        [as_list(c) for c in option]
+        for option in generate_dnf_terms(formula, universe(b=1, c=2).list_objects)
     ]
     assert found == [
         [["p", "a"], ["not", ["in", "b0", "c0"]]],
@@ -159,8 +161,8 @@ def test_options_come_in_order_of_the_formula_and_the_objects() -> None:
 def test_huge_numbers_of_options_are_counted_and_listed_lazily() -> None:
     objects = universe(a=40, b=40).list_objects
     formula = read_condition("(forpairs (?x - a) (?y - b) (in ?x ?y))")
-    assert count_options(formula, objects) == factorial(40)
-    assert len(list(islice(generate_options(formula, objects), 3))) == 3
+    assert count_dnf_terms(formula, objects) == factorial(40)
+    assert len(list(islice(generate_dnf_terms(formula, objects), 3))) == 3
 
 
 def test_huge_goals_are_decided_by_matching() -> None:
@@ -175,7 +177,7 @@ def test_huge_goals_are_decided_by_matching() -> None:
 
 def test_the_reference_counts_the_same_numbers_of_options(oracle: Any) -> None:
     for task, (goals, objects, expected) in records(oracle).items():
-        counts = [count_options(goal, objects) for goal in goals]
+        counts = [count_dnf_terms(goal, objects) for goal in goals]
         assert prod(counts) == expected, task
 
 
@@ -184,9 +186,9 @@ def test_real_goals_have_as_many_options_as_counted_and_as_in_the_paper(
 ) -> None:
     total = 0
     for task in behavior_tasks.values():
-        counts = [count_options(goal.formula, task.scene.names_of_category) for goal in task.goals]
+        counts = [count_dnf_terms(goal.formula, task.scene.names_of_category) for goal in task.goals]
         assert counts == [
-            len(list(generate_options(goal.formula, task.scene.names_of_category))) for goal in task.goals
+            len(list(generate_dnf_terms(goal.formula, task.scene.names_of_category))) for goal in task.goals
         ]
         total += prod(counts)
     assert round(total / len(behavior_tasks), 2) == 4164.41
@@ -233,7 +235,9 @@ def on_first(literal: Literal) -> bool:
 )
 def test_the_best_option_shares_most_conditions(text: str, shared: int, size: int) -> None:
     numbers = Numbers()
-    find = make_best_option_finder(build_choice_tree(parse(text), universe(a=3, b=2).list_objects), numbers)
+    find = make_closest_dnf_term_finder(
+        build_and_or_tree(parse(text), universe(a=3, b=2).list_objects), numbers
+    )
     said = numbers.mask(on_first)
     best = find(said)
     assert best is not None
@@ -252,31 +256,33 @@ def test_the_best_option_shares_most_conditions(text: str, shared: int, size: in
 )
 def test_a_formula_that_cannot_be_true_has_no_option(text: str) -> None:
     assert (
-        make_best_option_finder(build_choice_tree(parse(text), universe(a=3, b=2).list_objects), Numbers())(0)
+        make_closest_dnf_term_finder(
+            build_and_or_tree(parse(text), universe(a=3, b=2).list_objects), Numbers()
+        )(0)
         is None
     )
 
 
-def choices(leaves: st.SearchStrategy[Choice]) -> st.SearchStrategy[Choice]:
+def choices(leaves: st.SearchStrategy[AndOrTree]) -> st.SearchStrategy[AndOrTree]:
     parts = st.lists(leaves, max_size=3).map(tuple)
     return (
         parts.map(AllOf)
         | parts.map(AnyOf)
         | st.builds(ExactlyOf, st.integers(0, 2), parts)
         | st.tuples(st.integers(0, 2), st.lists(leaves, min_size=4, max_size=4)).map(
-            lambda drawn: PairingChoice(drawn[0], (tuple(drawn[1][:2]), tuple(drawn[1][2:])))
+            lambda drawn: AndOrTreePairing(drawn[0], (tuple(drawn[1][:2]), tuple(drawn[1][2:])))
         )
     )
 
 
 CHOICES = st.recursive(
-    st.integers(0, 6).map(lambda n: LiteralChoice(Atom("p", (Constant(str(n)),)))), choices, max_leaves=8
+    st.integers(0, 6).map(lambda n: AndOrTreeLiteral(Atom("p", (Constant(str(n)),)))), choices, max_leaves=8
 )
 
 
 @given(CHOICES, st.sets(st.integers(0, 6)))
 def test_no_option_shares_more_than_the_best_or_is_shorter_with_as_many(
-    choice: Choice, said: set[int]
+    choice: AndOrTree, said: set[int]
 ) -> None:
     seen: dict[int, Literal] = {}
 
@@ -288,21 +294,25 @@ def test_no_option_shares_more_than_the_best_or_is_shorter_with_as_many(
     def is_said(literal: Literal) -> bool:
         return isinstance(literal, Atom) and int(literal.arguments[0].name) in said
 
-    find = make_best_option_finder(choice, apart)
+    find = make_closest_dnf_term_finder(choice, apart)
     best = find(sum(1 << place for place, literal in seen.items() if is_said(literal)))
-    rated = [(sum(map(is_said, option)), -len(option)) for option in generate_tree_options(choice)]
+    rated = [(sum(map(is_said, option)), -len(option)) for option in generate_dnf_terms_of_tree(choice)]
     if best is None:
         assert rated == []
         return
     chosen = [seen[place] for place in range(len(seen)) if best.conditions >> place & 1]
     assert (sum(map(is_said, chosen)), -len(chosen)) == max(rated)
-    assert sorted(map(str, chosen)) in [sorted(map(str, option)) for option in generate_tree_options(choice)]
+    assert sorted(map(str, chosen)) in [
+        sorted(map(str, option)) for option in generate_dnf_terms_of_tree(choice)
+    ]
 
 
 def test_the_best_of_astronomically_many_options_is_found_at_once() -> None:
     numbers = Numbers()
     text = "forpairs x: a, y: b. (in(x, y)) and forall x: a. (exists y: b. (on(x, y)))"
-    find = make_best_option_finder(build_choice_tree(parse(text), universe(a=12, b=12).list_objects), numbers)
+    find = make_closest_dnf_term_finder(
+        build_and_or_tree(parse(text), universe(a=12, b=12).list_objects), numbers
+    )
     best = find(numbers.mask(on_first))
     assert best is not None
     assert best.conditions.bit_count() == 24

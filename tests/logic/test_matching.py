@@ -8,7 +8,11 @@ from itertools import combinations, permutations
 from hypothesis import given
 from hypothesis import strategies as st
 
-from eai.logic.matching import find_heaviest_matching, find_heaviest_pairs, find_maximum_matching
+from eai.logic.matching import (
+    find_heaviest_matching,
+    find_heaviest_matching_of_any_size,
+    find_maximum_matching,
+)
 
 GRAPHS = st.lists(st.lists(st.integers(0, 7), max_size=6), max_size=8)
 
@@ -104,12 +108,12 @@ def heaviest_by_trying(weights: list[list[int]]) -> int:
 
 @given(WEIGHTS)
 def test_the_heaviest_pairs_use_no_row_or_column_twice(weights: list[list[int]]) -> None:
-    pairs = find_heaviest_pairs(weights)
+    pairs = find_heaviest_matching_of_any_size(weights)
     assert len({row for row, _ in pairs}) == len({column for _, column in pairs}) == len(pairs)
     assert all(weights[row][column] > 0 for row, column in pairs)
     assert sum(weights[row][column] for row, column in pairs) == heaviest_by_trying(weights)
 
 
 def test_more_rows_than_columns_are_paired_by_row() -> None:
-    assert find_heaviest_pairs([[1], [3], [2]]) == [(1, 0)]
-    assert find_heaviest_pairs([]) == find_heaviest_pairs([[], []]) == []
+    assert find_heaviest_matching_of_any_size([[1], [3], [2]]) == [(1, 0)]
+    assert find_heaviest_matching_of_any_size([]) == find_heaviest_matching_of_any_size([[], []]) == []

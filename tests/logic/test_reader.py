@@ -7,7 +7,7 @@ import pickle
 import pytest
 
 from eai.base.errors import InputError, ParseError
-from eai.logic.choice import count_options, generate_options
+from eai.logic.choice import count_dnf_terms, generate_dnf_terms
 from eai.logic.formula import (
     Formula,
 )
@@ -118,7 +118,7 @@ def test_the_deepest_formulas_can_be_evaluated_and_expanded(before: str, after: 
     state = universe(a=1, b=1)
     assert explain_truth(formula, Trace([state] * 3)).holds in (True, False)
     try:
-        count = count_options(formula, state.list_objects)
+        count = count_dnf_terms(formula, state.list_objects)
     except InputError:
         return
-    assert count == len(list(generate_options(formula, state.list_objects)))
+    assert count == len(list(generate_dnf_terms(formula, state.list_objects)))

@@ -31,7 +31,13 @@ from eai.logic.formula import (
     Variable,
 )
 from eai.logic.ltl import parse, read_formula
-from eai.logic.semantics import _ViolatedPart, explain_truth, find_possible_values, find_violation, holds
+from eai.logic.semantics import (
+    _ViolatedPart,
+    explain_truth,
+    find_values_for_truth,
+    find_violation,
+    holds,
+)
 from eai.logic.signature import Signature
 from eai.logic.trace import TakenAction, Trace
 from logic.naive import Facts, Naive
@@ -237,7 +243,7 @@ PATH = Trace(
 
 
 def taken(leaf: Atom | Occurs, place: int, binding: Mapping[str, str]) -> frozenset[str] | None:
-    return PATH.find_participants(leaf.action, place) if isinstance(leaf, Occurs) else None
+    return PATH.find_values_of_argument(leaf.action, place) if isinstance(leaf, Occurs) else None
 
 
 @pytest.mark.parametrize(
@@ -266,17 +272,17 @@ def test_the_support_of_a_variable_is_found_from_the_shape_of_the_formula(
 ) -> None:
     quantified = read_formula(f"exists x. ({text})", Signature({"open": 1}, {"POUR": 2, "GRAB": 1}))[0]
     assert isinstance(quantified, Exists)
-    assert find_possible_values(quantified.body, "x", {}, True, taken) == (
+    assert find_values_for_truth(quantified.body, "x", {}, True, taken) == (
         None if true is None else frozenset(true)
     )
-    assert find_possible_values(quantified.body, "x", {}, False, taken) == (
+    assert find_values_for_truth(quantified.body, "x", {}, False, taken) == (
         None if false is None else frozenset(false)
     )
 
 
 def test_an_equation_with_a_bound_variable_supports_one_object() -> None:
     equation = Equals(Variable("x"), Variable("y"))
-    assert find_possible_values(equation, "x", {"y": "cup.1"}, True, taken) == frozenset({"cup.1"})
+    assert find_values_for_truth(equation, "x", {"y": "cup.1"}, True, taken) == frozenset({"cup.1"})
 
 
 P, Q, R = Atom("p"), Atom("q"), Atom("r")

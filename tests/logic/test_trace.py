@@ -36,9 +36,9 @@ def test_participants_are_the_arguments_that_occur() -> None:
         ("GRAB", ("e",)),
     ]
     path = Trace([state] * 5, actions)
-    assert path.find_participants("POUR", 0) == {"a", "c", "d"}
-    assert path.find_participants("POUR", 1) == {"b"}
-    assert path.find_participants("DROP", 0) == set()
+    assert path.find_values_of_argument("POUR", 0) == {"a", "c", "d"}
+    assert path.find_values_of_argument("POUR", 1) == {"b"}
+    assert path.find_values_of_argument("DROP", 0) == set()
 
 
 def test_each_truth_value_is_computed_once() -> None:

@@ -7,9 +7,9 @@ import pytest
 from eai.logic.formula import And, Atom, Constant, Equals, Exists, Not, Or, Variable
 from eai.logic.ltl import parse
 from eai.logic.traversal import (
-    find_monotone_parts,
+    find_monotone_subformula_ids,
     find_object_names,
-    find_temporal_ids,
+    find_temporal_subformula_ids,
     is_state_formula,
     walk_subformulas,
 )
@@ -32,7 +32,9 @@ def test_walking_does_not_recurse() -> None:
 
 def test_temporal_parts_are_those_with_a_temporal_operator_inside() -> None:
     formula = parse("p() and exists x. (q(x) then not p())")
-    temporal = [part for part in walk_subformulas(formula) if id(part) in find_temporal_ids(formula)]
+    temporal = [
+        part for part in walk_subformulas(formula) if id(part) in find_temporal_subformula_ids(formula)
+    ]
     assert [type(part).__name__ for part in temporal] == ["And", "Exists", "Then"]
     assert not is_state_formula(formula)
 
@@ -62,8 +64,11 @@ def test_lasting_and_perishing_parts_are_found_by_their_shape(
     text: str, lasting: bool, perishing: bool
 ) -> None:
     formula = parse(text)
-    found = find_monotone_parts(formula)
-    assert (id(formula) in found.lasting, id(formula) in found.perishing) == (lasting, perishing)
+    found = find_monotone_subformula_ids(formula)
+    assert (id(formula) in found.true_when_longer, id(formula) in found.true_when_shorter) == (
+        lasting,
+        perishing,
+    )
 
 
 def test_object_names_are_listed_once_and_variables_are_left_out() -> None:

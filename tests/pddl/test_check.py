@@ -108,7 +108,7 @@ def test_declarations_of_a_domain() -> None:
 
 
 def test_only_argument_types_do_not_stop_a_planner() -> None:
-    assert {offence for offence in PddlViolationKind if not offence.stops_planner} == {
+    assert {offence for offence in PddlViolationKind if not offence.makes_planners_refuse_domain} == {
         PddlViolationKind.WRONG_ARGUMENT_TYPE
     }
 

@@ -8,7 +8,7 @@ from hypothesis import given, settings
 
 from eai.base.errors import DomainError
 from eai.logic.formula import Atom
-from eai.pddl.declaration import DeclaredDomain
+from eai.pddl.declaration import ConvertedPddlDomain
 from eai.pddl.execute import PddlPlanExecutor, PddlState, PlanStep
 from eai.pddl.export import export_domain_and_problem
 from eai.pddl.model import PddlDomain, PddlProblem
@@ -32,7 +32,7 @@ def reached(states: PddlState | str, declared: set[str]) -> set[Atom] | None:
 def test_a_declared_domain_does_what_the_pddl_does_and_so_does_its_export(
     source: PddlDomain, problem: PddlProblem
 ) -> None:
-    declaration = DeclaredDomain(source)
+    declaration = ConvertedPddlDomain(source)
     domain, (initial, goals) = declaration.domain, declaration.convert_problem(problem)
     original = PddlPlanExecutor(source, problem)
     exported = export_domain_and_problem(domain, initial, goals)
@@ -44,7 +44,7 @@ def test_a_declared_domain_does_what_the_pddl_does_and_so_does_its_export(
     for action in _actions(domain.operator_arities, len(source.constants)):
         names = tuple(source.constants[i].name for i in action.arguments)
         outcome = attempt_action(domain, History(initial), action)
-        engine = None if isinstance(outcome, Fault) else exported.state(outcome)
+        engine = None if isinstance(outcome, Fault) else exported.export_state(outcome)
         expected = reached(
             original.execute_step(original.initial_state, PlanStep(action.operator, names)), declared
         )
@@ -81,11 +81,11 @@ PROBLEM = read_problem(
 
 
 @pytest.fixture(scope="module")
-def zoo() -> DeclaredDomain:
-    return DeclaredDomain(ZOO)
+def zoo() -> ConvertedPddlDomain:
+    return ConvertedPddlDomain(ZOO)
 
 
-def test_types_are_categories_and_supertypes_are_their_parents(zoo: DeclaredDomain) -> None:
+def test_types_are_categories_and_supertypes_are_their_parents(zoo: ConvertedPddlDomain) -> None:
     initial, _ = zoo.convert_problem(PROBLEM)
     kinds = {thing.name: thing.category for thing in initial.scene.objects}
     assert kinds == {
@@ -102,7 +102,7 @@ def test_types_are_categories_and_supertypes_are_their_parents(zoo: DeclaredDoma
     assert static == {"in", "animal"}
 
 
-def test_an_object_named_agent_is_the_object_that_formulas_mean_by_it(zoo: DeclaredDomain) -> None:
+def test_an_object_named_agent_is_the_object_that_formulas_mean_by_it(zoo: ConvertedPddlDomain) -> None:
     initial, _ = zoo.convert_problem(PROBLEM)
     index = initial.scene.index
     assert isinstance(
@@ -110,7 +110,7 @@ def test_an_object_named_agent_is_the_object_that_formulas_mean_by_it(zoo: Decla
     )
 
 
-def test_checks_are_affordances_where_nothing_changes_what_they_say(zoo: DeclaredDomain) -> None:
+def test_checks_are_affordances_where_nothing_changes_what_they_say(zoo: ConvertedPddlDomain) -> None:
     checks = zoo.domain.compiled_operators["feed"].operator.checks
     assert [(check.fault, check.reason) for check in checks] == [
         (FaultKind.AFFORDANCE, "{a} is no animal"),
@@ -122,7 +122,7 @@ def test_checks_are_affordances_where_nothing_changes_what_they_say(zoo: Declare
     ]
 
 
-def test_an_addition_wins_over_a_deletion(zoo: DeclaredDomain) -> None:
+def test_an_addition_wins_over_a_deletion(zoo: ConvertedPddlDomain) -> None:
     initial, _ = zoo.convert_problem(PROBLEM)
     index = initial.scene.index
     after = attempt_action(zoo.domain, History(initial), Action("feed", (index["sam"], index["pool"])))
@@ -130,7 +130,7 @@ def test_an_addition_wins_over_a_deletion(zoo: DeclaredDomain) -> None:
     assert after.has("fed", index["sam"])
 
 
-def test_a_subtype_fits_a_parameter_of_its_supertype_and_nothing_else_does(zoo: DeclaredDomain) -> None:
+def test_a_subtype_fits_a_parameter_of_its_supertype_and_nothing_else_does(zoo: ConvertedPddlDomain) -> None:
     initial, _ = zoo.convert_problem(PROBLEM)
     index = initial.scene.index
     failed = attempt_action(zoo.domain, History(initial), Action("feed", (index["house"], index["pool"])))
@@ -138,17 +138,17 @@ def test_a_subtype_fits_a_parameter_of_its_supertype_and_nothing_else_does(zoo: 
     assert failed.kind is FaultKind.AFFORDANCE
 
 
-def test_types_survive_an_export(zoo: DeclaredDomain) -> None:
+def test_types_survive_an_export(zoo: ConvertedPddlDomain) -> None:
     initial, goals = zoo.convert_problem(PROBLEM)
     exported = export_domain_and_problem(zoo.domain, initial, goals)
     types = {each.name: each.type for each in exported.domain.types}
     animals, things = {"lion": "animal", "seal": "animal"}, {"animal": "thing", "keeper": "thing"}
     assert types == {**animals, **things, "thing": "object", "cage": "object"}
-    again = DeclaredDomain(read_domain(write_domain(exported.domain)))
+    again = ConvertedPddlDomain(read_domain(write_domain(exported.domain)))
     assert again.domain.vocabulary.parents == zoo.domain.vocabulary.parents
 
 
-def test_axioms_of_one_predicate_are_alternatives(zoo: DeclaredDomain) -> None:
+def test_axioms_of_one_predicate_are_alternatives(zoo: ConvertedPddlDomain) -> None:
     initial, (goal,) = zoo.convert_problem(PROBLEM)
     assert not zoo.domain.holds(goal, initial)
     fed = initial.scene.state([("fed", (1,)), ("fed", (2,))])
@@ -167,4 +167,4 @@ def test_axioms_of_one_predicate_are_alternatives(zoo: DeclaredDomain) -> None:
 def test_a_predicate_that_depends_on_its_negation_has_no_meaning(condition: str) -> None:
     text = f"(define (domain d) (:predicates (p ?x) (q ?x)) (:derived (p ?x) {condition}))"
     with pytest.raises(DomainError, match="the derived predicate p depends on its own negation"):
-        DeclaredDomain(read_domain(text))
+        ConvertedPddlDomain(read_domain(text))

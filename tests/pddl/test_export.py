@@ -85,15 +85,15 @@ def test_engine_and_exported_operators_reach_the_same_states_whatever_the_effect
             initial = _state(rng)
             exported = export_domain_and_problem(toy, initial, ())
             executor = PddlPlanExecutor(exported.domain, exported.problem)
-            assert exported.state(initial) <= executor.initial_state
-            static = executor.initial_state - exported.state(initial)
+            assert exported.export_state(initial) <= executor.initial_state
+            static = executor.initial_state - exported.export_state(initial)
             for thing in range(len(SCENE.objects)):
                 action = Action("act", (thing,))
                 after = attempt_action(toy, History(initial), action)
                 assert isinstance(after, State)
                 assert (
                     executor.execute_step(executor.initial_state, exported.to_pddl_step(action))
-                    == exported.state(after) | static
+                    == exported.export_state(after) | static
                 )
                 compared += 1
                 changed += after != initial
@@ -202,7 +202,9 @@ def test_tries_are_conditional_effects_one_of_which_must_succeed() -> None:
             if isinstance(found, Fault):
                 assert isinstance(after, str)
             else:
-                assert after == exported.state(found) | (executor.initial_state - exported.state(initial))
+                assert after == exported.export_state(found) | (
+                    executor.initial_state - exported.export_state(initial)
+                )
     assert outcomes == {True, False}
 
 
@@ -275,7 +277,7 @@ def test_invisible_predicates_can_be_left_out() -> None:
     )
     toy = domain(use)
     exported = export_problems(
-        toy, [ProblemSource("task", SCENE.state([("memory", (1,))]), ())], invisible=False
+        toy, [ProblemSource("task", SCENE.state([("memory", (1,))]), ())], with_invisible_predicates=False
     )[0]
     text = write_domain(exported.domain) + write_problem(exported.problem)
     assert "memory" not in text
@@ -286,7 +288,9 @@ def test_invisible_predicates_can_be_left_out() -> None:
 def test_an_effect_that_depends_on_an_invisible_predicate_does_not_happen() -> None:
     effects = (ForEach(Y, MEMORY(Y), (Add(RED(Y)),)), When(MEMORY(X), (Add(BIG(X)),), (Delete(LIT()),)))
     toy = Domain("toy", VOCABULARY, (Operator("recall", (X,), (), effects, "recall the object"),))
-    exported = export_problems(toy, [ProblemSource("task", SCENE.state([]), ())], invisible=False)[0]
+    exported = export_problems(
+        toy, [ProblemSource("task", SCENE.state([]), ())], with_invisible_predicates=False
+    )[0]
     (action,) = exported.domain.actions
     assert write_effect(action.effect) == "(not (lit))"
 

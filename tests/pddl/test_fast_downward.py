@@ -21,7 +21,7 @@ from eai.logic.formula import Atom
 from eai.pddl import fast_downward, limited
 from eai.pddl.check import DeclaredNames, check_action
 from eai.pddl.execute import PlanStep
-from eai.pddl.fast_downward import FastDownward, hold_planner_slot, measure_machine_memory_mib
+from eai.pddl.fast_downward import FastDownward, hold_permit_to_call_planner, measure_machine_memory_mib
 from eai.pddl.planning import PlannerOutcome, PlanningTask
 from eai.pddl.reader import read_action, read_domain, read_problem
 from eai.pddl.search import BuiltInPlanner
@@ -218,7 +218,7 @@ def test_no_more_planners_run_at_a_time_than_there_are_seats(tmp_path: Path) -> 
 
     def work(number: int) -> int:
         nonlocal running, most
-        with hold_planner_slot(3, tmp_path):
+        with hold_permit_to_call_planner(3, tmp_path):
             with lock:
                 running += 1
                 most = max(most, running)
@@ -234,12 +234,12 @@ def test_no_more_planners_run_at_a_time_than_there_are_seats(tmp_path: Path) -> 
 
 def test_a_seat_is_given_back_by_whoever_fails(tmp_path: Path) -> None:
     def fail() -> None:
-        with hold_planner_slot(1, tmp_path):
+        with hold_permit_to_call_planner(1, tmp_path):
             raise KeyboardInterrupt
 
     with pytest.raises(KeyboardInterrupt):
         fail()
-    with hold_planner_slot(1, tmp_path):
+    with hold_permit_to_call_planner(1, tmp_path):
         pass
 
 

@@ -5,7 +5,7 @@ import pytest
 from eai.base.store import Store
 from eai.benchmarks.published import open_behavior_operators, open_virtualhome_operators
 from eai.pddl.matching import (
-    SideMatch,
+    ClauseComparison,
     find_predicates_in_text,
     make_condition_clause,
     make_effect_clause,
@@ -24,7 +24,7 @@ def operator(precondition: str, effect: str = "()", parameters: str = PARAMETERS
     return read_action(f"(:action o :parameters {parameters} :precondition {precondition} :effect {effect})")
 
 
-def match(predicted: str, gold: str) -> SideMatch:
+def match(predicted: str, gold: str) -> ClauseComparison:
     return match_operators(operator(predicted), operator(gold)).precondition
 
 
@@ -108,14 +108,14 @@ def test_a_clause_is_matched_with_all_that_is_in_it_and_literals_one_by_one(
 def test_beside_a_disjunction_a_conjunction_is_one_clause_and_the_other_way_round(
     predicted: str, gold: str, clauses: tuple[list[str], list[str], list[str]]
 ) -> None:
-    assert match(predicted, gold) == SideMatch(*map(tuple, clauses))
+    assert match(predicted, gold) == ClauseComparison(*map(tuple, clauses))
 
 
 def test_a_conditional_effect_is_matched_as_a_whole_and_gives_partial_credit_in_literals() -> None:
     ours = operator("()", "(forall (?z - object) (when (p ?z ?a) (and (not (r ?z)) (s))))")
     gold = operator("()", "(forall (?o - object) (when (p ?o ?a) (not (r ?o))))")
     found = match_operators(ours, gold)
-    assert found.effect == SideMatch(
+    assert found.effect == ClauseComparison(
         additional=("(forall (?z - object) (when (p ?z ?a) (and (not (r ?z)) (s))))",),
         missing=("(forall (?o - object) (when (p ?o ?a) (not (r ?o))))",),
     )
@@ -127,28 +127,30 @@ def test_names_of_parameters_mean_nothing() -> None:
         "(and (near ?who ?x) (in ?x ?y))", parameters="(?who - character ?x - object ?y - object)"
     )
     gold = operator("(and (near ?c ?a) (in ?a ?b))")
-    assert match_operators(ours, gold).precondition == SideMatch(("(near ?c ?a)", "(in ?a ?b)"))
+    assert match_operators(ours, gold).precondition == ClauseComparison(("(near ?c ?a)", "(in ?a ?b)"))
 
 
 def test_parameters_are_paired_as_the_clauses_suggest_within_their_types() -> None:
     gold = operator("(and (near ?c ?a) (in ?a ?b))")
     turned = operator("(and (near ?c ?b) (in ?b ?a))")
-    assert match_operators(turned, gold).precondition == SideMatch(("(near ?c ?a)", "(in ?a ?b)"))
+    assert match_operators(turned, gold).precondition == ClauseComparison(("(near ?c ?a)", "(in ?a ?b)"))
     mixed = operator("(near ?a ?c)")
     missing = ("(near ?c ?a)", "(in ?a ?b)")
-    assert match_operators(mixed, gold).precondition == SideMatch((), ("(near ?a ?c)",), missing)
+    assert match_operators(mixed, gold).precondition == ClauseComparison((), ("(near ?a ?c)",), missing)
 
 
 def test_another_number_of_parameters_can_still_match_in_part() -> None:
     ours = operator("(and (near ?c ?a) (p ?a))", parameters="(?c - character ?a - object)")
     gold = operator("(and (near ?c ?a) (in ?a ?b))")
-    assert match_operators(ours, gold).precondition == SideMatch(("(near ?c ?a)",), (P,), ("(in ?a ?b)",))
+    assert match_operators(ours, gold).precondition == ClauseComparison(
+        ("(near ?c ?a)",), (P,), ("(in ?a ?b)",)
+    )
 
 
 def test_a_missing_operator_misses_all_its_clauses() -> None:
     found = match_missing_operator(operator("(and (p ?a) (not (p ?b)))", "(when (q) (r))"))
-    assert found.precondition == SideMatch(missing=(P, "(not (p ?b))"))
-    assert found.effect == SideMatch(missing=("(when (q) (r))",))
+    assert found.precondition == ClauseComparison(missing=(P, "(not (p ?b))"))
+    assert found.effect == ClauseComparison(missing=("(when (q) (r))",))
     assert (found.precondition_literals, found.effect_literals) == ((0, 0, 2), (0, 0, 2))
 
 
@@ -160,8 +162,8 @@ def test_every_gold_operator_matches_itself_in_full(data_store: Store) -> None:
         for name, text in next(iter(tasks.values())).domain.operators.items():
             action = read_action(text.write_pddl)
             found, full = match_operators(action, action), match_missing_operator(action)
-            assert found.precondition == SideMatch(full.precondition.missing), name
-            assert found.effect == SideMatch(full.effect.missing), name
+            assert found.precondition == ClauseComparison(full.precondition.missing), name
+            assert found.effect == ClauseComparison(full.effect.missing), name
             assert found.effect_literals == (full.effect_literals[2], 0, 0), name
 
 

@@ -16,7 +16,7 @@ from random import Random
 from typing import TypeAlias
 
 import eai.logic.formula as f
-from eai.pddl.declaration import DeclaredDomain
+from eai.pddl.declaration import ConvertedPddlDomain
 from eai.pddl.execute import PddlPlanExecutor, PddlState, PlanStep
 from eai.pddl.files import read_domain_text, read_problem_text
 from eai.pddl.model import get_variable_type, group_objects_by_type
@@ -227,7 +227,7 @@ class World:
 
     def __init__(self, texts: Texts) -> None:
         self.source = read_domain_text(texts.domain, Path("domain.pddl"))
-        self._declaration = DeclaredDomain(self.source)
+        self._declaration = ConvertedPddlDomain(self.source)
         self.domain = self._declaration.domain
         self.aim_at(texts)
         index, members = self.task.scene.index, group_objects_by_type(self.source, self.problem)

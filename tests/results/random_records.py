@@ -14,7 +14,7 @@ from eai.abilities.explanation import Explanation, GoalPartReport, GoalReport, S
 from eai.abilities.protocol import PAPER_ABILITIES, Ability, Protocol
 from eai.abilities.transition_modeling.verdict import OperatorReport
 from eai.abilities.verdict import ErrorReport, SummaryCounts
-from eai.pddl.matching import SideMatch
+from eai.pddl.matching import ClauseComparison
 from eai.results.older_records import read_older_experiment
 from eai.results.record import AnswerOrigin, Record
 from eai.tasks.share import Share
@@ -61,7 +61,7 @@ st.register_type_strategy(str, TEXTS)
 st.register_type_strategy(Protocol, st.sampled_from([*Protocol.list_names()]))
 st.register_type_strategy(float, st.floats(allow_nan=False, allow_infinity=False))
 st.register_type_strategy(Share, st.builds(Share, HALVES, COUNTS))
-for kind in (SideMatch, OperatorReport, ErrorReport, Usage, StepReport, GoalReport, GoalPartReport):
+for kind in (ClauseComparison, OperatorReport, ErrorReport, Usage, StepReport, GoalReport, GoalPartReport):
     st.register_type_strategy(kind, with_every_field(kind))
 st.register_type_strategy(
     SummaryCounts,

@@ -23,7 +23,7 @@ from eai.abilities.transition_modeling.verdict import (
 )
 from eai.abilities.verdict import Confusion, PlanVerdict
 from eai.benchmarks.behavior.tasks import BehaviorTasks
-from eai.pddl.matching import SideMatch
+from eai.pddl.matching import ClauseComparison
 from eai.pddl.planning import PlannerOutcome
 from eai.results.certainty import RateCase
 from eai.results.rate import Rate, compute_rate
@@ -126,7 +126,9 @@ def test_difficulty_is_measured_by_the_task_and_not_by_the_answer() -> None:
 
 
 def test_operators_are_broken_down_by_f1() -> None:
-    side = SideMatch(("(on ?o)", "(forall (?o - object) (when (on ?o) (on ?o)))"), ("near",), ("(off ?o)",))
+    side = ClauseComparison(
+        ("(on ?o)", "(forall (?o - object) (when (on ?o) (on ?o)))"), ("near",), ("(off ?o)",)
+    )
     verdict = OperatorVerdict(
         operators=(OperatorReport("open", OperatorStatus.COMPARED, side),),
         clauses={

@@ -18,7 +18,7 @@ from eai.abilities.transition_modeling.verdict import OperatorReport, OperatorSt
 from eai.abilities.verdict import Confusion, ErrorReport, PlanVerdict, Span, SpanKind, SummaryCounts, Verdict
 from eai.base.errors import InputError
 from eai.pddl.check import PddlFinding, PddlViolationKind
-from eai.pddl.matching import SideMatch
+from eai.pddl.matching import ClauseComparison
 from eai.pddl.planning import PlannerOutcome
 from eai.results.codec import (
     COMMON_FIELDS,
@@ -51,7 +51,7 @@ PLAN = PlanVerdict(
     goals_satisfied=(True, False, False),
     counted=SummaryCounts(False, GOALS, {FaultKind.WRONG_ORDER: 1, FaultKind.ADDITIONAL_STEP: 2}),
 )
-SIDE = SideMatch(("closed",), ("near",), ("can_open",))
+SIDE = ClauseComparison(("closed",), ("near",), ("can_open",))
 OPERATORS = OperatorVerdict(
     success=False,
     counts={"precondition": {"object_states": Confusion(1, 0, 2)}, "effect": {}},

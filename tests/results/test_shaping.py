@@ -19,7 +19,7 @@ from eai.abilities.verdict import (
     compute_gain,
 )
 from eai.pddl.check import PddlFinding, PddlViolationKind
-from eai.pddl.matching import SideMatch
+from eai.pddl.matching import ClauseComparison
 from eai.results.reward import METRICS, Shaping, compute_credit, compute_reward_of_credit, make_credit_metrics
 from eai.tasks.share import Share
 from eai.world.fault import FaultKind
@@ -260,7 +260,7 @@ def compared(*offences: PddlViolationKind) -> OperatorReport:
 
 def _operator(status: OperatorStatus, *offences: PddlViolationKind) -> OperatorReport:
     findings = tuple([PddlFinding(offence, "x", "its effect") for offence in offences])
-    return OperatorReport("open", status, SideMatch(), SideMatch(), findings)
+    return OperatorReport("open", status, ClauseComparison(), ClauseComparison(), findings)
 
 
 MISSING, UNREADABLE, HALLUCINATED = (

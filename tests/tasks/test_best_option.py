@@ -10,7 +10,12 @@ from random import Random
 import pytest
 
 import eai.logic.formula as f
-from eai.logic.choice import Choice, build_choice_tree, count_tree_options, generate_tree_options
+from eai.logic.choice import (
+    AndOrTree,
+    build_and_or_tree,
+    count_dnf_terms_of_tree,
+    generate_dnf_terms_of_tree,
+)
 from eai.logic.ltl import parse
 from eai.tasks import best_option
 from logic.random_goals import objects, random_goal
@@ -20,7 +25,7 @@ from sweeps import every
 def best_of(*goals: str, met: str = "", others: int = 0, others_met: int = 0) -> tuple[int, int, bool]:
     """Return the best share if the conditions in `met`, separated by blanks, are true."""
     best = best_option.make_best_share_finder(
-        [build_choice_tree(parse(goal), objects) for goal in goals], others
+        [build_and_or_tree(parse(goal), objects) for goal in goals], others
     )
     true = {str(parse(text)) for text in met.split()}
     known = {str(atom): 1 << number for number, atom in enumerate(best.atoms)}
@@ -28,11 +33,11 @@ def best_of(*goals: str, met: str = "", others: int = 0, others_met: int = 0) ->
 
 
 def listed_best(
-    choices: Sequence[Choice], true: Set[f.Atom], others: int, others_met: int
+    choices: Sequence[AndOrTree], true: Set[f.Atom], others: int, others_met: int
 ) -> tuple[int, int] | None:
     """The best share by writing out all options; of equal ones the shortest."""
     best: tuple[Fraction, int, int] | None = None
-    for ways in product(*[list(generate_tree_options(choice)) for choice in choices]):
+    for ways in product(*[list(generate_dnf_terms_of_tree(choice)) for choice in choices]):
         conditions = frozenset(chain.from_iterable(ways))
         negated = {each.operand for each in conditions if isinstance(each, f.Not)}
         if negated & conditions:
@@ -103,10 +108,10 @@ def test_many_options_are_never_written_out(size: int) -> None:
     )
     pairs = f.ForPairs(f.Variable("x"), f.Variable("y"), f.Atom("near", (f.Variable("x"), f.Variable("y"))))
     choices = [
-        build_choice_tree(goal, lambda category: names),
-        build_choice_tree(pairs, lambda category: names),
+        build_and_or_tree(goal, lambda category: names),
+        build_and_or_tree(pairs, lambda category: names),
     ]
-    assert count_tree_options(choices[0]) == size**size
+    assert count_dnf_terms_of_tree(choices[0]) == size**size
     best = best_option.make_best_share_finder(choices)
     assert best(0) == (0, 2 * size, True)
     assert best((1 << len(best.atoms)) - 1) == (2 * size, 2 * size, True)
@@ -116,7 +121,7 @@ def test_a_share_that_may_not_be_the_largest_says_so(monkeypatch: pytest.MonkeyP
     rng, names = Random(1), [f"o{number}" for number in range(40)]
     parts = [_both(rng.sample(names, 4)) for _ in range(30)]
     best = best_option.make_best_share_finder(
-        [build_choice_tree(part, lambda category: names) for part in parts]
+        [build_and_or_tree(part, lambda category: names) for part in parts]
     )
     true = rng.getrandbits(40)
     largest = best(true)
@@ -154,13 +159,13 @@ def as_mask(atoms: Iterable[f.Atom | f.Occurs], true: Set[f.Atom]) -> int:
     return sum([1 << number for number, atom in enumerate(atoms) if atom in true])
 
 
-def random_choices(rng: Random) -> list[Choice]:
+def random_choices(rng: Random) -> list[AndOrTree]:
     """Random parts of a goal, with more than one option and not too many to be written out."""
     while True:
         goals = [random_goal(rng, rng.randint(0, 3)) for _ in range(rng.randint(1, 4))]
-        choices = [build_choice_tree(goal, objects) for goal in goals]
+        choices = [build_and_or_tree(goal, objects) for goal in goals]
         number = 1
         for choice in choices:
-            number *= count_tree_options(choice)
+            number *= count_dnf_terms_of_tree(choice)
         if 1 < number < 3_000:
             return choices

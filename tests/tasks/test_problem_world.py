@@ -118,7 +118,7 @@ def test_engine_and_pddl_agree_on_random_walks(name: str, problem: str) -> None:
             assert describe_fault(outcome, domain, action, task.scene)
             continue
         assert not isinstance(after, str)
-        assert {atom for atom in exported.state(outcome) if atom.predicate in declared} == after
+        assert {atom for atom in exported.export_state(outcome) if atom.predicate in declared} == after
         past = past.extend(outcome)
         state, taken = after, taken + 1
     assert taken > 3

@@ -16,7 +16,7 @@ from rates import all_of, if_so, most_of, rank_of, rates_of
 from eai.abilities.protocol import Ability
 from eai.benchmarks.registry import find_benchmark
 from eai.benchmarks.suite import open_suite
-from eai.logic.choice import count_options
+from eai.logic.choice import count_dnf_terms
 from eai.results.lines import AnswerLine, compute_score_share
 from eai.results.paper_tables import read_paper_models, read_published_scores
 
@@ -204,7 +204,7 @@ def solutions_of_quantifiers(evidence: Evidence) -> Finding:
         for goal in task.without_goals_over_time.goals:
             if _QUANTIFIED.search(str(goal.formula)):
                 number += 1
-                several += count_options(goal.formula, task.scene.names_of_category) > 1
+                several += count_dnf_terms(goal.formula, task.scene.names_of_category) > 1
     return most_of(
         (several, number), text=f"{several} of {number} goals with a quantifier have several solutions"
     )

@@ -24,10 +24,10 @@ from eai.abilities.verdict import Unreadable
 from eai.base.grouping import group_pairs
 from eai.benchmarks.benchmark import Benchmark
 from eai.benchmarks.gold_answers import AnswerBook, make_answer_book, make_no_answer_error, open_answer_book
-from eai.logic.choice import Literal, build_choice_tree, generate_tree_options
+from eai.logic.choice import Literal, build_and_or_tree, generate_dnf_terms_of_tree
 from eai.logic.ltl_printer import print_ltl
 from eai.logic.rewriting import rename_objects, rename_variables, substitute_terms
-from eai.logic.traversal import find_object_names, quantify, walk_subformulas
+from eai.logic.traversal import find_object_names, walk_subformulas, wrap_in_quantifiers
 from eai.pddl.model import Add, AndEffect, Delete, ForAllEffect, PddlEffect
 from eai.pddl.writer import write_action
 from eai.planning.achievers import Achiever, AchieversByPredicate
@@ -83,7 +83,7 @@ def _join_formulas(kind: type[f.And | f.Or | f.Then], parts: Sequence[f.Formula]
 def _require_action(action: str, arity: int) -> f.Formula:
     variables = [f.Variable(f"x{i}") for i in range(arity)]
     taken: f.Formula = f.Occurs(action, tuple(variables))
-    return quantify(f.Exists, variables, taken)
+    return wrap_in_quantifiers(f.Exists, variables, taken)
 
 
 def _expand_quantifiers(formula: f.Formula, scene: Scene) -> f.Formula:
@@ -226,7 +226,8 @@ def _list_goal_conditions(task: Task) -> Iterator[Literal]:
     for goal in task.goals:
         if goal.kind is not GoalKind.ACTION:
             yield from next(
-                generate_tree_options(build_choice_tree(goal.formula, task.scene.names_of_category)), ()
+                generate_dnf_terms_of_tree(build_and_or_tree(goal.formula, task.scene.names_of_category)),
+                (),
             )
 
 
@@ -291,7 +292,7 @@ def _make_effect_on_all(name: str, parameters: Sequence[f.Variable], *, adds: bo
     """Return an effect that makes a predicate true, or false, for all objects of the parameters' types."""
     atom = f.Atom(name, tuple([f.Variable(parameter.name) for parameter in parameters]))
     effect: PddlEffect = Add(atom) if adds else Delete(atom)
-    return quantify(ForAllEffect, parameters, effect)
+    return wrap_in_quantifiers(ForAllEffect, parameters, effect)
 
 
 _COPIERS: dict[Ability, Callable[[Benchmark, Any], Iterable[str]]] = {

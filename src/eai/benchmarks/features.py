@@ -7,7 +7,7 @@ from dataclasses import dataclass
 from math import prod
 
 from eai.benchmarks.benchmark import Benchmark
-from eai.logic.choice import Literal, count_options, generate_tree_options
+from eai.logic.choice import Literal, count_dnf_terms, generate_dnf_terms_of_tree
 from eai.logic.formula import Atom, Exactly, Exists, ForAll, Formula, ForPairs, Not, Occurs
 from eai.logic.traversal import get_subformulas, walk_subformulas
 from eai.tasks.goal_test import GoalTest
@@ -76,7 +76,7 @@ def compute_features(task: Task, benchmark: Benchmark) -> TaskStatistics:
     kinds = Counter(goal.kind for goal in task.goals)
     alternatives = benchmark.notation.goals.list_goal_alternatives(task.without_goals_over_time)
     conditions = [
-        condition for goal in alternatives for condition in next(generate_tree_options(goal.options), ())
+        condition for goal in alternatives for condition in next(generate_dnf_terms_of_tree(goal.options), ())
     ]
     ground = Counter(map(_classify_condition, conditions))
     indices = set(task.relevant)
@@ -90,7 +90,7 @@ def compute_features(task: Task, benchmark: Benchmark) -> TaskStatistics:
         action_goals=kinds[GoalKind.ACTION],
         quantified_goals=sum(map(_is_quantified, task.goals)),
         goal_options=prod(
-            count_options(goal.formula, task.scene.names_of_category)
+            count_dnf_terms(goal.formula, task.scene.names_of_category)
             for goal in task.without_goals_over_time.goals
         ),
         ground_goals=ground.total(),

@@ -77,14 +77,14 @@ _INVALID_CHARACTER = re.compile(r"\W")
 _NUMBERED_NAME = re.compile(r"(.+)\.([0-9]+)")
 
 
-def map_spellings_to_names(names: Iterable[str]) -> dict[str, str]:
+def map_formula_spellings_to_names(object_names: Iterable[str]) -> dict[str, str]:
     """Return a mapping from the spellings of objects' names in formulas to the names, in their given order.
 
     A character that formulas do not allow in names becomes an underscore. If two spellings become equal, the
     later one gets another underscore.
     """
     words: dict[str, str] = {}
-    for name in names:
+    for name in object_names:
         match = _NUMBERED_NAME.fullmatch(name)
         stem, number = (match[1], f".{match[2]}") if match else (name, "")
         stem = _INVALID_CHARACTER.sub("_", stem)
@@ -142,7 +142,7 @@ _CONSTANTS: Final[Mapping[str, f.Formula]] = {"true": f.TRUE, "false": f.FALSE}
 
 
 @dataclass(slots=True)
-class _OpenConstruct:
+class _UnfinishedSubformula:
     """A construct that is not yet read to its end: an operator, a quantifier or an opening bracket.
 
     Attributes:
@@ -171,7 +171,7 @@ class _LtlReader:
         self._misuses: list[NameMisuse] = []
         self._position = 0
         self._scope: frozenset[str] = frozenset()
-        self._stack: list[_OpenConstruct] = []
+        self._stack: list[_UnfinishedSubformula] = []
         self._brackets = 0
 
     def read(self) -> tuple[f.Formula, tuple[NameMisuse, ...]]:
@@ -207,15 +207,19 @@ class _LtlReader:
         self._position = match.end()
         return operator
 
-    def _push_operand(self, operator: str, formula: f.Formula, levels: int) -> None:
+    def _push_operand(self, operator: str, formula: f.Formula, nesting_depth: int) -> None:
         strength = STRENGTHS[operator]
         if operator in _INFIXES:  # right-associative, so each opens a construct of its own
-            self._stack.append(_OpenConstruct(strength, _INFIXES[operator], [formula], levels, self._scope))
+            self._stack.append(
+                _UnfinishedSubformula(strength, _INFIXES[operator], [formula], nesting_depth, self._scope)
+            )
         elif self._stack and self._stack[-1].strength == strength:
             self._stack[-1].parts.append(formula)
-            self._stack[-1].levels = max(levels, self._stack[-1].levels)
+            self._stack[-1].levels = max(nesting_depth, self._stack[-1].levels)
         else:
-            self._stack.append(_OpenConstruct(strength, _SERIES[operator], [formula], levels, self._scope))
+            self._stack.append(
+                _UnfinishedSubformula(strength, _SERIES[operator], [formula], nesting_depth, self._scope)
+            )
 
     def _read_operand(self) -> f.Formula:
         """Read the next atom, action, equation or constant.
@@ -237,7 +241,7 @@ class _LtlReader:
                 case _ if (word := token["word"]) in _CONSTANTS:
                     return _CONSTANTS[word]
                 case _ if word in PREFIXES:
-                    self._stack.append(_OpenConstruct(PREFIX, PREFIXES[word], [], 0, self._scope))
+                    self._stack.append(_UnfinishedSubformula(PREFIX, PREFIXES[word], [], 0, self._scope))
                 case _:
                     self._read_quantifier(word)
 
@@ -274,7 +278,7 @@ class _LtlReader:
             position: function that takes the number of an argument, from 1, and returns its offset in the
                 text; for 0 the offset of the name.
         """
-        arities = signature.get_arities_of_same_kind(name)
+        arities = signature.get_arities_of_predicates_or_actions(name)
         if name not in arities:
             detail = f"{name} is no predicate and no action"
             self._add_misuse("unknown_predicate", name, name, position(0), detail)
@@ -301,7 +305,7 @@ class _LtlReader:
         self._misuses.append(NameMisuse(kind, name, primitive, line, column, detail))
 
     def _open_bracket(self, scope: frozenset[str]) -> None:
-        self._stack.append(_OpenConstruct(0, f.And, [], 0, self._scope))
+        self._stack.append(_UnfinishedSubformula(0, f.And, [], 0, self._scope))
         self._scope = scope
         self._brackets += 1
 
@@ -322,7 +326,7 @@ class _LtlReader:
             variables = (self._read_variable(expected, "."),)
             make = partial(_QUANTIFIERS[word], *(() if count is None else (count,)), *variables)
         self._read_required_match(r"\(", "'('")
-        self._stack.append(_OpenConstruct(PREFIX, make, [], 0, self._scope))
+        self._stack.append(_UnfinishedSubformula(PREFIX, make, [], 0, self._scope))
         self._open_bracket(self._scope | {variable.name for variable in variables})
 
     def _read_count(self) -> int:

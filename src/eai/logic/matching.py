@@ -100,12 +100,12 @@ def find_heaviest_matching(
     column_of: dict[int, int] = {}
     return (
         sorted(column_of.items())
-        if all(_match_one_more_cell(weights, column_of) for _ in range(size))
+        if all(_extend_matching_by_one(weights, column_of) for _ in range(size))
         else None
     )
 
 
-def find_heaviest_pairs(weights: Sequence[Sequence[int]]) -> list[tuple[int, int]]:
+def find_heaviest_matching_of_any_size(weights: Sequence[Sequence[int]]) -> list[tuple[int, int]]:
     """Return the cells of a table with the largest total weight, no two in one row or column.
 
     The number of cells is not fixed. Cells of weight 0 are never taken. Each cell is a pair (row, column), in
@@ -116,53 +116,55 @@ def find_heaviest_pairs(weights: Sequence[Sequence[int]]) -> list[tuple[int, int
     """
     column_of: dict[int, int] = {}
     # The taken cells weigh most for their number, so a path with positive gain takes no cell of weight 0.
-    while _match_one_more_cell(weights, column_of, least_gain=1):
+    while _extend_matching_by_one(weights, column_of, min_gain=1):
         pass
     return sorted(column_of.items())
 
 
-def _match_one_more_cell(
-    weights: Sequence[Sequence[int | None]], column_of: dict[int, int], least_gain: int | None = None
+def _extend_matching_by_one(
+    weights: Sequence[Sequence[int | None]], column_of_row: dict[int, int], min_gain: int | None = None
 ) -> bool:
     """Take one more cell, along the augmenting path that gains most weight. Return whether a cell was taken.
 
-    No cell is taken if every path gains less than ``least_gain``. The total weight of the taken cells stays
+    No cell is taken if every path gains less than ``min_gain``. The total weight of the taken cells stays
     the largest for their number (successive shortest paths). The gain never grows from one call to the next.
     """
-    row_of = {column: row for row, column in column_of.items()}
-    gains, came_from = _find_best_path_gains(weights, column_of, row_of)
-    free = [(gain, -column) for column, gain in gains.items() if column not in row_of]
+    row_of_column = {column: row for row, column in column_of_row.items()}
+    gains, came_from = _find_path_gains_and_last_rows(weights, column_of_row, row_of_column)
+    free = [(gain, -column) for column, gain in gains.items() if column not in row_of_column]
     gain, end = max(free, default=(0, 0))
-    if not free or (least_gain is not None and gain < least_gain):
+    if not free or (min_gain is not None and gain < min_gain):
         return False
     column: int | None = -end
     while column is not None:
         row = came_from[column]
-        released, column_of[row] = column_of.get(row), column
+        released, column_of_row[row] = column_of_row.get(row), column
         column = released
     return True
 
 
-def _find_best_path_gains(
-    weights: Sequence[Sequence[int | None]], column_of: Mapping[int, int], row_of: Mapping[int, int]
+def _find_path_gains_and_last_rows(
+    weights: Sequence[Sequence[int | None]],
+    column_of_row: Mapping[int, int],
+    row_of_column: Mapping[int, int],
 ) -> tuple[dict[int, int], dict[int, int]]:
     """Return, for each column, the largest gain of a path from a free row, and the last row of this path.
 
     Paths alternate between free and taken cells. Both results are mappings from columns.
     """
-    reached = {row: 0 for row in range(len(weights)) if row not in column_of}
+    reached = {row: 0 for row in range(len(weights)) if row not in column_of_row}
     gains: dict[int, int] = {}
     came_from: dict[int, int] = {}
     queue = deque(reached)
     while queue:
         row = queue.popleft()
         for column, weight in enumerate(weights[row]):
-            if weight is None or column_of.get(row) == column:
+            if weight is None or column_of_row.get(row) == column:
                 continue
             gain = reached[row] + weight
             if column not in gains or gain > gains[column]:
                 gains[column], came_from[column] = gain, row
-                holder = row_of.get(column)
+                holder = row_of_column.get(column)
                 if holder is not None:
                     reached[holder] = gain - (weights[holder][column] or 0)
                     queue.append(holder)

@@ -13,7 +13,7 @@ forn over ``then`` cannot become false when their piece grows. So only the last 
 these formulas. For formulas that cannot become false when their piece shrinks, only the first end is tried.
 All other formulas are evaluated on every piece, which multiplies the time by the length of the trace.
 
-A quantifier tries only objects for which its body can have the wanted truth (`find_possible_values`):
+A quantifier tries only objects for which its body can have the wanted truth (`find_values_for_truth`):
 ``exists x. exists y. (pour(x, y))`` on a trace with one pouring does not try 290 times 290 pairs.
 """
 
@@ -29,12 +29,15 @@ import eai.logic.formula as f
 from eai.base.errors import InputError
 from eai.logic.matching import find_maximum_matching
 from eai.logic.trace import Trace, iterate_positions
-from eai.logic.traversal import find_monotone_parts, find_temporal_ids
+from eai.logic.traversal import find_monotone_subformula_ids, find_temporal_subformula_ids
 
 Binding: TypeAlias = Mapping[str, str]
 """Mapping from names of variables to names of objects."""
 
-_EvaluatePart: TypeAlias = Callable[[f.Formula, Binding], int]
+PositionMask: TypeAlias = int
+"""Set of positions of a trace, as a bit mask."""
+
+_EvaluatePart: TypeAlias = Callable[[f.Formula, Binding], PositionMask]
 
 
 def holds(formula: f.Formula, trace: Trace) -> bool:
@@ -44,7 +47,7 @@ def holds(formula: f.Formula, trace: Trace) -> bool:
         InputError: a variable is not bound by any quantifier.
     """
     evaluator = _TraceEvaluator(formula, trace)
-    return bool(evaluator.compute_start_mask(formula, {}, trace.length - 1) & 1)
+    return bool(evaluator.compute_piece_starts(formula, {}, trace.length - 1) & 1)
 
 
 class _TraceEvaluator:
@@ -53,8 +56,8 @@ class _TraceEvaluator:
     def __init__(self, formula: f.Formula, trace: Trace) -> None:
         self._trace = trace
         self._formula = formula  # keeps the subformulas alive, so that their ids stay unique
-        self._temporal = find_temporal_ids(formula)
-        self._monotony = find_monotone_parts(formula)
+        self._temporal = find_temporal_subformula_ids(formula)
+        self._monotony = find_monotone_subformula_ids(formula)
         self._closed: dict[int, int] = {}
         self._tables: dict[tuple[int, frozenset[tuple[str, str]]], list[int]] = {}
 
@@ -62,7 +65,7 @@ class _TraceEvaluator:
         """Whether a subformula has a temporal operator."""
         return id(formula) in self._temporal
 
-    def get_state_formula_mask(self, formula: f.Formula, binding: Binding) -> int:
+    def get_state_formula_mask(self, formula: f.Formula, binding: Binding) -> PositionMask:
         """Return the mask of positions at which a state formula holds."""
         if binding:
             return self._compute_state_formula_mask(formula, binding)
@@ -71,7 +74,7 @@ class _TraceEvaluator:
             mask = self._closed[id(formula)] = self._compute_state_formula_mask(formula, binding)
         return mask
 
-    def _compute_state_formula_mask(self, formula: f.Formula, binding: Binding) -> int:
+    def _compute_state_formula_mask(self, formula: f.Formula, binding: Binding) -> PositionMask:
         match formula:
             case f.Atom(predicate, arguments):
                 return self._trace.find_atom_mask(predicate, _resolve_terms(arguments, binding))
@@ -85,68 +88,72 @@ class _TraceEvaluator:
                     formula, binding, self.get_state_formula_mask, self._trace.length - 1
                 )
 
-    def compute_position_mask(self, formula: f.Formula, binding: Binding, end: int) -> int:
+    def compute_mask_on_prefix(self, formula: f.Formula, binding: Binding, end: int) -> PositionMask:
         """Return the mask of positions at which the formula holds if the trace stops at position ``end``."""
         if not self.is_temporal(formula):
             return self.get_state_formula_mask(formula, binding) & _make_mask_up_to(end)
         match formula:
             case f.Next(operand):
-                return self.compute_position_mask(operand, binding, end) >> 1
+                return self.compute_mask_on_prefix(operand, binding, end) >> 1
             case f.Eventually(operand):
-                return _fill_mask_up_to_last(self.compute_position_mask(operand, binding, end))
+                return _fill_mask_up_to_last(self.compute_mask_on_prefix(operand, binding, end))
             case f.Always(operand):
                 everything = _make_mask_up_to(end)
                 return everything & ~_fill_mask_up_to_last(
-                    everything & ~self.compute_position_mask(operand, binding, end)
+                    everything & ~self.compute_mask_on_prefix(operand, binding, end)
                 )
             case f.Until(left, right):
                 return _compute_until_mask(
-                    self.compute_position_mask(left, binding, end),
-                    self.compute_position_mask(right, binding, end),
+                    self.compute_mask_on_prefix(left, binding, end),
+                    self.compute_mask_on_prefix(right, binding, end),
                 )
             case f.Then(parts):
-                last = self.compute_start_mask(parts[-1], binding, end) if parts else _make_mask_up_to(end)
-                return self._compute_sequence_start_mask(parts[:-1], binding, last)
+                last = self.compute_piece_starts(parts[-1], binding, end) if parts else _make_mask_up_to(end)
+                return self._compute_starts_of_sequences(parts[:-1], binding, last)
             case _:
                 return self._combine_part_masks(
-                    formula, binding, partial(self.compute_position_mask, end=end), end
+                    formula, binding, partial(self.compute_mask_on_prefix, end=end), end
                 )
 
-    def compute_start_mask(self, formula: f.Formula, binding: Binding, end: int) -> int:
+    def compute_piece_starts(self, formula: f.Formula, binding: Binding, end: int) -> PositionMask:
         """Return the mask of starts of pieces of the trace that end at ``end`` and satisfy the formula."""
         if not self.is_temporal(formula):
             return _fill_mask_up_to_last(
                 self.get_state_formula_mask(formula, binding) & _make_mask_up_to(end)
             )
         if isinstance(formula, (f.Next, f.Eventually, f.Always, f.Until, f.Then)):
-            return self.compute_position_mask(formula, binding, end)
-        return self._combine_part_masks(formula, binding, partial(self.compute_start_mask, end=end), end)
+            return self.compute_mask_on_prefix(formula, binding, end)
+        return self._combine_part_masks(formula, binding, partial(self.compute_piece_starts, end=end), end)
 
-    def _compute_sequence_start_mask(self, parts: Sequence[f.Formula], binding: Binding, starts: int) -> int:
+    def _compute_starts_of_sequences(
+        self, parts: Sequence[f.Formula], binding: Binding, next_starts: PositionMask
+    ) -> PositionMask:
         """Return the mask of starts of consecutive pieces that satisfy the parts, one piece for each part.
 
-        The last piece ends just before a position of the mask ``starts``.
+        The last piece ends just before a position of the mask ``next_starts``.
         """
         for part in reversed(parts):
-            starts = self._compute_piece_start_mask(part, binding, starts)
-        return starts
+            next_starts = self._compute_starts_before(part, binding, next_starts)
+        return next_starts
 
-    def _compute_piece_start_mask(self, formula: f.Formula, binding: Binding, rest: int) -> int:
+    def _compute_starts_before(
+        self, formula: f.Formula, binding: Binding, next_starts: PositionMask
+    ) -> PositionMask:
         """Return the mask of starts of pieces that satisfy the formula.
 
-        Each piece ends just before a position of the mask ``rest``.
+        Each piece ends just before a position of the mask ``next_starts``.
         """
-        ends = rest >> 1
-        # A lasting formula stays true when its piece grows, so only the longest piece matters.
-        if id(formula) in self._monotony.lasting:
-            return self.compute_start_mask(formula, binding, ends.bit_length() - 1) if ends else 0
-        # A perishing formula stays true when its piece shrinks, so only pieces of length 1 matter.
-        if id(formula) in self._monotony.perishing and ends == _fill_mask_up_to_last(ends):
-            return self._compute_single_position_mask(formula, binding) & ends
-        table = self._get_start_masks(formula, binding)
+        ends = next_starts >> 1
+        # If a formula stays true on longer pieces, only the longest piece matters.
+        if id(formula) in self._monotony.true_when_longer:
+            return self.compute_piece_starts(formula, binding, ends.bit_length() - 1) if ends else 0
+        # If a formula stays true on shorter pieces, only pieces of length 1 matter.
+        if id(formula) in self._monotony.true_when_shorter and ends == _fill_mask_up_to_last(ends):
+            return self._compute_one_step_mask(formula, binding) & ends
+        table = self._get_starts_by_end(formula, binding)
         return reduce(or_, [table[end] for end in iterate_positions(ends)], 0)
 
-    def _compute_single_position_mask(self, formula: f.Formula, binding: Binding) -> int:
+    def _compute_one_step_mask(self, formula: f.Formula, binding: Binding) -> PositionMask:
         """Return the mask of positions at which a piece of length 1 satisfies the formula."""
         if not self.is_temporal(formula):
             return self.get_state_formula_mask(formula, binding)
@@ -154,21 +161,21 @@ class _TraceEvaluator:
             case f.Next():
                 return 0
             case f.Then(parts):
-                return self._compute_single_position_mask(parts[0], binding) if len(parts) == 1 else 0
+                return self._compute_one_step_mask(parts[0], binding) if len(parts) == 1 else 0
             case f.Eventually(operand) | f.Always(operand) | f.Until(right=operand):
-                return self._compute_single_position_mask(operand, binding)
+                return self._compute_one_step_mask(operand, binding)
             case _:
                 return self._combine_part_masks(
-                    formula, binding, self._compute_single_position_mask, self._trace.length - 1
+                    formula, binding, self._compute_one_step_mask, self._trace.length - 1
                 )
 
-    def _get_start_masks(self, formula: f.Formula, binding: Binding) -> list[int]:
+    def _get_starts_by_end(self, formula: f.Formula, binding: Binding) -> list[PositionMask]:
         key = (id(formula), frozenset(binding.items()))
         if key not in self._tables:
-            self._tables[key] = self._compute_start_masks(formula, binding)
+            self._tables[key] = self._compute_starts_by_end(formula, binding)
         return self._tables[key]
 
-    def _compute_start_masks(self, formula: f.Formula, binding: Binding) -> list[int]:
+    def _compute_starts_by_end(self, formula: f.Formula, binding: Binding) -> list[PositionMask]:
         """Return, for each end of a piece, the mask of the starts of pieces that satisfy the formula.
 
         The tables of the operands of connectives are computed first.
@@ -180,23 +187,23 @@ class _TraceEvaluator:
             case f.Not(operand):
                 return [
                     _make_mask_up_to(end) & ~m
-                    for end, m in enumerate(self._compute_start_masks(operand, binding))
+                    for end, m in enumerate(self._compute_starts_by_end(operand, binding))
                 ]
             case f.And(operands) | f.Or(operands):
                 join = and_ if isinstance(formula, f.And) else or_
-                tables = [self._compute_start_masks(operand, binding) for operand in operands]
+                tables = [self._compute_starts_by_end(operand, binding) for operand in operands]
                 return [reduce(join, masks) for masks in zip(*tables, strict=True)]
             case f.Then((*first, last)):
                 return [
-                    self._compute_sequence_start_mask(first, binding, m)
-                    for m in self._compute_start_masks(last, binding)
+                    self._compute_starts_of_sequences(first, binding, m)
+                    for m in self._compute_starts_by_end(last, binding)
                 ]
             case _:
-                return [self.compute_start_mask(formula, binding, end) for end in range(self._trace.length)]
+                return [self.compute_piece_starts(formula, binding, end) for end in range(self._trace.length)]
 
     def _combine_part_masks(
         self, formula: f.Formula, binding: Binding, evaluate: _EvaluatePart, end: int
-    ) -> int:
+    ) -> PositionMask:
         everything = _make_mask_up_to(end)
         match formula:
             case f.Not(operand):
@@ -209,48 +216,65 @@ class _TraceEvaluator:
                 return (everything & ~evaluate(premise, binding)) | evaluate(conclusion, binding)
             case f.ForAll(variable, body):
                 return reduce(
-                    and_, self._compute_instance_masks(variable, body, binding, evaluate, False), everything
+                    and_,
+                    self._compute_mask_for_each_value(variable, body, binding, evaluate, False),
+                    everything,
                 )
             case f.Exists(variable, body):
-                return reduce(or_, self._compute_instance_masks(variable, body, binding, evaluate, True), 0)
+                return reduce(
+                    or_, self._compute_mask_for_each_value(variable, body, binding, evaluate, True), 0
+                )
             case f.Exactly(count, variable, body):
                 return _compute_exactly_mask(
-                    count, self._compute_instance_masks(variable, body, binding, evaluate, True), everything
+                    count,
+                    self._compute_mask_for_each_value(variable, body, binding, evaluate, True),
+                    everything,
                 )
             case f.ForPairs():
                 return self._compute_pairing_mask(formula, binding, evaluate, everything)
             case _:
                 raise AssertionError(f"{type(formula).__name__} is no connective")
 
-    def _compute_instance_masks(
-        self, variable: f.Variable, body: f.Formula, binding: Binding, evaluate: _EvaluatePart, truth: bool
-    ) -> list[int]:
+    def _compute_mask_for_each_value(
+        self,
+        variable: f.Variable,
+        body: f.Formula,
+        binding: Binding,
+        evaluate: _EvaluatePart,
+        wanted_truth: bool,
+    ) -> list[PositionMask]:
         """Return a list of masks: the positions at which the body holds, for each value of the variable.
 
         Values that cannot give the body the wanted truth are left out.
         """
         name = variable.name
-        values = self._find_candidate_values(variable, body, binding, truth)
+        values = self._find_values_for_truth(variable, body, binding, wanted_truth)
         return [evaluate(body, {**binding, name: value}) for value in values]
 
-    def _find_candidate_values(
-        self, variable: f.Variable, body: f.Formula, binding: Binding, truth: bool
+    def _find_values_for_truth(
+        self, variable: f.Variable, body: f.Formula, binding: Binding, wanted_truth: bool
     ) -> frozenset[str]:
         """Return the values of a variable that can give the body the wanted truth at some position."""
         domain = self._trace.get_object_set(variable.category)
         inner = {name: value for name, value in binding.items() if name != variable.name}
-        possible = find_possible_values(body, variable.name, inner, truth, self._find_action_participants)
+        possible = find_values_for_truth(
+            body, variable.name, inner, wanted_truth, self._find_arguments_on_trace
+        )
         return domain if possible is None else domain & possible
 
-    def _find_action_participants(
-        self, leaf: f.Atom | f.Occurs, index: int, binding: Binding
+    def _find_arguments_on_trace(
+        self, leaf: f.Atom | f.Occurs, argument_index: int, binding: Binding
     ) -> Set[str] | None:
         """Return the objects that occur as argument of an action on the trace; None for an atom."""
-        return self._trace.find_participants(leaf.action, index) if isinstance(leaf, f.Occurs) else None
+        return (
+            self._trace.find_values_of_argument(leaf.action, argument_index)
+            if isinstance(leaf, f.Occurs)
+            else None
+        )
 
     def _compute_pairing_mask(
-        self, formula: f.ForPairs, binding: Binding, evaluate: _EvaluatePart, everything: int
-    ) -> int:
+        self, formula: f.ForPairs, binding: Binding, evaluate: _EvaluatePart, all_positions: PositionMask
+    ) -> PositionMask:
         first, second, body, count = formula.first, formula.second, formula.body, formula.count
         rows = self._trace.list_objects(first.category)
         columns = self._trace.list_objects(second.category)
@@ -261,7 +285,7 @@ class _TraceEvaluator:
         needed = min(len(rows), len(columns)) if count is None else count
         verdicts: dict[tuple[tuple[int, ...], ...], bool] = {}
         mask = 0
-        for position in iterate_positions(everything):
+        for position in iterate_positions(all_positions):
             pairs = tuple(tuple(j for j, m in enumerate(row) if m >> position & 1) for row in truths)
             if pairs not in verdicts:
                 verdicts[pairs] = sum(j is not None for j in find_maximum_matching(pairs)) >= needed
@@ -276,16 +300,16 @@ def _resolve_terms(terms: tuple[f.Term, ...], binding: Binding) -> tuple[str, ..
         raise InputError(f"variable {error.args[0]} is not bound by a quantifier") from None
 
 
-def _make_mask_up_to(end: int) -> int:
+def _make_mask_up_to(end: int) -> PositionMask:
     return (2 << end) - 1
 
 
-def _fill_mask_up_to_last(mask: int) -> int:
+def _fill_mask_up_to_last(mask: PositionMask) -> PositionMask:
     """Return the mask of all positions from 0 up to the last position of a mask."""
     return (1 << mask.bit_length()) - 1
 
 
-def _compute_until_mask(left: int, right: int) -> int:
+def _compute_until_mask(left: PositionMask, right: PositionMask) -> PositionMask:
     """Return the positions from which ``left`` holds until a position of ``right``; all three are bit masks.
 
     Each round of the loop doubles the distance to the position of ``right``.
@@ -298,7 +322,7 @@ def _compute_until_mask(left: int, right: int) -> int:
     return right
 
 
-def _compute_exactly_mask(count: int, masks: list[int], everything: int) -> int:
+def _compute_exactly_mask(count: int, masks: list[PositionMask], everything: PositionMask) -> PositionMask:
     """Return the mask of the positions that are in exactly ``count`` masks.
 
     The number of masks that contain a position is counted in binary. Bit masks hold one digit each, for all
@@ -316,7 +340,7 @@ def _compute_exactly_mask(count: int, masks: list[int], everything: int) -> int:
     return reduce(and_, [d if count >> i & 1 else everything & ~d for i, d in enumerate(digits)], everything)
 
 
-PossibleArguments: TypeAlias = Callable[[f.Atom | f.Occurs, int, Binding], Set[str] | None]
+FindPossibleArguments: TypeAlias = Callable[[f.Atom | f.Occurs, int, Binding], Set[str] | None]
 """Function that returns the names of the objects that can be argument number i of a true atom or action.
 
 Its arguments are the atom or action, i, and the values of other variables. None means that any object can be
@@ -324,54 +348,60 @@ the argument.
 """
 
 
-def find_possible_values(
-    formula: f.Formula, variable: str, binding: Binding, truth: bool, possible_arguments: PossibleArguments
+def find_values_for_truth(
+    formula: f.Formula,
+    variable: str,
+    binding: Binding,
+    wanted_truth: bool,
+    find_arguments: FindPossibleArguments,
 ) -> Set[str] | None:
-    """Return a set of all values of a variable that can give the formula ``truth``, and perhaps more values.
+    """Return all values of a variable that can give the formula ``wanted_truth``, and perhaps more values.
 
     Args:
         formula: the formula.
         variable: name of the variable.
         binding: the values of variables bound further out, without ``variable``.
-        truth: the truth that the formula should have at some position.
-        possible_arguments: function that returns the objects that may be an argument of a true atom or
+        wanted_truth: the truth that the formula should have at some position.
+        find_arguments: function that returns the objects that may be an argument of a true atom or
             action.
 
     Returns:
         The set of values, or None if every object must be tried.
     """
 
-    def find_operand_values(operand: f.Formula, wanted: bool) -> Set[str] | None:
-        return find_possible_values(operand, variable, binding, wanted, possible_arguments)
+    def find_operand_values(operand: f.Formula, wanted_truth: bool) -> Set[str] | None:
+        return find_values_for_truth(operand, variable, binding, wanted_truth, find_arguments)
 
     match formula:
-        case f.Atom(_, arguments) | f.Occurs(_, arguments) if truth and f.Variable(variable) in arguments:
-            return possible_arguments(formula, arguments.index(f.Variable(variable)), binding)
-        case f.Equals(left, right) if truth:
+        case f.Atom(_, arguments) | f.Occurs(_, arguments) if (
+            wanted_truth and f.Variable(variable) in arguments
+        ):
+            return find_arguments(formula, arguments.index(f.Variable(variable)), binding)
+        case f.Equals(left, right) if wanted_truth:
             return _find_equal_values(left, right, variable, binding)
         case f.Not(operand):
-            return find_operand_values(operand, not truth)
+            return find_operand_values(operand, not wanted_truth)
         case f.And(operands) | f.Or(operands):
-            supports = [find_operand_values(operand, truth) for operand in operands]
+            supports = [find_operand_values(operand, wanted_truth) for operand in operands]
             return (
                 _find_smallest_set(supports)
-                if isinstance(formula, f.And) == truth
+                if isinstance(formula, f.And) == wanted_truth
                 else unite_value_sets(supports)
             )
         case f.Implies(premise, conclusion):
-            return find_operand_values(f.Or((f.Not(premise), conclusion)), truth)
+            return find_operand_values(f.Or((f.Not(premise), conclusion)), wanted_truth)
         case f.Exists(inner, body) | f.ForAll(inner, body):
             # A formula about all inner values holds if there are none. So it rules out no outer value.
-            if isinstance(formula, f.Exists) != truth or inner.name == variable:
+            if isinstance(formula, f.Exists) != wanted_truth or inner.name == variable:
                 return None
             outer = {name: value for name, value in binding.items() if name != inner.name}
-            return find_possible_values(body, variable, outer, truth, possible_arguments)
-        case f.Next(operand) | f.Until(right=operand) if truth:
-            return find_operand_values(operand, truth)
+            return find_values_for_truth(body, variable, outer, wanted_truth, find_arguments)
+        case f.Next(operand) | f.Until(right=operand) if wanted_truth:
+            return find_operand_values(operand, wanted_truth)
         case f.Eventually(operand) | f.Always(operand):
-            return find_operand_values(operand, truth)
-        case f.Then(parts) if truth:
-            return _find_smallest_set(find_operand_values(operand, truth) for operand in parts)
+            return find_operand_values(operand, wanted_truth)
+        case f.Then(parts) if wanted_truth:
+            return _find_smallest_set(find_operand_values(operand, wanted_truth) for operand in parts)
         case _:
             return None
 
@@ -404,7 +434,7 @@ def unite_value_sets(supports: Iterable[Set[str] | None]) -> Set[str] | None:
 
 
 @dataclass(frozen=True, slots=True)
-class _ExplainedTruth:
+class _TruthWithExplanation:
     """The truth of a formula on a trace, and the explanation.
 
     Attributes:
@@ -442,10 +472,10 @@ def find_violation(formula: f.Formula, trace: Trace) -> _ViolatedPart:
     evaluator, end = _TraceEvaluator(formula, trace), trace.length - 1
     match formula:
         case f.And(parts) if parts:
-            failing = [part for part in parts if not evaluator.compute_start_mask(part, {}, end) & 1]
+            failing = [part for part in parts if not evaluator.compute_piece_starts(part, {}, end) & 1]
             return find_violation(failing[0], trace) if failing else _ViolatedPart(formula, None)
         case f.Always(body) | f.Until(left=body):
-            violations = ~evaluator.compute_position_mask(body, {}, end) & ((2 << end) - 1)
+            violations = ~evaluator.compute_mask_on_prefix(body, {}, end) & ((2 << end) - 1)
             if violations:
                 return _ViolatedPart(body, next(iterate_positions(violations)))
             return _ViolatedPart(formula.right if isinstance(formula, f.Until) else body, None)
@@ -453,7 +483,7 @@ def find_violation(formula: f.Formula, trace: Trace) -> _ViolatedPart:
             return _ViolatedPart(explain_truth(formula, trace).failed[0], None)
 
 
-def explain_truth(formula: f.Formula, trace: Trace) -> _ExplainedTruth:
+def explain_truth(formula: f.Formula, trace: Trace) -> _TruthWithExplanation:
     """Evaluate a closed formula on the trace, and return its truth with an explanation.
 
     Raises:
@@ -462,28 +492,32 @@ def explain_truth(formula: f.Formula, trace: Trace) -> _ExplainedTruth:
     evaluator, end = _TraceEvaluator(formula, trace), trace.length - 1
     if isinstance(formula, f.Then) and formula.parts:
         return _explain_sequence(
-            formula, bool(evaluator.compute_start_mask(formula, {}, end) & 1), evaluator, trace, 0
+            formula,
+            bool(evaluator.compute_piece_starts(formula, {}, end) & 1),
+            evaluator,
+            trace,
+            0,
         )
-    failed = _find_blamed_parts(formula, evaluator, trace, 0)
+    failed = _find_smallest_false_parts(formula, evaluator, trace, 0)
     mask = (
-        evaluator.compute_start_mask(formula, {}, end)
+        evaluator.compute_piece_starts(formula, {}, end)
         if evaluator.is_temporal(formula)
         else evaluator.get_state_formula_mask(formula, {})
     )
-    return _ExplainedTruth(not failed, tuple(iterate_positions(mask)), failed)
+    return _TruthWithExplanation(not failed, tuple(iterate_positions(mask)), failed)
 
 
-def _find_blamed_parts(
+def _find_smallest_false_parts(
     formula: f.Formula, evaluator: _TraceEvaluator, trace: Trace, start: int
 ) -> tuple[f.Formula, ...]:
     """Return the smallest parts that make a formula false from position ``start`` on; () if it holds."""
-    if evaluator.compute_start_mask(formula, {}, trace.length - 1) >> start & 1:
+    if evaluator.compute_piece_starts(formula, {}, trace.length - 1) >> start & 1:
         return ()
     match formula:
         case f.Then(parts) if parts:
             return _explain_sequence(formula, False, evaluator, trace, start).failed
         case f.And(operands):
-            blamed = [_find_blamed_parts(operand, evaluator, trace, start) for operand in operands]
+            blamed = [_find_smallest_false_parts(operand, evaluator, trace, start) for operand in operands]
             return tuple([culprit for parts in blamed for culprit in parts]) or (formula,)
         case _:
             return (formula,)
@@ -491,26 +525,29 @@ def _find_blamed_parts(
 
 def _explain_sequence(
     formula: f.Then, holds: bool, evaluator: _TraceEvaluator, trace: Trace, start: int
-) -> _ExplainedTruth:
+) -> _TruthWithExplanation:
     """Explain a ``then`` from position ``start`` on. Find the earliest end of each part in turn."""
     positions: list[int] = []
     for part in formula.parts:
-        last = _find_first_completion(part, evaluator, trace, start)
+        last = _find_first_end_of_true_piece(part, evaluator, trace, start)
         if last is None:
             if holds:  # the formula holds if an earlier part is completed at a later position
-                return _ExplainedTruth(True, tuple(positions))
-            blamed = _find_blamed_parts(part, evaluator, trace, start) if start < trace.length else ()
-            return _ExplainedTruth(False, tuple(positions), blamed or (part,))
+                return _TruthWithExplanation(True, tuple(positions))
+            blamed = _find_smallest_false_parts(part, evaluator, trace, start) if start < trace.length else ()
+            return _TruthWithExplanation(False, tuple(positions), blamed or (part,))
         positions.append(last)
         start = last + 1
-    return _ExplainedTruth(holds, tuple(positions), () if holds else (formula,))
+    return _TruthWithExplanation(holds, tuple(positions), () if holds else (formula,))
 
 
-def _find_first_completion(
+def _find_first_end_of_true_piece(
     part: f.Formula, evaluator: _TraceEvaluator, trace: Trace, start: int
 ) -> int | None:
     if not evaluator.is_temporal(part):
         rest = evaluator.get_state_formula_mask(part, {}) >> start
         return start + (rest & -rest).bit_length() - 1 if rest else None
     ends = range(start, trace.length)
-    return next((end for end in ends if evaluator.compute_start_mask(part, {}, end) >> start & 1), None)
+    return next(
+        (end for end in ends if evaluator.compute_piece_starts(part, {}, end) >> start & 1),
+        None,
+    )

@@ -81,7 +81,7 @@ class Signature:
         """Whether the name is an action and not a predicate."""
         return name in self.actions and name not in self.predicates
 
-    def get_arities_of_same_kind(self, name: str) -> Mapping[str, int | None]:
+    def get_arities_of_predicates_or_actions(self, name: str) -> Mapping[str, int | None]:
         """Return the arities of all predicates if the name is a predicate, else the arities of actions."""
         return self.predicates if name in self.predicates else self.actions
 

@@ -67,10 +67,12 @@ class Trace:
         """Return the positions at which the trace takes an action with these objects, as a bit mask."""
         return self._actions.get(action, {}).get(arguments, 0)
 
-    def find_participants(self, action: str, index: int) -> frozenset[str]:
-        """Return the objects that occur as argument number ``index`` (from 0) of an action on the trace."""
+    def find_values_of_argument(self, action: str, argument_index: int) -> frozenset[str]:
+        """Return the objects that occur as argument ``argument_index`` (from 0) of an action on the trace."""
         occurrences = self._actions.get(action, {})
-        return frozenset(arguments[index] for arguments in occurrences if index < len(arguments))
+        return frozenset(
+            arguments[argument_index] for arguments in occurrences if argument_index < len(arguments)
+        )
 
     def list_objects(self, category: str | None) -> Sequence[str]:
         """Return the objects of a category, in the order in which the states list them."""

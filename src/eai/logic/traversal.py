@@ -83,10 +83,12 @@ def map_subformulas(formula: f.Formula, change: Callable[[f.Formula], f.Formula]
             assert_never(formula)
 
 
-def quantify(quantifier: Callable[[f.Variable, T], T], variables: Sequence[f.Variable], body: T) -> T:
+def wrap_in_quantifiers(
+    make_quantifier: Callable[[f.Variable, T], T], variables: Sequence[f.Variable], body: T
+) -> T:
     """Put one quantifier for each variable around a formula or an effect; the first variable is outermost."""
     for variable in reversed(variables):
-        body = quantifier(variable, body)
+        body = make_quantifier(variable, body)
     return body
 
 
@@ -125,7 +127,7 @@ def find_free_variables(formula: f.Formula) -> frozenset[str]:
     return frozenset(names)
 
 
-def find_temporal_ids(formula: f.Formula) -> frozenset[int]:
+def find_temporal_subformula_ids(formula: f.Formula) -> frozenset[int]:
     """Return the ``id`` of every subformula (or the formula itself) that has a temporal operator."""
     ids: set[int] = set()
     for part in reversed(list(walk_subformulas(formula))):
@@ -134,56 +136,61 @@ def find_temporal_ids(formula: f.Formula) -> frozenset[int]:
     return frozenset(ids)
 
 
-class _MonotoneParts(NamedTuple):
+class _MonotoneSubformulaIds(NamedTuple):
     """The ``id`` of each subformula whose truth on a piece of a trace is monotone in the length of the piece.
 
     Pieces grow and shrink at their end.
     """
 
-    lasting: frozenset[int]
+    true_when_longer: frozenset[int]
     """``id`` of each subformula that stays true when the piece grows at its end."""
-    perishing: frozenset[int]
+    true_when_shorter: frozenset[int]
     """``id`` of each temporal subformula that stays true when the piece shrinks at its end."""
 
 
-def find_monotone_parts(formula: f.Formula) -> _MonotoneParts:
+def find_monotone_subformula_ids(formula: f.Formula) -> _MonotoneSubformulaIds:
     """Find the subformulas that stay true when a piece of a trace grows, or when it shrinks.
 
     Only operators are examined, not atoms, so that some of these subformulas may be missed.
     """
-    temporal = find_temporal_ids(formula)
-    lasting: set[int] = set()
-    perishing: set[int] = set()
+    temporal = find_temporal_subformula_ids(formula)
+    true_when_longer: set[int] = set()
+    true_when_shorter: set[int] = set()
     for part in reversed(list(walk_subformulas(formula))):
-        if id(part) not in temporal or _stays_true_when_longer(part, lasting, perishing):
-            lasting.add(id(part))
-        elif _stays_true_when_shorter(part, temporal, lasting, perishing):
-            perishing.add(id(part))
-    return _MonotoneParts(frozenset(lasting), frozenset(perishing))
+        if id(part) not in temporal or _stays_true_on_longer_trace(part, true_when_longer, true_when_shorter):
+            true_when_longer.add(id(part))
+        elif _stays_true_on_shorter_trace(part, temporal, true_when_longer, true_when_shorter):
+            true_when_shorter.add(id(part))
+    return _MonotoneSubformulaIds(frozenset(true_when_longer), frozenset(true_when_shorter))
 
 
-def _stays_true_when_longer(part: f.Formula, lasting: Container[int], perishing: Container[int]) -> bool:
-    match part:
-        case f.Not(operand):
-            return id(operand) in perishing
-        case f.Then(parts):
-            return not parts or id(parts[-1]) in lasting
-        case f.Implies() | f.Exactly() | f.Always():
-            return False
-        case _:
-            return all(id(child) in lasting for child in get_subformulas(part))
-
-
-def _stays_true_when_shorter(
-    part: f.Formula, temporal: Container[int], lasting: Container[int], perishing: Container[int]
+def _stays_true_on_longer_trace(
+    part: f.Formula, true_when_longer: Container[int], true_when_shorter: Container[int]
 ) -> bool:
     match part:
         case f.Not(operand):
-            return id(operand) in lasting
+            return id(operand) in true_when_shorter
+        case f.Then(parts):
+            return not parts or id(parts[-1]) in true_when_longer
+        case f.Implies() | f.Exactly() | f.Always():
+            return False
+        case _:
+            return all(id(child) in true_when_longer for child in get_subformulas(part))
+
+
+def _stays_true_on_shorter_trace(
+    part: f.Formula,
+    temporal: Container[int],
+    true_when_longer: Container[int],
+    true_when_shorter: Container[int],
+) -> bool:
+    match part:
+        case f.Not(operand):
+            return id(operand) in true_when_longer
         case f.Always(operand):
-            return id(operand) not in temporal or id(operand) in perishing
+            return id(operand) not in temporal or id(operand) in true_when_shorter
         case f.And() | f.Or() | f.ForAll() | f.Exists():
-            return all(id(child) in perishing for child in get_subformulas(part))
+            return all(id(child) in true_when_shorter for child in get_subformulas(part))
         case _:
             return False
 

@@ -40,12 +40,12 @@ class PddlViolationKind(str, Enum):
     """A name declared twice in one list of parameters, predicates, operators or objects."""
 
     @property
-    def stops_planner(self) -> bool:
+    def makes_planners_refuse_domain(self) -> bool:
         """Whether a planner that follows the standard refuses a domain with a violation of this kind."""
         return self is not PddlViolationKind.WRONG_ARGUMENT_TYPE
 
     @property
-    def stops_reading(self) -> bool:
+    def makes_text_unreadable(self) -> bool:
         """Whether a text with a violation of this kind cannot be read.
 
         Violations of other kinds are wrong names in a readable text.
@@ -79,9 +79,9 @@ class PddlFinding:
     place: str
 
     @property
-    def words(self) -> str:
+    def description(self) -> str:
         """The wrong name; or the word "expected" and the text that was expected."""
-        return f"expected {self.name}" if self.offence.stops_reading else self.name
+        return f"expected {self.name}" if self.offence.makes_text_unreadable else self.name
 
 
 class PddlError(ParseError):

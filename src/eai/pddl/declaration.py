@@ -12,7 +12,7 @@ from collections.abc import Iterator, Sequence
 
 import eai.logic.formula as f
 import eai.pddl.model as m
-from eai.logic.traversal import find_predicates, map_subformulas, quantify
+from eai.logic.traversal import find_predicates, map_subformulas, wrap_in_quantifiers
 from eai.pddl.execute import DerivedPredicates
 from eai.pddl.writer import write_formula
 from eai.world.derived import DefinedPredicate, is_a
@@ -26,7 +26,7 @@ from eai.world.state import Fact, Scene, State, WorldObject
 from eai.world.vocabulary import DerivedPredicate, Predicate, Vocabulary
 
 
-class DeclaredDomain:
+class ConvertedPddlDomain:
     """A domain of PDDL that was converted to a declared domain.
 
     Args:
@@ -71,7 +71,7 @@ class DeclaredDomain:
             Fact(atom.predicate, tuple([index[term.name] for term in atom.arguments]))
             for atom in problem.initial
         ]
-        goals = tuple([_convert(part) for part in split_conjuncts(problem.goal)])
+        goals = tuple([_replace_either_types(part) for part in split_conjuncts(problem.goal)])
         return scene.state(facts), goals
 
     def _make_derived_predicate(self, name: str, axioms: Sequence[m.PddlAxiom]) -> DefinedPredicate:
@@ -81,34 +81,37 @@ class DeclaredDomain:
             name, first, f.Or(tuple([self._rename_axiom_parameters(axiom, first) for axiom in axioms]))
         )
 
-    def _rename_axiom_parameters(self, axiom: m.PddlAxiom, first: Sequence[f.Variable]) -> f.Formula:
+    def _rename_axiom_parameters(self, axiom: m.PddlAxiom, new_parameters: Sequence[f.Variable]) -> f.Formula:
         """Return the condition of an axiom, with the parameters of the first axiom of its predicate."""
         places = [
-            (f.Variable(a.name), f.Variable(b.name)) for a, b in zip(axiom.parameters, first, strict=True)
+            (f.Variable(a.name), f.Variable(b.name))
+            for a, b in zip(axiom.parameters, new_parameters, strict=True)
         ]
         renamed = [(mine, other) for mine, other in places if mine != other]
-        typed = [_make_membership(parameter) for parameter in axiom.parameters]
+        typed = [_make_type_condition(parameter) for parameter in axiom.parameters]
         same = [f.Equals(mine, other) for mine, other in renamed]
-        body: f.Formula = f.And((*typed, *same, _convert(axiom.condition)))
-        return quantify(f.Exists, [mine for mine, _ in reversed(renamed)], body)
+        body: f.Formula = f.And((*typed, *same, _replace_either_types(axiom.condition)))
+        return wrap_in_quantifiers(f.Exists, [mine for mine, _ in reversed(renamed)], body)
 
     def _convert_operator(self, action: m.PddlAction) -> Operator:
         parameters = tuple([f.Variable(parameter.name) for parameter in action.parameters])
         kinds = [
             self._make_type_check(each) for each in action.parameters if m.get_variable_type(each) != m.OBJECT
         ]
-        checks = [self._make_check(part, parameters) for part in split_conjuncts(action.precondition)]
+        checks = [
+            self._make_precondition_check(part, parameters) for part in split_conjuncts(action.precondition)
+        ]
         deletions, additions = (tuple(self._convert_effects(action.effect, kind)) for kind in (Delete, Add))
         return Operator(action.name, parameters, (*kinds, *checks), (*deletions, *additions))
 
     def _make_type_check(self, parameter: f.Variable) -> Check:
         kinds = " or ".join(m.list_type_alternatives(m.get_variable_type(parameter)))
-        return affordance(_make_membership(parameter), f"{{{parameter.name}}} is no {kinds}")
+        return affordance(_make_type_condition(parameter), f"{{{parameter.name}}} is no {kinds}")
 
-    def _make_check(self, condition: f.Formula, parameters: Sequence[f.Variable]) -> Check:
+    def _make_precondition_check(self, condition: f.Formula, parameters: Sequence[f.Variable]) -> Check:
         can_change = self._changing.intersection(find_predicates(condition))
         fault = FaultKind.MISSING_STEP if can_change else FaultKind.AFFORDANCE
-        return Check(_convert(condition), fault, _write_reason(condition, parameters))
+        return Check(_replace_either_types(condition), fault, _write_reason_of_failure(condition, parameters))
 
     def _convert_effects(self, effect: m.PddlEffect, kind: type[Add] | type[Delete]) -> Iterator[Effect]:
         """Yield either the additions or the deletions of an effect."""
@@ -121,30 +124,30 @@ class DeclaredDomain:
             case m.ForAllEffect(variable, part):
                 inner = tuple(self._convert_effects(part, kind))
                 if inner:
-                    yield ForEach(f.Variable(variable.name), _make_membership(variable), inner)
+                    yield ForEach(f.Variable(variable.name), _make_type_condition(variable), inner)
             case m.WhenEffect(condition, part):
                 inner = tuple(self._convert_effects(part, kind))
                 if inner:
-                    yield When(_convert(condition), inner)
+                    yield When(_replace_either_types(condition), inner)
 
 
-def _make_membership(variable: f.Variable) -> f.Formula:
+def _make_type_condition(variable: f.Variable) -> f.Formula:
     """Return the condition that the value of a variable is of the variable's type."""
     names = m.list_type_alternatives(m.get_variable_type(variable))
     return f.TRUE if m.OBJECT in names else is_a(f.Variable(variable.name), *names)
 
 
-def _convert(formula: f.Formula) -> f.Formula:
+def _replace_either_types(formula: f.Formula) -> f.Formula:
     """Return a formula whose quantifiers range over one type each; ``either`` types become conditions."""
     match formula:
         case f.ForAll(variable, body) if len(m.list_type_alternatives(m.get_variable_type(variable))) > 1:
-            kind = _make_membership(variable)
-            return f.ForAll(f.Variable(variable.name), f.Implies(kind, _convert(body)))
+            kind = _make_type_condition(variable)
+            return f.ForAll(f.Variable(variable.name), f.Implies(kind, _replace_either_types(body)))
         case f.Exists(variable, body) if len(m.list_type_alternatives(m.get_variable_type(variable))) > 1:
-            kind = _make_membership(variable)
-            return f.Exists(f.Variable(variable.name), f.And((kind, _convert(body))))
+            kind = _make_type_condition(variable)
+            return f.Exists(f.Variable(variable.name), f.And((kind, _replace_either_types(body))))
         case _:
-            return map_subformulas(formula, _convert)
+            return map_subformulas(formula, _replace_either_types)
 
 
 def split_conjuncts(formula: f.Formula) -> Iterator[f.Formula]:
@@ -156,7 +159,7 @@ def split_conjuncts(formula: f.Formula) -> Iterator[f.Formula]:
         yield formula
 
 
-def _write_reason(condition: f.Formula, parameters: Sequence[f.Variable]) -> str:
+def _write_reason_of_failure(condition: f.Formula, parameters: Sequence[f.Variable]) -> str:
     """Return the reason why a condition fails, with placeholders for the names of the arguments."""
     names = {parameter.name for parameter in parameters}
     match condition:
@@ -165,10 +168,10 @@ def _write_reason(condition: f.Formula, parameters: Sequence[f.Variable]) -> str
         case f.Not(f.Atom() as atom):
             return f"{_write_atom(atom, names)} holds"
         case f.Not(f.Equals(left, right)):
-            return f"{_write_placeholder(left, names)} and {_write_placeholder(right, names)} are the same"
+            return f"{_write_reason_term(left, names)} and {_write_reason_term(right, names)} are the same"
         case f.Equals(left, right):
             return (
-                f"{_write_placeholder(left, names)} and {_write_placeholder(right, names)} are not the same"
+                f"{_write_reason_term(left, names)} and {_write_reason_term(right, names)} are not the same"
             )
         case _:
             text = write_formula(condition).replace("{", "{{").replace("}", "}}")
@@ -178,8 +181,8 @@ def _write_reason(condition: f.Formula, parameters: Sequence[f.Variable]) -> str
 
 
 def _write_atom(atom: f.Atom, names: set[str]) -> str:
-    return f"{atom.predicate}({', '.join([_write_placeholder(term, names) for term in atom.arguments])})"
+    return f"{atom.predicate}({', '.join([_write_reason_term(term, names) for term in atom.arguments])})"
 
 
-def _write_placeholder(term: f.Term, names: set[str]) -> str:
-    return f"{{{term.name}}}" if isinstance(term, f.Variable) and term.name in names else term.name
+def _write_reason_term(term: f.Term, parameter_names: set[str]) -> str:
+    return f"{{{term.name}}}" if isinstance(term, f.Variable) and term.name in parameter_names else term.name

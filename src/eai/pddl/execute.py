@@ -14,7 +14,7 @@ from dataclasses import dataclass
 
 import eai.logic.formula as f
 import eai.pddl.model as m
-from eai.logic.semantics import find_possible_values, unite_value_sets
+from eai.logic.semantics import find_values_for_truth, unite_value_sets
 from eai.logic.signature import describe_arity
 from eai.logic.traversal import find_predicates
 from eai.planning.search import SearchEffort
@@ -23,7 +23,7 @@ PddlState = frozenset[f.Atom]
 Valuation = Mapping[str, str]
 """Mapping from the name of each variable to its object."""
 
-_Row = tuple[str, ...]
+_Arguments = tuple[str, ...]
 
 
 class DerivedPredicates:
@@ -85,9 +85,9 @@ class _StateEvaluation:
         self._axioms = derived.axioms
         self._circles = derived.circles
         self._objects = objects
-        self._rows: dict[str, set[_Row]] = {}
-        self._indexed: dict[tuple[str, int], dict[str, list[_Row]]] = {}
-        self._known: dict[tuple[str, _Row], bool] = {}
+        self._rows: dict[str, set[_Arguments]] = {}
+        self._indexed: dict[tuple[str, int], dict[str, list[_Arguments]]] = {}
+        self._known: dict[tuple[str, _Arguments], bool] = {}
         for atom in state:
             self._rows.setdefault(atom.predicate, set()).add(tuple([term.name for term in atom.arguments]))
 
@@ -99,7 +99,7 @@ class _StateEvaluation:
         """
         match formula:
             case f.Atom(predicate, arguments):
-                return self._is_row_true(
+                return self._is_predicate_true(
                     predicate, tuple([resolve_term(term, binding) for term in arguments])
                 )
             case f.Equals(left, right):
@@ -131,24 +131,28 @@ class _StateEvaluation:
         """
         members = self._objects[m.get_variable_type(variable)]
         inner = {name: value for name, value in binding.items() if name != variable.name}
-        candidates = find_possible_values(body, variable.name, inner, True, self._find_possible_arguments)
+        candidates = find_values_for_truth(
+            body, variable.name, inner, True, self._find_possible_values_of_argument
+        )
         names = [name for name in members if candidates is None or name in candidates]
         return ({**inner, variable.name: name} for name in self._looks.take_within_limit(names))
 
-    def _is_row_true(self, predicate: str, row: _Row) -> bool:
+    def _is_predicate_true(self, predicate: str, arguments: _Arguments) -> bool:
         if predicate not in self._axioms:
-            return row in self._rows.get(predicate, ())
-        self._compute_recursive_rows(predicate)
+            return arguments in self._rows.get(predicate, ())
+        self._store_true_atoms_of_recursive_predicate(predicate)
         if predicate in self._rows:
-            return row in self._rows[predicate]
-        key = (predicate, row)
+            return arguments in self._rows[predicate]
+        key = (predicate, arguments)
         holds = self._known.get(key)
         if holds is None:
             axioms = self._axioms[predicate]
-            holds = self._known[key] = any(self.holds(each.condition, each.scope(row)) for each in axioms)
+            holds = self._known[key] = any(
+                self.holds(each.condition, each.scope(arguments)) for each in axioms
+            )
         return holds
 
-    def _compute_recursive_rows(self, predicate: str) -> None:
+    def _store_true_atoms_of_recursive_predicate(self, predicate: str) -> None:
         """Compute all true rows of a recursive derived predicate and of its circle (see `DerivedPredicates`).
 
         A row is a tuple of arguments.
@@ -168,7 +172,7 @@ class _StateEvaluation:
                 self._indexed.clear()
                 self._known.clear()
 
-    def _derive_rows(self, axiom: m.PddlAxiom) -> Iterator[_Row]:
+    def _derive_rows(self, axiom: m.PddlAxiom) -> Iterator[_Arguments]:
         bindings: list[Valuation] = [{}]
         for parameter in axiom.parameters:
             bindings = [
@@ -178,8 +182,8 @@ class _StateEvaluation:
             if self.holds(axiom.condition, binding):
                 yield tuple([binding[parameter.name] for parameter in axiom.parameters])
 
-    def _find_possible_arguments(
-        self, atom: f.Atom | f.Occurs, place: int, binding: Valuation
+    def _find_possible_values_of_argument(
+        self, atom: f.Atom | f.Occurs, argument_index: int, binding: Valuation
     ) -> Set[str] | None:
         """Return the objects that an argument of an atom may have if the atom holds; None for any object.
 
@@ -189,35 +193,39 @@ class _StateEvaluation:
             return None
         values = [_find_value(term, binding) for term in atom.arguments]
         if atom.predicate in self._axioms:
-            self._compute_recursive_rows(atom.predicate)
+            self._store_true_atoms_of_recursive_predicate(atom.predicate)
             if atom.predicate not in self._rows:
-                return self._find_derived_arguments(atom.predicate, place, values)
-        return {row[place] for row in self._find_matching_rows(atom.predicate, values)}
+                return self._find_possible_values_of_derived_argument(atom.predicate, argument_index, values)
+        return {row[argument_index] for row in self._find_matching_rows(atom.predicate, values)}
 
-    def _find_derived_arguments(
-        self, predicate: str, place: int, values: Sequence[str | None]
+    def _find_possible_values_of_derived_argument(
+        self, predicate: str, argument_index: int, known_arguments: Sequence[str | None]
     ) -> Set[str] | None:
         supports = []
         for axiom in self._axioms[predicate]:
             names = [parameter.name for parameter in axiom.parameters]
-            binding = {n: value for n, value in zip(names, values, strict=True) if value is not None}
+            binding = {n: value for n, value in zip(names, known_arguments, strict=True) if value is not None}
             supports.append(
-                find_possible_values(
-                    axiom.condition, names[place], binding, True, self._find_possible_arguments
+                find_values_for_truth(
+                    axiom.condition,
+                    names[argument_index],
+                    binding,
+                    True,
+                    self._find_possible_values_of_argument,
                 )
             )
         return unite_value_sets(supports)
 
-    def _find_matching_rows(self, predicate: str, values: Sequence[str | None]) -> Iterable[_Row]:
+    def _find_matching_rows(self, predicate: str, values: Sequence[str | None]) -> Iterable[_Arguments]:
         """Yield the rows of arguments with given values that make a predicate true; None allows any value."""
-        rows: Iterable[_Row] = self._rows.get(predicate, ())
+        rows: Iterable[_Arguments] = self._rows.get(predicate, ())
         for place, value in enumerate(values):
             if value is not None:
                 rows = self._index_rows(predicate, place).get(value, ())
                 break
         return (row for row in rows if all(value in (None, x) for value, x in zip(values, row, strict=True)))
 
-    def _index_rows(self, predicate: str, place: int) -> Mapping[str, list[_Row]]:
+    def _index_rows(self, predicate: str, place: int) -> Mapping[str, list[_Arguments]]:
         rows_by_value = self._indexed.get((predicate, place))
         if rows_by_value is None:
             rows_by_value = self._indexed[predicate, place] = {}
@@ -343,7 +351,7 @@ def _find_changes(
                 yield from _find_changes(part, now, binding)
         case m.ForAllEffect(variable, part):
             for inner in now.generate_bindings(
-                variable, _find_necessary_condition(part, {variable.name}), binding
+                variable, _find_condition_of_any_change(part, {variable.name}), binding
             ):
                 yield from _find_changes(part, now, inner)
         case m.WhenEffect(condition, part):
@@ -351,13 +359,13 @@ def _find_changes(
                 yield from _find_changes(part, now, binding)
 
 
-def _find_necessary_condition(effect: m.PddlEffect, bound: set[str]) -> f.Formula:
+def _find_condition_of_any_change(effect: m.PddlEffect, bound_names: set[str]) -> f.Formula:
     """Return a condition that must hold if an effect changes anything; true if no simple one is known."""
     match effect:
         case m.WhenEffect(condition, part):
-            return f.And((condition, _find_necessary_condition(part, bound)))
-        case m.ForAllEffect(variable, part) if variable.name not in bound:
-            return f.Exists(variable, _find_necessary_condition(part, bound | {variable.name}))
+            return f.And((condition, _find_condition_of_any_change(part, bound_names)))
+        case m.ForAllEffect(variable, part) if variable.name not in bound_names:
+            return f.Exists(variable, _find_condition_of_any_change(part, bound_names | {variable.name}))
         case m.Delete(atom):
             return atom
         case _:

@@ -17,11 +17,11 @@ from eai.logic.rewriting import rename_objects
 from eai.pddl.execute import PddlState, PlanStep
 from eai.pddl.glossary import (
     ConditionWriter,
-    ExportGlossary,
+    PddlExportNames,
     PddlNames,
     conjoin,
-    find_hidden_predicates,
-    replace_hidden_atoms,
+    find_predicates_hidden_in_texts,
+    replace_hidden_atoms_by_truth,
 )
 from eai.pddl.ordered_effects import write_simultaneous_effect
 from eai.world.action import Action
@@ -35,7 +35,7 @@ from eai.world.state import Scene, State
 from eai.world.vocabulary import make_parameter_names
 
 
-def _make_object_keys(scene: Scene) -> list[str]:
+def _make_keys_of_pddl_names(scene: Scene) -> list[str]:
     """Return the key of each object in the table of the objects' PDDL names.
 
     An object's key is its name, but the key of the agent is the name that conditions use for it.
@@ -46,13 +46,13 @@ def _make_object_keys(scene: Scene) -> list[str]:
     return keys
 
 
-def _name_order_predicate(glossary: ExportGlossary) -> str:
+def _get_object_order_predicate(glossary: PddlExportNames) -> str:
     """Return the predicate which states the order of the objects."""
-    return glossary.make_order_atom(f.Variable("x"), f.Variable("y")).predicate
+    return glossary.make_object_order_atom(f.Variable("x"), f.Variable("y")).predicate
 
 
 def _export_problem(
-    glossary: ExportGlossary,
+    glossary: PddlExportNames,
     words: Sequence[str],
     header: m.PddlDomain,
     source: ProblemSource,
@@ -68,7 +68,9 @@ def _export_problem(
         goal: the goal in PDDL.
     """
     things, constants = source.initial.scene.objects, {item.name for item in header.constants}
-    kinds = [(words[i], glossary.types[things[i].category]) for i in iterate_bits(source.kept_objects)]
+    kinds = [
+        (words[i], glossary.types[things[i].category]) for i in iterate_bits(source.exported_objects_mask)
+    ]
     objects = tuple([m.TypedName(word, kind) for word, kind in kinds if word not in constants])
     facts = tuple(
         [
@@ -84,11 +86,11 @@ def _export_atom(predicate: str, arguments: Sequence[int], words: Sequence[str])
 
 
 def _export_initial_facts(
-    glossary: ExportGlossary, header: m.PddlDomain, source: ProblemSource
+    glossary: PddlExportNames, header: m.PddlDomain, source: ProblemSource
 ) -> Iterator[tuple[str, tuple[int, ...]]]:
     """Yield the initial facts about the objects of a problem as atoms with PDDL names."""
     declared = {predicate.name for predicate in header.predicates}
-    indices = list(iterate_bits(source.kept_objects))
+    indices = list(iterate_bits(source.exported_objects_mask))
     among = set(indices)
     for predicate, arguments in source.initial.facts():
         name = glossary.predicates[predicate]
@@ -104,7 +106,7 @@ def _export_initial_facts(
         )
         yield from ((glossary.predicates[name], fact.arguments) for fact in listed)
     if glossary.ordered:
-        order = _name_order_predicate(glossary)
+        order = _get_object_order_predicate(glossary)
         yield from ((order, (i, j)) for place, i in enumerate(indices) for j in indices[place + 1 :])
 
 
@@ -129,7 +131,7 @@ class ProblemSource:
     objects: int | None = None
 
     @property
-    def kept_objects(self) -> int:
+    def exported_objects_mask(self) -> int:
         """The objects of the problem and the agent, as a mask."""
         scene = self.initial.scene
         agent = 0 if scene.agent is None else 1 << scene.agent
@@ -154,7 +156,7 @@ class ExportedProblem:
     _predicates: PddlNames
     _words: Sequence[str]
 
-    def state(self, state: State) -> PddlState:
+    def export_state(self, state: State) -> PddlState:
         """Return the true atoms of exported predicates in a state of the exported scene."""
         declared = {predicate.name for predicate in self.domain.predicates}
         facts = [(self._predicates[predicate], arguments) for predicate, arguments in state.facts()]
@@ -194,7 +196,7 @@ def export_domain_and_problem(
 
 
 def export_problems(
-    domain: Domain, sources: Sequence[ProblemSource], *, invisible: bool = True
+    domain: Domain, sources: Sequence[ProblemSource], *, with_invisible_predicates: bool = True
 ) -> tuple[ExportedProblem, ...]:
     """Export several problems that share one domain.
 
@@ -204,27 +206,31 @@ def export_problems(
     Args:
         domain: the domain.
         sources: the problems.
-        invisible: whether predicates that no text may mention are exported too. Without these predicates a
-            check requires less, and effects that depend on these predicates do not happen.
+        with_invisible_predicates: whether predicates that no text may mention are exported too. Without them
+            a check requires less, and effects that depend on these predicates do not happen.
 
     Raises:
         DomainError: a goal is not about one state, or uses an undeclared name.
     """
-    glossary = ExportGlossary(domain.vocabulary)
+    glossary = PddlExportNames(domain.vocabulary)
     for source in sources:
-        glossary.add_types(source.initial.scene, source.kept_objects)
-    hidden = frozenset[str]() if invisible else find_hidden_predicates(domain.vocabulary)
+        glossary.add_types_of_objects(source.initial.scene, source.exported_objects_mask)
+    hidden = (
+        frozenset[str]() if with_invisible_predicates else find_predicates_hidden_in_texts(domain.vocabulary)
+    )
     operators = PddlNames(operator.name for operator in domain.operators)
     written = [_export_operator(each, operators, glossary, hidden) for each in domain.operators]
-    things = [PddlNames([*glossary.things, *_make_object_keys(source.initial.scene)]) for source in sources]
+    things = [
+        PddlNames([*glossary.things, *_make_keys_of_pddl_names(source.initial.scene)]) for source in sources
+    ]
     goals = [_export_goal(glossary, names, s, hidden) for names, s in zip(things, sources, strict=True)]
     header = _export_domain_header(glossary, domain.name, hidden, sources[0].initial.scene)
-    actions = tuple([_add_history_effect(action, glossary, operators) for action in written])
+    actions = tuple([_add_effect_that_records_execution(action, glossary, operators) for action in written])
     exported = replace(header, actions=actions)
     unsupported = tuple(_find_unsupported_features(glossary))
     problems = []
     for names, source, goal in zip(things, sources, goals, strict=True):
-        words = [names[key] for key in _make_object_keys(source.initial.scene)]
+        words = [names[key] for key in _make_keys_of_pddl_names(source.initial.scene)]
         problem = _export_problem(glossary, words, header, source, goal)
         problems.append(
             ExportedProblem(exported, problem, unsupported, operators, glossary.predicates, words)
@@ -232,7 +238,7 @@ def export_problems(
     return tuple(problems)
 
 
-def _find_unsupported_features(glossary: ExportGlossary) -> Iterator[str]:
+def _find_unsupported_features(glossary: PddlExportNames) -> Iterator[str]:
     for name in glossary.frozen:
         yield f"{name}: it is computed by a function and has no formula, so it keeps its initial value"
     for derived in map(glossary.vocabulary.derived_by_name.get, glossary.derived):
@@ -241,28 +247,28 @@ def _find_unsupported_features(glossary: ExportGlossary) -> Iterator[str]:
 
 
 def _export_goal(
-    glossary: ExportGlossary, names: PddlNames, source: ProblemSource, hidden: frozenset[str]
+    glossary: PddlExportNames, names: PddlNames, source: ProblemSource, hidden: frozenset[str]
 ) -> f.Formula:
     scene = source.initial.scene
     about = ConditionWriter(glossary, things=names, scene=scene)
     agent = {} if scene.agent is None else {scene.objects[scene.agent].name: AGENT.name}
     goals = [rename_objects(goal, agent) for goal in source.goals]
-    return conjoin([about.convert_formula(replace_hidden_atoms(goal, hidden), {}) for goal in goals])
+    return conjoin([about.convert_formula(replace_hidden_atoms_by_truth(goal, hidden), {}) for goal in goals])
 
 
 def _export_operator(
-    operator: Operator, names: PddlNames, glossary: ExportGlossary, hidden: frozenset[str]
+    operator: Operator, names: PddlNames, glossary: PddlExportNames, hidden: frozenset[str]
 ) -> m.PddlAction:
     """Return the exported operator, still without the effect that records its execution."""
     conditions = ConditionWriter(glossary)
     scope = conditions.name_parameters(operator.parameters)
     asked = [check.condition for check in operator.checks]
     if operator.alternatives:
-        asked.append(_export_alternatives_condition(operator))
+        asked.append(_export_precondition_of_alternatives(operator))
     with prefix_errors(f"operator {operator.name}", DomainError):
         precondition = conjoin(
             [
-                conditions.convert_formula(replace_hidden_atoms(condition, hidden), scope)
+                conditions.convert_formula(replace_hidden_atoms_by_truth(condition, hidden), scope)
                 for condition in asked
             ]
         )
@@ -270,13 +276,15 @@ def _export_operator(
     return m.PddlAction(names[operator.name], tuple(scope.values()), precondition, effect)
 
 
-def _export_alternatives_condition(operator: Operator) -> f.Formula:
+def _export_precondition_of_alternatives(operator: Operator) -> f.Formula:
     """Return the condition that an attempted alternative succeeds, or that no alternative is attempted."""
     succeeds = [f.And(attempt.conditions) for attempt in operator.alternatives]
     return f.Or((f.And(tuple([f.Not(attempt.condition) for attempt in operator.alternatives])), *succeeds))
 
 
-def _add_history_effect(action: m.PddlAction, glossary: ExportGlossary, operators: PddlNames) -> m.PddlAction:
+def _add_effect_that_records_execution(
+    action: m.PddlAction, glossary: PddlExportNames, operators: PddlNames
+) -> m.PddlAction:
     """Return the operator, with an effect that records its execution if a goal needs the record."""
     done = glossary.performed.get(operators.find_original_name(action.name))
     if done is None:
@@ -286,7 +294,7 @@ def _add_history_effect(action: m.PddlAction, glossary: ExportGlossary, operator
 
 
 def _export_domain_header(
-    glossary: ExportGlossary, name: str, hidden: frozenset[str], scene: Scene
+    glossary: PddlExportNames, name: str, hidden: frozenset[str], scene: Scene
 ) -> m.PddlDomain:
     """Return the exported domain without operators: all used predicates, types and constants."""
     axioms, constants = tuple(_export_axioms(glossary)), tuple(_export_constants(glossary, scene))
@@ -295,7 +303,7 @@ def _export_domain_header(
     arities = {glossary.predicates[each]: glossary.vocabulary.find_arity(each) or 0 for each in names}
     arities |= dict.fromkeys(glossary.kinds.values(), 1) | dict.fromkeys(glossary.performed.values(), 0)
     if glossary.ordered:
-        arities[_name_order_predicate(glossary)] = 2
+        arities[_get_object_order_predicate(glossary)] = 2
     return m.PddlDomain(
         name=PddlNames()[name],
         requirements=REQUIREMENTS if axioms else REQUIREMENTS[:1],
@@ -312,21 +320,21 @@ def _export_domain_header(
     )
 
 
-def _export_types(glossary: ExportGlossary) -> Iterator[m.TypedName]:
+def _export_types(glossary: PddlExportNames) -> Iterator[m.TypedName]:
     """Yield the kinds of objects with their parents, except parents to which no object belongs."""
     for kind, written in glossary.types.items():
         parent = glossary.vocabulary.parents.get(kind, "")
         yield m.TypedName(written, glossary.types.get(parent, m.OBJECT))
 
 
-def _export_constants(glossary: ExportGlossary, scene: Scene) -> Iterator[m.TypedName]:
+def _export_constants(glossary: PddlExportNames, scene: Scene) -> Iterator[m.TypedName]:
     """Yield the objects that operators name. Each object has the same category in all problems."""
-    things = dict(zip(_make_object_keys(scene), scene.objects, strict=True))
+    things = dict(zip(_make_keys_of_pddl_names(scene), scene.objects, strict=True))
     for name, written in glossary.things.items():
         yield m.TypedName(written, glossary.types[things[name].category] if name in things else m.OBJECT)
 
 
-def _export_axioms(glossary: ExportGlossary) -> Iterator[m.PddlAxiom]:
+def _export_axioms(glossary: PddlExportNames) -> Iterator[m.PddlAxiom]:
     """Yield an axiom for each used derived predicate, even if only another axiom uses it."""
     names_done: set[str] = set()
     while rest := [

@@ -3,7 +3,8 @@
 A call runs two processes. Every call works in a private temporary folder, which is always removed, so any
 number of calls may run at once. Both processes (translator and search) run under the operating system's
 limits of CPU time and memory. They and all their child processes are killed if the call is interrupted.
-Processes limit the number of planner calls at a time through a folder that they share (`hold_planner_slot`).
+Processes limit the number of planner calls at a time through a folder that they share
+(`hold_permit_to_call_planner`).
 """
 
 from __future__ import annotations
@@ -39,12 +40,12 @@ _PAUSE_SECONDS = 0.05
 
 
 @contextmanager
-def hold_planner_slot(number: int, folder: Path) -> Iterator[None]:
+def hold_permit_to_call_planner(max_calls: int, lock_folder: Path) -> Iterator[None]:
     """Hold one of a limited number of slots (permits to call a planner) during a block; wait for a free slot.
 
     The number limits the calls that run at a time in all processes that use the same folder.
     """
-    locks = [make_file_lock(folder / f"seat-{i}.lock")[1] for i in range(number)]
+    locks = [make_file_lock(lock_folder / f"seat-{i}.lock")[1] for i in range(max_calls)]
     while True:
         for lock in locks:
             try:
@@ -148,7 +149,7 @@ class FastDownward:
 
     def solve(self, task: PlanningTask) -> PlannerResult:
         """Search for a plan."""
-        turn = nullcontext() if self.slots is None else hold_planner_slot(*self.slots)
+        turn = nullcontext() if self.slots is None else hold_permit_to_call_planner(*self.slots)
         with turn, tempfile.TemporaryDirectory(prefix="eai-planner-") as folder:
             return self._find_plan_in_folder(Path(folder), task)
 

@@ -144,7 +144,7 @@ def read_problem_text(
         vocabulary = DeclaredNames.from_domain(domain, problem.objects)
         if problem.domain != domain.name:
             findings = check_problem(problem, domain)
-            if any(each.offence.stops_planner for each in findings):
+            if any(each.offence.makes_planners_refuse_domain for each in findings):
                 offset = next(
                     (each.items[0].offset for each in _find_sections(group, ":domain")), group.offset
                 )
@@ -360,7 +360,7 @@ def raise_for_findings(
         PddlViolationKind.UNDECLARED_CONSTANT: vocabulary.constants,
     }
     for finding in findings:
-        if finding.offence.stops_planner:
+        if finding.offence.makes_planners_refuse_domain:
             expected = _EXPECTED.get(finding.offence, "{}").format(finding.name)
             hint = did_you_mean(finding.name, names.get(finding.offence, ()))
             offset = find_offset_of_finding(finding, definition, vocabulary)

@@ -17,7 +17,7 @@ from itertools import chain
 
 import eai.logic.formula as f
 from eai.base.errors import DomainError
-from eai.logic.traversal import find_predicates, map_subformulas, quantify
+from eai.logic.traversal import find_predicates, map_subformulas, wrap_in_quantifiers
 from eai.pddl.reader import CONNECTIVES
 from eai.world.derived import DefinedPredicate, find_definition, find_stored_predicates
 from eai.world.relation import iterate_bits
@@ -156,7 +156,7 @@ TermScope = Mapping[str, f.Term]
 
 
 @dataclass(slots=True)
-class ExportGlossary:
+class PddlExportNames:
     """The PDDL names of one export. A name counts as used once a method has returned it.
 
     Attributes:
@@ -186,7 +186,7 @@ class ExportGlossary:
         stored = [predicate.name for predicate in self.vocabulary.predicates]
         self.predicates = PddlNames([*stored, *self.vocabulary.derived_by_name])
 
-    def use_predicate(self, name: str) -> str:
+    def register_predicate(self, name: str) -> str:
         """Return the PDDL name of a stored or derived predicate.
 
         Raises:
@@ -203,21 +203,21 @@ class ExportGlossary:
             raise DomainError(f"predicate {name} is not declared")
         return self.predicates[name]
 
-    def add_types(self, scene: Scene, objects: int) -> None:
+    def add_types_of_objects(self, scene: Scene, objects_mask: int) -> None:
         """Add PDDL names for the kinds of some objects of a scene; the objects are a bit mask."""
-        for i in iterate_bits(objects):
+        for i in iterate_bits(objects_mask):
             for kind in self.vocabulary.list_kinds(scene.objects[i].category):
                 self.types[kind]
 
-    def use_category_predicate(self, category: str) -> str:
+    def register_category_predicate(self, category: str) -> str:
         """Return the static predicate that holds for the objects of a category."""
         return self.kinds.setdefault(category, self.predicates[f"is-{category}"])
 
-    def use_history_predicate(self, operator: str) -> str:
+    def register_execution_predicate(self, operator: str) -> str:
         """Return the predicate without arguments which states that the operator was executed."""
         return self.performed.setdefault(operator, self.predicates[f"done-{operator}"])
 
-    def make_order_atom(self, first: f.Term, second: f.Term) -> f.Atom:
+    def make_object_order_atom(self, first: f.Term, second: f.Term) -> f.Atom:
         """Return the atom which states that the first object has the lower index."""
         self.ordered = True
         return f.Atom(self.predicates[f" {ORDER}"], (first, second))
@@ -235,7 +235,7 @@ class ConditionWriter:
     """
 
     def __init__(
-        self, glossary: ExportGlossary, things: PddlNames | None = None, scene: Scene | None = None
+        self, glossary: PddlExportNames, things: PddlNames | None = None, scene: Scene | None = None
     ) -> None:
         self.glossary = glossary
         self._things = glossary.things if things is None else things
@@ -276,9 +276,9 @@ class ConditionWriter:
         match formula:
             case f.Atom(predicate, arguments):
                 terms = tuple([self.convert_term(term, scope) for term in arguments])
-                return f.Atom(self.glossary.use_predicate(predicate), terms)
+                return f.Atom(self.glossary.register_predicate(predicate), terms)
             case f.Occurs(action):
-                return f.Atom(self.glossary.use_history_predicate(action), ())
+                return f.Atom(self.glossary.register_execution_predicate(action), ())
             case f.Equals(left, right):
                 return make_equality(self.convert_term(left, scope), self.convert_term(right, scope))
             case f.Not(operand):
@@ -296,7 +296,7 @@ class ConditionWriter:
             ):
                 other = right if left == f.Variable(name) else left
                 return f.Atom(
-                    self.glossary.use_category_predicate(category), (self.convert_term(other, scope),)
+                    self.glossary.register_category_predicate(category), (self.convert_term(other, scope),)
                 )
             case f.ForAll(variable, body) | f.Exists(variable, body):
                 bound = self.make_unused_variable(variable.name, variable.category)
@@ -322,7 +322,7 @@ class ConditionWriter:
         rest = self.convert_formula(body, {**scope, variable.name: f.Variable(other.name)})
         among = [make_equality(f.Variable(other.name), term) for term in terms]
         only = f.ForAll(other, disjoin([negate(rest), *among]))
-        return quantify(f.Exists, chosen, conjoin([*met, *_require_different(terms), only]))
+        return wrap_in_quantifiers(f.Exists, chosen, conjoin([*met, *_require_different(terms), only]))
 
     def _convert_pairs(self, formula: f.ForPairs, scope: TermScope) -> f.Formula:
         """Return the condition of a pairing: enough pairs of different objects satisfy a body.
@@ -349,7 +349,9 @@ class ConditionWriter:
         for one, other in zip(members, terms, strict=True):
             parts.append(negate(make_equality(one, other)))
             parts.append(self.convert_formula(body, {**scope, smaller.name: one, larger.name: other}))
-        return quantify(f.Exists, [*chosen, *partners], conjoin([*parts, *_require_different(terms)]))
+        return wrap_in_quantifiers(
+            f.Exists, [*chosen, *partners], conjoin([*parts, *_require_different(terms)])
+        )
 
 
 def _require_different(terms: Sequence[f.Term]) -> Iterator[f.Formula]:
@@ -358,7 +360,7 @@ def _require_different(terms: Sequence[f.Term]) -> Iterator[f.Formula]:
             yield negate(make_equality(one, other))
 
 
-def find_hidden_predicates(vocabulary: Vocabulary) -> frozenset[str]:
+def find_predicates_hidden_in_texts(vocabulary: Vocabulary) -> frozenset[str]:
     """Return the predicates that no text may mention: invisible ones, and predicates derived from these."""
     invisible = {predicate.name for predicate in vocabulary.predicates if not predicate.visible}
     names = [*invisible, *vocabulary.derived_by_name]
@@ -367,7 +369,9 @@ def find_hidden_predicates(vocabulary: Vocabulary) -> frozenset[str]:
     )
 
 
-def replace_hidden_atoms(formula: f.Formula, hidden: frozenset[str], *, positive: bool = True) -> f.Formula:
+def replace_hidden_atoms_by_truth(
+    formula: f.Formula, hidden: frozenset[str], *, positive: bool = True
+) -> f.Formula:
     """Return a formula without atoms of hidden predicates.
 
     The result holds whenever the formula holds. With `positive=False`, the formula holds whenever the result
@@ -377,15 +381,21 @@ def replace_hidden_atoms(formula: f.Formula, hidden: frozenset[str], *, positive
         case f.Atom(predicate):
             return (f.TRUE if positive else f.FALSE) if predicate in hidden else formula
         case f.Not(operand):
-            return negate(replace_hidden_atoms(operand, hidden, positive=not positive))
+            return negate(replace_hidden_atoms_by_truth(operand, hidden, positive=not positive))
         case f.And(operands):
-            return conjoin([replace_hidden_atoms(operand, hidden, positive=positive) for operand in operands])
+            return conjoin(
+                [replace_hidden_atoms_by_truth(operand, hidden, positive=positive) for operand in operands]
+            )
         case f.Or(operands):
-            return disjoin([replace_hidden_atoms(operand, hidden, positive=positive) for operand in operands])
+            return disjoin(
+                [replace_hidden_atoms_by_truth(operand, hidden, positive=positive) for operand in operands]
+            )
         case f.Implies(premise, conclusion):
-            return replace_hidden_atoms(f.Or((f.Not(premise), conclusion)), hidden, positive=positive)
+            return replace_hidden_atoms_by_truth(
+                f.Or((f.Not(premise), conclusion)), hidden, positive=positive
+            )
         case f.Exists(variable, body) | f.ForAll(variable, body):
-            inner = replace_hidden_atoms(body, hidden, positive=positive)
+            inner = replace_hidden_atoms_by_truth(body, hidden, positive=positive)
             return inner if inner in (f.TRUE, f.FALSE) else type(formula)(variable, inner)
         case _:
             if hidden.isdisjoint(find_predicates(formula)):

@@ -13,13 +13,19 @@ condition is the mask of the literals that it needs, and all possible actions of
 from __future__ import annotations
 
 from collections.abc import Iterable, Iterator, Mapping, Sequence
-from typing import NamedTuple
+from typing import NamedTuple, TypeAlias
 
 import eai.logic.formula as f
 import eai.pddl.model as m
 from eai.logic.traversal import find_free_variables, find_object_names
 from eai.pddl.execute import DerivedPredicates, PlanStep
 from eai.planning.search import SearchEffort
+
+LiteralMask: TypeAlias = int
+"""Set of literals, as a bit mask."""
+
+StateMask: TypeAlias = int
+"""State, as the bit mask of its true atoms."""
 
 
 class _GroundCondition(NamedTuple):
@@ -87,7 +93,7 @@ class Grounder:
         self._ground: dict[tuple[object, ...], _GroundAction | None] = {}
 
     @property
-    def initial(self) -> int:
+    def initial_atoms_mask(self) -> StateMask:
         """The initial state as a bit mask over the numbered atoms; complete only after grounding."""
         return sum(1 << number for key, number in self.numbers.items() if key in self._facts)
 
@@ -116,7 +122,7 @@ class Grounder:
                 if ground is not None:
                     yield ground
 
-    def find_central_objects(self) -> frozenset[str]:
+    def find_objects_of_goal_and_parameter_types(self) -> frozenset[str]:
         """Return the objects that the goal names, and all objects of types of parameters except the root."""
         named = {*find_object_names(self._problem.goal)}
         asked = {
@@ -137,7 +143,7 @@ class Grounder:
         A parameter that occurs in no condition and no effect takes only one object, because every object
         gives an equal action.
         """
-        tests = self._find_static_tests(action)
+        tests = self._group_static_atoms_by_last_parameter(action)
         mentioned = find_free_variables(action.precondition) | m.find_effect_variables(action.effect)
         stack: list[dict[str, str]] = [{}]
         for parameter in action.parameters:
@@ -153,7 +159,7 @@ class Grounder:
             ]
         return iter(stack)
 
-    def _find_static_tests(self, action: m.PddlAction) -> dict[str, list[f.Atom]]:
+    def _group_static_atoms_by_last_parameter(self, action: m.PddlAction) -> dict[str, list[f.Atom]]:
         """Return, for each parameter, the static atoms to test as soon as the parameter has an object."""
         tests: dict[str, list[f.Atom]] = {parameter.name: [] for parameter in action.parameters}
         order, may_become_true = list(tests), self._added.union(self._axioms)
@@ -315,7 +321,7 @@ def _find_object_name(term: f.Term, binding: _Binding) -> str:
     return binding[term.name] if isinstance(term, f.Variable) else term.name
 
 
-class _ChoiceLiteral(NamedTuple):
+class _DisjunctionLiteral(NamedTuple):
     """A choice between conditions: the literal that stands for the choice, and the options.
 
     The options with one literal are also given as a mask, and longer options as a tuple.
@@ -370,16 +376,16 @@ class GroundProblem:
         looks: SearchEffort,
     ) -> None:
         self.atoms = len(grounder.numbers)
-        self.initial = grounder.initial
+        self.initial = grounder.initial_atoms_mask
         self._looks = looks
         self._every_atom = (1 << self.atoms) - 1
-        self._choices: dict[tuple[int, ...], _ChoiceLiteral] = {}
+        self._choices: dict[tuple[int, ...], _DisjunctionLiteral] = {}
         self._effort = 0
         self.goal = self._find_needed_literals(goal)
         self.actions = [self._compile_action(action) for action in actions]
         self._every_action = (1 << len(self.actions)) - 1
-        self._needing = map_bits_to_masks([action.needs for action in self.actions])
-        self._price = estimate_test_cost(len(self.actions)) * len(self._needing)
+        self._needing = map_bits_to_masks_containing_them([action.needs for action in self.actions])
+        self._price = estimate_cost_of_literal_test(len(self.actions)) * len(self._needing)
 
     def _compile_action(self, action: _GroundAction) -> _ActionMasks:
         needs = self._find_needed_literals(action.precondition)
@@ -389,30 +395,30 @@ class GroundProblem:
         ]
         return _ActionMasks(action.step, needs, changes)
 
-    def _find_needed_literals(self, condition: _GroundCondition) -> int:
+    def _find_needed_literals(self, condition: _GroundCondition) -> LiteralMask:
         """Return the literals that a condition needs, as a bit mask."""
         needed = condition.true | condition.false << self.atoms
         for options in condition.choices:
-            needed |= self._add_choice_literal(
+            needed |= self._add_disjunction_literal(
                 tuple([self._find_needed_literals(option) for option in options])
             ).literal
         return needed
 
-    def _add_choice_literal(self, options: tuple[int, ...]) -> _ChoiceLiteral:
-        choice = self._choices.get(options)
+    def _add_disjunction_literal(self, disjuncts: tuple[int, ...]) -> _DisjunctionLiteral:
+        choice = self._choices.get(disjuncts)
         if choice is None:
             literal = 1 << 3 * self.atoms + len(self._choices)
-            compound = tuple([option for option in options if option & option - 1])
-            simple = sum({*options}.difference(compound))
-            choice = self._choices[options] = _ChoiceLiteral(literal, options, simple, compound)
+            compound = tuple([option for option in disjuncts if option & option - 1])
+            simple = sum({*disjuncts}.difference(compound))
+            choice = self._choices[disjuncts] = _DisjunctionLiteral(literal, disjuncts, simple, compound)
             self._effort += 1 + len(compound)
         return choice
 
-    def find_state_literals(self, state: int) -> int:
+    def find_state_literals(self, state: StateMask) -> LiteralMask:
         """Return the literals of a state, as a bit mask."""
-        return self.add_choices(state | (~state & self._every_atom) << self.atoms)
+        return self.add_true_disjunctions(state | (~state & self._every_atom) << self.atoms)
 
-    def add_choices(self, literals: int) -> int:
+    def add_true_disjunctions(self, literals: LiteralMask) -> LiteralMask:
         """Return a set of literals together with the choices that have an option in the set."""
         self._looks.used += self._effort
         choices = self._choices.values()  # an option of a choice may be an earlier choice
@@ -423,7 +429,9 @@ class GroundProblem:
                 literals |= literal
         return literals
 
-    def resolve_choices(self, needed: int, literals: int) -> int:
+    def replace_disjunctions_by_true_disjuncts(
+        self, needed: LiteralMask, true_literals: LiteralMask
+    ) -> LiteralMask:
         """Return needed literals with all choices among them replaced.
 
         Each choice becomes its first option whose literals are all in a given set.
@@ -432,10 +440,10 @@ class GroundProblem:
             for literal, options, _, _ in reversed(self._choices.values()):
                 if needed & literal:
                     needed ^= literal
-                    needed |= next(option for option in options if not option & ~literals)
+                    needed |= next(option for option in options if not option & ~true_literals)
         return needed
 
-    def add_choices_and_options(self, needed: int) -> int:
+    def add_disjuncts_of_needed_disjunctions(self, needed: LiteralMask) -> LiteralMask:
         """Return needed literals, their choices, and the literals of all options of the choices."""
         for literal, options, _, _ in reversed(self._choices.values()):
             if needed & literal:
@@ -443,7 +451,7 @@ class GroundProblem:
                     needed |= option
         return needed
 
-    def generate_successors(self, state: int, literals: int) -> Iterator[tuple[int, int]]:
+    def generate_successors(self, state: StateMask, literals: LiteralMask) -> Iterator[tuple[int, StateMask]]:
         """Yield the successors of a state with given literals, in the order of the actions.
 
         Each is a pair: a mask with the bit of the action's number, and the successor.
@@ -456,7 +464,7 @@ class GroundProblem:
         for action in iterate_bit_masks(possible):
             yield action, self.apply_action(action.bit_length() - 1, state, literals)
 
-    def apply_action(self, number: int, state: int, literals: int) -> int:
+    def apply_action(self, number: int, state: StateMask, literals: LiteralMask) -> StateMask:
         """Return the state after the action with the given number, even if the action is impossible."""
         add = delete = 0
         for needs, also_add, also_delete in self.actions[number].changes:
@@ -466,12 +474,12 @@ class GroundProblem:
         return state & ~delete | add  # an atom that is both deleted and added is true
 
 
-def estimate_test_cost(conditions: int) -> int:
+def estimate_cost_of_literal_test(condition_count: int) -> int:
     """Return the cost, in looks, of testing which of many conditions need a literal."""
-    return 1 + conditions // 2_000
+    return 1 + condition_count // 2_000
 
 
-def map_bits_to_masks(masks: Iterable[int]) -> Mapping[int, int]:
+def map_bits_to_masks_containing_them(masks: Iterable[int]) -> Mapping[int, int]:
     """Return a mapping from each bit to the masks that contain this bit.
 
     The masks are given as a bit mask of their numbers.

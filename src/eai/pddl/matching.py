@@ -28,7 +28,7 @@ from typing_extensions import assert_never
 
 import eai.logic.formula as f
 import eai.pddl.model as m
-from eai.logic.matching import find_heaviest_pairs
+from eai.logic.matching import find_heaviest_matching_of_any_size
 from eai.logic.traversal import map_subformulas, walk_subformulas
 from eai.pddl.writer import write_formula
 
@@ -50,7 +50,7 @@ Renaming = Mapping[str, str]
 
 
 @dataclass(frozen=True, slots=True)
-class SideMatch:
+class ClauseComparison:
     """The comparison of one side of an operator (its precondition or its effect) with the gold side.
 
     Each tuple holds clauses as PDDL text, which `find_predicates_in_text` reads, in their original order.
@@ -66,7 +66,7 @@ class SideMatch:
     missing: tuple[str, ...] = ()
 
 
-NO_MATCH = SideMatch()
+NO_MATCH = ClauseComparison()
 """Result of comparing an empty precondition or effect with an empty gold precondition or effect."""
 
 
@@ -85,8 +85,8 @@ class OperatorMatch:
         additional_any: whether the additional clauses of the precondition are alternatives.
     """
 
-    precondition: SideMatch
-    effect: SideMatch
+    precondition: ClauseComparison
+    effect: ClauseComparison
     precondition_literals: _LiteralMatch
     effect_literals: _LiteralMatch
     renamed: tuple[tuple[str, str], ...] = ()
@@ -94,7 +94,7 @@ class OperatorMatch:
     additional_any: bool = False
 
 
-class _SidePair(NamedTuple):
+class _AnswerAndGoldClauses(NamedTuple):
     """The preconditions, or the effects, of an answer's operator and of the gold operator.
 
     Attributes:
@@ -209,7 +209,7 @@ def _write_term(term: f.Term, names: Renaming) -> str:
 
 @lru_cache(_MAX_CACHED_OPERATORS)
 def _make_gold_sides(gold: m.PddlAction) -> tuple[tuple[Clause, tuple[str, ...], int], ...]:
-    """Return the precondition and the effect of a gold operator, prepared for `_SidePair`.
+    """Return the precondition and the effect of a gold operator, prepared for `_AnswerAndGoldClauses`.
 
     The result is cached, because many answers are compared with the same gold operator.
     """
@@ -229,13 +229,17 @@ def _make_gold_sides(gold: m.PddlAction) -> tuple[tuple[Clause, tuple[str, ...],
 def match_operators(predicted: m.PddlAction, gold: m.PddlAction) -> OperatorMatch:
     """Compare an operator of an answer with the gold operator of the same name."""
     own = make_condition_clause(predicted.precondition), make_effect_clause(predicted.effect)
-    sides = [_SidePair(ours, *theirs) for ours, theirs in zip(own, _make_gold_sides(gold), strict=True)]
+    sides = [
+        _AnswerAndGoldClauses(ours, *theirs) for ours, theirs in zip(own, _make_gold_sides(gold), strict=True)
+    ]
     renamings = _generate_renamings(predicted, gold)
     wanted = sum(len(side.wanted) for side in sides)
     renaming, matches = _find_best_renaming(
         sides, renamings, _match_clauses, lambda clauses: len(clauses[0]), wanted
     )
-    precondition, effect = [SideMatch(*[tuple(map(write_clause, part)) for part in side]) for side in matches]
+    precondition, effect = [
+        ClauseComparison(*[tuple(map(write_clause, part)) for part in side]) for side in matches
+    ]
     wanted = sum(side.size for side in sides)
     _, matched = _find_best_renaming(
         sides,
@@ -263,9 +267,9 @@ def match_missing_operator(gold: m.PddlAction) -> OperatorMatch:
 
 
 def _find_best_renaming(
-    sides: Sequence[_SidePair],
+    sides: Sequence[_AnswerAndGoldClauses],
     renamings: Iterable[Renaming],
-    match: Callable[[_SidePair, Renaming], _T],
+    match: Callable[[_AnswerAndGoldClauses, Renaming], _T],
     number: Callable[[_T], int],
     wanted: int,
 ) -> tuple[Renaming, list[_T]]:
@@ -282,7 +286,9 @@ def _find_best_renaming(
     return best
 
 
-def _match_clauses(side: _SidePair, renaming: Renaming) -> tuple[list[Clause], list[Clause], list[Clause]]:
+def _match_clauses(
+    side: _AnswerAndGoldClauses, renaming: Renaming
+) -> tuple[list[Clause], list[Clause], list[Clause]]:
     """Return the matched, additional and missing clauses of a precondition or of an effect.
 
     Matched clauses are identical after parameters are renamed.
@@ -364,7 +370,7 @@ def _count_matched_literals_of_lists(ours: Clause, theirs: Clause, renaming: Ren
         [_count_matched_literals(a, b, renaming) for b in _get_clause_parts(theirs)]
         for a in _get_clause_parts(ours)
     ]
-    return sum(grid[row][column] for row, column in find_heaviest_pairs(grid))
+    return sum(grid[row][column] for row, column in find_heaviest_matching_of_any_size(grid))
 
 
 def _find_nested_lists(clause: Clause) -> list[Clause]:

@@ -16,7 +16,7 @@ from typing_extensions import assert_never
 import eai.logic.formula as f
 import eai.pddl.model as m
 from eai.base.errors import DomainError
-from eai.logic.traversal import quantify
+from eai.logic.traversal import wrap_in_quantifiers
 from eai.pddl import glossary as g
 from eai.world.derived import DefinedPredicate
 from eai.world.effect import ANYTHING, Add, Delete, Effect, ForEach, Let, When
@@ -137,7 +137,7 @@ class _OrderedEffectsConverter:
     def _convert_condition(self, condition: f.Formula, context: _EffectContext) -> f.Formula:
         """Return the PDDL condition of an effect. Parts with hidden predicates count as false."""
         return self._conditions.convert_formula(
-            g.replace_hidden_atoms(condition, self._hidden, positive=False), context.scope
+            g.replace_hidden_atoms_by_truth(condition, self._hidden, positive=False), context.scope
         )
 
     def _make_first_object_condition(
@@ -151,7 +151,7 @@ class _OrderedEffectsConverter:
         as_well = self._convert_condition(
             condition, replace(inside, scope={**inside.scope, variable.name: other})
         )
-        earlier = g.conjoin((self._conditions.glossary.make_order_atom(other, bound), as_well))
+        earlier = g.conjoin((self._conditions.glossary.make_object_order_atom(other, bound), as_well))
         return g.conjoin((meets, g.negate(f.Exists(other, earlier))))
 
     def _make_atom_change(self, atom: f.Atom, context: _EffectContext, *, adds: bool) -> _AtomChange:
@@ -167,7 +167,7 @@ class _OrderedEffectsConverter:
                 terms.append(variables[-1])
             else:
                 terms.append(self._conditions.convert_term(term, context.scope))
-        written = f.Atom(self._conditions.glossary.use_predicate(atom.predicate), tuple(terms))
+        written = f.Atom(self._conditions.glossary.register_predicate(atom.predicate), tuple(terms))
         return _AtomChange(adds, written, tuple(variables), context.condition, context.place)
 
     def _write_change(self, change: _AtomChange, changes: Sequence[_AtomChange]) -> Iterator[m.PddlEffect]:
@@ -180,7 +180,7 @@ class _OrderedEffectsConverter:
         effect: m.PddlEffect = m.Add(change.atom) if change.adds else m.Delete(change.atom)
         if condition != f.TRUE:
             effect = m.WhenEffect(condition, effect)
-        yield quantify(m.ForAllEffect, change.variables, effect)
+        yield wrap_in_quantifiers(m.ForAllEffect, change.variables, effect)
 
     def _write_deletion_condition(self, addition: _AtomChange, deletion: _AtomChange) -> f.Formula:
         """Return the condition under which a later deletion removes an added atom."""
@@ -218,7 +218,7 @@ class _OrderedEffectsConverter:
                 rest = self._write_order_condition(addition[depth + 1 :], deletion[depth + 1 :], terms)
                 if theirs == mine:
                     return rest
-                precedes = self._conditions.glossary.make_order_atom(mine, theirs)
+                precedes = self._conditions.glossary.make_object_order_atom(mine, theirs)
                 return g.disjoin((precedes, g.conjoin((f.Equals(mine, theirs), rest))))
             if isinstance(mine, int) and isinstance(other, int) and mine != other:
                 return f.TRUE if mine < other else f.FALSE

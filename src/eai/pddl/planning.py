@@ -94,7 +94,7 @@ class PlanningTask:
 
 def make_violation_result(finding: PddlFinding) -> PlannerResult:
     """Return the result for a task that violates the rules of PDDL. It needs no planner."""
-    detail = f"{finding.place}: {finding.offence.value}: {finding.words}"
+    detail = f"{finding.place}: {finding.offence.value}: {finding.description}"
     return PlannerResult(PlannerOutcome.INPUT_ERROR, detail=detail)
 
 

@@ -19,7 +19,7 @@ import eai.logic.formula as f
 import eai.pddl.model as m
 from eai.base.errors import did_you_mean
 from eai.logic.signature import find_line_and_column, join_with_or
-from eai.logic.traversal import quantify
+from eai.logic.traversal import wrap_in_quantifiers
 from eai.pddl.check import PddlError, PddlViolationKind
 
 _WORD = re.compile(r"[()]|\??[^\s();?]+|\?|;[^\n]*")
@@ -260,7 +260,7 @@ class PddlReader:
                 names, body = self._require_parts(group, 2)
                 quantifier = f.ForAll if head == "forall" else f.Exists
                 part = self.read_formula(body)
-                return quantify(quantifier, self.read_variables(names), part)
+                return wrap_in_quantifiers(quantifier, self.read_variables(names), part)
             case "=":
                 left, right = self._require_parts(group, 2)
                 return f.Equals(self._read_term(left), self._read_term(right))
@@ -283,7 +283,7 @@ class PddlReader:
             case "forall":
                 names, body = self._require_parts(group, 2)
                 result = self.read_effect(body)
-                return quantify(m.ForAllEffect, self.read_variables(names), result)
+                return wrap_in_quantifiers(m.ForAllEffect, self.read_variables(names), result)
             case "not":
                 negated, inner = self._require_list(self._require_parts(group, 1)[0])
                 if inner not in CONNECTIVES:

@@ -12,7 +12,14 @@ from functools import reduce
 from operator import or_
 from typing import NamedTuple, TypeAlias
 
-from eai.pddl.grounding import GroundProblem, estimate_test_cost, iterate_bit_masks, map_bits_to_masks
+from eai.pddl.grounding import (
+    GroundProblem,
+    LiteralMask,
+    StateMask,
+    estimate_cost_of_literal_test,
+    iterate_bit_masks,
+    map_bits_to_masks_containing_them,
+)
 from eai.planning.search import SearchEffort
 
 _ALL_LITERALS = -1
@@ -76,10 +83,10 @@ class Relaxation:
             for number, action in enumerate(problem.actions)
             for change in action.changes
         ]
-        self._price = estimate_test_cost(len(self._rules))
-        self._making = map_bits_to_masks([rule.makes for rule in self._rules])
-        needing = map_bits_to_masks([rule.needs for rule in self._rules])
-        asked = problem.add_choices_and_options(
+        self._price = estimate_cost_of_literal_test(len(self._rules))
+        self._making = map_bits_to_masks_containing_them([rule.makes for rule in self._rules])
+        needing = map_bits_to_masks_containing_them([rule.needs for rule in self._rules])
+        asked = problem.add_disjuncts_of_needed_disjunctions(
             reduce(or_, [rule.needs for rule in self._rules], problem.goal)
         )
         self._asked = [
@@ -87,7 +94,7 @@ class Relaxation:
             for literal in iterate_bit_masks(asked)
         ]
 
-    def estimate(self, state: int, literals: int) -> _RelaxedPlan | None:
+    def estimate(self, state: StateMask, literals: LiteralMask) -> _RelaxedPlan | None:
         """Return a relaxed plan from a state with given literals, or None if there is no relaxed plan.
 
         Without a relaxed plan there is no plan at all.
@@ -97,7 +104,7 @@ class Relaxation:
         layers = self._build_layers(literals, goal, again)
         return self._extract_relaxed_plan(goal, layers) if not goal & ~layers.reached[-1] else None
 
-    def _find_lost_goal_atoms(self, state: int) -> int:
+    def _find_lost_goal_atoms(self, state: StateMask) -> int:
         """Return the goal's true atoms that will become false before the whole goal holds."""
         missing = self._problem.goal & ~state
         lost = 0
@@ -134,7 +141,7 @@ class Relaxation:
                 if making & fired:
                     literals |= literal
             if literals != before:
-                literals = self._problem.add_choices(literals)
+                literals = self._problem.add_true_disjunctions(literals)
                 lacking = [
                     literal_lacking for literal_lacking in lacking if not literals & literal_lacking.literal
                 ]
@@ -147,7 +154,7 @@ class Relaxation:
     def _extract_relaxed_plan(self, goal: int, layers: _RelaxedLayers) -> _RelaxedPlan:
         """Return the relaxed plan, found backwards: the first rule that makes a literal true is taken."""
         chosen, helpful = set[int](), 0
-        needed = self._problem.resolve_choices(goal, layers.reached[-1])
+        needed = self._problem.replace_disjunctions_by_true_disjuncts(goal, layers.reached[-1])
         for depth in range(len(layers.fired) - 1, -1, -1):
             before, fired = layers.reached[depth], layers.fired[depth]
             missing = needed & ~before
@@ -158,10 +165,10 @@ class Relaxation:
                 chosen.add(action)
                 if depth == 0:
                     helpful |= 1 << action
-                needed |= self._problem.resolve_choices(needs, before)
+                needed |= self._problem.replace_disjunctions_by_true_disjuncts(needs, before)
         return _RelaxedPlan(len(chosen), helpful)
 
-    def build_all_layers(self, literals: int) -> _RelaxedLayers:
+    def build_all_layers(self, literals: LiteralMask) -> _RelaxedLayers:
         """Return the relaxed states after a set of literals, one for each step, until they stop growing."""
         return self._build_layers(literals, _ALL_LITERALS, 0)
 
@@ -170,7 +177,7 @@ class Relaxation:
         for bit in iterate_bit_masks(self._making.get(literal, 0) & rules):
             yield self._rules[bit.bit_length() - 1]
 
-    def _find_first_rule(self, missing: int, fired: int) -> _LiteralRule:
+    def _find_first_rule(self, missing: LiteralMask, fired: int) -> _LiteralRule:
         """Return the first rule (conditional effect) that makes any of the missing literals true."""
         making = 0
         for literal in iterate_bit_masks(missing):
@@ -200,7 +207,7 @@ _Mark: TypeAlias = tuple[int, int, int]
 
 
 def find_lookahead_actions(
-    problem: GroundProblem, relaxation: Relaxation, state: int, literals: int
+    problem: GroundProblem, relaxation: Relaxation, state: StateMask, literals: LiteralMask
 ) -> Sequence[tuple[int, int]]:
     """Return actions from a state that reach more of the goal, each with the state after it.
 
@@ -215,7 +222,9 @@ def find_lookahead_actions(
 class _Lookahead:
     """One lookahead: the state that it has reached, and its actions."""
 
-    def __init__(self, problem: GroundProblem, relaxation: Relaxation, state: int, literals: int) -> None:
+    def __init__(
+        self, problem: GroundProblem, relaxation: Relaxation, state: StateMask, literals: LiteralMask
+    ) -> None:
         self._problem = problem
         self._relaxation = relaxation
         self._rules_left = _MAX_RULES
@@ -259,7 +268,7 @@ class _Lookahead:
         self._taken.append((rule.action, self._state))
         return True
 
-    def _make_literals_true(self, needed: int, depth: int) -> bool:
+    def _make_literals_true(self, needed: LiteralMask, depth: int) -> bool:
         """Make several literals true at once, by rules of earlier layers. Return whether all are true then.
 
         The first attempt begins with the literals that take longest, and the second attempt ends with them.
@@ -286,10 +295,12 @@ class _Lookahead:
                 self._apply_rule(rule, min(before, depth - 1))
                 return
 
-    def _order_missing_literals(self, missing: int, depth: int) -> list[int]:
+    def _order_missing_literals(self, missing: LiteralMask, depth: int) -> list[int]:
         """Return the missing literals in order: literals that take longest to reach come first."""
         missing, ordered = (
-            self._problem.resolve_choices(missing, self._layers.reached[max(depth, 0)]),
+            self._problem.replace_disjunctions_by_true_disjuncts(
+                missing, self._layers.reached[max(depth, 0)]
+            ),
             list[int](),
         )
         for reached in self._layers.reached[max(depth, 0) :: -1]:

@@ -36,7 +36,7 @@ import eai.logic.formula as f
 import eai.pddl.model as m
 from eai.logic.traversal import find_free_variables, find_predicates, map_subformulas
 from eai.pddl.execute import DerivedPredicates, PlanStep
-from eai.pddl.grounding import Grounder, GroundProblem, iterate_bit_masks
+from eai.pddl.grounding import Grounder, GroundProblem, LiteralMask, StateMask, iterate_bit_masks
 from eai.pddl.planning import PddlPlanner, PlannerOutcome, PlannerResult, PlanningTask, execute_found_plan
 from eai.pddl.relaxation import Relaxation, find_lookahead_actions
 from eai.planning.search import (
@@ -250,7 +250,7 @@ def search(domain: m.PddlDomain, problem: m.PddlProblem, limits: Limits) -> Sear
     goal = grounder.goal()
     if goal is None and not looks.is_exceeded:
         return SearchResult(SearchEnd.UNREACHABLE)
-    objects = grounder.find_central_objects()
+    objects = grounder.find_objects_of_goal_and_parameter_types()
     central, all_are_central = list(grounder.generate_actions(objects)), objects >= grounder.objects
     if goal is None or looks.is_exceeded:
         return SearchResult(SearchEnd.STATES)
@@ -356,10 +356,10 @@ class _GroundSearch:
             self._seen.add(self._ahead.state)
         return None
 
-    def _make_child_node(self, node: _GroundSearchNode, action: int, state: int) -> _GroundSearchNode:
+    def _make_child_node(self, node: _GroundSearchNode, action: int, state: StateMask) -> _GroundSearchNode:
         return SearchNode(state, 0, node.depth + 1, node, (self._problem.actions[action].step,))
 
-    def _follow_relaxed_plan(self, node: _GroundSearchNode, literals: int) -> _GroundSearchNode:
+    def _follow_relaxed_plan(self, node: _GroundSearchNode, literals: LiteralMask) -> _GroundSearchNode:
         """Return the node that the search reaches by carrying out the relaxed plan from a node."""
         for action, state in find_lookahead_actions(self._problem, self._relaxation, node.state, literals):
             node = self._make_child_node(node, action, state)
@@ -404,7 +404,7 @@ class _ReachablePairs:
         while self._add_pairs_of_rules(rules):
             pass
 
-    def may_hold_together(self, needed: int) -> bool:
+    def may_hold_together(self, needed: LiteralMask) -> bool:
         """Whether every two literals of a mask are a reachable pair."""
         return (
             self._looks.is_exceeded
@@ -452,7 +452,7 @@ class _ReachablePairs:
                 self._looks.used += new.bit_count()
         return grew
 
-    def _find_compatible_literals(self, needed: int) -> int | None:
+    def _find_compatible_literals(self, needed: LiteralMask) -> LiteralMask | None:
         """Return the literals that may hold together with all needed literals, as a mask.
 
         The result is None if the needed literals cannot hold together.
@@ -463,9 +463,9 @@ class _ReachablePairs:
             companions &= self._beside.get(literal, 0)
         return None if needed & ~companions else companions
 
-    def _keep_atom_literals(self, needed: int) -> int:
+    def _keep_atom_literals(self, needed: LiteralMask) -> LiteralMask:
         """Return the literals of a mask that stand for atoms, without the literals that stand for choices."""
         return needed & (1 << 2 * self._atoms) - 1
 
-    def _negate_literals(self, literals: int) -> int:
+    def _negate_literals(self, literals: LiteralMask) -> LiteralMask:
         return literals >> self._atoms | (literals & self._every_atom) << self._atoms

@@ -11,7 +11,7 @@ from __future__ import annotations
 from collections.abc import Callable, Iterable, Sequence
 from typing import NamedTuple, TypeAlias
 
-from eai.logic.choice import AllOf, AnyOf, ExactlyOf, PairingChoice
+from eai.logic.choice import AllOf, AndOrTreePairing, AnyOf, ExactlyOf
 from eai.logic.formula import Atom, Exists, ForAll
 from eai.planning.achievers import Achiever, AchieversByPredicate
 from eai.planning.search import Limits, SearchEffort
@@ -342,7 +342,7 @@ class CostEstimates:
                 return None if cheapest is None else (cheapest,)
             case ExactlyOf(number, conditions):
                 return choose_cheapest_exactly(number, conditions, self.estimate)
-            case PairingChoice(number, cells):
+            case AndOrTreePairing(number, cells):
                 return choose_cheapest_pairs(number, cells, self.estimate)
 
     def _find_cheapest(self, conditions: Sequence[Subgoal]) -> Subgoal | None:

@@ -6,7 +6,7 @@ from collections.abc import Iterable, Iterator, Sequence
 from typing import NamedTuple, TypeAlias
 
 import eai.logic.formula as f
-from eai.logic.choice import AllOf, AnyOf, ExactlyOf, PairingChoice
+from eai.logic.choice import AllOf, AndOrTreePairing, AnyOf, ExactlyOf
 from eai.world.condition import FormulaEvaluator, Scope
 from eai.world.frame import AGENT, UNBOUND
 from eai.world.relation import iterate_bits
@@ -34,7 +34,7 @@ class GroundAtom(NamedTuple):
     truth: bool
 
 
-SubgoalParts: TypeAlias = AllOf[Subgoal] | AnyOf[Subgoal] | ExactlyOf[Subgoal] | PairingChoice[Subgoal]
+SubgoalParts: TypeAlias = AllOf[Subgoal] | AnyOf[Subgoal] | ExactlyOf[Subgoal] | AndOrTreePairing[Subgoal]
 """Parts of a condition, and which must hold: all, any, a number of parts, or pairs (`eai.logic.choice`)."""
 
 
@@ -126,11 +126,11 @@ class SubgoalSplitter:
         held = set(holding)
         return [i for i in self._find_all_values(variable) if i not in held]
 
-    def _make_pairing(self, formula: f.ForPairs, scope: Scope) -> PairingChoice[Subgoal]:
+    def _make_pairing(self, formula: f.ForPairs, scope: Scope) -> AndOrTreePairing[Subgoal]:
         first, second, body = formula.first, formula.second, formula.body
         rows, columns = self._find_all_values(first), self._find_all_values(second)
         count = min(len(rows), len(columns)) if formula.count is None else formula.count
-        return PairingChoice(
+        return AndOrTreePairing(
             count,
             tuple(
                 tuple(

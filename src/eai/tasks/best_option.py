@@ -28,7 +28,7 @@ from typing import NamedTuple, TypeAlias
 from typing_extensions import assert_never
 
 import eai.logic.formula as f
-from eai.logic.choice import AllOf, AnyOf, Choice, ExactlyOf, Literal, LiteralChoice, PairingChoice
+from eai.logic.choice import AllOf, AndOrTree, AndOrTreeLiteral, AndOrTreePairing, AnyOf, ExactlyOf, Literal
 from eai.logic.matching import find_heaviest_matching
 from eai.logic.trace import iterate_positions
 
@@ -59,7 +59,7 @@ class _ShareOfMetConditions(NamedTuple):
     is_exact: bool = True
 
 
-def make_best_share_finder(parts: Sequence[Choice], others: int = 0) -> _BestOptionFinder:
+def make_best_share_finder(parts: Sequence[AndOrTree], others: int = 0) -> _BestOptionFinder:
     """Return a function that finds the option of a goal with the largest share of met conditions.
 
     If several options have this share, the function finds the option with the fewest conditions.
@@ -79,7 +79,7 @@ class _BestOptionFinder:
             condition ``2 * i + 1`` that it is false.
     """
 
-    def __init__(self, parts: Sequence[Choice], others: int) -> None:
+    def __init__(self, parts: Sequence[AndOrTree], others: int) -> None:
         numbers: dict[f.Atom | f.Occurs, int] = {}
         root = _number_conditions(AllOf(tuple(parts)), numbers)
         self.atoms = tuple(numbers)
@@ -138,7 +138,7 @@ class _BestOptionFinder:
 
 
 _Counted: TypeAlias = (
-    "int | AllOf[_Counted] | AnyOf[_Counted] | ExactlyOf[_Counted] | PairingChoice[_Counted]"
+    "int | AllOf[_Counted] | AnyOf[_Counted] | ExactlyOf[_Counted] | AndOrTreePairing[_Counted]"
 )
 """A choice of conditions for a goal, in which integers stand for the conditions."""
 
@@ -168,10 +168,10 @@ class _OptionSearch:
 _FindSets: TypeAlias = Callable[[_OptionSearch], _SetValues]
 
 
-def _number_conditions(choice: Choice, numbers: dict[f.Atom | f.Occurs, int]) -> _Counted:
+def _number_conditions(choice: AndOrTree, numbers: dict[f.Atom | f.Occurs, int]) -> _Counted:
     """Return a choice of conditions with integers in place of conditions, and without nested conjunctions."""
     match choice:
-        case LiteralChoice(literal):
+        case AndOrTreeLiteral(literal):
             return _number_literal(literal, numbers)
         case AllOf(parts):
             inner = [_number_conditions(part, numbers) for part in parts]
@@ -181,11 +181,11 @@ def _number_conditions(choice: Choice, numbers: dict[f.Atom | f.Occurs, int]) ->
             return AnyOf(tuple([_number_conditions(part, numbers) for part in parts]))
         case ExactlyOf(count, parts):
             return ExactlyOf(count, tuple([_number_conditions(part, numbers) for part in parts]))
-        case PairingChoice(count, cells):
+        case AndOrTreePairing(count, cells):
             rows = [
                 [None if cell is None else _number_conditions(cell, numbers) for cell in row] for row in cells
             ]
-            return PairingChoice(count, tuple(map(tuple, rows)))
+            return AndOrTreePairing(count, tuple(map(tuple, rows)))
         case _:
             assert_never(choice)
 
@@ -223,7 +223,7 @@ def _get_direct_parts(part: _Counted) -> Sequence[_Counted]:
             return ()
         case AllOf(parts) | AnyOf(parts) | ExactlyOf(_, parts):
             return parts
-        case PairingChoice(_, cells):
+        case AndOrTreePairing(_, cells):
             return [cell for row in cells for cell in row if cell is not None]
         case _:
             assert_never(part)
@@ -270,7 +270,7 @@ class _OptionCompiler:
                 return self._close_found_sets(
                     self._compile_exactly_of(count, [self.compile_part(member) for member in parts]), part
                 )
-            case PairingChoice(count, cells):
+            case AndOrTreePairing(count, cells):
                 tables = [
                     [None if cell is None else self.compile_part(cell) for cell in row] for row in cells
                 ]

@@ -7,7 +7,7 @@ from functools import cached_property
 from operator import mul
 
 from eai.base.errors import InputError
-from eai.logic.choice import Choice, build_choice_tree
+from eai.logic.choice import AndOrTree, build_and_or_tree
 from eai.logic.formula import FALSE, Atom, Formula, Occurs, Or, Variable, get_operands
 from eai.logic.semantics import holds
 from eai.logic.traversal import is_state_formula, walk_subformulas
@@ -191,7 +191,7 @@ class _OptionConditions:
     """
 
     def __init__(self, task: Task) -> None:
-        choices: list[Choice] = []
+        choices: list[AndOrTree] = []
         self._whole: list[int] = []
         self._has_actions = False
         for number, goal in enumerate(task.goals):
@@ -231,12 +231,12 @@ class _OptionConditions:
         return share
 
 
-def _make_goal_choice(goal: Goal, scene: Scene) -> Choice | None:
+def _make_goal_choice(goal: Goal, scene: Scene) -> AndOrTree | None:
     """Return the options of a goal as a tree of choices, or None if the goal counts as a single condition."""
     if goal.is_over_time:
         return None
     try:
-        return build_choice_tree(goal.formula, scene.names_of_category)
+        return build_and_or_tree(goal.formula, scene.names_of_category)
     except InputError:
         return None
 

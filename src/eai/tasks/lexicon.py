@@ -8,7 +8,7 @@ from functools import cached_property
 
 import eai.logic.formula as f
 from eai.base.errors import InputError
-from eai.logic.ltl import map_spellings_to_names
+from eai.logic.ltl import map_formula_spellings_to_names
 from eai.logic.rewriting import rewrite_leaves
 from eai.logic.signature import Signature
 from eai.logic.traversal import find_object_names, find_predicates
@@ -193,9 +193,9 @@ def make_declared_lexicon(domain: Domain, scene: Scene) -> FormulaLexicon:
     """Return the lexicon with the names of a domain and of a scene's objects, as formulas can spell them."""
     vocabulary = domain.vocabulary
     visible = [p.name for p in vocabulary.predicates if p.visible]
-    predicates = map_spellings_to_names([*visible, *(derived.name for derived in vocabulary.derived)])
-    actions = map_spellings_to_names([operator.name for operator in domain.operators])
-    names = map_spellings_to_names([thing.name for thing in scene.objects])
+    predicates = map_formula_spellings_to_names([*visible, *(derived.name for derived in vocabulary.derived)])
+    actions = map_formula_spellings_to_names([operator.name for operator in domain.operators])
+    names = map_formula_spellings_to_names([thing.name for thing in scene.objects])
     objects = {word: scene.index[name] for word, name in names.items()}
     signature = Signature(
         {word: vocabulary.find_arity(name) for word, name in predicates.items()},

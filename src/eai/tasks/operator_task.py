@@ -115,7 +115,7 @@ def make_transition_tasks(
         ProblemSource(task_id, task.initial, tuple(goal.formula for goal in _list_condition_goals(task)))
         for task_id, task in chosen_tasks.items()
     ]
-    exported = export_problems(domain, sources, invisible=False)
+    exported = export_problems(domain, sources, with_invisible_predicates=False)
     all_categories = {**make_default_categories(exported[0].domain), **(categories or {})}
     library = OperatorLibrary(
         header=replace(exported[0].domain, actions=()),

@@ -14,7 +14,7 @@ from eai.base.errors import DomainError, InputError, read_items_or_raise_all
 from eai.base.files import find_files_below
 from eai.logic.rewriting import map_terms
 from eai.logic.traversal import map_subformulas
-from eai.pddl.declaration import DeclaredDomain
+from eai.pddl.declaration import ConvertedPddlDomain
 from eai.pddl.export import export_domain_and_problem
 from eai.pddl.files import (
     ProblemFile,
@@ -25,7 +25,7 @@ from eai.pddl.files import (
     read_problem_file,
     read_text,
 )
-from eai.pddl.glossary import ExportGlossary, PddlNames
+from eai.pddl.glossary import PddlExportNames, PddlNames
 from eai.pddl.model import OBJECT, PddlDomain, PddlPredicate, PddlProblem, TypedName
 from eai.pddl.writer import write_formula
 from eai.tasks.source import TaskSet
@@ -73,7 +73,7 @@ def _open_domain_and_problems(
     text = read_text(domain_file)
     domain = read_domain_text(text, domain_file)
     try:
-        declaration = DeclaredDomain(domain)
+        declaration = ConvertedPddlDomain(domain)
     except DomainError as error:
         named = next((p.name for p in domain.predicates if f" {p.name} " in str(error)), "")
         raise InputError(f"{domain_file}: line {find_line_of_word(text, f'({named}')}: {error}") from error
@@ -100,7 +100,7 @@ def _find_problem_files(domain_file: Path, problems: Path) -> Sequence[Path]:
     return paths
 
 
-def _make_problem_task(name: str, file: ProblemFile, declaration: DeclaredDomain) -> Task:
+def _make_problem_task(name: str, file: ProblemFile, declaration: ConvertedPddlDomain) -> Task:
     initial, goals = declaration.convert_problem(file.problem)
     wanted = "; ".join(map(write_formula, goals))
     return Task(
@@ -245,7 +245,7 @@ def make_bddl_world(domain: Domain, tasks: Iterable[Task]) -> ProblemWorld:
 
 def make_pddl_world(domain: Domain, tasks: Iterable[Task]) -> ProblemWorld:
     """Return the names of a domain as `eai.pddl.export` writes them, and a reader of PDDL problems."""
-    glossary = ExportGlossary(domain.vocabulary)
+    glossary = PddlExportNames(domain.vocabulary)
     spelt = {written: name for name, written in glossary.predicates.items()}
     tasks = list(tasks)
     declared = _read_declaration(domain, tasks, lambda name: PddlNames()[name], spelt)
@@ -253,11 +253,11 @@ def make_pddl_world(domain: Domain, tasks: Iterable[Task]) -> ProblemWorld:
         export_domain_and_problem(domain, task.initial, (), objects=0).domain.constants for task in tasks[:1]
     ]
     constants = dict.fromkeys([*declared.header.constants, *(item for items in named for item in items)])
-    kinds = {glossary.use_category_predicate(name): name for name in declared.categories.values()}
+    kinds = {glossary.register_category_predicate(name): name for name in declared.categories.values()}
     performed = {
-        glossary.use_history_predicate(operator.name): operator.name for operator in domain.operators
+        glossary.register_execution_predicate(operator.name): operator.name for operator in domain.operators
     }
-    order = glossary.make_order_atom(f.Variable("x"), f.Variable("y")).predicate
+    order = glossary.make_object_order_atom(f.Variable("x"), f.Variable("y")).predicate
     arities = {**dict.fromkeys(kinds, 1), **dict.fromkeys(performed, 0), order: 2}
     predicates = (*declared.header.predicates, *make_domain_header("", {}, {}, arities).predicates)
     header = replace(declared.header, constants=tuple(constants), predicates=predicates)

@@ -13,7 +13,7 @@ from eai.abilities.transition_modeling.scorer import TransitionModeling, count_b
 from eai.abilities.transition_modeling.verdict import OperatorStatus, OperatorVerdict, classify_clause
 from eai.abilities.verdict import ALL, Confusion, Verdict
 from eai.pddl.fast_downward import FastDownward
-from eai.pddl.matching import SideMatch
+from eai.pddl.matching import ClauseComparison
 from eai.pddl.model import OperatorText
 from eai.pddl.planners import make_planner, resolve_planner_choice
 from eai.pddl.planning import (
@@ -386,7 +386,7 @@ ONE = Confusion(1, 0, 0)
 def test_a_clause_counts_once_in_every_category_of_its_predicates(
     clause: str, by_clause: dict[str, Confusion], by_predicate: dict[str, Confusion]
 ) -> None:
-    side = SideMatch(matched=(clause,), additional=(), missing=())
+    side = ClauseComparison(matched=(clause,), additional=(), missing=())
     contents = {clause: classify_clause(clause, CATEGORIES)}
     assert count_by_category([side], contents, clauses=True) == by_clause
     assert count_by_category([side], contents, clauses=False) == by_predicate
@@ -394,8 +394,8 @@ def test_a_clause_counts_once_in_every_category_of_its_predicates(
 
 def test_matched_additional_and_missing_clauses_are_summed() -> None:
     sides = [
-        SideMatch(("(open ?x)",), ("(lit ?x)", "(inside ?x ?y)"), ()),
-        SideMatch((), ("(lit ?x)",), ("(open ?y)",)),
+        ClauseComparison(("(open ?x)",), ("(lit ?x)", "(inside ?x ?y)"), ()),
+        ClauseComparison((), ("(lit ?x)",), ("(open ?y)",)),
     ]
     texts = ("(open ?x)", "(lit ?x)", "(inside ?x ?y)", "(open ?y)")
     contents = {text: classify_clause(text, CATEGORIES) for text in texts}

@@ -10,7 +10,7 @@ from eai.base.errors import InputError
 from eai.benchmarks.behavior import domain as behavior
 from eai.benchmarks.behavior.tasks import BehaviorTask, BehaviorTasks
 from eai.extensions.reference.behavior_quirks import list_truncated_options, make_behavior_goal_test
-from eai.logic.choice import count_options, generate_options
+from eai.logic.choice import count_dnf_terms, generate_dnf_terms
 from eai.logic.formula import And, Atom, Formula, Not, Variable
 from eai.tasks.goal_test import GoalTest
 from eai.tasks.share import Share
@@ -160,11 +160,11 @@ def test_truncation_loses_options_of_large_pairings() -> None:
 def test_truncation_loses_the_last_options_of_small_products() -> None:
     formula = read_condition("(forall (?x - a) (exists (?y - b) (in ?x ?y)))")
     objects = universe(a=2, b=2).list_objects
-    missing = set(generate_options(formula, objects)) - set(list_truncated_options(formula, objects))
+    missing = set(generate_dnf_terms(formula, objects)) - set(list_truncated_options(formula, objects))
     assert missing == set()
     assert (
         len(list_truncated_options(formula, universe(a=5, b=2).list_objects))
-        < count_options(formula, universe(a=5, b=2).list_objects)
+        < count_dnf_terms(formula, universe(a=5, b=2).list_objects)
         == 32
     )
 

@@ -9,7 +9,7 @@ import pytest
 from abilities.transition_modeling.test_extraction import BOTH, NAMES, OPEN, SHUT, wrapped
 from eai.extensions.reference import operator_rules
 from eai.extensions.reference.operator_rules import compare_as_reference, extract_as_reference
-from eai.pddl.matching import SideMatch
+from eai.pddl.matching import ClauseComparison
 
 
 @pytest.mark.parametrize(
@@ -128,4 +128,4 @@ def test_a_single_literal_is_no_list() -> None:
 
 
 def test_nothing_against_nothing() -> None:
-    assert compare_as_reference("()", "()") == SideMatch()
+    assert compare_as_reference("()", "()") == ClauseComparison()

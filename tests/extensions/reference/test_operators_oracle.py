@@ -22,7 +22,7 @@ from eai.abilities.verdict import Confusion, Verdict
 from eai.base.store import Store
 from eai.benchmarks.published import TransitionTasks, open_behavior_operators
 from eai.extensions.reference.operator_rules import ReferenceRules
-from eai.pddl.matching import SideMatch
+from eai.pddl.matching import ClauseComparison
 from eai.pddl.planning import PlannerOutcome
 from eai.tasks.source import Source
 from oracle import MODELS, Oracle
@@ -90,7 +90,7 @@ def assert_equal(row: Mapping[str, Any], verdict: Verdict, known: Collection[str
         assert {name: sizes for name, sizes in found.items() if any(sizes)} == reference, f"{place} {part}"
 
 
-def _sizes(side: SideMatch, known: Collection[str]) -> list[int]:
+def _sizes(side: ClauseComparison, known: Collection[str]) -> list[int]:
     """Matched, additional and missing predicates; the reference does not count those without a category."""
     return [sum(name in known for name in names) for names in (side.matched, side.additional, side.missing)]
 

@@ -20,7 +20,7 @@ from eai.abilities.transition_modeling.verdict import (
 )
 from eai.abilities.verdict import Confusion, ErrorReport, PlanVerdict, Verdict
 from eai.pddl.check import PddlFinding, PddlViolationKind
-from eai.pddl.matching import SideMatch
+from eai.pddl.matching import ClauseComparison
 from eai.pddl.planning import PlannerOutcome
 from eai.results.rate import Rate
 from eai.results.record import AnswerOrigin, Record
@@ -163,7 +163,7 @@ def subgoal_run() -> list[Record]:
 
 def operator_run() -> list[Record]:
     """Operators with missing and additional predicates."""
-    side = SideMatch(("(closed ?o)",), ("(not (near ?o))",), ("(can_open ?o)",))
+    side = ClauseComparison(("(closed ?o)",), ("(not (near ?o))",), ("(can_open ?o)",))
     offence = PddlFinding(PddlViolationKind.UNKNOWN_PREDICATE, "near", "precondition")
     verdict = OperatorVerdict(
         success=True,

@@ -24,7 +24,7 @@ from eai.abilities.notation.goal_lexicon import GoalLexicon
 from eai.abilities.notation.goals import GoalAlternatives, GoalNotation, IllFormed, WrittenGoal, WrittenGoals
 from eai.abilities.scorer import Assessment, Scorer
 from eai.abilities.verdict import ALL, Confusion, ErrorReport, Unreadable
-from eai.logic.choice import Literal, make_best_option_finder
+from eai.logic.choice import Literal, make_closest_dnf_term_finder
 from eai.tasks.task import GoalKind, Task
 from eai.world.domain import Domain
 from eai.world.fault import FaultKind
@@ -72,7 +72,7 @@ class _GoldGoals:
         self.of_kind: dict[str, int] = {kind.value: 0 for kind in GoalKind}
         self.goals = alternatives
         self.best = [
-            make_best_option_finder(goal.options, self._get_condition_number) for goal in alternatives
+            make_closest_dnf_term_finder(goal.options, self._get_condition_number) for goal in alternatives
         ]
 
     def choose_option_masks(self, stated: int) -> list[int]:

@@ -17,7 +17,7 @@ from math import prod
 from eai.abilities.notation.goals import GoalNotation, WrittenGoal
 from eai.abilities.verdict import Unreadable
 from eai.base.grouping import group_pairs
-from eai.logic.choice import Literal, generate_tree_options
+from eai.logic.choice import Literal, generate_dnf_terms_of_tree
 from eai.logic.formula import Atom, Constant, Formula, Not, Occurs, Term
 from eai.logic.signature import make_term
 from eai.logic.traversal import find_object_names, walk_subformulas
@@ -129,7 +129,7 @@ def write_goals(task: Task, domain: Domain, notation: GoalNotation) -> tuple[str
     task = task.without_goals_over_time
     lexicon = GoalLexicon(task, domain, notation)
     options = [
-        next(generate_tree_options(goal.options), ()) for goal in notation.list_goal_alternatives(task)
+        next(generate_dnf_terms_of_tree(goal.options), ()) for goal in notation.list_goal_alternatives(task)
     ]
     conditions = dict.fromkeys(condition for option in options for condition in option)
     return notation.write([lexicon.to_answer_goal(condition) for condition in conditions])

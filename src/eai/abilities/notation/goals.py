@@ -27,7 +27,7 @@ from eai.abilities.answer_schema import (
 from eai.abilities.answer_text import AnswerFormat, JsonObject, ParsedAnswer, contains_json_string, read_json
 from eai.abilities.explanation import Statement
 from eai.abilities.verdict import Span, Unreadable
-from eai.logic.choice import Choice, build_choice_tree
+from eai.logic.choice import AndOrTree, build_and_or_tree
 from eai.logic.formula import Formula
 from eai.logic.traversal import MAX_COUNT_DIGITS
 from eai.tasks.goal_text import write_goal
@@ -277,7 +277,7 @@ class GoalAlternatives:
 
     kind: str
     text: str | None
-    options: Choice
+    options: AndOrTree
 
 
 class GoalNotation(ABC):
@@ -342,13 +342,13 @@ class GoalNotation(ABC):
         """Return the goals of the task with their options, for the comparison with answers.
 
         Raises:
-            InputError: a goal has infinitely many options (see `choice.build_choice_tree`).
+            InputError: a goal has infinitely many options (see `choice.build_and_or_tree`).
         """
         return tuple(
             GoalAlternatives(
                 goal.kind.value,
                 write_goal(goal.formula),
-                build_choice_tree(goal.formula, task.scene.names_of_category),
+                build_and_or_tree(goal.formula, task.scene.names_of_category),
             )
             for goal in task.goals
         )

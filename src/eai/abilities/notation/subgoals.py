@@ -15,7 +15,7 @@ from eai.abilities.answer_schema import Schema, make_list_schema, make_object_sc
 from eai.abilities.answer_text import AnswerFormat, JsonObject, contains_json_string, read_json
 from eai.abilities.verdict import Span, Unreadable
 from eai.logic.formula import And, Atom, Constant, Formula
-from eai.logic.ltl import map_spellings_to_names
+from eai.logic.ltl import map_formula_spellings_to_names
 from eai.logic.ltl_printer import print_ltl
 from eai.planning.subgoal import GroundAtom
 from eai.tasks.lexicon import FormulaLexicon, make_declared_lexicon
@@ -83,7 +83,7 @@ class SubgoalNotation:
         """Return the subgoals in an answer, or the reason why the answer cannot be read."""
         alone = [p.name for p in self.domain.vocabulary.predicates if p.arity == 0]
         alone += [operator.name for operator in self.domain.operators if operator.arity == 0]
-        return read_output(text, frozenset(map_spellings_to_names(alone)))
+        return read_output(text, frozenset(map_formula_spellings_to_names(alone)))
 
     def write(self, task: Task, plan: Iterable[Action]) -> tuple[str, ...]:
         """Return subgoals for the actions of a plan: the facts that each action makes true about its objects.

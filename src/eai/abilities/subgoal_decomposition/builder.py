@@ -43,7 +43,7 @@ from eai.base.errors import InputError, ParseError
 from eai.logic.ltl import read_formula
 from eai.logic.ltl_printer import print_ltl
 from eai.logic.rewriting import push_negations_inwards, substitute_terms
-from eai.logic.traversal import get_subformulas, is_state_formula, quantify, walk_subformulas
+from eai.logic.traversal import get_subformulas, is_state_formula, walk_subformulas, wrap_in_quantifiers
 from eai.planning.subgoal import GroundAtom
 from eai.tasks.goal_test import StateTest
 from eai.tasks.lexicon import FormulaLexicon
@@ -359,7 +359,7 @@ class _ProgramBuilder:
         if not names:
             return subgoal
         subgoal = substitute_terms(subgoal, {name: f.Variable(name.name) for name in names})
-        return quantify(
+        return wrap_in_quantifiers(
             f.Exists, [f.Variable(class_name.name, class_name.name) for class_name in names], subgoal
         )
 

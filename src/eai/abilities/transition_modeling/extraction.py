@@ -153,7 +153,7 @@ def read_operators(
     for segment in _split_operators(text):
         operator = readings.get_or_compute(segment, len(segment), partial(_read_operator, segment))
         if isinstance(operator, PddlFinding):
-            return _make_unreadable(reading, f"the {operator.place} cannot be read: {operator.words}")
+            return _make_unreadable(reading, f"the {operator.place} cannot be read: {operator.description}")
         if operators.pop(operator.name, None) is not None:
             operator = replace(operator, repairs=(*operator.repairs, "duplicate_operator"))
         repairs = (*repairs, *operator.repairs)

@@ -306,7 +306,7 @@ class PaperOperatorRules(OperatorRules):
         findings: tuple[PddlFinding, ...],
         size: int,
     ) -> PlannerResult:
-        refusals = tuple(finding for finding in findings if finding.offence.stops_planner)
+        refusals = tuple(finding for finding in findings if finding.offence.makes_planners_refuse_domain)
         key = (task.problem_text, actions, refusals)
         return self.solve(key, size, lambda: _make_planning_task(task, actions, refusals))
 

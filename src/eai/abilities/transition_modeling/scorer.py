@@ -18,7 +18,7 @@ from eai.abilities.transition_modeling.verdict import (
 )
 from eai.abilities.verdict import ALL, Confusion
 from eai.pddl.check import PddlViolationKind
-from eai.pddl.matching import OperatorMatch, SideMatch
+from eai.pddl.matching import ClauseComparison, OperatorMatch
 from eai.pddl.planning import PlannerOutcome, PlannerResult
 from eai.tasks.operator_task import TransitionTask
 
@@ -27,7 +27,7 @@ _MAX_CACHED_CLAUSES = 1000
 
 
 def count_by_category(
-    sides: Iterable[SideMatch], contents: Mapping[str, ClauseContent], *, clauses: bool
+    sides: Iterable[ClauseComparison], contents: Mapping[str, ClauseContent], *, clauses: bool
 ) -> dict[str, Confusion]:
     """Return the numbers of matched, additional and missing clauses for each category that has any.
 
@@ -155,7 +155,7 @@ def _list_notes(judgement: OperatorJudgement) -> Iterator[str]:
             yield f"{report.name}: compared so that {', '.join(pairs)}; {whose}"
         yield from _describe_sides(report, match)
         for finding in report.offences:
-            yield f"{report.name}: {finding.offence.value} in the {finding.place}: {finding.words}"
+            yield f"{report.name}: {finding.offence.value} in the {finding.place}: {finding.description}"
     planning = judgement.planning
     yield f"planner: {planning.outcome.value}" + (f" ({planning.detail})" if planning.detail else "")
     flaw = judgement.plan_flaw
@@ -172,7 +172,7 @@ def _describe_sides(report: OperatorReport, match: OperatorMatch | None) -> Iter
 
     The clauses of an unreadable precondition or effect are unknown.
     """
-    unread = {finding.place for finding in report.offences if finding.offence.stops_reading}
+    unread = {finding.place for finding in report.offences if finding.offence.makes_text_unreadable}
     for side, clauses in (("precondition", report.precondition), ("effect", report.effect)):
         of_condition = match if side == "precondition" else None
         missing_any = of_condition is not None and of_condition.missing_any

@@ -19,7 +19,7 @@ from eai.abilities.verdict import (
 )
 from eai.base.json_value import Json
 from eai.pddl.check import PddlFinding, PddlViolationKind
-from eai.pddl.matching import NO_MATCH, SideMatch, find_predicates_in_text
+from eai.pddl.matching import NO_MATCH, ClauseComparison, find_predicates_in_text
 from eai.pddl.planning import PlannerOutcome
 from eai.tasks.task import Category
 from eai.world.fault import FaultKind
@@ -52,8 +52,8 @@ class OperatorReport:
 
     name: str
     status: OperatorStatus
-    precondition: SideMatch = NO_MATCH
-    effect: SideMatch = NO_MATCH
+    precondition: ClauseComparison = NO_MATCH
+    effect: ClauseComparison = NO_MATCH
     offences: tuple[PddlFinding, ...] = ()
 
 

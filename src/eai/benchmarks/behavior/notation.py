@@ -22,7 +22,7 @@ from eai.benchmarks.behavior import domain as behavior
 from eai.benchmarks.behavior import predicates as p
 from eai.benchmarks.behavior.records import GoalCondition, GroundOption
 from eai.benchmarks.behavior.tasks import BehaviorTask
-from eai.logic.choice import AllOf, AnyOf, Choice, Literal, LiteralChoice
+from eai.logic.choice import AllOf, AndOrTree, AndOrTreeLiteral, AnyOf, Literal
 from eai.logic.formula import Atom, Constant, Not
 from eai.logic.signature import Signature
 from eai.tasks.lexicon import FormulaLexicon
@@ -235,10 +235,10 @@ class BehaviorGoals(JsonGoals):
         names = {instance: name for name, instance in _map_instances(task).items()}
 
         @cache  # a condition occurs in many options of a goal
-        def make_leaf(condition: GoalCondition) -> LiteralChoice:
-            return LiteralChoice(_to_literal(condition, names))
+        def make_leaf(condition: GoalCondition) -> AndOrTreeLiteral:
+            return AndOrTreeLiteral(_to_literal(condition, names))
 
-        def make_choice(options: tuple[GroundOption, ...]) -> Choice:
+        def make_choice(options: tuple[GroundOption, ...]) -> AndOrTree:
             return AnyOf(tuple([AllOf(tuple(map(make_leaf, option))) for option in options]))
 
         return tuple(

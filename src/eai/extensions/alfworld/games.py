@@ -28,7 +28,7 @@ from eai.base.files import read_content
 from eai.benchmarks.benchmark import Benchmark, DataSet
 from eai.logic.rewriting import map_terms, rename_objects, substitute_terms
 from eai.logic.traversal import find_free_variables, find_object_names, map_subformulas
-from eai.pddl.declaration import DeclaredDomain, split_conjuncts
+from eai.pddl.declaration import ConvertedPddlDomain, split_conjuncts
 from eai.pddl.files import read_domain_text, read_problem_text
 from eai.tasks.english import EnglishWords
 from eai.tasks.source import TaskSet
@@ -76,7 +76,7 @@ def open_alfworld_games(reference: str) -> Benchmark:
     source, commands = _replace_actions_by_commands(
         _read_game_domain(games[first]["pddl_domain"], first), games[first]["grammar"]
     )
-    declaration = DeclaredDomain(source)
+    declaration = ConvertedPddlDomain(source)
     ids = {".".join(path.parent.relative_to(folder).parts) or folder.name: path for path in games}
     digest = hashlib.sha256("\0".join([json.dumps(games[path]) for path in games]).encode()).hexdigest()
 
@@ -146,7 +146,7 @@ def _drop_alternatives_of_empty_types(formula: f.Formula, empty: Collection[str]
 
 
 def _build_task(
-    task_id: str, path: Path, game: Mapping[str, Any], source: m.PddlDomain, declaration: DeclaredDomain
+    task_id: str, path: Path, game: Mapping[str, Any], source: m.PddlDomain, declaration: ConvertedPddlDomain
 ) -> Task:
     problem = read_problem_text(game["pddl_problem"], path, source).problem
     names = _number_objects(problem)

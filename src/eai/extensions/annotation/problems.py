@@ -11,7 +11,7 @@ from dataclasses import dataclass, replace
 from itertools import islice
 
 from eai.benchmarks.benchmark import Benchmark
-from eai.logic.choice import count_options, generate_options
+from eai.logic.choice import count_dnf_terms, generate_dnf_terms
 from eai.logic.formula import Formula
 from eai.logic.traversal import find_object_names
 from eai.pddl.export import ProblemSource, export_problems
@@ -105,8 +105,8 @@ def draw_conditions(task: Task, conditions: int, dice: random.Random) -> tuple[F
     wanted = [goal.formula for goal in task.without_goals_over_time.goals if goal.kind is not GoalKind.ACTION]
     formulas: dict[Formula, None] = {}
     for formula in wanted:
-        number = dice.randrange(min(count_options(formula, objects), _MAX_LISTED_OPTIONS) or 1)
-        formulas |= dict.fromkeys(next(islice(generate_options(formula, objects), number, None), ()))
+        number = dice.randrange(min(count_dnf_terms(formula, objects), _MAX_LISTED_OPTIONS) or 1)
+        formulas |= dict.fromkeys(next(islice(generate_dnf_terms(formula, objects), number, None), ()))
     return tuple(dice.sample(tuple(formulas), min(conditions, len(formulas))))
 
 

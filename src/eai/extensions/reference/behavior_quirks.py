@@ -33,7 +33,7 @@ from eai.benchmarks.behavior import operators as o
 from eai.benchmarks.behavior import predicates as p
 from eai.benchmarks.behavior.domain import domain_in_reference_order
 from eai.benchmarks.behavior.predicates import X, Y
-from eai.logic.choice import ObjectsByCategory, Option, resolve_term
+from eai.logic.choice import DnfTerm, ObjectsByCategory, resolve_term
 from eai.logic.formula import FALSE, Exists
 from eai.logic.rewriting import map_leaves
 from eai.tasks.goal_test import GoalTest
@@ -237,7 +237,7 @@ MAX_PERMUTATIONS = 10
 _NamesOfVariables: TypeAlias = Mapping[str, str]
 
 
-def list_truncated_options(formula: f.Formula, objects: ObjectsByCategory) -> list[Option]:
+def list_truncated_options(formula: f.Formula, objects: ObjectsByCategory) -> list[DnfTerm]:
     """Return the options of a closed BDDL condition, in eai-eval's order, as far as eai-eval tries them.
 
     An option is a list of ground conditions that together make the condition true.
@@ -252,7 +252,7 @@ class _Truncation:
     def __init__(self, objects: ObjectsByCategory) -> None:
         self._objects = objects
 
-    def options(self, formula: f.Formula, binding: _NamesOfVariables) -> list[Option]:
+    def options(self, formula: f.Formula, binding: _NamesOfVariables) -> list[DnfTerm]:
         match formula:
             case f.Atom(predicate, arguments):
                 return [(f.Atom(predicate, tuple(resolve_term(term, binding) for term in arguments)),)]
@@ -279,11 +279,11 @@ class _Truncation:
 
     def _instances(
         self, variable: f.Variable, body: f.Formula, binding: _NamesOfVariables
-    ) -> list[list[Option]]:
+    ) -> list[list[DnfTerm]]:
         values = self._objects(variable.category)
         return [self.options(body, {**binding, variable.name: value}) for value in values]
 
-    def _pairs(self, formula: f.ForPairs, binding: _NamesOfVariables) -> list[Option]:
+    def _pairs(self, formula: f.ForPairs, binding: _NamesOfVariables) -> list[DnfTerm]:
         first, second, body = formula.first, formula.second, formula.body
         rows, columns = self._objects(first.category), self._objects(second.category)
         cells = [
@@ -309,11 +309,11 @@ class _Truncation:
         ]
 
 
-def _join_options(vectors: Iterable[Sequence[Option]]) -> list[Option]:
+def _join_options(vectors: Iterable[Sequence[DnfTerm]]) -> list[DnfTerm]:
     return [tuple(chain.from_iterable(vector)) for vector in vectors]
 
 
-def _negate_options(options: Sequence[Option]) -> list[Option]:
+def _negate_options(options: Sequence[DnfTerm]) -> list[DnfTerm]:
     """Return the options of a negation. Each of them negates one condition of every given option."""
     return [
         tuple(choice)
@@ -325,7 +325,9 @@ def _list_first_orders(size: int, length: int) -> Iterator[tuple[int, ...]]:
     return islice(permutations(range(size), length), MAX_PERMUTATIONS)
 
 
-def _take_first_vectors(sequences: Sequence[Sequence[Option]]) -> Iterator[tuple[Option, ...]]:
+def _take_first_vectors(
+    sequences: Sequence[Sequence[DnfTerm]],
+) -> Iterator[tuple[DnfTerm, ...]]:
     """Yield combinations of one element of each sequence, for the first `MAX_VECTORS` index vectors.
 
     An index vector has an index into each sequence. Vectors are ordered by their sum, then lexicographically.

@@ -55,7 +55,7 @@ from eai.abilities.verdict import ErrorReport
 from eai.extensions.reference.planner_of_2024 import normalise, read_operator
 from eai.logic.matching import find_maximum_matching
 from eai.pddl.check import PddlFinding
-from eai.pddl.matching import SideMatch
+from eai.pddl.matching import ClauseComparison
 from eai.pddl.model import OperatorText, PddlAction
 from eai.pddl.planning import PlannerResult, PlanningTask, make_violation_result
 from eai.tasks.operator_task import TransitionTask
@@ -272,7 +272,7 @@ class _Comparison:
     missing: tuple[_Tree, ...] = ()
 
 
-def compare_as_reference(predicted: str, gold: str) -> SideMatch:
+def compare_as_reference(predicted: str, gold: str) -> ClauseComparison:
     """Return the names of matched, additional and missing predicates of one condition or effect.
 
     Args:
@@ -282,8 +282,8 @@ def compare_as_reference(predicted: str, gold: str) -> SideMatch:
     try:
         result = _compare(*_align(_parse(predicted), _parse(gold)))
     except _UnreadableError:
-        return SideMatch()
-    return SideMatch(
+        return ClauseComparison()
+    return ClauseComparison(
         _list_predicate_names(result.matched),
         _list_predicate_names(result.additional),
         _list_predicate_names(result.missing),

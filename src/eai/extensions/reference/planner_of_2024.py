@@ -33,7 +33,7 @@ from dataclasses import dataclass, field, replace
 import eai.logic.formula as f
 import eai.pddl.model as m
 from eai.logic.rewriting import map_leaves, push_negations_inwards
-from eai.logic.traversal import get_bound_variables, get_terms, map_subformulas, quantify
+from eai.logic.traversal import get_bound_variables, get_terms, map_subformulas, wrap_in_quantifiers
 from eai.pddl.check import DeclaredNames, PddlError, PddlFinding, PddlViolationKind, check_action
 from eai.pddl.model import OperatorText
 from eai.pddl.planning import PlanningTask
@@ -121,7 +121,7 @@ class _Binder:
         bound: m.PddlEffect = m.WhenEffect(
             self.bind_condition(condition, inner), self.bind_effect(effect.part, inner)
         )
-        return quantify(m.ForAllEffect, leaked, bound)
+        return wrap_in_quantifiers(m.ForAllEffect, leaked, bound)
 
 
 def _list_unbound_names(terms: tuple[f.Term, ...], scope: Names) -> list[str]:

@@ -36,7 +36,7 @@ from eai.abilities.verdict import SummaryCounts, Unreadable
 from eai.base.errors import ParseError
 from eai.logic.ltl import read_formula
 from eai.logic.signature import Signature
-from eai.logic.traversal import find_temporal_ids, get_subformulas
+from eai.logic.traversal import find_temporal_subformula_ids, get_subformulas
 from eai.world.action import Fault
 from eai.world.fault import FaultKind
 from eai.world.state import State
@@ -181,7 +181,7 @@ def _conjoins_moments(formula: f.Formula, signature: Signature) -> bool:
 
     The other possible error is an unknown name. The first error is the one that ends first in the text.
     """
-    temporal = find_temporal_ids(formula)
+    temporal = find_temporal_subformula_ids(formula)
     if not temporal:
         return False
     for part in _list_parts_by_end(formula):

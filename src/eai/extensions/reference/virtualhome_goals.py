@@ -15,7 +15,7 @@ from eai.abilities.notation.goals import SECTIONS, IllFormed, WrittenGoal, Writt
 from eai.abilities.verdict import ALL, Confusion, Unreadable
 from eai.benchmarks.virtualhome.notation import FIELDS, VirtualHomeGoals, make_written_goal
 from eai.benchmarks.virtualhome.predicates import get_object_id
-from eai.logic.choice import generate_tree_options
+from eai.logic.choice import generate_dnf_terms_of_tree
 from eai.tasks.task import GoalKind, Task
 from eai.world.domain import Domain
 
@@ -77,7 +77,7 @@ class VirtualHomeGoalInterpretation(GoalInterpretation):
         self._objects = {task.scene.objects[i].category: task.scene.objects[i].name for i in by_id}
         self._options: list[tuple[str, frozenset[WrittenGoal]]] = []
         for goal in notation.list_goal_alternatives(task):
-            literals = chain.from_iterable(generate_tree_options(goal.options))
+            literals = chain.from_iterable(generate_dnf_terms_of_tree(goal.options))
             options = dict.fromkeys(map(self.lexicon.to_ground_goal, literals))
             self._options.append((" or ".join(map(str, options)), frozenset(options)))
         self._needed = frozenset().union(*[options for _, options in self._options])
