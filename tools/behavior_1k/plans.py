@@ -18,7 +18,7 @@ import eai.logic.formula as f
 from eai.benchmarks.behavior_1k import predicates as p
 from eai.benchmarks.behavior_1k.kinds import ACTIVITIES, KINDS, PACK, PLANS, RULES, ObjectKinds
 from eai.benchmarks.behavior_1k.operators import build_domain
-from eai.benchmarks.behavior_1k.scene import SetUp, make_scene_setup
+from eai.benchmarks.behavior_1k.scene import SceneBuilder, make_scene_builder
 from eai.benchmarks.packs import open_pack
 from eai.logic.traversal import walk_subformulas
 from eai.planning.planner import drop_needless_actions
@@ -241,7 +241,7 @@ class _Regression(Products):
         def beside(one: str, there: str, *, in_place: bool) -> None:
             if in_place and (self._support(one) is None or self._support(one) != self._support(there)):
                 raise NoWayError("the objects have no common support")
-            neighbours = [n for n in self._find_targets(p.stands_by, one) if n != there]
+            neighbours = [n for n in self._find_targets_of(p.stands_by, one) if n != there]
             self._get(one)
             self._reach(there, one)
             if neighbours:
@@ -320,17 +320,17 @@ def _place(formula: f.Formula) -> float:
     return max((_ORDER.get(predicate, 5) for predicate in atoms), default=5)
 
 
-def opened(source: Source | None = None) -> tuple[Sequence[str], SetUp]:
+def opened(source: Source | None = None) -> tuple[Sequence[str], SceneBuilder]:
     """Return the names of all activities, and a function that sets up an activity."""
     pack = open_pack(PACK, source)
     texts = dict(line.split("\t") for line in pack.read(ACTIVITIES).decode().splitlines())
-    return list(texts), make_scene_setup(ObjectKinds(pack.read_json(KINDS), pack.read_json(RULES)), texts)
+    return list(texts), make_scene_builder(ObjectKinds(pack.read_json(KINDS), pack.read_json(RULES)), texts)
 
 
-def line_of(set_up: SetUp, name: str) -> str:
+def line_of(set_up: SceneBuilder, name: str) -> str:
     """Return the line of an activity, or an empty text if no plan is found."""
     activity, initial = set_up(name)
-    plan = write_plan(build_domain(), initial, activity.problem.goal, len(activity.objects))
+    plan = write_plan(build_domain(), initial, activity.problem.goal, len(activity.category_by_object))
     return "" if isinstance(plan, str) else f"{name}\t{write_plan_line(plan)}\n"
 
 

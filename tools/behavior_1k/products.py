@@ -24,7 +24,7 @@ class Products(Ways):
         self._first_of(self._ways_to_make(name, inside), f"there is no way to make {name}")
 
     def _ways_to_make(self, name: str, inside: str | None) -> Iterator[Way]:
-        yield from (partial(self._slice, w) for w in self._find_targets(p.part_of, name))
+        yield from (partial(self._slice, w) for w in self._find_targets_of(p.part_of, name))
         yield from (
             lambda w=w: self._dice(w, inside, cooked=False) for w in self._find_sources_of(p.diced_as, name)
         )
@@ -140,17 +140,23 @@ class Products(Ways):
     def _follow(self, recipe: str, inside: str | None) -> Iterator[Way]:
         """Yield the methods to follow a recipe."""
         if self._has(p.by_heat, recipe):
-            vessels, sources = self._find_targets(p.made_in, recipe), self._find_targets(p.heated_by, recipe)
+            vessels, sources = (
+                self._find_targets_of(p.made_in, recipe),
+                self._find_targets_of(p.heated_by, recipe),
+            )
             pairs = [(vessel, source) for vessel in vessels for source in sources]
             yield from (lambda v=v, s=s: self._bake(recipe, v, s) for v, s in pairs)
         elif self._has(p.by_stirring, recipe):
             yield from (lambda v=v: self._stir(recipe, v) for v in self._pots(None, inside))
         else:
-            yield from (lambda m=m: self._run(recipe, m) for m in self._find_targets(p.made_in, recipe))
+            yield from (lambda m=m: self._run(recipe, m) for m in self._find_targets_of(p.made_in, recipe))
 
     def _prepare(self, recipe: str, vessel: str) -> None:
         """Put all ingredients of a recipe into its container, and remove things that prevent the recipe."""
-        things, toppings = self._find_targets(p.ingredient, recipe), self._find_targets(p.topping, recipe)
+        things, toppings = (
+            self._find_targets_of(p.ingredient, recipe),
+            self._find_targets_of(p.topping, recipe),
+        )
         for each in (*things, *toppings):
             if not self._has(p.substance, each):
                 self._produce(each)
@@ -164,7 +170,7 @@ class Products(Ways):
                 self._have_in(vessel, each)
             elif not self._is("carried_by", each, vessel):
                 self._put_into(each, vessel)
-        bases = self._find_targets(p.base, recipe)
+        bases = self._find_targets_of(p.base, recipe)
         for each in toppings:
             if self._has(p.substance, each):
                 self._cover(bases[0], each)

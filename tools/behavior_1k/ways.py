@@ -168,7 +168,7 @@ class Ways(SceneReader):
         self._produce(name)
         self._reach(name, *keep)
         self._free_hand(*keep)
-        attached = self._find_targets(p.attached_to, name)
+        attached = self._find_targets_of(p.attached_to, name)
         if attached:
             self._do("DETACH", name, attached[0])
         else:
@@ -219,7 +219,7 @@ class Ways(SceneReader):
 
     def _vessels(self, *without: str) -> list[str]:
         """Return the empty containers."""
-        empty = [v for v in self._find_objects_with(p.fillable) if not self._find_targets(p.has_in, v)]
+        empty = [v for v in self._find_objects_with(p.fillable) if not self._find_targets_of(p.has_in, v)]
         return [v for v in empty if self._is("real", v) and not self._has(p.fixed, v) and v not in without]
 
     def _supply(self, substance: str, *without: str) -> str:
@@ -306,7 +306,7 @@ class Ways(SceneReader):
             raise NoWayError(f"{tool} is being cleaned")
         self._cleaned |= {tool, name}
         try:
-            for cover in self._find_targets(p.has_cover, tool):
+            for cover in self._find_targets_of(p.has_cover, tool):
                 self._uncover(tool, cover)
         finally:
             self._cleaned -= {tool, name}
@@ -318,10 +318,10 @@ class Ways(SceneReader):
 
     def _with_solvent(self, substance: str, bring: Callable[[str], None]) -> None:
         """Bring a solvent of a substance."""
-        self._with_any(bring, self._find_targets(p.dissolved_by, substance), f"no solvent for {substance}")
+        self._with_any(bring, self._find_targets_of(p.dissolved_by, substance), f"no solvent for {substance}")
 
     def _wipe(self, name: str, substance: str, tool: str, manner: Predicate) -> None:
-        solvents = self._find_targets(p.dissolved_by, substance)
+        solvents = self._find_targets_of(p.dissolved_by, substance)
         if manner is p.removes_soaked and not any(self._has(p.soaked_with, tool, each) for each in solvents):
             self._with_solvent(substance, partial(self._soak, tool))
         self._get(tool)

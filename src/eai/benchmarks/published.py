@@ -50,10 +50,10 @@ def open_virtualhome_operators(source: Source | None = None) -> TransitionTasks:
     Raises:
         DataError: the tasks cannot be obtained, or the store is damaged.
     """
-    from eai.benchmarks.virtualhome.counterparts import translate_plan_steps
+    from eai.benchmarks.virtualhome.counterparts import translate_to_household_actions
 
     pack = open_pack(packs.RESOURCES, source)
-    return _build_transition_tasks(pack, "virtualhome_pd.pddl", translate_plan_steps)
+    return _build_transition_tasks(pack, "virtualhome_pd.pddl", translate_to_household_actions)
 
 
 def open_behavior_operators(source: Source | None = None) -> TransitionTasks:

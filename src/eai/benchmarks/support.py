@@ -20,7 +20,7 @@ from eai.world.vocabulary import Predicate
 X, Y, Z = f.Variable("x"), f.Variable("y"), f.Variable("z")
 
 
-def _follow_supports(state: State, supports: Sequence[str], obj: int) -> Mapping[int, bool]:
+def _map_supports_to_containment(state: State, relations: Sequence[str], obj: int) -> Mapping[int, bool]:
     """Return a mapping from each direct or indirect support of an object to whether it is a container.
 
     A support is given as a bit mask with one bit. It is a container if the first relation of `supports`,
@@ -29,7 +29,7 @@ def _follow_supports(state: State, supports: Sequence[str], obj: int) -> Mapping
     binary, slots = state.binary, state.scene.vocabulary.binary_slots
     chain: dict[int, bool] = {}
     while True:
-        for name in supports:
+        for name in relations:
             relation = binary[slots[name]]
             if relation.sources >> obj & 1 and (support := relation.row(obj)):
                 break
@@ -37,11 +37,11 @@ def _follow_supports(state: State, supports: Sequence[str], obj: int) -> Mapping
             return chain
         if support in chain:
             return chain
-        chain[support] = name == supports[0]
+        chain[support] = name == relations[0]
         obj = support.bit_length() - 1
 
 
-def make_carrying_predicates(
+def make_carries_carried_by_and_within(
     supports: Sequence[Predicate],
 ) -> tuple[DefinedPredicate, DefinedPredicate, DefinedPredicate]:
     """Return the predicates ``carries``, ``carried_by`` and ``within``.
@@ -50,78 +50,82 @@ def make_carrying_predicates(
     """
     names = [relation.name for relation in supports]
 
-    def find_carriers(state: State, arguments: tuple[int, ...]) -> int:
+    def find_all_supports(state: State, arguments: tuple[int, ...]) -> int:
         """Return all direct and indirect supports of an object, as a bit mask."""
-        return reduce(or_, _follow_supports(state, names, arguments[0]), 0)
+        return reduce(or_, _map_supports_to_containment(state, names, arguments[0]), 0)
 
     def find_containers(state: State, arguments: tuple[int, ...]) -> int:
         """Return, as a bit mask, all containers of an object and of its direct and indirect supports."""
-        chain = _follow_supports(state, names, arguments[0])
+        chain = _map_supports_to_containment(state, names, arguments[0])
         return reduce(or_, [support for support, is_in in chain.items() if is_in], 0)
 
     carries = DefinedPredicate("carries", (X, Y), f.Or(tuple([relation(Y, X) for relation in supports])))
     above, within = [f.Exists(Z, carries(Z, X) & f.Atom(name, (Z, Y))) for name in ("carried_by", "within")]
     return (
         carries,
-        DefinedPredicate("carried_by", (X, Y), carries(Y, X) | above, find_carriers),
+        DefinedPredicate("carried_by", (X, Y), carries(Y, X) | above, find_all_supports),
         DefinedPredicate("within", (X, Y), supports[0](X, Y) | within, find_containers),
     )
 
 
-def make_floor_predicate(
-    name: str, floor: Predicate, carries: DefinedPredicate, of_root: f.Formula
+def make_floor_of_predicate(
+    name: str, floor: Predicate, carries: DefinedPredicate, floor_of_unsupported: f.Formula
 ) -> DefinedPredicate:
     """Return the predicate that relates an object to its floor.
 
     A floor is its own floor. An object with a support has the floor of its support. For an object without
-    support, the formula ``of_root`` states the floor.
+    support, the formula ``floor_of_unsupported`` states the floor.
     """
     carried = f.Exists(Z, carries(Z, X))
     above = f.Exists(Z, carries(Z, X) & f.Atom(name, (Z, Y)))
-    definition = (floor(X) & f.Equals(X, Y)) | (~floor(X) & ~carried & of_root) | (~floor(X) & above)
+    definition = (
+        (floor(X) & f.Equals(X, Y)) | (~floor(X) & ~carried & floor_of_unsupported) | (~floor(X) & above)
+    )
     return DefinedPredicate(name, (X, Y), definition)
 
 
-def make_floor_lookup(supports: Sequence[str], of_root: Callable[[State, int], int]) -> LookupFunction:
+def make_floor_lookup(
+    supports: Sequence[str], find_floor_of_unsupported: Callable[[State, int], int]
+) -> LookupFunction:
     """Return a function that finds an object's floor, as a bit mask.
 
-    The function `of_root` finds the floor of an object without support.
+    The function `find_floor_of_unsupported` finds the floor of an object without support.
     """
 
-    def find_values(state: State, arguments: tuple[int, ...]) -> int:
+    def find_floor(state: State, arguments: tuple[int, ...]) -> int:
         (root,) = arguments
         floors = state.mask("floor")
-        for support in (1 << root, *_follow_supports(state, supports, root)):
+        for support in (1 << root, *_map_supports_to_containment(state, supports, root)):
             if support & floors:
                 return support
             root = support.bit_length() - 1
-        return of_root(state, root)
+        return find_floor_of_unsupported(state, root)
 
-    return find_values
+    return find_floor
 
 
-def invert_lookup(values: LookupFunction) -> LookupFunction:
+def invert_lookup(lookup: LookupFunction) -> LookupFunction:
     """Return the inverse of a function that, in a state, maps an object to other objects.
 
     The inverse is cached for one state, because a search often calls it for the same state.
     """
     cached: tuple[State | None, Mapping[int, int]] = None, {}
 
-    def find_sources(state: State, arguments: tuple[int, ...]) -> int:
+    def find_objects_mapped_to(state: State, arguments: tuple[int, ...]) -> int:
         nonlocal cached
         cached_state, by_value = cached
         if cached_state is not state:
-            by_value = _invert_relation(values, state)
+            by_value = _map_values_to_objects(lookup, state)
             cached = state, by_value
         return by_value.get(arguments[0], 0)
 
-    return find_sources
+    return find_objects_mapped_to
 
 
-def _invert_relation(values: LookupFunction, state: State) -> Mapping[int, int]:
+def _map_values_to_objects(lookup: LookupFunction, state: State) -> Mapping[int, int]:
     """Return a mapping from each object to the objects, as a bit mask, that the function maps to it."""
     sources: dict[int, int] = {}
     for obj in iterate_bits(state.scene.everything):
-        for value in iterate_bits(values(state, (obj,))):
+        for value in iterate_bits(lookup(state, (obj,))):
             sources[value] = sources.get(value, 0) | 1 << obj
     return sources

@@ -118,7 +118,7 @@ def test_sets_of_ids_have_the_order_on_which_verdicts_depend() -> None:
     same, orders = GraphDelta((), (), (), (), ()), []
     for nodes, edges in zip(ids[::2], ids[1::2], strict=True):
         record = TaskRecord("", "", "", (), (), (), (), None, same, same, tuple(nodes), tuple(edges))
-        orders += [record.relevant_ids, list(set(nodes))]
+        orders += [record.relevant_object_ids, list(set(nodes))]
     assert hashlib.sha256(repr(orders).encode()).hexdigest()[:16] == "209fa4f71264e7df"
 
 

@@ -130,14 +130,14 @@ closed = DefinedPredicate("closed", (X,), openable(X) & ~is_open(X))
 labelled = DefinedPredicate(
     "labelled", (X,), f.Or(tuple(f.Exists(Y, r(X, Y) | r(Y, X)) for r in LOOSE_RELATIONS))
 )
-carries, carried_by, within = support.make_carrying_predicates((lies_in, lies_on))
+carries, carried_by, within = support.make_carries_carried_by_and_within((lies_in, lies_on))
 shut_in = DefinedPredicate("shut_in", (X,), f.Exists(Y, closed(Y) & within(X, Y)))
 floor_below = LookupPredicate(
     "floor_below",
     2,
     support.make_floor_lookup(_SUPPORTS, _find_floor_bits),
     (*_SUPPORTS, "floor", "stands_on"),
-    support.make_floor_predicate("floor_below", floor, carries, stands_on(X, Y)),
+    support.make_floor_of_predicate("floor_below", floor, carries, stands_on(X, Y)),
 )
 
 _BASIC_DERIVED = tuple(

@@ -62,15 +62,15 @@ class SceneReader:
     def _find_objects_with(self, predicate: Predicate) -> list[str]:
         return [self._names[i] for i in iterate_bits(self._state.mask(predicate.name))]
 
-    def _find_targets(self, predicate: Predicate, name: str) -> list[str]:
+    def _find_targets_of(self, relation: Predicate, source: str) -> list[str]:
         return [
-            self._names[i] for i in iterate_bits(self._state.relation(predicate.name).row(self._index[name]))
+            self._names[i] for i in iterate_bits(self._state.relation(relation.name).row(self._index[source]))
         ]
 
-    def _find_sources_of(self, predicate: Predicate, name: str) -> list[str]:
+    def _find_sources_of(self, relation: Predicate, target: str) -> list[str]:
         return [
             self._names[i]
-            for i in iterate_bits(self._state.relation(predicate.name).column(self._index[name]))
+            for i in iterate_bits(self._state.relation(relation.name).column(self._index[target]))
         ]
 
 
@@ -103,9 +103,9 @@ class _SituationWriter(SceneReader):
     def write_lines(self) -> Iterator[str]:
         """Yield a line for each source of a substance, and for each floor with objects."""
         for source in self._names:
-            given = self._find_targets(p.gives, source)
+            given = self._find_targets_of(p.gives, source)
             if given:
-                yield f"- {source} {self._describe_source(source, _join_names(given))}."
+                yield f"- {source} {self._describe_substance_source(source, _join_names(given))}."
         resting = reduce(or_, [self._state.relation(support).sources for support in p.SUPPORTS])
         free = {*self._find_objects_with(p.present)} - {self._names[i] for i in iterate_bits(resting)}
         for floor in self._find_objects_with(p.floor):
@@ -113,15 +113,15 @@ class _SituationWriter(SceneReader):
             if above:
                 yield f"- {floor} is the floor of {_join_names(above)}."
 
-    def _describe_source(self, source: str, given: str) -> str:
+    def _describe_substance_source(self, source: str, given_substances: str) -> str:
         """Return a verb phrase for a source, such as "gives water".
 
         The actions FILL and SOAK use fixed sources; POUR and APPLY use movable sources.
         """
         if not self._has(p.fixed, source):
-            return f"always holds {given}"
+            return f"always holds {given_substances}"
         running = ", while it is switched on" if self._has(p.toggleable, source) else ""
-        return f"gives {given}{running}"
+        return f"gives {given_substances}{running}"
 
 
 class _ConventionWriter(SceneReader):
@@ -130,23 +130,24 @@ class _ConventionWriter(SceneReader):
     def write_lines(self) -> Iterator[str]:
         """Yield a line of text for each convention."""
         yield from map(
-            self._describe_removal, [name for name in self._names if self._find_sources_of(p.has_cover, name)]
+            self._describe_ways_to_remove,
+            [name for name in self._names if self._find_sources_of(p.has_cover, name)],
         )
         yield from self._describe_heat()
         for name in self._names:
-            yield from self._describe_products(name)
+            yield from self._describe_products_of(name)
         yield from map(self._describe_recipe, self._find_objects_with(p.recipe))
         for name in self._names:
-            fitting = self._find_targets(p.fits, name)
+            fitting = self._find_targets_of(p.fits, name)
             if fitting:
                 yield f"- {name} can be attached to {_join_names(fitting)}."
 
-    def _describe_removal(self, substance: str) -> str:
+    def _describe_ways_to_remove(self, substance: str) -> str:
         wiping = {how: self._find_sources_of(manner, substance) for manner, how in _WIPING_WORDS.items()}
         ways = [f"by wiping with {_join_names(tools)} ({how})" for how, tools in wiping.items() if tools]
         washing, solvents = (
             self._find_sources_of(p.washes_off, substance),
-            self._find_targets(p.dissolved_by, substance),
+            self._find_targets_of(p.dissolved_by, substance),
         )
         if washing:
             ways.append(f"by washing or rinsing in {_join_names(washing)}")
@@ -165,30 +166,33 @@ class _ConventionWriter(SceneReader):
     def _describe_heat(self) -> Iterator[str]:
         """Yield sentences that state when sources of heat and cold work, and which objects they change."""
         sources = self._find_objects_with(p.heat_source)
-        food = {name for source in sources for name in self._find_targets(p.cooks, source)}
+        food = {name for source in sources for name in self._find_targets_of(p.cooks, source)}
         for source in (*sources, *self._find_objects_with(p.cold_source)):
             needs = [words for need, words in _NEED_WORDS.items() if self._has(need, source)]
-            cooked, molten = self._find_targets(p.cooks, source), self._find_targets(p.melts, source)
+            cooked, molten = self._find_targets_of(p.cooks, source), self._find_targets_of(p.melts, source)
             all_food = "all food here" if set(cooked) == food else _join_names(cooked)
             effects = [f"cooks {all_food}"] if cooked else []
             effects += [f"melts {_join_names(molten)}"] if molten else []
             effects += (
-                ["cools and freezes what can be frozen"] if self._find_targets(p.chills, source) else []
+                ["cools and freezes what can be frozen"] if self._find_targets_of(p.chills, source) else []
             )
             does = f"; it {' and '.join(effects)}" if effects else ""
             yield f"- {source} works {', '.join(needs) or 'always'}{does}."
 
-    def _describe_products(self, name: str) -> Iterator[str]:
-        halves = self._find_sources_of(p.part_of, name)
+    def _describe_products_of(self, whole: str) -> Iterator[str]:
+        halves = self._find_sources_of(p.part_of, whole)
         if halves:
-            yield f"- SLICE makes {_join_names(halves)} of {name}."
+            yield f"- SLICE makes {_join_names(halves)} of {whole}."
         for predicate, words in _MADE_SENTENCES.items():
-            made = self._find_targets(predicate, name)
+            made = self._find_targets_of(predicate, whole)
             if made:
-                yield f"- {words.format(_join_names(made), name)}"
+                yield f"- {words.format(_join_names(made), whole)}"
 
     def _describe_recipe(self, recipe: str) -> str:
-        vessels, sources = self._find_targets(p.made_in, recipe), self._find_targets(p.heated_by, recipe)
+        vessels, sources = (
+            self._find_targets_of(p.made_in, recipe),
+            self._find_targets_of(p.heated_by, recipe),
+        )
         if self._has(p.by_stirring, recipe):
             how = "by stirring, in any vessel"
         elif self._has(p.by_heat, recipe):
@@ -197,21 +201,21 @@ class _ConventionWriter(SceneReader):
             how = f"in {_join_names(vessels, 'or')}, switched on, by RUN"
         toppings, bases = (
             self._describe_ingredients(recipe, p.topping),
-            _join_names(self._find_targets(p.base, recipe), "or"),
+            _join_names(self._find_targets_of(p.base, recipe), "or"),
         )
         over = f", with {toppings} on {bases}" if toppings else ""
         results = [word for word, makes in _RESULT_WORDS.items() if self._has(makes, recipe)]
         state = f" {_join_names(results)}" if results else ""
         taken = self._describe_ingredients(recipe, p.ingredient) or "no ingredients"
         alone = "" if self._has(p.relaxed, recipe) else ", and nothing else"
-        made = self._find_targets(p.makes, recipe)
+        made = self._find_targets_of(p.makes, recipe)
         are = "are" if len(made) > 1 else "is"
         return f"- {_join_names(made)} {are} made{state} {how} of {taken}{over}{alone}."
 
     def _describe_ingredients(self, recipe: str, role: Predicate) -> str:
-        raw, cooked = self._find_targets(p.raw, recipe), self._find_targets(p.cooked_first, recipe)
+        raw, cooked = self._find_targets_of(p.raw, recipe), self._find_targets_of(p.cooked_first, recipe)
         notes = {**dict.fromkeys(raw, " (not cooked)"), **dict.fromkeys(cooked, " (cooked)")}
-        return _join_names([f"{name}{notes.get(name, '')}" for name in self._find_targets(role, recipe)])
+        return _join_names([f"{name}{notes.get(name, '')}" for name in self._find_targets_of(role, recipe)])
 
 
 def _join_names(names: Iterable[str], word: str = "and") -> str:

@@ -16,7 +16,7 @@ from typing import Any
 from eai.base.errors import DataError
 from eai.base.source import ArchiveFiles
 from eai.base.store import ReportProgress
-from eai.benchmarks.behavior_1k.kinds import ACTIVITIES, KINDS, RULES
+from eai.benchmarks.behavior_1k.kinds import ACTIVITIES, KINDS, RULES, RemovalMethod
 
 _DEFINITION = re.compile(r"bddl/activity_definitions/(\w+)/problem0\.bddl")
 _SYNSET = re.compile(r"[\w'-]+\.n\.\d\d\b")
@@ -45,17 +45,18 @@ def convert_tasks(files: ArchiveFiles, report: ReportProgress) -> dict[str, byte
     Raises:
         DataError: the distribution lacks a file, or a file has an unexpected form.
     """
-    texts = dict(_read_definitions(files))
-    rules = _read_rules(files)
+    texts = dict(_yield_names_and_definitions(files))
+    rules = _read_transition_rules(files)
     mentioned = set(_SYNSET.findall(json.dumps(rules))) | set(_SYNSET.findall(" ".join(texts.values())))
     annotated = _read_json(files, "bddl/generated_data/propagated_annots_params.json")
     kinds = {
-        synset: dict(_select_abilities(annotated[synset])) for synset in sorted(mentioned & annotated.keys())
+        synset: dict(_select_modeled_abilities(annotated[synset]))
+        for synset in sorted(mentioned & annotated.keys())
     }
     removers: list[object] = []
     for abilities in kinds.values():
         if "removes" in abilities:
-            abilities["removes"] = _get_value_index(removers, abilities["removes"])
+            abilities["removes"] = _find_or_append(removers, abilities["removes"])
     values = {"kinds": kinds, "removers": removers}
     lines = [f"{name}\t{text}\n" for name, text in texts.items()]
     return {
@@ -69,7 +70,7 @@ def _to_compact_json(value: object) -> bytes:
     return json.dumps(value, separators=(",", ":")).encode()
 
 
-def _get_value_index(values: list[object], value: object) -> int:
+def _find_or_append(values: list[object], value: object) -> int:
     """Return the index of a value in a list. A new value is appended first.
 
     The list has the ways in which tools remove substances. There are only nine, so each is stored once.
@@ -86,7 +87,7 @@ def _read_json(files: ArchiveFiles, path: str) -> Any:
         raise DataError(f"{path}: expected JSON ({error})") from error
 
 
-def _read_definitions(files: ArchiveFiles) -> Iterator[tuple[str, str]]:
+def _yield_names_and_definitions(files: ArchiveFiles) -> Iterator[tuple[str, str]]:
     """Yield the name and the definition of each activity, in alphabetical order. A definition is one line."""
     for path in sorted(files.names):
         match = _DEFINITION.fullmatch(path)
@@ -99,9 +100,9 @@ def _read_definitions(files: ArchiveFiles) -> Iterator[tuple[str, str]]:
             yield match[1], text.replace(wrong, corrected) if wrong else text
 
 
-def _select_abilities(annotated: Mapping[str, Any]) -> Iterator[tuple[str, object]]:
+def _select_modeled_abilities(parameters_by_ability: Mapping[str, Any]) -> Iterator[tuple[str, object]]:
     """Yield pairs: an ability of a kind of objects that the domain uses, and its parameters."""
-    for name, parameters in annotated.items():
+    for name, parameters in parameters_by_ability.items():
         if name in _PLAIN_ABILITIES:
             yield name, True
         elif name in _TEMPERATURES:
@@ -115,26 +116,28 @@ def _select_abilities(annotated: Mapping[str, Any]) -> Iterator[tuple[str, objec
         elif name == "particleSink":
             yield "drains", True
         elif name == "particleRemover":
-            yield "removes", _read_removal_manners(parameters)
+            yield "removes", _read_removal_methods_by_substance(parameters)
 
 
-def _read_removal_manners(parameters: Mapping[str, Any]) -> Mapping[str, object] | None:
+def _read_removal_methods_by_substance(
+    tool_parameters: Mapping[str, Any],
+) -> Mapping[str, RemovalMethod] | None:
     """Return a mapping from substances to the way in which a kind of tool removes them.
 
     Returns None if the annotations state no conditions. A few abstract kinds of tools have none, and remove
     substances as a rag does.
     """
-    if not parameters:
+    if not tool_parameters:
         return None
-    by_substance = {name: _read_removal_manner(way) for name, way in parameters["conditions"].items()}
+    by_substance = {name: _read_removal_method(way) for name, way in tool_parameters["conditions"].items()}
     others = {
-        kind: _read_removal_manner(parameters[f"default_{kind}_conditions"])
+        kind: _read_removal_method(tool_parameters[f"default_{kind}_conditions"])
         for kind in ("visual", "fluid", "non_fluid")
     }
     return {**by_substance, **others}
 
 
-def _read_removal_manner(conditions: Sequence[Sequence[Any]] | None) -> str | list[str] | None:
+def _read_removal_method(conditions: Sequence[Sequence[Any]] | None) -> RemovalMethod:
     match conditions:
         case None:
             return None
@@ -145,18 +148,18 @@ def _read_removal_manner(conditions: Sequence[Sequence[Any]] | None) -> str | li
     return [solvent for _, solvent in conditions]
 
 
-def _read_rules(files: ArchiveFiles) -> dict[str, object]:
+def _read_transition_rules(files: ArchiveFiles) -> dict[str, object]:
     def read_rule_file(name: str) -> Any:
         return _read_json(files, f"{_RULES}/{name}.json")
 
-    def get_first_name(names: Iterable[str]) -> str:
+    def get_first_listed(names: Iterable[str]) -> str:
         return next(iter(names))
 
     dice: dict[str, dict[str, str]] = {}
     for rule in read_rule_file("dicing"):
-        whole = get_first_name(rule["input_synsets"])
+        whole = get_first_listed(rule["input_synsets"])
         cooked = bool(rule.get("input_states")) and rule["input_states"][whole][0][1]
-        dice.setdefault(whole, {})["cooked" if cooked else "raw"] = get_first_name(rule["output_synsets"])
+        dice.setdefault(whole, {})["cooked" if cooked else "raw"] = get_first_listed(rule["output_synsets"])
     match = _ATTACHMENTS.search(files.read("bddl/bddl_verification.py").decode())
     if match is None:
         raise DataError("bddl/bddl_verification.py: expected VALID_ATTACHMENTS")
@@ -167,20 +170,20 @@ def _read_rules(files: ArchiveFiles) -> dict[str, object]:
     ]
     return {
         "slice": {
-            get_first_name(r["input_synsets"]): get_first_name(r["output_synsets"].items())
+            get_first_listed(r["input_synsets"]): get_first_listed(r["output_synsets"].items())
             for r in read_rule_file("slicing")
         },
         "dice": dice,
-        "melt": _read_products(read_rule_file("melting")),
-        "cook": _read_products(read_rule_file("substance_cooking")),
-        "cook_in_water": _read_products(read_rule_file("substance_watercooking")),
+        "melt": _map_kinds_to_products(read_rule_file("melting")),
+        "cook": _map_kinds_to_products(read_rule_file("substance_cooking")),
+        "cook_in_water": _map_kinds_to_products(read_rule_file("substance_watercooking")),
         "wash": read_rule_file("washer"),
         "fits": sorted(ast.literal_eval(match[1])),
         "recipes": [_read_recipe(by, rule) for by, rule in mixed],
     }
 
 
-def _read_products(rules: Iterable[Mapping[str, Any]]) -> dict[str, str]:
+def _map_kinds_to_products(rules: Iterable[Mapping[str, Any]]) -> dict[str, str]:
     """Return a mapping from each kind to the kind into which the rules turn it.
 
     Some rules also need boiled water. The mapping leaves it out.
@@ -193,7 +196,7 @@ def _read_products(rules: Iterable[Mapping[str, Any]]) -> dict[str, str]:
     }
 
 
-def _read_recipe(by: str, rule: Mapping[str, Any]) -> dict[str, object]:
+def _read_recipe(method: str, rule: Mapping[str, Any]) -> dict[str, object]:
     """Return the JSON value of a recipe: ingredients, method, vessel, heat source and products."""
     states = rule.get("input_states") or {}
     result = [
@@ -206,7 +209,7 @@ def _read_recipe(by: str, rule: Mapping[str, Any]) -> dict[str, object]:
             toppings[over] = under
     return {
         "name": rule["rule_name"],
-        "by": by,
+        "by": method,
         "takes": rule["input_synsets"],
         "cooked": {
             name: holds for name, pairs in states.items() for state, holds in pairs if state == "cooked"

@@ -29,7 +29,7 @@ WASHER, DRYER = "washer.n.03", "clothes_dryer.n.01"
 MELTING_TEMPERATURE, LIGHTING_TEMPERATURE = 100, 1000
 """Minimum temperature in degrees Celsius of a heat source that melts objects, and of a lighter."""
 
-Manner: TypeAlias = str | list[str] | None
+RemovalMethod: TypeAlias = str | list[str] | None
 """How a tool removes a substance.
 
 A list has solvents with which the tool must be soaked; it is empty if the tool works dry. A text means that
@@ -153,7 +153,7 @@ class ObjectKinds:
         owned = self._kinds.get(synset, {})
         return any(ability in owned for ability in abilities)
 
-    def get_threshold(self, synset: str, ability: str) -> float | None:
+    def get_minimum_temperature(self, synset: str, ability: str) -> float | None:
         """Return the temperature at which an ability takes effect, or None if the kind lacks the ability."""
         temperature = self._kinds.get(synset, {}).get(ability)
         return None if temperature is None else float(temperature)
@@ -163,18 +163,18 @@ class ObjectKinds:
         source = self._kinds.get(synset, {}).get(ability)
         return None if source is None else _HeatSource(source["temperature"], tuple(source["needs"]))
 
-    def get_given_substances(self, synset: str) -> Sequence[str]:
+    def get_substances_given_by(self, synset: str) -> Sequence[str]:
         """Return the substances that objects of a kind give, such as water in the case of sinks."""
         substances: Sequence[str] = self._kinds.get(synset, {}).get("gives", ())
         return substances
 
-    def get_removal_manner(self, tool: str, substance: str) -> Manner:
+    def get_removal_method(self, tool: str, substance: str) -> RemovalMethod:
         """Return the way in which a kind of tool removes a substance."""
         number = self._kinds.get(tool, {}).get("removes")
         if number is None:
             return None
-        manners = self._removers[number] or self._removers[self._kinds[RAG]["removes"]] or {}
+        methods = self._removers[number] or self._removers[self._kinds[RAG]["removes"]] or {}
         kind = "fluid" if self.has_ability(substance, "liquid") else "non_fluid"
         kind = "visual" if self.has_ability(substance, "visualSubstance") else kind
-        manner: Manner = manners[substance if substance in manners else kind]
-        return manner
+        method: RemovalMethod = methods[substance if substance in methods else kind]
+        return method

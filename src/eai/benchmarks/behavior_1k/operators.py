@@ -47,7 +47,7 @@ def require_reachable(obj: Variable) -> Check:
     return missing_step(~p.shut_in(obj), f"{{{obj.name}}} is inside something that is closed", witness=shut)
 
 
-def require_object(obj: Variable) -> Check:
+def forbid_substance_or_recipe(obj: Variable) -> Check:
     """Return the check against arguments that are substances or recipes."""
     reason = f"{{{obj.name}}} is a substance: only what holds it can be handled"
     return affordance(~p.substance(obj) & ~p.recipe(obj), reason)
@@ -89,7 +89,7 @@ def use_up(obj: Variable) -> tuple[Effect, ...]:
     )
 
 
-def put_with(obj: Variable, neighbour: Variable) -> tuple[Effect, ...]:
+def put_by_neighbour(obj: Variable, neighbour: Variable) -> tuple[Effect, ...]:
     """Return effects that put an object where its neighbour is: on or in its support, or on the floor."""
     return (
         Let(C, p.lies_in(neighbour, C), (Add(p.lies_in(obj, C)),)),
@@ -177,13 +177,17 @@ def make_placing_actions() -> Iterator[Operator]:
     ):
         yield _make_placing_action(name, text, (Add(relation(X, Y)),), *checks)
     beside, under = make_symmetric_effects(Add, p.stands_by(X, Y)), Add(p.stands_under(X, Y))
-    yield _make_placing_action("PLACE_UNDER", f"put {first} under the second", (under, *put_with(X, Y)))
-    yield _make_placing_action("PLACE_NEXTTO", f"put {first} next to the second", (*beside, *put_with(X, Y)))
+    yield _make_placing_action(
+        "PLACE_UNDER", f"put {first} under the second", (under, *put_by_neighbour(X, Y))
+    )
+    yield _make_placing_action(
+        "PLACE_NEXTTO", f"put {first} next to the second", (*beside, *put_by_neighbour(X, Y))
+    )
     together = Exists(C, p.carries(C, Y) & p.carries(C, Z)) | Exists(F, p.floor_of(Y, F) & p.floor_of(Z, F))
     yield _make_placing_action(
         "PLACE_BETWEEN",
         f"put {first} next to both the second and the third",
-        (*beside, *make_symmetric_effects(Add, p.stands_by(X, Z)), *put_with(X, Y)),
+        (*beside, *make_symmetric_effects(Add, p.stands_by(X, Z)), *put_by_neighbour(X, Y)),
         require_different(Y, Z),
         missing_step(together, "{y} and {z} are not in one place"),
         others=(Y, Z),
@@ -280,14 +284,16 @@ def make_dice_action() -> Operator:
     """
     diced = (p.diced_as(X, S) & ~p.is_cooked(X)) | (p.diced_cooked_as(X, S) & p.is_cooked(X))
 
-    def make_dice_placement(container: Formula, *held_as: Predicate) -> Effect:
-        return ForEach(C, container, (ForEach(S, diced, tuple(Add(relation(C, S)) for relation in held_as)),))
+    def make_effect_placing_dice(container_condition: Formula, *relations: Predicate) -> Effect:
+        return ForEach(
+            C, container_condition, (ForEach(S, diced, tuple(Add(relation(C, S)) for relation in relations)),)
+        )
 
     effects = (
         ForEach(S, diced, (Add(p.present(S)),)),
-        make_dice_placement(p.lies_in(X, C) & p.fillable(C), p.has_in, p.full_of),
-        make_dice_placement(p.lies_in(X, C) & ~p.fillable(C), p.has_cover),
-        make_dice_placement(p.lies_on(X, C), p.has_cover),
+        make_effect_placing_dice(p.lies_in(X, C) & p.fillable(C), p.has_in, p.full_of),
+        make_effect_placing_dice(p.lies_in(X, C) & ~p.fillable(C), p.has_cover),
+        make_effect_placing_dice(p.lies_on(X, C), p.has_cover),
         *use_up(X),
     )
     text = "cut the first object into dice with the second, which is in a hand"
@@ -439,15 +445,15 @@ def make_rinse_action() -> Operator:
     return Operator("RINSE", (X, Y), checks, (ForEach(S, off, (Delete(p.has_cover(X, S)),)),), text)
 
 
-def make_products(vessel: Variable, chosen: Formula) -> tuple[Effect, ...]:
+def make_recipe_effects(vessel: Variable, recipe_condition: Formula) -> tuple[Effect, ...]:
     """Return the effects of completing recipes: products appear in a vessel, and ingredients are used up.
 
     Args:
         vessel: the vessel.
-        chosen: condition on a recipe, the variable ``r``. Effects apply to recipes that fulfil this condition
-            and whose ingredients are ready in the vessel.
+        recipe_condition: condition on a recipe, the variable ``r``. Effects apply to recipes that fulfil
+            this condition and whose ingredients are ready in the vessel.
     """
-    done = chosen & p.ready(R, vessel)
+    done = recipe_condition & p.ready(R, vessel)
     of_it = Exists(R, p.makes(R, O) & done)
     taken = Exists(R, (p.ingredient(R, I) | p.topping(R, I)) & done)
     return (
@@ -482,7 +488,7 @@ def make_run_machine_action() -> Operator:
         ),
     )
     text = "let the machine, which is switched on, mix what is in it"
-    return Operator("RUN", (H,), checks, make_products(H, p.made_in(R, H) & ~p.by_heat(R)), text)
+    return Operator("RUN", (H,), checks, make_recipe_effects(H, p.made_in(R, H) & ~p.by_heat(R)), text)
 
 
 def make_stir_action() -> Operator:
@@ -498,12 +504,12 @@ def make_stir_action() -> Operator:
         ),
     )
     text = "stir what is in the first object with the second, which is in a hand"
-    return Operator("STIR", (C, T), checks, make_products(C, p.by_stirring(R)), text)
+    return Operator("STIR", (C, T), checks, make_recipe_effects(C, p.by_stirring(R)), text)
 
 
-def _require_exposure(source: Predicate, reason: str) -> tuple[Check, ...]:
+def _require_heat_or_cold(source_kind: Predicate, reason: str) -> tuple[Check, ...]:
     return (
-        require_ability(H, source, reason),
+        require_ability(H, source_kind, reason),
         require_existing(X),
         require_existing(H),
         missing_step(p.exposed_to(X, H), "{x} is not in or on {h}"),
@@ -518,9 +524,9 @@ def make_heat_action() -> Operator:
     CookingSystemRule, CookingObjectRule, MeltingRule.
     """
 
-    def make_warming_effects(obj: Variable, where: Formula) -> Iterator[Effect]:
-        yield ForEach(obj, where & p.heatable(obj), (Add(p.is_hot(obj)), Delete(p.is_frozen(obj))))
-        yield ForEach(obj, where & p.cooks(H, obj) & ~p.substance(obj), (Add(p.is_cooked(obj)),))
+    def make_warming_effects(obj: Variable, condition: Formula) -> Iterator[Effect]:
+        yield ForEach(obj, condition & p.heatable(obj), (Add(p.is_hot(obj)), Delete(p.is_frozen(obj))))
+        yield ForEach(obj, condition & p.cooks(H, obj) & ~p.substance(obj), (Add(p.is_cooked(obj)),))
 
     boils = Exists(W, p.boiled_water(W) & p.has_in(X, W))
     becomes = p.cooks_to(S, O) & p.cooks(H, S)
@@ -550,10 +556,10 @@ def make_heat_action() -> Operator:
             (Delete(p.has_in(X, S)), Delete(p.full_of(X, S))),
         ),
         ForEach(Z, p.carries(X, Z) & p.melts(H, Z), use_up(Z)),
-        *make_products(X, p.made_in(R, X) & p.heated_by(R, H)),
+        *make_recipe_effects(X, p.made_in(R, X) & p.heated_by(R, H)),
     )
     text = "wait until the first object, in or on the working second, is hot with all that is in or on it"
-    return Operator("HEAT", (X, H), _require_exposure(p.heat_source, "heats nothing"), effects, text)
+    return Operator("HEAT", (X, H), _require_heat_or_cold(p.heat_source, "heats nothing"), effects, text)
 
 
 def make_freeze_action() -> Operator:
@@ -566,10 +572,10 @@ def make_freeze_action() -> Operator:
         Delete(p.is_hot(X)),
         ForEach(Z, p.carried_by(Z, X) & p.chills(H, Z), (Add(p.is_frozen(Z)),)),
         ForEach(Z, p.carried_by(Z, X), (Delete(p.is_hot(Z)),)),
-        *make_products(X, p.made_in(R, X) & p.heated_by(R, H)),
+        *make_recipe_effects(X, p.made_in(R, X) & p.heated_by(R, H)),
     )
     text = "wait until the first object, which is in the working second, is cold with all that is in or on it"
-    return Operator("FREEZE", (X, H), _require_exposure(p.cold_source, "cools nothing"), effects, text)
+    return Operator("FREEZE", (X, H), _require_heat_or_cold(p.cold_source, "cools nothing"), effects, text)
 
 
 def _require_running_machine(ability: Predicate, reason: str) -> tuple[Check, ...]:
@@ -639,7 +645,10 @@ def add_common_checks(operator: Operator) -> Operator:
 
     It checks that arguments are solid objects.
     """
-    checks, effects = (*map(require_object, operator.parameters), *operator.checks), operator.effects
+    checks, effects = (
+        (*map(forbid_substance_or_recipe, operator.parameters), *operator.checks),
+        operator.effects,
+    )
     if operator.parameters and operator.role not in (OperatorRole.MOVEMENT, OperatorRole.RELEASES):
         effects = (*effects, _go_to(operator.parameters[-1]))
     return sort_operator_checks(replace(operator, checks=checks, effects=effects))

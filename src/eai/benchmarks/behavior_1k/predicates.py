@@ -26,7 +26,7 @@ def _make_ability_predicate(name: str) -> Predicate:
     return Predicate(name, 1, static=True)
 
 
-def _make_hidden_predicate(name: str, arity: int = 1) -> Predicate:
+def _make_unprompted_predicate(name: str, arity: int = 1) -> Predicate:
     return Predicate(name, arity, static=True, visible=False)
 
 
@@ -44,29 +44,30 @@ substance, liquid = map(_make_ability_predicate, ("substance", "liquid"))
 
 # Facts of a scene that state rules of the annotations. Each recipe is represented by an invisible object.
 visual, heatable, water, boiled_water, recipe, relaxed = map(
-    _make_hidden_predicate, ("visual", "heatable", "water", "boiled_water", "recipe", "relaxed")
+    _make_unprompted_predicate, ("visual", "heatable", "water", "boiled_water", "recipe", "relaxed")
 )
 works_on, works_closed, works_inside = map(
-    _make_hidden_predicate, ("works_on", "works_closed", "works_inside")
+    _make_unprompted_predicate, ("works_on", "works_closed", "works_inside")
 )
 by_stirring, by_heat, product, makes_hot, makes_cooked = map(
-    _make_hidden_predicate, ("by_stirring", "by_heat", "product", "makes_hot", "makes_cooked")
+    _make_unprompted_predicate, ("by_stirring", "by_heat", "product", "makes_hot", "makes_cooked")
 )
 by_floor, gives, fits, part_of = (
-    _make_hidden_predicate(n, 2) for n in ("by_floor", "gives", "fits", "part_of")
+    _make_unprompted_predicate(n, 2) for n in ("by_floor", "gives", "fits", "part_of")
 )
 diced_as, diced_cooked_as, melts_to, cooks_to, boils_to = (
-    _make_hidden_predicate(n, 2) for n in ("diced_as", "diced_cooked_as", "melts_to", "cooks_to", "boils_to")
+    _make_unprompted_predicate(n, 2)
+    for n in ("diced_as", "diced_cooked_as", "melts_to", "cooks_to", "boils_to")
 )
-cooks, melts, chills = (_make_hidden_predicate(n, 2) for n in ("cooks", "melts", "chills"))
+cooks, melts, chills = (_make_unprompted_predicate(n, 2) for n in ("cooks", "melts", "chills"))
 removes_dry, removes_soaked, removes_running, dissolved_by, washes_off = (
-    _make_hidden_predicate(n, 2)
+    _make_unprompted_predicate(n, 2)
     for n in ("removes_dry", "removes_soaked", "removes_running", "dissolved_by", "washes_off")
 )
 ingredient, topping, base, raw, cooked_first = (
-    _make_hidden_predicate(n, 2) for n in ("ingredient", "topping", "base", "raw", "cooked_first")
+    _make_unprompted_predicate(n, 2) for n in ("ingredient", "topping", "base", "raw", "cooked_first")
 )
-made_in, heated_by, makes = (_make_hidden_predicate(n, 2) for n in ("made_in", "heated_by", "makes"))
+made_in, heated_by, makes = (_make_unprompted_predicate(n, 2) for n in ("made_in", "heated_by", "makes"))
 RULES = tuple([item for item in globals().values() if isinstance(item, Predicate) and item.arity == 2])
 """Relations of two objects that state the rules of the annotations, such as recipes."""
 
@@ -95,27 +96,27 @@ has_cover, has_in, full_of = Predicate("has_cover", 2), Predicate("has_in", 2), 
 soaked_with = Predicate("soaked_with", 2)
 
 # Derived.
-carries, carried_by, within = support.make_carrying_predicates(_SUPPORTS)
+carries, carried_by, within = support.make_carries_carried_by_and_within(_SUPPORTS)
 
 
-def _find_root_floor_bits(state: State, root: int) -> int:
+def _find_floor_of_unsupported(state: State, obj: int) -> int:
     """Return, as a bit mask, the floor of an object without support.
 
     For a held object this is the robot's floor, for any other object the floor of the object's room.
     """
-    return state.mask("robot_on") if state.mask("held") >> root & 1 else state.relation("by_floor").row(root)
+    return state.mask("robot_on") if state.mask("held") >> obj & 1 else state.relation("by_floor").row(obj)
 
 
 floor_of = LookupPredicate(
     "floor_of",
     2,
-    support.make_floor_lookup(SUPPORTS, _find_root_floor_bits),
+    support.make_floor_lookup(SUPPORTS, _find_floor_of_unsupported),
     ("floor", "held", "robot_on", "by_floor", *SUPPORTS),
-    support.make_floor_predicate(
+    support.make_floor_of_predicate(
         "floor_of", floor, carries, (held(X) & robot_on(Y)) | (~held(X) & by_floor(X, Y))
     ),
     single=True,
-    inverse=support.invert_lookup(support.make_floor_lookup(SUPPORTS, _find_root_floor_bits)),
+    inverse=support.invert_lookup(support.make_floor_lookup(SUPPORTS, _find_floor_of_unsupported)),
 )
 real = DefinedPredicate(
     "real", (X,), present(X) | held(X) | Exists(Y, carries(Y, X)) | Exists(C, has_in(C, X) | has_cover(C, X))

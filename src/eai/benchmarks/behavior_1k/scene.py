@@ -69,7 +69,7 @@ class _Activity:
         self.synsets = {k.get_lemma(match[0]): match[0] for match in _SYNSET.finditer(text)}
 
     @cached_property
-    def objects(self) -> Mapping[str, str]:
+    def category_by_object(self) -> Mapping[str, str]:
         """Mapping from the name of each declared object, except the agent, to its category.
 
         Names that end in ``_*`` are left out: they mean further objects of the simulator's scene.
@@ -93,11 +93,15 @@ class _Activity:
         """Yield the category of each object and each variable that the goal mentions."""
         for formula in walk_subformulas(self.problem.goal):
             if isinstance(formula, f.Atom):
-                yield from (self.objects[t.name] for t in formula.arguments if t.name in self.objects)
-        yield from self._variables.values()
+                yield from (
+                    self.category_by_object[t.name]
+                    for t in formula.arguments
+                    if t.name in self.category_by_object
+                )
+        yield from self._category_by_variable.values()
 
     @cached_property
-    def _variables(self) -> Mapping[str, str]:
+    def _category_by_variable(self) -> Mapping[str, str]:
         """Mapping from the name of each variable of the goal to its category.
 
         In a definition, all variables of one name have one category.
@@ -111,14 +115,18 @@ class _Activity:
             if isinstance(formula, f.Atom) and len(formula.arguments) == 2:
                 yield formula.predicate, *formula.arguments
 
-    def _find_candidates(self, term: f.Term) -> Sequence[str]:
+    def _find_objects_for_term(self, term: f.Term) -> Sequence[str]:
         """Return the names of the objects that a term of the goal (an object or a variable) may stand for."""
         if isinstance(term, f.Constant):
             return (term.name,)
-        return [name for name, category in self.objects.items() if category == self._variables[term.name]]
+        return [
+            name
+            for name, category in self.category_by_object.items()
+            if category == self._category_by_variable[term.name]
+        ]
 
     @cached_property
-    def moved_objects(self) -> frozenset[str]:
+    def objects_goal_may_move(self) -> frozenset[str]:
         """Objects that the goal may move.
 
         A chair counts, too, if the goal is to put the chair next to an object.
@@ -126,19 +134,22 @@ class _Activity:
         names = {
             name
             for predicate, obj, _ in self._yield_binary_atoms()
-            for name in self._find_candidates(obj)
+            for name in self._find_objects_for_term(obj)
             if predicate in _MOVING_PREDICATES or (predicate == "nextto" and "chair" in name)
         }
-        return frozenset(name for name in names if self.objects[name] not in GROUND)
+        return frozenset(name for name in names if self.category_by_object[name] not in GROUND)
 
     def yield_containers(self) -> Iterator[str]:
         """Yield the kinds of objects that contain another object, initially or in the goal."""
         for predicate, names in self.yield_facts():
             if predicate == "inside":
-                yield self.synsets[self.objects[names[1]]]
+                yield self.synsets[self.category_by_object[names[1]]]
         for predicate, _, container in self._yield_binary_atoms():
             if predicate == "inside":
-                yield from (self.synsets[self.objects[name]] for name in self._find_candidates(container))
+                yield from (
+                    self.synsets[self.category_by_object[name]]
+                    for name in self._find_objects_for_term(container)
+                )
 
 
 class _SceneMaker:
@@ -154,7 +165,7 @@ class _SceneMaker:
         self._activity = activity
         self._kinds = kinds
         self._containers = containers
-        self._declared_kinds = {name: activity.synsets[c] for name, c in activity.objects.items()}
+        self._declared_kinds = {name: activity.synsets[c] for name, c in activity.category_by_object.items()}
         self._future = {names[0] for predicate, names in activity.yield_facts() if predicate == "future"}
         self._kind_of_each = dict(self._declared_kinds)  # later code adds possible products
         self._gives = {names for predicate, names in activity.yield_facts() if predicate == "insource"}
@@ -168,17 +179,17 @@ class _SceneMaker:
 
         Its objects are the declared objects, then possible products, then recipes.
         """
-        self._fill_sources()
+        self._add_substances_of_sources()
         wanted = {self._declared_kinds[name] for name in self._future}
         in_goal = (self._activity.synsets[c] for c in self._activity.yield_goal_categories())
         present = {kind for name, kind in self._kind_of_each.items() if name not in self._future}
         wanted |= {
             kind for kind in in_goal if kind in self._kinds.rules.production_methods and kind not in present
         }
-        self._add_products(sorted(wanted), present)
+        self._add_recipes_and_products(sorted(wanted), present)
         recipes = {f"recipe_{number}": recipe for number, recipe in enumerate(self._recipes, 1)}
         made = {name: f"made__{k.get_lemma(kind)}" for name, kind in self._kind_of_each.items()}
-        objects = {**made, **self._activity.objects, **dict.fromkeys(recipes, RECIPE)}
+        objects = {**made, **self._activity.category_by_object, **dict.fromkeys(recipes, RECIPE)}
         facts = dict.fromkeys((*self._yield_facts(), *self._yield_recipes(recipes)))
         return Scene(p.VOCABULARY, objects).state((predicate.name, names) for predicate, names in facts)
 
@@ -195,68 +206,72 @@ class _SceneMaker:
         self._kind_of_each[f"{stem}_{number}"] = synset
         return f"{stem}_{number}"
 
-    def _fill_sources(self) -> None:
+    def _add_substances_of_sources(self) -> None:
         """Add facts that state which substances sources of a kind give, unless the definition states them."""
         for name, kind in list(self._declared_kinds.items()):
-            for substance in self._kinds.get_given_substances(kind):
+            for substance in self._kinds.get_substances_given_by(kind):
                 objects = self._find_objects_of_kind(substance)
                 if not any((name, given) in self._gives for given in objects):
                     self._gives.add((name, objects[0] if objects else self._add_object(substance)))
 
-    def _has_equipment(self, need: str, present: set[str]) -> bool:
+    def _has_equipment(self, kind_or_ability: str, present_kinds: set[str]) -> bool:
         """Whether the scene has an object of a needed kind, or with a needed ability."""
-        return need in present or any(
-            self._kinds.has_ability(kind, need) for kind in self._declared_kinds.values()
+        return kind_or_ability in present_kinds or any(
+            self._kinds.has_ability(kind, kind_or_ability) for kind in self._declared_kinds.values()
         )
 
-    def _can_be_made(self, kind: str, present: set[str], above: tuple[str, ...]) -> bool:
+    def _can_be_made(self, kind: str, present_kinds: set[str], visited_kinds: tuple[str, ...]) -> bool:
         """Whether the scene has an object of a kind, or objects from which such an object can be made."""
-        if kind in present:
+        if kind in present_kinds:
             return True
-        return kind not in above and any(
-            self._can_be_used(making, present, (*above, kind))
+        return kind not in visited_kinds and any(
+            self._can_method_be_used(making, present_kinds, (*visited_kinds, kind))
             for making in self._kinds.rules.production_methods.get(kind, ())
         )
 
-    def _can_be_used(self, making: k.ProductionMethod, present: set[str], above: tuple[str, ...]) -> bool:
-        return all(self._has_equipment(need, present) for need in making.equipment) and all(
-            self._can_be_made(ingredient, present, above) for ingredient in making.takes
+    def _can_method_be_used(
+        self, method: k.ProductionMethod, present_kinds: set[str], visited_kinds: tuple[str, ...]
+    ) -> bool:
+        return all(self._has_equipment(need, present_kinds) for need in method.equipment) and all(
+            self._can_be_made(ingredient, present_kinds, visited_kinds) for ingredient in method.takes
         )
 
-    def _add_products(self, wanted: Sequence[str], present: set[str]) -> None:
+    def _add_recipes_and_products(self, wanted_kinds: Sequence[str], present_kinds: set[str]) -> None:
         """Add the recipes, intermediate products and products that are needed to make the wanted kinds."""
         makings = self._kinds.rules.production_methods
-        pending, ways = list(wanted), dict[str, list[k.ProductionMethod]]()
+        pending, ways = list(wanted_kinds), dict[str, list[k.ProductionMethod]]()
         while pending:
             kind = pending.pop()
             if kind in ways:
                 continue
-            ways[kind] = [m for m in makings.get(kind, ()) if self._can_be_used(m, present, (kind,))]
+            ways[kind] = [
+                m for m in makings.get(kind, ()) if self._can_method_be_used(m, present_kinds, (kind,))
+            ]
             for making in ways[kind]:
                 if making.recipe is not None and making.recipe not in self._recipes:
                     self._recipes.append(making.recipe)
-                pending += [taken for taken in making.takes if taken not in present or taken in makings]
+                pending += [taken for taken in making.takes if taken not in present_kinds or taken in makings]
         for kind, makings_of_kind in ways.items():
-            if kind not in present or kind in {self._kind_of_each[name] for name in self._future}:
-                self._add_instances(kind, makings_of_kind)
-        for name, kind in list(self._declared_kinds.items()):
-            if kind in self._kinds.rules.slice and self._has_equipment("slicer", present):
-                self._add_halves(name, kind)
+            if kind not in present_kinds or kind in {self._kind_of_each[name] for name in self._future}:
+                self._add_objects_of_kind(kind, makings_of_kind)
+        for kind in dict.fromkeys(self._declared_kinds.values()):
+            if kind in self._kinds.rules.slice and self._has_equipment("slicer", present_kinds):
+                self._add_future_halves(kind)
 
-    def _add_instances(self, kind: str, ways: Sequence[k.ProductionMethod]) -> None:
+    def _add_objects_of_kind(self, kind: str, methods: Sequence[k.ProductionMethod]) -> None:
         """Add objects of a kind until the scene has as many of them as can exist at one time."""
         number = 1
-        for making in ways:
+        for making in methods:
             if making.by == "slice":
                 number = max(number, 2 * len(self._find_objects_of_kind(making.takes[0])))
             if making.recipe is not None and not self._kinds.has_ability(kind, "substance"):
                 number = max(number, making.recipe.makes[kind])
-        by_slicing = any(making.by == "slice" for making in ways)
+        by_slicing = any(making.by == "slice" for making in methods)
         if by_slicing or not self._find_objects_of_kind(kind):
             while len(self._find_objects_of_kind(kind)) < number:
                 self._future.add(self._add_object(kind))
 
-    def _add_halves(self, whole: str, kind: str) -> None:
+    def _add_future_halves(self, kind: str) -> None:
         """Add two halves for each object of a kind that can be sliced.
 
         They do not exist before the slicing.
@@ -274,12 +289,12 @@ class _SceneMaker:
         for name, kind in self._kind_of_each.items():
             yield from self._yield_abilities(name, kind)
             yield from self._yield_temperatures(name, kind)
-            yield from self._yield_removal(name, kind)
+            yield from self._yield_removal_facts(name, kind)
             yield from self._yield_products(name, kind)
         yield from self._yield_halves()
         for name, substance in sorted(self._gives):
             yield p.gives, (name, substance)
-        yield from self._yield_situation()
+        yield from self._yield_initial_state()
 
     def _yield_abilities(self, name: str, kind: str) -> _SceneFacts:
         has, rules = self._kinds.has_ability, self._kinds.rules
@@ -294,7 +309,7 @@ class _SceneMaker:
         others = {
             p.fixed: has(kind, "sceneObject")
             and name in self._rooms
-            and name not in self._activity.moved_objects,
+            and name not in self._activity.objects_goal_may_move,
             p.floor: k.get_lemma(kind) in GROUND,
             p.sliceable: kind in rules.slice,
             p.diceable: kind in rules.dice and kind not in rules.slice,
@@ -322,7 +337,7 @@ class _SceneMaker:
         if heat is None and cold is None:
             return
         for other, its_kind in self._kind_of_each.items():
-            done = self._kinds.get_threshold(its_kind, "cookable")
+            done = self._kinds.get_minimum_temperature(its_kind, "cookable")
             melting = its_kind in self._kinds.rules.melt
             if heat is not None:
                 if done is not None and heat.temperature >= done:
@@ -334,28 +349,30 @@ class _SceneMaker:
             if cold is not None and cold.temperature <= 0 and self._kinds.has_ability(its_kind, "freezable"):
                 yield p.chills, (name, other)
 
-    def _yield_removal(self, name: str, kind: str) -> _SceneFacts:
-        washes = kind == k.WASHER or self._kinds.has_ability(kind, "drains")
+    def _yield_removal_facts(self, tool: str, tool_kind: str) -> _SceneFacts:
+        washes = tool_kind == k.WASHER or self._kinds.has_ability(tool_kind, "drains")
         for other, substance in self._kind_of_each.items():
             if not self._kinds.has_ability(substance, "substance"):
                 continue
-            match self._kinds.get_removal_manner(kind, substance):
+            match self._kinds.get_removal_method(tool_kind, substance):
                 case []:
-                    yield p.removes_dry, (name, other)
+                    yield p.removes_dry, (tool, other)
                 case "toggled_on":
-                    yield p.removes_running, (name, other)
+                    yield p.removes_running, (tool, other)
                 case [*solvents]:
-                    yield p.removes_soaked, (name, other)
-                    yield from self._yield_solvents(other, solvents)
+                    yield p.removes_soaked, (tool, other)
+                    yield from self._yield_solvent_facts(other, solvents)
             if washes:
                 needed = self._kinds.rules.wash.get(substance, ())
                 if needed is not None and not needed:
-                    yield p.washes_off, (name, other)
-                yield from self._yield_solvents(other, needed or ())
+                    yield p.washes_off, (tool, other)
+                yield from self._yield_solvent_facts(other, needed or ())
 
-    def _yield_solvents(self, name: str, kinds: Iterable[str]) -> _SceneFacts:
-        for kind in kinds:
-            yield from ((p.dissolved_by, (name, solvent)) for solvent in self._find_objects_of_kind(kind))
+    def _yield_solvent_facts(self, substance: str, solvent_kinds: Iterable[str]) -> _SceneFacts:
+        for kind in solvent_kinds:
+            yield from (
+                (p.dissolved_by, (substance, solvent)) for solvent in self._find_objects_of_kind(kind)
+            )
 
     def _yield_products(self, name: str, kind: str) -> _SceneFacts:
         rules = self._kinds.rules
@@ -382,7 +399,7 @@ class _SceneMaker:
                 for half_name in halves[number * position : number * (position + 1)]:
                     yield p.part_of, (half_name, name)
 
-    def _yield_situation(self) -> _SceneFacts:
+    def _yield_initial_state(self) -> _SceneFacts:
         placed: set[str] = set()
         present = {substance for _, substance in self._gives}
         for predicate, names in self._activity.yield_facts():
@@ -431,7 +448,7 @@ class _SceneMaker:
             if bakes:
                 yield p.relaxed, (name,)
             for kind, number in recipe.takes.items():
-                yield from self._yield_ingredients(name, recipe, kind, number, bakes=bakes)
+                yield from self._yield_ingredient_facts(name, recipe, kind, number, is_baking=bakes)
             for kind, number in recipe.makes.items():
                 made = self._find_objects_of_kind(kind)
                 declared = len([product for product in made if product in self._declared_kinds])
@@ -445,38 +462,38 @@ class _SceneMaker:
             if recipe.by == "machine":
                 yield from ((p.mixer, (machine,)) for machine in self._find_objects_of_kind(recipe.vessel))
 
-    def _yield_ingredients(
-        self, name: str, recipe: k.Recipe, kind: str, number: int, *, bakes: bool
+    def _yield_ingredient_facts(
+        self, recipe_name: str, recipe: k.Recipe, ingredient_kind: str, needed_count: int, *, is_baking: bool
     ) -> _SceneFacts:
         """Yield facts that state which objects of a kind a recipe takes.
 
         Baking takes substances only on a base.
         """
-        related = kind in recipe.toppings or kind in recipe.toppings.values()
-        is_substance = self._kinds.has_ability(kind, "substance")
-        if is_substance and bakes and not related:
+        related = ingredient_kind in recipe.toppings or ingredient_kind in recipe.toppings.values()
+        is_substance = self._kinds.has_ability(ingredient_kind, "substance")
+        if is_substance and is_baking and not related:
             return
-        for taken in self._find_objects_of_kind(kind)[: None if is_substance else number]:
-            yield p.topping if kind in recipe.toppings else p.ingredient, (name, taken)
-            if kind in recipe.toppings.values():
-                yield p.base, (name, taken)
-            if kind in recipe.cooked:
-                yield p.cooked_first if recipe.cooked[kind] else p.raw, (name, taken)
+        for taken in self._find_objects_of_kind(ingredient_kind)[: None if is_substance else needed_count]:
+            yield p.topping if ingredient_kind in recipe.toppings else p.ingredient, (recipe_name, taken)
+            if ingredient_kind in recipe.toppings.values():
+                yield p.base, (recipe_name, taken)
+            if ingredient_kind in recipe.cooked:
+                yield p.cooked_first if recipe.cooked[ingredient_kind] else p.raw, (recipe_name, taken)
 
 
-SetUp: TypeAlias = Callable[[str], tuple[_Activity, State]]
+SceneBuilder: TypeAlias = Callable[[str], tuple[_Activity, State]]
 """Function from the name of an activity to its parsed definition and its initial state."""
 
 
-def make_scene_setup(kinds: k.ObjectKinds, texts: Mapping[str, str]) -> SetUp:
+def make_scene_builder(kinds: k.ObjectKinds, definitions: Mapping[str, str]) -> SceneBuilder:
     """Return the function from the name of an activity to its definition and initial state.
 
     The returned function raises KeyError for an unknown name.
 
     Args:
         kinds: the kinds of objects and the rules.
-        texts: definitions by name of the activity.
+        definitions: definitions by name of the activity.
     """
-    activities = {name: _Activity(text) for name, text in texts.items()}
+    activities = {name: _Activity(text) for name, text in definitions.items()}
     containers = frozenset(kind for activity in activities.values() for kind in activity.yield_containers())
     return lambda name: (activities[name], _SceneMaker(activities[name], kinds, containers).make_state())

@@ -15,7 +15,7 @@ from eai.base.errors import InputError
 from eai.base.files import parse_toml
 from eai.benchmarks.behavior_1k.kinds import ACTIVITIES, KINDS, PACK, PLANS, RULES, ObjectKinds
 from eai.benchmarks.behavior_1k.operators import READING
-from eai.benchmarks.behavior_1k.scene import RECIPE, SetUp, make_scene_setup
+from eai.benchmarks.behavior_1k.scene import RECIPE, SceneBuilder, make_scene_builder
 from eai.benchmarks.packs import open_pack
 from eai.tasks.english import NUMBERS, EnglishWords, inflect_sentence, make_predicate_sentences, pluralize
 from eai.tasks.source import Source, TaskSet
@@ -67,11 +67,11 @@ def open_tasks(english: EnglishWords, source: Source | None = None) -> TaskSet[T
     )
 
     @cache
-    def set_up() -> SetUp:
-        return make_scene_setup(ObjectKinds(pack.read_json(KINDS), pack.read_json(RULES)), texts)
+    def get_scene_builder() -> SceneBuilder:
+        return make_scene_builder(ObjectKinds(pack.read_json(KINDS), pack.read_json(RULES)), texts)
 
     def build_task(task_id: str) -> Task:
-        activity, initial = set_up()(task_id)
+        activity, initial = get_scene_builder()(task_id)
         title = task_id.replace("_", " ")
         formulas = tuple(dict.fromkeys(f.get_operands(activity.problem.goal, f.And)))
         indices = range(len(initial.scene.objects))
@@ -79,7 +79,7 @@ def open_tasks(english: EnglishWords, source: Source | None = None) -> TaskSet[T
         return Task(
             id=task_id,
             title=title,
-            instruction=_write_instruction(title, formulas, activity.objects, english),
+            instruction=_write_instruction(title, formulas, activity.category_by_object, english),
             initial=initial,
             goals=tuple(map(goal, formulas)),
             relevant=tuple(indices[:nameable]),

@@ -53,7 +53,7 @@ _ACTIONS_HEADING = (
 _RELATIONS = {predicate: name for name, predicate in PREDICATE_OF_RELATION.items()}
 
 
-def _format_plan_goals(belief: TaskBelief) -> str:
+def _format_goals_of_plan_prompt(belief: TaskBelief) -> str:
     """Return the text of the goals, which names classes of objects, and relations as in scene graphs.
 
     Goals for actions appear twice in the text.
@@ -78,7 +78,7 @@ def _format_plan_goals(belief: TaskBelief) -> str:
     )
 
 
-def _format_subgoal_goals(belief: TaskBelief) -> str:
+def _format_goals_of_subgoal_prompt(belief: TaskBelief) -> str:
     """Return the text of the goals, with class and id of each object, and whether actions are required."""
     task = belief.task
     lasting = [goal.formula for goal in task.goals if goal.kind is not GoalKind.ACTION]
@@ -88,12 +88,12 @@ def _format_subgoal_goals(belief: TaskBelief) -> str:
     return "\n".join(
         [
             "[States]",
-            *_list_or_none(
+            *_list_lines_or_word_none(
                 f"{atom.predicate}({', '.join(_get_argument_names(atom))})"
-                for atom in map(_require_atom, lasting)
+                for atom in map(_narrow_to_atom, lasting)
             ),
             _ACTIONS_HEADING,
-            *_list_or_none(actions),
+            *_list_lines_or_word_none(actions),
             "\n## Necessity to Use Actions",
             "Yes" if actions else "No",
         ]
@@ -102,9 +102,11 @@ def _format_subgoal_goals(belief: TaskBelief) -> str:
 
 GOAL_SECTIONS: Mapping[Ability, GoalSection] = {
     Ability.ACTION_SEQUENCING: GoalSection(
-        "Node goals are:\n", "\n\n\nPlease output the list", _format_plan_goals
+        "Node goals are:\n", "\n\n\nPlease output the list", _format_goals_of_plan_prompt
     ),
-    Ability.SUBGOAL_DECOMPOSITION: GoalSection("## Goal States\n", "\n\n## Output", _format_subgoal_goals),
+    Ability.SUBGOAL_DECOMPOSITION: GoalSection(
+        "## Goal States\n", "\n\n## Output", _format_goals_of_subgoal_prompt
+    ),
 }
 """Ability -> section of the official prompts that states the goals."""
 
@@ -114,13 +116,13 @@ def _format_sentence(formula: Formula, classes: Mapping[str, str]) -> str:
 
     Arguments that are no objects of the scene stay unchanged.
     """
-    atom = _require_atom(formula)
+    atom = _narrow_to_atom(formula)
     name, *others = [classes.get(argument, argument) for argument in _get_argument_names(atom)]
     first = f"{name} is {_RELATIONS.get(atom.predicate, atom.predicate)}"
     return " to ".join([first, *others])
 
 
-def _require_atom(formula: Formula) -> Atom:
+def _narrow_to_atom(formula: Formula) -> Atom:
     if not isinstance(formula, Atom):
         raise TypeError(f"{formula} is neither a state nor a relation")
     return formula
@@ -130,7 +132,7 @@ def _get_argument_names(atom: Atom) -> list[str]:
     return [term.name for term in atom.arguments]
 
 
-def _list_or_none(lines: Iterable[str]) -> list[str]:
+def _list_lines_or_word_none(lines: Iterable[str]) -> list[str]:
     return list(lines) or ["None"]
 
 
@@ -160,19 +162,19 @@ def render_goal_interpretation_prompts(source: Source) -> dict[str, str]:
         ),
     )
     return {
-        task_id: _fill_template(template, (*_get_task_values(task, base, possible), *shared))
+        task_id: _fill_template(template, (*_make_placeholder_text_pairs(task, base, possible), *shared))
         for task_id, task in records.items()
     }
 
 
-def _get_task_values(
-    task: TaskRecord, base: Mapping[int, ObjectRecord], possible: Mapping[str, Sequence[str]]
+def _make_placeholder_text_pairs(
+    task: TaskRecord, shared_objects: Mapping[int, ObjectRecord], possible_states: Mapping[str, Sequence[str]]
 ) -> tuple[tuple[str, str], ...]:
     """Return pairs: a placeholder of the template, and the text that replaces it for one task."""
     changed = (*task.initial.changed_objects, *task.initial.added_objects)
-    objects = {**base, **{record.id: record for record in changed}}
-    relevant = [objects[i] for i in task.relevant_ids]
-    lines = "".join(_format_object(record, possible) for record in relevant)
+    objects = {**shared_objects, **{record.id: record for record in changed}}
+    relevant = [objects[i] for i in task.relevant_object_ids]
+    lines = "".join(_format_object(record, possible_states) for record in relevant)
     # The paper's package reads title and description as lines of a file, with their line ends.
     goal = f"Goal name: {task.title}\n\nGoal description: {task.description}\n\n"
     return (("<object_in_scene>", lines), ("<goal_str>", goal))
@@ -215,7 +217,7 @@ def open_demonstrations(path: Path, report: ReportProgress = ignore_progress) ->
     return build_tasks(VirtualHomeRecords(content, hashlib.sha256(content).hexdigest()))
 
 
-def _find_surroundings(task: Task) -> Iterator[int]:
+def _find_rooms_and_plan_objects(task: Task) -> Iterator[int]:
     """Yield the indices of objects that prompts list in addition to the relevant objects.
 
     Such objects are rooms, and objects of the annotated plan. If the task belongs to a pair in which only one
@@ -236,7 +238,7 @@ def make_wording(ability: Ability) -> SuiteWording:
 
     predicates = SuiteWording.from_domain(domain_in_paper_order()).predicates
     if ability is not Ability.GOAL_INTERPRETATION:
-        return SuiteWording(domain_in_paper_order(), predicates, surroundings=_find_surroundings)
+        return SuiteWording(domain_in_paper_order(), predicates, surroundings=_find_rooms_and_plan_objects)
     return SuiteWording(
         domain_in_paper_order(),
         predicates,
@@ -352,20 +354,22 @@ PUBLISHED_COUNTS: Mapping[str, int | float] = {
     "action steps": 2960,
     "transition models": 33,
 }
-"""Label -> figure of the published data set that `check_stored_tasks` expects."""
+"""Label -> figure of the published data set that `list_unexpected_figures` expects."""
 
 
-def check_stored_tasks(store: Store, counts: Mapping[str, int | float] | None = None) -> Iterator[str]:
+def list_unexpected_figures(
+    store: Store, expected_figures: Mapping[str, int | float] | None = None
+) -> Iterator[str]:
     """Yield a line for each stored figure that differs from the expected figure. All packs must exist.
 
     Args:
         store: the folder of packs.
-        counts: expected figures by label; if None, those of the published data set.
+        expected_figures: expected figures by label; if None, those of the published data set.
     """
-    counts = PUBLISHED_COUNTS if counts is None else counts
+    expected_figures = PUBLISHED_COUNTS if expected_figures is None else expected_figures
     tasks, resources = VirtualHomeRecords.from_pack(store.open(PACK)), store.open(packs.RESOURCES)
     operators = resources.read_json("gold_action.json")
     figures = count_record_figures(tasks, resources.read_json("success_task.json"), len(operators))
     for label, (value, _) in figures.items():
-        if counts.get(label, value) != value:
-            yield f"{label}: {value}, expected {counts[label]}"
+        if expected_figures.get(label, value) != value:
+            yield f"{label}: {value}, expected {expected_figures[label]}"

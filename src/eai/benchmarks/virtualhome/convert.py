@@ -34,7 +34,7 @@ _NO_GOALS: Mapping[str, Any] = {"vh_goal": {"goal": [], "actions": []}, "tl_goal
 T = TypeVar("T")
 
 
-def _get_value_index(value: T, numbers: dict[T, int]) -> int:
+def _get_or_assign_number(value: T, numbers: dict[T, int]) -> int:
     """Return the number of a value.
 
     Numbers count from 0 in order of first use. Equal values have one number.
@@ -49,7 +49,7 @@ class _HomeGraph(NamedTuple):
     edges: Sequence[Edge]
 
 
-class _SourceTask(NamedTuple):
+class _UnconvertedTask(NamedTuple):
     """A task of the wheel, with its two graphs."""
 
     id: str
@@ -92,7 +92,7 @@ def convert_tasks(wheel: ArchiveFiles, report: ReportProgress) -> dict[str, byte
     Raises:
         DataError: the wheel lacks a file, or a file has an unexpected form.
     """
-    return {TASKS_MEMBER: _convert_annotated_tasks(wheel, _read_annotations(wheel), report)}
+    return {TASKS_MEMBER: _convert_annotated_tasks(wheel, _read_goal_annotations_by_task(wheel), report)}
 
 
 def convert_demonstrations(wheel: ArchiveFiles, report: ReportProgress) -> bytes:
@@ -101,7 +101,7 @@ def convert_demonstrations(wheel: ArchiveFiles, report: ReportProgress) -> bytes
     Raises:
         DataError: the wheel lacks a file, or a file has an unexpected form.
     """
-    prefix, annotated = f"{_GRAPHS}{_SCENE}", _read_annotations(wheel)
+    prefix, annotated = f"{_GRAPHS}{_SCENE}", _read_goal_annotations_by_task(wheel)
     task_ids = [
         name.removeprefix(prefix).removesuffix(".json") for name in wheel.names if name.startswith(prefix)
     ]
@@ -110,7 +110,7 @@ def convert_demonstrations(wheel: ArchiveFiles, report: ReportProgress) -> bytes
     )
 
 
-def _read_annotations(wheel: ArchiveFiles) -> dict[str, Mapping[str, Any]]:
+def _read_goal_annotations_by_task(wheel: ArchiveFiles) -> dict[str, Mapping[str, Any]]:
     """Return a mapping from task id to annotated goals, in the order of the data set."""
     goals = json.loads(wheel.read(GOALS_FILE))["scene_1"]
     return {
@@ -129,14 +129,14 @@ def _convert_annotated_tasks(
         graphs = json.loads(wheel.read(f"{_GRAPHS}{_SCENE}{task_id}.json"))
         script = wheel.read(f"{_PROGRAMS}executable_programs/{_SCENE}{task_id}.txt").decode()
         initial, final = (_read_graph(graphs[name], objects, edges) for name in ("init_graph", "final_graph"))
-        sources.append(_SourceTask(task_id, annotation, script, initial, final))
+        sources.append(_UnconvertedTask(task_id, annotation, script, initial, final))
     report("converting", "VirtualHome tasks", len(annotations), len(annotations))
     return _encode_tasks(sources, list(objects))
 
 
-def _encode_tasks(sources: Sequence[_SourceTask], objects: Sequence[ObjectRecord]) -> bytes:
+def _encode_tasks(sources: Sequence[_UnconvertedTask], objects: Sequence[ObjectRecord]) -> bytes:
     encoder = _TaskEncoder({record: number for number, record in enumerate(objects)})
-    base = encoder.find_shared_graph(sources)
+    base = encoder.compute_common_graph(sources)
     base_edges = encoder.flatten_edges(base.edges)
     lines = [encoder.encode_task(source, base) for source in sources]
     labels: dict[tuple[str, ...], int] = {}
@@ -150,8 +150,8 @@ def _encode_tasks(sources: Sequence[_SourceTask], objects: Sequence[ObjectRecord
                 o.id,
                 o.class_name,
                 o.category,
-                _get_value_index(o.properties, labels),
-                _get_value_index(o.states, labels),
+                _get_or_assign_number(o.properties, labels),
+                _get_or_assign_number(o.states, labels),
             ]
             for o in objects
         ],
@@ -170,23 +170,23 @@ class _TaskEncoder:
     def flatten_edges(self, edges: Iterable[Edge]) -> list[int]:
         """Return edges as one list of numbers: source, relation and target of each edge in turn."""
         numbered = (
-            (source, _get_value_index(name, self.relations), target) for source, name, target in edges
+            (source, _get_or_assign_number(name, self.relations), target) for source, name, target in edges
         )
         return list(chain.from_iterable(numbered))
 
-    def find_shared_graph(self, sources: Sequence[_SourceTask]) -> _HomeGraph:
+    def compute_common_graph(self, tasks: Sequence[_UnconvertedTask]) -> _HomeGraph:
         """Return the graph of the object ids and edges that all initial graphs have.
 
         Each id has the record that is most frequent in these graphs.
         """
-        counts = Counter(record for source in sources for record in source.initial.objects)
+        counts = Counter(record for source in tasks for record in source.initial.objects)
         variants = group_pairs((record.id, record) for record in counts)
         shared = [
             max(records, key=lambda record: (counts[record], -self.objects[record]))
             for _, records in sorted(variants.items())
-            if sum(counts[record] for record in records) == len(sources)
+            if sum(counts[record] for record in records) == len(tasks)
         ]
-        first, *others = (source.initial.edges for source in sources)
+        first, *others = (source.initial.edges for source in tasks)
         common = set(first).intersection(*others)
         return _HomeGraph(shared, _sort_edges([edge for edge in first if edge in common]))
 
@@ -203,7 +203,7 @@ class _TaskEncoder:
         removed = set(before.edges).difference(after.edges)
         added = set(after.edges).difference(before.edges)
         if keep_order:
-            moved = _find_moved_edges(before, after, removed)
+            moved = _find_reordered_edges(before, after, removed)
             removed |= moved.intersection(before.edges)
             added |= moved
         return {
@@ -216,9 +216,9 @@ class _TaskEncoder:
             "added_edges": self.flatten_edges(_sort_edges(edge for edge in after.edges if edge in added)),
         }
 
-    def encode_task(self, source: _SourceTask, base: _HomeGraph) -> dict[str, object]:
-        title, description, script = _read_script(source)
-        nodes, edges = _find_relevant_ids(source.initial, source.final)
+    def encode_task(self, source: _UnconvertedTask, base: _HomeGraph) -> dict[str, object]:
+        title, description, script = _read_title_description_and_steps(source)
+        nodes, edges = _find_ids_of_changed_objects_and_edges(source.initial, source.final)
         goal = source.annotation["vh_goal"]
         states = [entry for entry in goal["goal"] if "state" in entry]
         relations = [entry for entry in goal["goal"] if "relation_type" in entry]
@@ -244,55 +244,55 @@ def _sort_edges(edges: Iterable[Edge]) -> list[Edge]:
     Edges of the relations `ON` and `INSIDE` are not sorted by target.
     """
 
-    def key(edge: Edge) -> tuple[int, str, int]:
+    def make_sort_key(edge: Edge) -> tuple[int, str, int]:
         source, relation, target = edge
         return source, relation, 0 if relation in _ORDERED_RELATIONS else target
 
-    return sorted(edges, key=key)
+    return sorted(edges, key=make_sort_key)
 
 
-def _find_moved_edges(before: _HomeGraph, after: _HomeGraph, removed: set[Edge]) -> set[Edge]:
+def _find_reordered_edges(before: _HomeGraph, after: _HomeGraph, removed: set[Edge]) -> set[Edge]:
     """Return the ordered edges of sources whose new list is not the old list with edges appended."""
-    stayed = _group_ordered_edges(edge for edge in before.edges if edge not in removed)
+    stayed = _group_ordered_edges_by_source_and_relation(edge for edge in before.edges if edge not in removed)
     return {
         edge
-        for key, edges in _group_ordered_edges(after.edges).items()
+        for key, edges in _group_ordered_edges_by_source_and_relation(after.edges).items()
         if (first := stayed.get(key, [])) != edges[: len(first)]
         for edge in edges
     }
 
 
-def _group_ordered_edges(edges: Iterable[Edge]) -> dict[tuple[int, str], list[Edge]]:
+def _group_ordered_edges_by_source_and_relation(edges: Iterable[Edge]) -> dict[tuple[int, str], list[Edge]]:
     """Return a mapping from source and relation to edges, for the relations `ON` and `INSIDE`."""
     return group_pairs((edge[:2], edge) for edge in edges if edge[1] in _ORDERED_RELATIONS)
 
 
-def _find_relevant_ids(initial: _HomeGraph, final: _HomeGraph) -> tuple[list[int], list[int]]:
+def _find_ids_of_changed_objects_and_edges(
+    initial: _HomeGraph, final: _HomeGraph
+) -> tuple[list[int], list[int]]:
     """Return the ids of changed objects, and the ids at ends of changed edges, in order of occurrence."""
-    nodes = [record.id for record in _find_unshared_items(initial.objects, final.objects)]
-    ends = [end for edge in _find_unshared_items(initial.edges, final.edges) for end in edge[::2]]
+    nodes = [record.id for record in _list_items_in_only_one(initial.objects, final.objects)]
+    ends = [end for edge in _list_items_in_only_one(initial.edges, final.edges) for end in edge[::2]]
     return list(dict.fromkeys(nodes)), list(dict.fromkeys(ends))
 
 
-def _find_unshared_items(before: Sequence[T], after: Sequence[T]) -> list[T]:
+def _list_items_in_only_one(before: Sequence[T], after: Sequence[T]) -> list[T]:
     """Return the items that only one sequence has. Items of `before` come first."""
     old, new = set(before), set(after)
     return [item for item in before if item not in new] + [item for item in after if item not in old]
 
 
-def _read_script(source: _SourceTask) -> tuple[str, str, list[object]]:
-    title, description, *lines = source.script.splitlines()
-    if source.annotation.get("title", title) != title:
+def _read_title_description_and_steps(task: _UnconvertedTask) -> tuple[str, str, list[object]]:
+    title, description, *lines = task.script.splitlines()
+    if task.annotation.get("title", title) != title:
         raise DataError(
-            f"script of {source.id}: title {title!r}, but the annotation has {source.annotation['title']!r}"
+            f"script of {task.id}: title {title!r}, but the annotation has {task.annotation['title']!r}"
         )
     steps: list[object] = []
     for line in filter(None, map(str.strip, lines)):
         match = _STEP.fullmatch(line)
         if match is None:
-            raise DataError(
-                f"script of {source.id}: {line!r} is not a step; expected `[ACTION] <object> (id)`"
-            )
+            raise DataError(f"script of {task.id}: {line!r} is not a step; expected `[ACTION] <object> (id)`")
         objects = [[name, int(number)] for name, number in _STEP_OBJECT.findall(match[2])]
         steps.append([match[1], objects])
     return title, description, steps

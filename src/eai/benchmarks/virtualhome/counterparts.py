@@ -50,9 +50,9 @@ COUNTERPARTS: Mapping[str, Counterpart] = {
 """Published operator -> household action. The first parameter of each operator is the character."""
 
 
-def translate_plan_steps(task: Task, steps: Sequence[PlanStep]) -> tuple[Action, ...]:
+def translate_to_household_actions(task: Task, published_steps: Sequence[PlanStep]) -> tuple[Action, ...]:
     """Return the household actions of a plan of published operators, up to the first step without an action.
 
     Planning problems name objects by class. A class means the same object as in an answer with a plan.
     """
-    return tuple(translate_steps(steps, COUNTERPARTS, VirtualHomePlans().make_object_lookup(task)))
+    return tuple(translate_steps(published_steps, COUNTERPARTS, VirtualHomePlans().make_object_lookup(task)))

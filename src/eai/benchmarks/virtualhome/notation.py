@@ -114,7 +114,7 @@ def make_written_goal(fields: list[str]) -> WrittenGoal:
     return WrittenGoal(fields[0].upper(), is_action=True)
 
 
-def _find_flaw(value: object) -> str | None:
+def _find_section_error(value: object) -> str | None:
     """Return a description of the error in a JSON object with sections of goals, or None."""
     return None if not isinstance(value, JsonObject) else _find_unknown_section(value.members)
 
@@ -127,13 +127,13 @@ def _find_unknown_section(members: Iterable[tuple[str, object]]) -> str | None:
     return next((f'there is no section "{key}"' for key in lists if key not in SECTIONS.values()), None)
 
 
-def _check_goal_sections(sections: GoalSections) -> GoalSections | None:
+def _keep_sections_if_known(sections: GoalSections) -> GoalSections | None:
     """Return the sections of goals in an answer, or None if it has no section or an unknown section."""
     has_section = any(key in SECTIONS.values() for key, _ in sections.members)
     return sections if has_section and _find_unknown_section(sections.members) is None else None
 
 
-_FORM = make_sections_format(_check_goal_sections, _find_flaw)
+_FORM = make_sections_format(_keep_sections_if_known, _find_section_error)
 
 
 def _read_section(kind: GoalKind, section: object) -> list[WrittenGoal | IllFormed]:

@@ -83,7 +83,7 @@ def take_out_of_hand(obj: f.Variable) -> tuple[Effect, ...]:
     return Delete(p.holds_rh(AGENT, obj)), Delete(p.holds_lh(AGENT, obj))
 
 
-def forget_origin(obj: f.Variable) -> tuple[Effect, ...]:
+def delete_place_taken_from(obj: f.Variable) -> tuple[Effect, ...]:
     """Return effects that delete the stored place from which an object was grabbed (its origin)."""
     return (
         Delete(p.taken_from_top_of(obj, ANYTHING)),
@@ -92,23 +92,27 @@ def forget_origin(obj: f.Variable) -> tuple[Effect, ...]:
     )
 
 
-def make_bring_along_effects(room_of_held: f.Formula) -> tuple[Effect, ...]:
+def make_effects_moving_held_objects(target_room: f.Formula) -> tuple[Effect, ...]:
     """Return effects that move held objects, and all objects in or on them, into a room.
 
     Args:
-        room_of_held: the condition that is true for the room, the variable ``r``.
+        target_room: the condition that is true for the room, the variable ``r``.
     """
 
-    def move_along(moving_object: f.Variable) -> tuple[Effect, ...]:
+    def make_effects_moving_object(moving_object: f.Variable) -> tuple[Effect, ...]:
         return (
             *clear_relations(moving_object, p.next_to, p.facing),
             ForEach(R, p.room(R) & p.inside(moving_object, R), (Delete(p.inside(moving_object, R)),)),
             *make_symmetric_effects(Add, p.next_to(AGENT, moving_object)),
-            Let(R, room_of_held, (Add(p.inside(moving_object, R)),)),
+            Let(R, target_room, (Add(p.inside(moving_object, R)),)),
         )
 
     return (
-        ForEach(H, p.held(H), (*move_along(H), ForEach(Y, p.carries(H, Y), move_along(Y)))),
+        ForEach(
+            H,
+            p.held(H),
+            (*make_effects_moving_object(H), ForEach(Y, p.carries(H, Y), make_effects_moving_object(Y))),
+        ),
         ForEach(H, p.held(H), (ForEach(Y, p.carries(H, Y), make_symmetric_effects(Add, p.next_to(H, Y))),)),
     )
 
@@ -173,7 +177,7 @@ def make_put_effects(relation: Predicate) -> tuple[Effect, ...]:
         *make_symmetric_effects(Add, p.next_to(AGENT, Y)),
         *make_symmetric_effects(Add, p.next_to(X, Y)),
         Add(relation(X, Y)),
-        *forget_origin(X),
+        *delete_place_taken_from(X),
     )
 
 
@@ -217,7 +221,7 @@ def make_grab_action(effects_on_contents: tuple[Effect, ...] = KEEP_CONTENTS) ->
         *make_symmetric_effects(Add, p.next_to(AGENT, X)),
         When(p.right_hand_free(), (Add(p.holds_rh(AGENT, X)),), (Add(p.holds_lh(AGENT, X)),)),
         Let(R, p.room_of(AGENT, R), (Add(p.inside(X, R)),)),
-        *forget_origin(X),
+        *delete_place_taken_from(X),
         *remember,
     )
     return _make_action_on_one("GRAB", *checks, effects=effects, role=OperatorRole.TAKES)
@@ -267,7 +271,7 @@ def make_watch_action() -> Operator:
     )
 
 
-def make_shove_action(name: str, *checks: Check) -> Operator:
+def make_push_or_pull_action(name: str, *checks: Check) -> Operator:
     """Return an action that moves an object by hand without lifting the object."""
     return _make_action_on_one(name, *checks, NEAR, REACHABLE, HAND_FREE)
 
@@ -275,7 +279,7 @@ def make_shove_action(name: str, *checks: Check) -> Operator:
 def make_operators() -> tuple[Operator, ...]:
     """Return all actions. Each makes its checks in the order of the paper's package."""
     return (
-        *make_movements(make_bring_along_effects(p.room_of(X, R))),
+        *make_movement_actions(make_effects_moving_held_objects(p.room_of(X, R))),
         *_make_posture_actions(),
         *_make_handling_actions(),
         *_make_device_actions(),
@@ -286,7 +290,7 @@ def make_operators() -> tuple[Operator, ...]:
     )
 
 
-def make_movements(effects_on_held: tuple[Effect, ...]) -> tuple[Operator, ...]:
+def make_movement_actions(effects_on_held: tuple[Effect, ...]) -> tuple[Operator, ...]:
     """Return the actions WALK, RUN and FIND.
 
     Args:
@@ -328,19 +332,23 @@ def _make_posture_actions() -> tuple[Operator, ...]:
             effects=(Add(p.ontop(AGENT, X)), Delete(p.sitting(AGENT)), Add(p.lying(AGENT))),
             role=OperatorRole.MOVEMENT,
         ),
-        _make_action_on_nothing(
+        _make_action_without_arguments(
             "STANDUP",
             additional_step(p.sitting(AGENT) | p.lying(AGENT), "the character stands already"),
             (Delete(p.sitting(AGENT)), Delete(p.lying(AGENT))),
             OperatorRole.MOVEMENT,
         ),
-        _make_action_on_nothing("SLEEP", resting),
-        _make_action_on_nothing("WAKEUP", resting),
+        _make_action_without_arguments("SLEEP", resting),
+        _make_action_without_arguments("WAKEUP", resting),
     )
 
 
 def _make_handling_actions() -> tuple[Operator, ...]:
-    drop = (*take_out_of_hand(X), Let(R, p.room_of(AGENT, R), (Add(p.inside(X, R)),)), *forget_origin(X))
+    drop = (
+        *take_out_of_hand(X),
+        Let(R, p.room_of(AGENT, R), (Add(p.inside(X, R)),)),
+        *delete_place_taken_from(X),
+    )
     return (
         make_grab_action(),
         _make_action_on_two("PUTBACK", HELD, NEAR_TARGET, effects=make_put_effects(p.ontop)),
@@ -424,9 +432,9 @@ def _make_using_actions() -> tuple[Operator, ...]:
         _make_action_on_one(
             "TYPE", NEAR, affordance(is_a(X, "keyboard") | p.has_switch(X), "{x} is nothing to type on")
         ),
-        make_shove_action("PUSH"),
-        make_shove_action("PULL", can_be_moved),
-        make_shove_action("MOVE", can_be_moved),
+        make_push_or_pull_action("PUSH"),
+        make_push_or_pull_action("PULL", can_be_moved),
+        make_push_or_pull_action("MOVE", can_be_moved),
         _make_action_on_one(
             "SQUEEZE",
             HAND_FREE,
@@ -459,7 +467,7 @@ def _make_clothing_actions() -> tuple[Operator, ...]:
     )
 
 
-def _make_action_on_nothing(
+def _make_action_without_arguments(
     name: str, check: Check, effects: tuple[Effect, ...] = (), role: OperatorRole = OperatorRole.CHANGE
 ) -> Operator:
     return Operator(name, (), (check,), effects, role=role)

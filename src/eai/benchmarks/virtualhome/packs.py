@@ -4,9 +4,9 @@ from __future__ import annotations
 
 from eai.benchmarks.packs import Pack
 from eai.benchmarks.reference_wheel import EAI_EVAL, PUBLISHED
-from eai.benchmarks.virtualhome.benchmark import check_stored_tasks
+from eai.benchmarks.virtualhome.benchmark import list_unexpected_figures
 from eai.benchmarks.virtualhome.convert import convert_tasks
 from eai.benchmarks.virtualhome.records import PACK
 
-PACKS = (Pack(PACK, (EAI_EVAL,), convert_tasks, check_stored_tasks), *PUBLISHED)
+PACKS = (Pack(PACK, (EAI_EVAL,), convert_tasks, list_unexpected_figures), *PUBLISHED)
 """All packs of VirtualHome. An entry point registers them."""

@@ -149,7 +149,7 @@ def _join_names_and_ids(step: WrittenStep) -> WrittenStep:
         while words:
             word = words.pop(0)
             is_whole = isinstance(word, str) and _DOTTED.fullmatch(word) is not None
-            has_id = not is_whole and bool(words) and _is_id(words[0])
+            has_id = not is_whole and bool(words) and _is_numeric_id(words[0])
             objects.append(ObjectWithId(word, words.pop(0)) if has_id else word)
         return step._replace(objects=tuple(objects))
     return step._replace(objects=_pair_words(step.objects))
@@ -157,7 +157,7 @@ def _join_names_and_ids(step: WrittenStep) -> WrittenStep:
 
 def has_ids(plan: WrittenPlan) -> bool:
     """Whether a plan names objects by class and id: in some step, a number follows a class."""
-    return any(_is_id(word) for step in plan.steps for word in step.objects[1::2])
+    return any(_is_numeric_id(word) for step in plan.steps for word in step.objects[1::2])
 
 
 def pair_names_with_ids(plan: WrittenPlan) -> WrittenPlan:
@@ -170,7 +170,7 @@ def _pair_words(words: tuple[object, ...]) -> tuple[ObjectWithId, ...]:
     return tuple(starmap(ObjectWithId, zip_longest(words[::2], words[1::2])))
 
 
-def _is_id(word: object) -> bool:
+def _is_numeric_id(word: object) -> bool:
     return isinstance(word, int) or (isinstance(word, str) and word.isdigit())
 
 

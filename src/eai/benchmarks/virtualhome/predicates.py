@@ -70,7 +70,7 @@ def find_objects_in_room(state: State, arguments: tuple[int, ...]) -> int:
     return members | 1 << room
 
 
-def find_targets(state: State, predicate: str, source: int, candidates: int) -> int:
+def find_related_candidates(state: State, predicate: str, source: int, candidates: int) -> int:
     """Return those candidates to which a relation leads from the source.
 
     Candidates and result are bit masks.
@@ -78,29 +78,31 @@ def find_targets(state: State, predicate: str, source: int, candidates: int) -> 
     return state.relation(predicate).row(source) & candidates
 
 
-def make_origin_lookup(position: int, choose: TargetChooser = find_targets) -> LookupFunction:
+def make_former_place_lookup(
+    relation_index: int, choose: TargetChooser = find_related_candidates
+) -> LookupFunction:
     """Return a function that finds an object's origins (former places) by one relation.
 
     Only the first of `ORIGIN_RELATIONS` that holds counts. So at most one of three such functions returns
     objects. Rooms are never origins (as in ``_find_first_node_from`` of the paper's package).
 
     Args:
-        position: index of the relation in `ORIGIN_RELATIONS`.
+        relation_index: index of the relation in `ORIGIN_RELATIONS`.
         choose: chooses among several places.
     """
 
-    def find_origins(state: State, arguments: tuple[int, ...]) -> int:
+    def find_former_places(state: State, arguments: tuple[int, ...]) -> int:
         (x,) = arguments
         no_room = ~state.mask("ROOM")
-        for earlier in ORIGIN_RELATIONS[:position]:
+        for earlier in ORIGIN_RELATIONS[:relation_index]:
             if state.relation(earlier).row(x) & no_room:
                 return 0
-        return choose(state, ORIGIN_RELATIONS[position], x, no_room)
+        return choose(state, ORIGIN_RELATIONS[relation_index], x, no_room)
 
-    return find_origins
+    return find_former_places
 
 
-def find_cargo(state: State, arguments: tuple[int, ...]) -> int:
+def find_objects_carried_along(state: State, arguments: tuple[int, ...]) -> int:
     """Return, as a bit mask, the objects that move with an object.
 
     An object moves if it is in a moving object, or if it is grabbable and on a moving object.
@@ -191,7 +193,10 @@ taken = DefinedPredicate(
 )
 rests_in = DefinedPredicate("rests_in", (X, Y), inside(X, Y) | (ontop(X, Y) & grabbable(X)))
 carries = DefinedPredicate(
-    "carries", (X, Y), rests_in(Y, X) | f.Exists(Z, rests_in(Z, X) & f.Atom("carries", (Z, Y))), find_cargo
+    "carries",
+    (X, Y),
+    rests_in(Y, X) | f.Exists(Z, rests_in(Z, X) & f.Atom("carries", (Z, Y))),
+    find_objects_carried_along,
 )
 _only_container = inside(X, Y) & ~f.Exists(Z, inside(X, Z) & ~f.Equals(Y, Z))
 room_of = LookupPredicate(
@@ -212,54 +217,54 @@ in_same_room = DefinedPredicate("in_same_room", (X,), f.Exists(R, room_of(AGENT,
 somewhere = DefinedPredicate("somewhere", (X,), f.Exists(R, room_of(X, R)))
 
 
-def _make_origin_predicate(position: int, name: str) -> LookupPredicate:
+def _make_former_place_predicate(relation_index: int, name: str) -> LookupPredicate:
     """Return the predicate for an object's origins (former places) by one relation.
 
     The predicate is false if an earlier one of `ORIGIN_RELATIONS` holds.
     """
-    *earlier, relation = (ontop, inside, next_to)[: position + 1]
+    *earlier, relation = (ontop, inside, next_to)[: relation_index + 1]
     nowhere_else = tuple(~f.Exists(Z, other(X, Z) & ~room(Z)) for other in earlier)
     meaning = DefinedPredicate(name, (X, Y), f.And((relation(X, Y), ~room(Y), *nowhere_else)))
     return LookupPredicate(
-        name, 2, make_origin_lookup(position), ("ROOM", "ONTOP", "INSIDE", "NEXT_TO"), meaning
+        name, 2, make_former_place_lookup(relation_index), ("ROOM", "ONTOP", "INSIDE", "NEXT_TO"), meaning
     )
 
 
-def _require_at_least(place: f.Variable, count: int) -> f.Formula:
+def _require_at_least_on(support: f.Variable, min_count: int) -> f.Formula:
     """Return the formula that holds if at least `count` different objects are on the object `place`."""
-    things = [f.Variable(f"y{i}") for i in range(count)]
+    things = [f.Variable(f"y{i}") for i in range(min_count)]
     formula: f.Formula = f.And(())
     for i, obj in reversed(list(enumerate(things))):
         new = tuple(~f.Equals(obj, other) for other in things[:i])
-        formula = f.Exists(obj, f.And((ontop(obj, place), *new, formula)))
+        formula = f.Exists(obj, f.And((ontop(obj, support), *new, formula)))
     return formula
 
 
-def _make_full_predicate(name: str, capacities: Mapping[str, int]) -> ComputedPredicate:
+def _make_full_seat_predicate(name: str, capacities: Mapping[str, int]) -> ComputedPredicate:
     """Return the predicate that holds for a full seat or bed.
 
     Its capacity depends on its category, and is 1 for categories that `capacities` does not list.
     """
 
-    def is_full(state: State, arguments: tuple[int, ...]) -> bool:
+    def is_seat_full(state: State, arguments: tuple[int, ...]) -> bool:
         (seat,) = arguments
         capacity = capacities.get(state.scene.objects[seat].category, 1)
         return state.relation("ONTOP").column(seat).bit_count() >= capacity
 
     by_size = {n: [c for c, fits in capacities.items() if fits == n] for n in sorted({*capacities.values()})}
-    sized = tuple(is_a(X, *categories) & _require_at_least(X, n) for n, categories in by_size.items())
+    sized = tuple(is_a(X, *categories) & _require_at_least_on(X, n) for n, categories in by_size.items())
     others = ~is_a(X, *capacities) & f.Exists(Y, ontop(Y, X))
     return ComputedPredicate(
-        name, 1, is_full, ("ONTOP",), DefinedPredicate(name, (X,), f.Or((*sized, others)))
+        name, 1, is_seat_full, ("ONTOP",), DefinedPredicate(name, (X,), f.Or((*sized, others)))
     )
 
 
 lies_on, lies_in, lies_next_to = (
-    _make_origin_predicate(position, name)
+    _make_former_place_predicate(position, name)
     for position, name in enumerate(("lies_on", "lies_in", "lies_next_to"))
 )
-seat_full = _make_full_predicate("seat_full", SEAT_CAPACITIES)
-bed_full = _make_full_predicate("bed_full", BED_CAPACITIES)
+seat_full = _make_full_seat_predicate("seat_full", SEAT_CAPACITIES)
+bed_full = _make_full_seat_predicate("bed_full", BED_CAPACITIES)
 
 _DECLARED = tuple(globals().values())
 

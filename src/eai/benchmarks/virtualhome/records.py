@@ -49,7 +49,7 @@ class ObjectRecord:
     states: tuple[str, ...]
 
     @cached_property
-    def labels(self) -> frozenset[str]:
+    def properties_and_states(self) -> frozenset[str]:
         """Properties and states of the object, and ``ROOM`` if it is a room."""
         room = ("ROOM",) if self.category == _ROOMS else ()
         return frozenset((*self.properties, *self.states, *room))
@@ -107,7 +107,7 @@ class TaskRecord:
     relevant_from_edges: tuple[int, ...]
 
     @property
-    def relevant_ids(self) -> list[int]:
+    def relevant_object_ids(self) -> list[int]:
         """Ids of the relevant objects, in the order of the Python sets in the paper's package.
 
         The hash of a small integer is the integer itself, so this order depends only on the ids.
@@ -116,7 +116,7 @@ class TaskRecord:
         return list(of_nodes | (set(self.relevant_from_edges) - of_nodes))
 
 
-class _SharedTables(NamedTuple):
+class _SharedObjectsAndRelations(NamedTuple):
     """Tables of objects and relations that all tasks use. Lines of tasks have indices into these tables."""
 
     relations: Sequence[str]
@@ -170,7 +170,7 @@ class VirtualHomeRecords(TaskSet[TaskRecord]):
             ObjectRecord(number, name, category, labels[owned], labels[state])
             for number, name, category, owned, state in values["objects"]
         ]
-        tables = _SharedTables(values["relations"], records)
+        tables = _SharedObjectsAndRelations(values["relations"], records)
         objects, edges = tables.get_objects(values["base_objects"]), tables.read_edges(values["base_edges"])
         self.base = GraphDelta((), (), objects, (), edges)
         texts = dict(zip(values["tasks"], lines, strict=True))

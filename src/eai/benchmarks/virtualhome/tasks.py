@@ -60,7 +60,7 @@ class _IndexedGraph:
         if delta.removed_ids:
             raise DataError(f"a graph removes objects {delta.removed_ids}; run `eai data fetch --force`")
         described = (*delta.changed_objects, *delta.added_objects)
-        labels = {**self.labels, **{record.id: record.labels for record in described}}
+        labels = {**self.labels, **{record.id: record.properties_and_states for record in described}}
         index = {
             **self.index,
             **{record.id: i for i, record in enumerate(delta.added_objects, len(self.objects))},
@@ -84,17 +84,19 @@ class _IndexedGraph:
             columns[slot][target] |= 1 << source
             ends[slot] = ends[slot][0] | 1 << source, ends[slot][1] | 1 << target
         unary = list(self.unary)
-        self._change_properties(unary, described, index)
+        self._update_unary_masks(unary, described, index)
         return _IndexedGraph(objects, labels, index, unary, rows, columns, ends)
 
-    def _change_properties(
-        self, unary: list[int], records: Iterable[ObjectRecord], index: Mapping[int, int]
+    def _update_unary_masks(
+        self, unary_masks: list[int], records: Iterable[ObjectRecord], index_by_id: Mapping[int, int]
     ) -> None:
         """Update the bit masks of unary predicates for objects that are new or have new labels."""
         for record in records:
-            bit = 1 << index[record.id]
-            for slot in _find_changed_slots(self.labels.get(record.id, _UNLABELLED), record.labels):
-                unary[slot] ^= bit
+            bit = 1 << index_by_id[record.id]
+            for slot in _find_changed_predicates(
+                self.labels.get(record.id, _UNLABELLED), record.properties_and_states
+            ):
+                unary_masks[slot] ^= bit
 
     def to_state(self) -> State:
         """Return the state of all objects, including the character."""
@@ -110,7 +112,7 @@ class _IndexedGraph:
         if delta.removed_ids or delta.added_objects:
             raise DataError("a final graph adds or removes objects; run `eai data fetch --force`")
         draft, index = StateDraft(state), self.index
-        self._change_properties(draft.unary, delta.changed_objects, index)
+        self._update_unary_masks(draft.unary, delta.changed_objects, index)
         for source, relation, target in delta.removed_edges:
             draft.set_related(_BINARY[relation], index[source], index[target], False)
         for source, relation, target in delta.added_edges:
@@ -167,13 +169,15 @@ def open_tasks(source: Source | None = None) -> VirtualHomeTasks:
 
 
 @cache
-def _find_changed_slots(before: frozenset[str], after: frozenset[str]) -> Sequence[int]:
-    """Return the numbers of the unary predicates for labels (properties, states) that only one set has."""
+def _find_changed_predicates(before: frozenset[str], after: frozenset[str]) -> Sequence[int]:
+    """Return the indices of the unary predicates for labels (properties, states) that only one set has."""
     return [_UNARY[name] for name in before ^ after]
 
 
-def _make_relation(rows: Sequence[int], columns: Sequence[int], ends: tuple[int, int]) -> Relation:
-    return Relation(RelationBase(rows, columns, *ends)) if ends[0] else _make_empty_relation(len(rows))
+def _make_relation(rows: Sequence[int], columns: Sequence[int], end_masks: tuple[int, int]) -> Relation:
+    return (
+        Relation(RelationBase(rows, columns, *end_masks)) if end_masks[0] else _make_empty_relation(len(rows))
+    )
 
 
 @cache

@@ -90,9 +90,9 @@ def _find_room(state: State, arguments: tuple[int, ...]) -> int:
 
 _LOOKUPS: Mapping[str, LookupFunction] = {
     "room_of": _find_room,
-    "lies_on": p.make_origin_lookup(0, find_first_target),
-    "lies_in": p.make_origin_lookup(1, find_first_target),
-    "lies_next_to": p.make_origin_lookup(2, find_first_target),
+    "lies_on": p.make_former_place_lookup(0, find_first_target),
+    "lies_in": p.make_former_place_lookup(1, find_first_target),
+    "lies_next_to": p.make_former_place_lookup(2, find_first_target),
 }
 
 
@@ -113,7 +113,7 @@ It stores the facts that the vocabulary of `strict` stores, so states can be sha
 def list_relevant_objects(task: VirtualHomeTask) -> tuple[int, ...]:
     """Return the relevant objects of a task, in eai-eval's order (``get_symbolic_goal_nl``)."""
     by_id = {p.get_object_id(task.initial, i): i for i in task.relevant}
-    return tuple([by_id[i] for i in task.record.relevant_ids])
+    return tuple([by_id[i] for i in task.record.relevant_object_ids])
 
 
 SEARCHED_CONDITIONS: Mapping[Formula, tuple[Formula, ...]] = {
@@ -167,7 +167,7 @@ def held_objects_stay_behind(domain: Domain) -> Domain:
         *make_symmetric_effects(Add, p.next_to(AGENT, o.H)),
         Let(R, p.room_of(AGENT, R), (Add(p.inside(o.H, R)),)),
     )
-    return domain.replace_operators(*o.make_movements((ForEach(o.H, p.held(o.H), left_behind),)))
+    return domain.replace_operators(*o.make_movement_actions((ForEach(o.H, p.held(o.H), left_behind),)))
 
 
 def grabbing_empties(domain: Domain) -> Domain:
