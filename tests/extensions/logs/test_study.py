@@ -14,7 +14,6 @@ from eai.extensions.logs import readers, study
 from eai.extensions.logs.episode import Ending, EpisodeOutcome, LoggedEpisode, LoggedStep
 from eai.extensions.logs.readers import LogReader, read_log, read_logs
 from eai.studies.records import StudyRecords
-from eai.tasks.options import Options
 from eai.world.fault import FaultKind
 
 STEPS = (
@@ -69,7 +68,7 @@ def test_first_error_best_moment_and_repeats_come_from_the_steps(
     reader = LogReader("made", lambda content: True, lambda path, content: [LOST, WON])
     monkeypatch.setattr(readers, "list_readers", lambda: (reader,))
     (tmp_path / "log").write_text("any")
-    (analysis,) = study.LOGS.analyze(StudyRecords((tmp_path / "log",)), Options())  # type: ignore[misc]
+    (analysis,) = study.LOGS.analyze(StudyRecords((tmp_path / "log",)), study._LogOptions())  # type: ignore[misc]
     outcomes, episodes = analysis.tables
     (group,) = outcomes.row_dicts()
     assert (group["log"], group["errors"], str(group["proven"])) == ("made", 2, "50 (1/2)")

@@ -76,6 +76,7 @@ class LoggedEpisode:
         calls: number of requests to the model; None if unknown.
         tokens: number of input and output tokens; None if unknown.
         words: the agent's last words, or the last message about the episode, as evidence.
+        unseen: kinds of objects in the goal that no observation names, if a replay shows the goal.
         unknown: names of properties that the log does not have.
         format: name of the form of the log. `read_log` adds it.
     """
@@ -93,6 +94,7 @@ class LoggedEpisode:
     calls: int | None = None
     tokens: int | None = None
     words: str = ""
+    unseen: tuple[str, ...] = ()
     unknown: tuple[str, ...] = ()
     format: str = ""
 

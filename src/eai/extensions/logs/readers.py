@@ -14,8 +14,10 @@ from pydantic import BaseModel, ValidationError
 from eai.base.entry_points import get_entry_points
 from eai.base.errors import InputError
 from eai.base.files import read_content
+from eai.benchmarks.benchmark import Benchmark
 from eai.extensions.logs.episode import LoggedEpisode
 from eai.tasks.options import describe_validation_error
+from eai.tasks.source import Source
 
 GROUP = "eai.logs"
 """Group of entry points that register readers of logs."""
@@ -32,11 +34,14 @@ class LogReader:
         recognizes: whether content has this form. The content may be damaged.
         read: reads a log, given its path for messages and its content. It raises InputError, with the place
             in the file, if any part of the log is damaged.
+        replay: replays the actions of episodes in the tasks of a benchmark; None if logs of this form have no
+            actions that can be replayed.
     """
 
     format: str
     recognizes: Callable[[bytes], bool]
     read: Callable[[Path, bytes], Sequence[LoggedEpisode]]
+    replay: Callable[[Sequence[LoggedEpisode], Benchmark, Source], Sequence[LoggedEpisode]] | None = None
 
 
 @cache
@@ -53,8 +58,15 @@ def list_readers() -> tuple[LogReader, ...]:
     return tuple(readers.values())
 
 
-def read_log(path: Path) -> tuple[LoggedEpisode, ...]:
+def read_log(
+    path: Path, benchmark: Benchmark | None = None, source: Source | None = None
+) -> tuple[LoggedEpisode, ...]:
     """Return the episodes of a log, at least one, by the reader that recognizes its content.
+
+    Args:
+        path: the log.
+        benchmark: a benchmark in whose tasks the episodes are replayed, if their reader can do so.
+        source: the source of the benchmark's tasks.
 
     Raises:
         InputError: the file cannot be read, not exactly one reader recognizes it, it is damaged, or it has
@@ -71,16 +83,20 @@ def read_log(path: Path) -> tuple[LoggedEpisode, ...]:
     episodes = readers[0].read(path, content)
     if not episodes:
         raise InputError(f"{path}: expected at least one episode, found none")
+    if benchmark is not None and readers[0].replay is not None:
+        episodes = readers[0].replay(episodes, benchmark, source or Source())
     return tuple([replace(episode, format=readers[0].format) for episode in episodes])
 
 
-def read_logs(paths: Iterable[Path]) -> dict[Path, tuple[LoggedEpisode, ...]]:
-    """Return a mapping from paths of logs to their episodes.
+def read_logs(
+    paths: Iterable[Path], benchmark: Benchmark | None = None, source: Source | None = None
+) -> dict[Path, tuple[LoggedEpisode, ...]]:
+    """Return a mapping from paths of logs to their episodes. Arguments are those of `read_log`.
 
     Raises:
         InputError: a log cannot be read, or two logs have the same episode of the same agent.
     """
-    logs = {path: read_log(path) for path in paths}
+    logs = {path: read_log(path, benchmark, source) for path in paths}
     seen: set[tuple[str, ...]] = set()
     for path, episodes in logs.items():
         for episode in episodes:

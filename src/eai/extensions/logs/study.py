@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING, TypeAlias
 
 from eai.abilities.declaration import AnswerOutcome
 from eai.base.grouping import group_pairs
+from eai.benchmarks.registry import find_benchmark
 from eai.extensions.logs.episode import CANNOT_TELL, EpisodeOutcome, LoggedEpisode
 from eai.extensions.logs.readers import read_logs
 from eai.results.plots import COLUMN, INK, MUTED, OUTCOME_COLORS, RULE, make_figure, wrap_label
@@ -37,8 +38,20 @@ _COLORS = dict(
 )
 
 
-def _analyze_logs(records: StudyRecords, options: Options) -> Iterator[Analysis]:
-    logs = read_logs(records.paths)
+class _LogOptions(Options):
+    """Options of `eai analyze logs`.
+
+    Attributes:
+        tasks: A benchmark with the tasks of the logs, such as alfworld:FOLDER. Logged actions are replayed in
+            these tasks.
+    """
+
+    tasks: str = ""
+
+
+def _analyze_logs(records: StudyRecords, options: _LogOptions) -> Iterator[Analysis]:
+    benchmark = find_benchmark(options.tasks) if options.tasks else None
+    logs = read_logs(records.paths, benchmark, records.source)
     groups = group_pairs(((e.format, e.agent, e.setting), e) for episodes in logs.values() for e in episodes)
     outcomes, episodes = _make_outcomes_table(groups), _make_episodes_table(groups)
     shown = [_drop_constant_names(table.drop_columns(_FILE_ONLY)) for table in (outcomes, episodes)]
@@ -97,6 +110,7 @@ def _make_outcomes_table(groups: _Groups) -> Iterator[Row]:
             "outcome",
             "ending",
             "kind",
+            "unseen",
             "actions",
             "first_error",
             "best",
@@ -111,8 +125,9 @@ def _make_episodes_table(groups: _Groups) -> Iterator[Row]:
 
     first_error: the first action that the world rejected, counted from 1; kind: the kind of this error; best:
     the largest percentage of the goal's conditions that held at once; best_action: the first action after
-    which they held; end: the percentage at the end; repeats: how often the most frequent action had the same
-    reply; words: the agent's last words, or an exception. A cell is empty if the log does not show its value.
+    which they held; end: the percentage at the end; unseen: kinds of goal objects that no observation names;
+    repeats: how often the most frequent action had the same reply; words: the agent's last words, or the last
+    reply. A cell is empty if the log does not show its value.
     """
     for names, episodes in groups.items():
         for episode in episodes:
@@ -121,6 +136,7 @@ def _make_episodes_table(groups: _Groups) -> Iterator[Row]:
             yield (
                 *(*names, episode.task, episode.outcome.value, episode.ending.value),
                 "" if error is None else CANNOT_TELL if kind is None else kind.value,
+                ", ".join(episode.unseen),
                 len(episode.steps) or episode.actions,
                 None if error is None else error + 1,
                 _to_percent(episode.best),
@@ -171,5 +187,6 @@ def _find_error_color(episode: LoggedEpisode) -> str:
 LOGS = Study(
     "logs",
     "Logs of other projects: outcomes of episodes, first errors, best moments.",
+    choices=_LogOptions,
     analyze=_analyze_logs,
 )

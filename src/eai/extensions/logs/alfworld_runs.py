@@ -1,0 +1,286 @@
+"""Read episodes in ALFWorld: lines of ReAct and Reflexion, and JSON of AgentBench.
+
+ReAct prints ``Act 1: ...`` and ``Obs 1: ...``. Reflexion writes ``> ...`` and the reply, after a prompt with
+examples. AgentBench writes an episode as JSON in each line. The game replies "Nothing happens." to every
+impossible command, so only a replay in the user's game proves the kind of an error.
+"""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import replace
+from enum import Enum
+from pathlib import Path
+from typing import NamedTuple
+
+from pydantic import BaseModel
+
+from eai.abilities.verdict import ErrorReport
+from eai.agents.command import CommandNotation
+from eai.base.errors import InputError
+from eai.base.files import number_lines
+from eai.benchmarks.benchmark import Benchmark
+from eai.extensions.logs.episode import Ending, EpisodeOutcome, LoggedEpisode, LoggedStep
+from eai.extensions.logs.readers import LogReader, parse_json, validate
+from eai.extensions.logs.replay import replay_steps
+from eai.logic.traversal import find_object_names
+from eai.tasks.source import Source
+from eai.tasks.task import Task
+from eai.world.fault import FaultKind
+
+_ROOM, _TASK, _PROMPT = "You are in the middle of a room", "Your task is to: ", "Interact with a household"
+_NAME = re.compile(r"(Environment #\d+):(?: Success)?|\S+/trial_\S+")
+_VERDICT = re.compile(r"STATUS: .*|\d+ r \S+ rs .*")
+_WON = re.compile(r"STATUS: OK|\d+ r (?:True|1) .*")
+_LOST = re.compile(r"STATUS: FAIL|\d+ r (?:False|0) .*")
+_RULE = re.compile(r"#{5,}|-{5,}|-= Welcome.*")
+_ACT = re.compile(r"(?:Act (\d+):|>) ?(.*)")
+_REPLY = re.compile(r"Obs (\d+): ?(.*)")
+_THOUGHT = re.compile(r"think\s*:", re.IGNORECASE)
+_REJECTED = re.compile(r"nothing happen(?:s|ed)\.?", re.IGNORECASE)
+_OLD_PUT = re.compile(r"put (.+) in/on (.+)", re.IGNORECASE)
+_NEW_PUT = re.compile(r"move (.+) to (.+)", re.IGNORECASE)
+_WITHOUT_EFFECT = ("inventory", "help", "look")
+
+_MAX_TURNS = 49
+"""Maximum number of turns, thoughts included, in the programs of ReAct and Reflexion."""
+
+
+class _Status(str, Enum):
+    COMPLETED = "completed"
+    CONTEXT_LIMIT = "agent context limit"
+    VALIDATION_FAILED = "agent validation failed"
+    INVALID_ACTION = "agent invalid action"
+    TASK_LIMIT = "task limit reached"
+    CANCELLED = "cancelled"
+    UNKNOWN = "unknown"
+    TASK_ERROR = "task error"
+
+
+_ENDINGS = {
+    _Status.CONTEXT_LIMIT: Ending.STOPPED,
+    _Status.INVALID_ACTION: Ending.TOO_MANY_ERRORS,
+    _Status.TASK_LIMIT: Ending.OUT_OF_STEPS,
+}
+
+
+class _Turn(BaseModel):
+    round: int
+    action: str
+    observation: str
+
+
+class _Result(BaseModel):
+    log: tuple[_Turn, ...]
+    init_prompt: str = ""
+    result: bool
+
+
+class _Output(BaseModel):
+    status: _Status
+    result: _Result
+
+
+class _Sample(BaseModel):
+    index: int
+    output: _Output
+
+
+def _recognize(content: bytes) -> bool:
+    if content.lstrip()[:1] == b"{":
+        keys = (b'"log"', b'"status"', b'"output"')
+        return all(key in content for key in keys) and (_ROOM.encode() in content or b'"round"' in content)
+    return _ROOM.encode() in content and re.search(rb"^(?:> |Act \d+: )", content, re.MULTILINE) is not None
+
+
+def _read(path: Path, content: bytes) -> list[LoggedEpisode]:
+    if content.lstrip()[:1] == b"{":
+        return [_read_sample(path, number, line) for number, line in number_lines(content)]
+    try:
+        text = content.decode()
+    except UnicodeDecodeError as error:
+        raise InputError(f"{path}: expected UTF-8 ({error})") from error
+    return [_read_segment(path, segment) for segment in _cut_text(path, text)]
+
+
+def _read_sample(path: Path, number: int, line: bytes) -> LoggedEpisode:
+    place = f"{path}, line {number}"
+    sample = validate(_Sample, place, parse_json(str(path), line, number))
+    status, result = sample.output.status, sample.output.result
+    for expected, turn in enumerate(result.log, 1):
+        if turn.round != expected:
+            raise InputError(f"{place}: expected round {expected} in output.result.log, found {turn.round}")
+    steps = [_make_step(turn.action, turn.observation) for turn in result.log]
+    opening = result.init_prompt.partition("AVAILABLE ACTIONS")[0]
+    if status in (_Status.UNKNOWN, _Status.TASK_ERROR, _Status.CANCELLED, _Status.VALIDATION_FAILED):
+        outcome = EpisodeOutcome.NOT_GRADED
+    else:
+        outcome = EpisodeOutcome.WON if result.result else EpisodeOutcome.GOAL_UNMET
+    ending = Ending.GOAL if result.result else _ENDINGS.get(status, Ending.CANNOT_TELL)
+    return _make_episode(str(sample.index), opening, steps, outcome, ending)
+
+
+def _make_step(action: str, reply: str) -> LoggedStep:
+    return LoggedStep(action.strip(), _REJECTED.fullmatch(reply.strip()) is None, None, reply.strip())
+
+
+def _make_episode(
+    name: str, opening: str, steps: Sequence[LoggedStep], outcome: EpisodeOutcome, ending: Ending
+) -> LoggedEpisode:
+    unstated = ("verdict",) if outcome is EpisodeOutcome.CANNOT_TELL else ()
+    words = steps[-1].feedback if steps else ""
+    return LoggedEpisode(
+        "",
+        name,
+        "",
+        outcome,
+        ending,
+        tuple(steps),
+        opening,
+        words=words,
+        unknown=("kinds of errors", "progress", *unstated),
+    )
+
+
+class _Segment(NamedTuple):
+    """The name and the numbered lines of one episode in a text log, and the grader's verdict, if any."""
+
+    name: str
+    lines: tuple[tuple[int, str], ...]
+    verdict: str = ""
+
+
+def _cut_text(path: Path, text: str) -> Iterator[_Segment]:
+    """Yield the parts of a text log that are episodes, without prompts and examples."""
+    name, prompt, lines = "", 0, list[tuple[int, str]]()
+    for number, line in enumerate(map(str.strip, text.splitlines()), 1):
+        named, judged = _NAME.fullmatch(line), _VERDICT.fullmatch(line)
+        starts = line.startswith(_ROOM) and not (lines and lines[-1][1].startswith(">"))
+        if prompt:
+            prompt = 0 if line.startswith("Here is the task") else prompt
+        elif named or judged or starts or line.startswith(_PROMPT) or _RULE.fullmatch(line):
+            if lines:
+                yield _Segment(name, tuple(lines), line if judged else "")
+            name = (named[1] or line) if named else name
+            prompt = number if line.startswith(_PROMPT) else 0
+            lines = [(number, line)] if starts else []
+        elif lines and line:
+            lines.append((number, line))
+    if prompt:
+        raise InputError(f"{path}, line {prompt}: no task follows the prompt")
+    if lines:
+        yield _Segment(name, tuple(lines))
+
+
+def _read_segment(path: Path, segment: _Segment) -> LoggedEpisode:
+    first = next((i for i, (_, line) in enumerate(segment.lines) if _ACT.fullmatch(line)), len(segment.lines))
+    opening = "\n".join([line for _, line in segment.lines[:first]])
+    if _TASK not in opening:
+        raise InputError(f"{path}, line {segment.lines[0][0]}: no task is stated")
+    turns = _read_turns(path, segment.lines[first:])
+    steps = [_make_step(action, reply) for action, reply in turns if not _THOUGHT.match(action)]
+    if not segment.verdict:
+        return _make_episode(segment.name, opening, steps, EpisodeOutcome.CANNOT_TELL, Ending.CANNOT_TELL)
+    number = segment.lines[-1][0]
+    if _WON.fullmatch(segment.verdict):
+        return _make_episode(segment.name, opening, steps, EpisodeOutcome.WON, Ending.GOAL)
+    if not _LOST.fullmatch(segment.verdict):
+        raise InputError(f"{path}, after line {number}: expected STATUS: OK or FAIL, or a score of 0 or 1")
+    ending = Ending.OUT_OF_STEPS if len(turns) >= _MAX_TURNS else Ending.CANNOT_TELL
+    if segment.verdict.startswith("STATUS") and len(turns) > 1 and turns[-1][0] == turns[-2][0]:
+        ending = Ending.STOPPED  # Reflexion ends an episode after a repeated action
+    return _make_episode(segment.name, opening, steps, EpisodeOutcome.GOAL_UNMET, ending)
+
+
+def _read_turns(path: Path, lines: Sequence[tuple[int, str]]) -> list[tuple[str, str]]:
+    """Return pairs of an agent's line and the game's reply.
+
+    Raises:
+        InputError: a number is wrong, or a reply is missing.
+    """
+    turns: list[tuple[str, list[str]]] = []
+    counts_turns = False
+    for (number, line), (_, before) in zip(lines, [(0, ""), *lines], strict=False):
+        action, reply = _ACT.fullmatch(line), _REPLY.fullmatch(line)
+        follows_action = _ACT.fullmatch(before) is not None
+        if action is not None:
+            counts_turns = action[1] is not None
+            expected = f"Act {len(turns) + 1}"
+            if counts_turns and int(action[1]) != len(turns) + 1:
+                raise InputError(f"{path}, line {number}: expected {expected}")
+            if follows_action:
+                raise InputError(f"{path}, line {number - 1}: no reply follows")
+            turns.append((action[2].strip(), []))
+        elif follows_action and counts_turns and (reply is None or int(reply[1]) != len(turns)):
+            raise InputError(f"{path}, line {number}: expected Obs {len(turns)}")
+        else:
+            turns[-1][1].append(line if reply is None else reply[2])
+    if turns and not turns[-1][1]:
+        raise InputError(f"{path}, line {lines[-1][0]}: no reply follows")
+    return [(action, "\n".join(replies)) for action, replies in turns]
+
+
+def _replay(episodes: Sequence[LoggedEpisode], benchmark: Benchmark, source: Source) -> list[LoggedEpisode]:
+    """Replay episodes in the games that their names or first observations determine."""
+    tasks = benchmark.tasks(source)
+    return [_replay_episode(episode, _find_games(episode, tasks), benchmark) for episode in episodes]
+
+
+def _replay_episode(episode: LoggedEpisode, games: Sequence[Task], benchmark: Benchmark) -> LoggedEpisode:
+    if len(games) != 1:
+        return replace(episode, unknown=("the game", *episode.unknown))
+    (task,) = games
+    commands = [*_translate_commands(episode.steps, task, benchmark)]
+    told = "\n".join([episode.opening.partition(_TASK)[0], *[step.feedback for step in episode.steps]])
+    kinds = {
+        name.removesuffix("type")
+        for goal in task.goals
+        for name in find_object_names(goal.formula)
+        if name.endswith("type")
+    }
+    unseen = tuple(sorted([kind for kind in kinds if not re.search(rf"\b{kind} \d", told)]))
+    return replace(replay_steps(episode, commands, task, benchmark), unseen=unseen)
+
+
+def _find_games(episode: LoggedEpisode, tasks: Mapping[str, Task]) -> list[Task]:
+    """Return the games with an episode's name, or all games that fit its first observation."""
+    name = episode.task.replace("/", ".")
+    if "/trial_" in episode.task:
+        return [tasks[task_id] for task_id in tasks if task_id.endswith(name)]
+    room, _, stated = episode.opening.partition(_TASK)
+    instruction = " ".join(stated.split()).rstrip(".")
+    places = {f"{kind}_{number}" for kind, number in re.findall(r"\ba (\w+) (\d+)", room)}
+    return [
+        task
+        for task in map(tasks.__getitem__, tasks)
+        if task.instruction.rstrip(".") == instruction
+        and places == {item.name for item in task.scene.objects if item.category == "receptacle"}
+    ]
+
+
+def _translate_commands(
+    steps: Sequence[LoggedStep], task: Task, benchmark: Benchmark
+) -> Iterator[str | None]:
+    """Yield the command of each step in the form of the game; None if it proves nothing and has no effect.
+
+    ``put X in/on Y`` and ``move X to Y`` are the same command in games of different versions. If no such
+    command of the log was accepted, the version of the log's game is unknown.
+    """
+    accepted = [step.action for step in steps if step.accepted]
+    log_form = next((form for form in (_OLD_PUT, _NEW_PUT) if any(map(form.fullmatch, accepted))), None)
+    notation, objects = CommandNotation(task, benchmark), range(len(task.scene.objects))
+    meaning, _ = notation.read_command("put x 1 in/on y 1", objects, may_end=False)
+    is_new_game = isinstance(meaning, ErrorReport) and meaning.kind is FaultKind.PARSING
+    template = r"move \1 to \2" if is_new_game else r"put \1 in/on \2"
+    for step in steps:
+        form = next((form for form in (_OLD_PUT, _NEW_PUT) if form.fullmatch(step.action)), None)
+        if form is None:
+            yield None if step.accepted and step.action in _WITHOUT_EFFECT else step.action
+        elif form is log_form:
+            yield form.sub(template, step.action)
+        else:  # in the log's game, the command of the other version cannot be read
+            yield None if log_form is None else ""
+
+
+ALFWORLD = LogReader("ALFWorld", _recognize, _read, _replay)
