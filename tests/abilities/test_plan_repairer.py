@@ -69,10 +69,7 @@ def succeeds(scorer: ActionSequencing, plan: list[Action | None]) -> bool:
     return len(steps) == len(plan) and course.failure is None and all(reached)
 
 
-@pytest.mark.parametrize(
-    ("name", "every"),
-    swept(("virtualhome", 31), ("behavior", 29)),
-)
+@pytest.mark.parametrize(("name", "every"), swept(("virtualhome", 31), ("behavior", 29)))
 def test_published_answers_have_distance_zero_exactly_if_they_succeed(
     name: str, every: int, data_store: Store, oracle: Oracle
 ) -> None:
@@ -89,8 +86,7 @@ def test_published_answers_have_distance_zero_exactly_if_they_succeed(
 
 
 @pytest.mark.parametrize(
-    ("name", "every"),
-    [("virtualhome", 57), ("behavior", 15), *swept(("virtualhome", 3), ("behavior", 2))],
+    ("name", "every"), [("virtualhome", 57), ("behavior", 15), *swept(("virtualhome", 3), ("behavior", 2))]
 )
 def test_answers_have_distance_zero_exactly_if_they_succeed(name: str, every: int, data_store: Store) -> None:
     check_repairs(name, data_store, made_answers(name, Ability.ACTION_SEQUENCING, data_store)[::every])
@@ -203,7 +199,7 @@ def test_the_single_edits_include_the_one_that_undoes_a_planted_fault(
         if repair.distance != 1 or (undoing.action and is_idle(scorer, undoing.action)):
             continue
         harmful += 1
-        singles = {*scorer.repairer._make_repairer(faulty).find_single_edits(faulty)}
+        singles = {*scorer.repairer._make_repairer(faulty).find_single_edit_repairs(faulty)}
         assert singles & {undoing, undoing._replace(action=None)}, "a step that was skipped may as well go"
         assert repair.blame != "step" or repair.blamed == undoing.step
     assert harmful

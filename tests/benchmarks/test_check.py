@@ -14,7 +14,7 @@ from eai.benchmarks.benchmark import Benchmark
 from eai.benchmarks.check import check_benchmark
 from eai.benchmarks.registry import find_benchmark
 from eai.logic.formula import Atom, Variable
-from eai.planning.search import SearchEnd
+from eai.planning.search import SearchEndReason
 from eai.tasks.goal_text import make_task
 from eai.tasks.source import Source, given
 from eai.tasks.task import Task, goal
@@ -39,7 +39,7 @@ def find_problems(*tasks: Task, domain: Domain = toy.DOMAIN) -> list[tuple[str, 
 def test_the_check_plans_for_a_task_without_a_plan() -> None:
     planned = replace(LIGHT, id="planned", script=(GO, PRESS))
     outcome = check_benchmark(Benchmark("toy", toy.DOMAIN, given(LIGHT, planned)), Source())
-    assert outcome == ([], {SearchEnd.SOLVED: 1})
+    assert outcome == ([], {SearchEndReason.SOLVED: 1})
 
 
 @pytest.mark.parametrize(
@@ -56,10 +56,7 @@ def test_the_check_plans_for_a_task_without_a_plan() -> None:
             lambda: make_task("light", "", toy.initial(), "at(robot, hall)"),
             "goals: expected a goal that does not hold at the start",
         ),
-        (
-            lambda: replace(LIGHT, goals=(goal(Atom("lit", ())),)),
-            "goals.0: lit takes 1 argument, not 0",
-        ),
+        (lambda: replace(LIGHT, goals=(goal(Atom("lit", ())),)), "goals.0: lit takes 1 argument, not 0"),
         (lambda: make_task("light", "", toy.initial(), "at(lamp, hall)"), "no plan reaches its goals"),
     ],
 )

@@ -23,7 +23,7 @@ from eai.pddl.export import ExportedProblem, ProblemSource, export_domain_and_pr
 from eai.pddl.reader import read_domain, read_problem
 from eai.pddl.search import search
 from eai.pddl.writer import write_domain, write_effect, write_formula, write_problem
-from eai.planning.search import Limits, SearchEnd
+from eai.planning.search import Limits, SearchEndReason
 from eai.world.action import Action, Fault
 from eai.world.derived import ComputedPredicate, DefinedPredicate, is_a
 from eai.world.domain import Domain
@@ -246,7 +246,7 @@ def test_goals_on_actions_are_remembered() -> None:
     toy = domain(Operator("rest", (), (), ()), Operator("paint", (X,), (), (Add(RED(X)),)))
     exported = export_domain_and_problem(toy, SCENE.state(()), (Occurs("rest"), RED(Constant("b"))))
     result = search(exported.domain, exported.problem, Limits())
-    assert result.end is SearchEnd.SOLVED
+    assert result.end is SearchEndReason.SOLVED
     assert sorted(exported.to_action(step).operator for step in result.plan) == ["paint", "rest"]
 
 

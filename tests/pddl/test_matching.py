@@ -9,7 +9,7 @@ from eai.pddl.matching import (
     find_predicates_in_text,
     make_condition_clause,
     make_effect_clause,
-    match_missing_operator,
+    mark_all_clauses_missing,
     match_operators,
     write_clause,
 )
@@ -93,11 +93,7 @@ def test_a_clause_is_matched_with_all_that_is_in_it_and_literals_one_by_one(
     ("predicted", "gold", "clauses"),
     [
         (f"(or {P} {Q})", f"(and {P} {Q})", ([], [f"(or {P} {Q})"], [P, Q])),
-        (
-            f"(and {P} {Q})",
-            f"(or (and {Q} {P}) (and {P} {R}))",
-            ([f"(and {Q} {P})"], [], [f"(and {P} {R})"]),
-        ),
+        (f"(and {P} {Q})", f"(or (and {Q} {P}) (and {P} {R}))", ([f"(and {Q} {P})"], [], [f"(and {P} {R})"])),
         (f"(and {P} {Q})", f"(or {P} {R})", ([], [f"(and {P} {Q})"], [P, R])),
         (f"(or {P} {Q})", f"(and {R} (or {Q} {P}))", ([f"(or {Q} {P})"], [], [R])),
         (f"(or {P} {Q})", "()", ([], [P, Q], [])),
@@ -148,7 +144,7 @@ def test_another_number_of_parameters_can_still_match_in_part() -> None:
 
 
 def test_a_missing_operator_misses_all_its_clauses() -> None:
-    found = match_missing_operator(operator("(and (p ?a) (not (p ?b)))", "(when (q) (r))"))
+    found = mark_all_clauses_missing(operator("(and (p ?a) (not (p ?b)))", "(when (q) (r))"))
     assert found.precondition == ClauseComparison(missing=(P, "(not (p ?b))"))
     assert found.effect == ClauseComparison(missing=("(when (q) (r))",))
     assert (found.precondition_literals, found.effect_literals) == ((0, 0, 2), (0, 0, 2))
@@ -161,7 +157,7 @@ def test_every_gold_operator_matches_itself_in_full(data_store: Store) -> None:
     ):
         for name, text in next(iter(tasks.values())).domain.operators.items():
             action = read_action(text.write_pddl)
-            found, full = match_operators(action, action), match_missing_operator(action)
+            found, full = match_operators(action, action), mark_all_clauses_missing(action)
             assert found.precondition == ClauseComparison(full.precondition.missing), name
             assert found.effect == ClauseComparison(full.effect.missing), name
             assert found.effect_literals == (full.effect_literals[2], 0, 0), name

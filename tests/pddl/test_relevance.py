@@ -7,7 +7,7 @@ import pytest
 from eai.pddl.execute import PddlPlanExecutor
 from eai.pddl.reader import read_domain, read_problem
 from eai.pddl.search import restrict_to_relevant, search
-from eai.planning.search import Limits, SearchEnd
+from eai.planning.search import Limits, SearchEndReason
 
 NAMES = "abcdefghijkl"
 EIGHT = " ".join(f"?x{i}" for i in range(8))
@@ -17,7 +17,7 @@ MOVE = "(:action move :parameters (?x ?y) :effect (near ?x ?y))"
 WASH = "(:action wash :parameters (?x) :precondition (wet ?x) :effect (clean ?x))"
 DRY = "(:action dry :parameters (?x) :effect (not (wet ?x)))"
 DERIVED = "(:derived (fine ?x) (clean ?x))"
-SOLVED, UNSOLVABLE, UNDECIDED = SearchEnd.SOLVED, SearchEnd.UNREACHABLE, SearchEnd.STATES
+SOLVED, UNSOLVABLE, UNDECIDED = SearchEndReason.SOLVED, SearchEndReason.UNREACHABLE, SearchEndReason.STATES
 
 
 @pytest.mark.parametrize(
@@ -80,7 +80,7 @@ SOLVED, UNSOLVABLE, UNDECIDED = SearchEnd.SOLVED, SearchEnd.UNREACHABLE, SearchE
     ],
 )
 def test_what_does_not_matter_costs_nothing(
-    operators: str, initial: str, goal: str, verdict: SearchEnd, why: str
+    operators: str, initial: str, goal: str, verdict: SearchEndReason, why: str
 ) -> None:
     predicates = "(near ?x ?y) (wet ?x) (clean ?x) (cold ?x) (fine ?x) (done)"
     constants = " ".join(NAMES)

@@ -18,7 +18,7 @@ from eai.pddl.model import PddlDomain, PddlProblem, get_variable_type, group_obj
 from eai.pddl.planning import PlannerOutcome, PlanningTask, execute_found_plan
 from eai.pddl.reader import read_domain, read_problem
 from eai.pddl.search import BuiltInPlanner, _ReachablePairs, search
-from eai.planning.search import Limits, SearchEffort, SearchEnd
+from eai.planning.search import Limits, SearchEffort, SearchEndReason
 from eai.tasks.operator_task import TransitionTask
 from eai.tasks.source import Source
 from pddl.random_pddl import DOMAINS, PROBLEMS
@@ -57,8 +57,10 @@ def is_solvable(domain: PddlDomain, problem: PddlProblem) -> bool:
 @given(DOMAINS, PROBLEMS)
 def test_agrees_with_breadth_first_search(domain: PddlDomain, problem: PddlProblem) -> None:
     result = search(domain, problem, EVERYTHING)
-    assert result.end is (SearchEnd.SOLVED if is_solvable(domain, problem) else SearchEnd.UNREACHABLE)
-    if result.end is SearchEnd.SOLVED:
+    assert result.end is (
+        SearchEndReason.SOLVED if is_solvable(domain, problem) else SearchEndReason.UNREACHABLE
+    )
+    if result.end is SearchEndReason.SOLVED:
         assert PddlPlanExecutor(domain, problem).find_failed_step(result.plan) is None
 
 
@@ -68,8 +70,8 @@ def test_however_little_may_be_looked_at_no_verdict_is_wrong(
     domain: PddlDomain, problem: PddlProblem, looks: int
 ) -> None:
     result = search(domain, problem, replace(EVERYTHING, looks=looks))
-    assert result.end in {SearchEnd.STATES, search(domain, problem, EVERYTHING).end}
-    if result.end is SearchEnd.SOLVED:
+    assert result.end in {SearchEndReason.STATES, search(domain, problem, EVERYTHING).end}
+    if result.end is SearchEndReason.SOLVED:
         assert PddlPlanExecutor(domain, problem).find_failed_step(result.plan) is None
 
 
@@ -82,19 +84,19 @@ GOAL = "(define (problem p) (:domain m) (:init {init}) (:goal (and (shut) (runni
 @pytest.mark.parametrize(
     ("more", "init", "verdict"),
     [
-        ("", "(off)", SearchEnd.SOLVED),
-        ("", "(running)", SearchEnd.UNREACHABLE),
-        ("(:action stop :precondition (running) :effect (off))", "(running)", SearchEnd.SOLVED),
-        ("", "(running) (shut)", SearchEnd.SOLVED),
+        ("", "(off)", SearchEndReason.SOLVED),
+        ("", "(running)", SearchEndReason.UNREACHABLE),
+        ("(:action stop :precondition (running) :effect (off))", "(running)", SearchEndReason.SOLVED),
+        ("", "(running) (shut)", SearchEndReason.SOLVED),
     ],
 )
 def test_what_the_rest_of_the_goal_destroys_is_achieved_again(
-    more: str, init: str, verdict: SearchEnd
+    more: str, init: str, verdict: SearchEndReason
 ) -> None:
     domain, problem = read_domain(MACHINE.format(more=more)), read_problem(GOAL.format(init=init))
     result = search(domain, problem, EVERYTHING)
     assert result.end is verdict
-    assert (result.end is SearchEnd.SOLVED) is is_solvable(domain, problem)
+    assert (result.end is SearchEndReason.SOLVED) is is_solvable(domain, problem)
     assert result.states <= 4
 
 
@@ -110,10 +112,10 @@ def test_effort_is_bounded_and_the_verdict_then_open() -> None:
     domain = read_domain(f"(define (domain counter) (:predicates {predicates}) {flips})")
     goal = " ".join(f"({name})" for name in names)
     problem = read_problem(f"(define (problem p) (:domain counter) (:init) (:goal (and {goal})))")
-    assert search(domain, problem, Limits(20)).end is SearchEnd.STATES
-    assert search(domain, problem, Limits(10_000)).end is SearchEnd.SOLVED
+    assert search(domain, problem, Limits(20)).end is SearchEndReason.STATES
+    assert search(domain, problem, Limits(10_000)).end is SearchEndReason.SOLVED
     few = search(domain, problem, Limits(10_000, looks=1_000))
-    assert (few.end, few.states < 100) == (SearchEnd.STATES, True)
+    assert (few.end, few.states < 100) == (SearchEndReason.STATES, True)
 
 
 def test_alternatives_are_looked_at_too() -> None:
@@ -126,8 +128,8 @@ def test_alternatives_are_looked_at_too() -> None:
         (:action move :parameters (?x ?y) :effect (near ?x ?y)))"""
     )
     problem = read_problem("(define (problem p) (:domain wide) (:init (near a b)) (:goal (done)))")
-    assert search(domain, problem, EVERYTHING).end is SearchEnd.SOLVED
-    assert search(domain, problem, replace(EVERYTHING, looks=1_000)).end is SearchEnd.STATES
+    assert search(domain, problem, EVERYTHING).end is SearchEndReason.SOLVED
+    assert search(domain, problem, replace(EVERYTHING, looks=1_000)).end is SearchEndReason.STATES
 
 
 def test_equal_input_gives_an_equal_plan(data_store: Store) -> None:
@@ -153,7 +155,7 @@ def test_solves_all_gold_problems(data_store: Store) -> None:
     for task in gold_tasks(data_store):
         made = with_gold_operators(task)
         result = search(made.domain, made.problem, Limits())
-        assert result.end is SearchEnd.SOLVED, task.id
+        assert result.end is SearchEndReason.SOLVED, task.id
         assert PddlPlanExecutor(made.domain, made.problem).find_failed_step(result.plan) is None
 
 
@@ -170,7 +172,7 @@ STACKED = read_problem(
 def test_derived_predicates_are_unfolded() -> None:
     domain = read_domain(DERIVED.format(more=""))
     result = search(domain, STACKED, Limits())
-    assert result.end is SearchEnd.SOLVED
+    assert result.end is SearchEndReason.SOLVED
     assert PddlPlanExecutor(domain, STACKED).find_failed_step(result.plan) is None
     assert len(result.plan) == 3
 
@@ -204,7 +206,7 @@ def test_work_is_bounded_however_many_variables_there_are(
         (:action move :parameters (?x ?y) :effect (near ?x ?y)))"""
     )
     problem = read_problem("(define (problem p) (:domain wide) (:init (near a b)) (:goal (done)))")
-    assert search(domain, problem, Limits()).end is SearchEnd.STATES
+    assert search(domain, problem, Limits()).end is SearchEndReason.STATES
     result = BuiltInPlanner().solve(PlanningTask(domain, problem))
     assert (result.outcome, result.plan) == (PlannerOutcome.TIME, ())
 
@@ -304,11 +306,11 @@ def test_pairs_tell_what_one_hand_cannot_hold(goal: str, is_allowed: bool) -> No
 @pytest.mark.parametrize(
     ("goal", "verdict"),
     [
-        (f"(and {LIT} (held a) (held b))", SearchEnd.UNREACHABLE),
-        (f"(and {LIT} (held a) (at b))", SearchEnd.SOLVED),
+        (f"(and {LIT} (held a) (held b))", SearchEndReason.UNREACHABLE),
+        (f"(and {LIT} (held a) (at b))", SearchEndReason.SOLVED),
     ],
 )
-def test_what_pairs_exclude_is_not_searched_for(goal: str, verdict: SearchEnd) -> None:
+def test_what_pairs_exclude_is_not_searched_for(goal: str, verdict: SearchEndReason) -> None:
     names = " ".join("abcdefghijkl")
     problem = read_problem(f"(define (problem p) (:domain house) (:objects {names}) (:init) (:goal {goal}))")
     result = search(HOUSE, problem, Limits())
@@ -353,7 +355,7 @@ def test_one_state_is_enough_where_parts_of_the_goal_can_be_reached_one_after_th
     head = "(:domain house) (:objects cup jar pan pot box)"
     problem = read_problem(f"(define (problem p) {head} (:init {initial}) (:goal {goal}))")
     result = search(KITCHEN, problem, ONE)
-    assert (result.end, result.states) == (SearchEnd.SOLVED, 1)
+    assert (result.end, result.states) == (SearchEndReason.SOLVED, 1)
     assert PddlPlanExecutor(KITCHEN, problem).find_failed_step(result.plan) is None
     assert len(result.plan) <= length
 
@@ -365,4 +367,4 @@ def test_a_derived_predicate_that_depends_on_itself_is_undecided() -> None:
         " (:action tie :parameters (?x ?y) :effect (link ?x ?y)))"
     )
     problem = read_problem("(define (problem p) (:domain d) (:objects a b) (:init) (:goal (joined a b)))")
-    assert search(domain, problem, EVERYTHING).end is SearchEnd.STATES
+    assert search(domain, problem, EVERYTHING).end is SearchEndReason.STATES

@@ -17,7 +17,7 @@ from eai.pddl.planning import PlanningTask
 from eai.pddl.reader import read_domain, read_problem
 from eai.pddl.search import search
 from eai.pddl.val import VALID, find_val_program, run_val
-from eai.planning.search import Limits, SearchEnd
+from eai.planning.search import Limits, SearchEndReason
 from eai.tasks.operator_task import TransitionTask
 from eai.tasks.source import Source
 
@@ -45,7 +45,7 @@ def test_plans_for_the_gold_operators(val: Path, data_store: Store) -> None:
     for task in tasks:
         planning = made(task)
         result = search(planning.domain, planning.problem, Limits())
-        if result.end is not SearchEnd.SOLVED or check_problem(task.problem, task.domain.header):
+        if result.end is not SearchEndReason.SOLVED or check_problem(task.problem, task.domain.header):
             continue  # VAL dies of ill-typed initial facts, which 100 VirtualHome problems have.
         checked += 1
         assert run_val(val, planning.domain, planning.problem, result.plan) == VALID, task.id

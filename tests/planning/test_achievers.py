@@ -9,7 +9,7 @@ import pytest
 import eai
 from eai.abilities.action_sequencing.scorer import ActionSequencing
 from eai.planning import achievers as module
-from eai.planning.achievers import Achiever, AchieversByPredicate, _AtomMatches
+from eai.planning.achievers import Achiever, AchieversByPredicate, _AchieverMatcher
 from eai.planning.additive_heuristic import AdditiveHeuristic
 from eai.planning.effect_schema import make_effect_schemas
 from eai.planning.subgoal import GroundAtom
@@ -75,7 +75,7 @@ def test_masks_and_trial_complete_a_match_alike(monkeypatch: pytest.MonkeyPatch)
     schemas = [schema for operator in scorer.domain.operators for schema in make_effect_schemas(operator)]
     schemas = [schema for schema in schemas if "x" in schema.variables and len(schema.variables) <= 2]
     by_masks = found()
-    monkeypatch.setattr(module, "_is_maskable", lambda formula, vocabulary: False)
+    monkeypatch.setattr(module, "_can_evaluate_by_masks", lambda formula, vocabulary: False)
     assert found() == by_masks
     assert any(by_masks)
 
@@ -100,10 +100,13 @@ def carried(state: State) -> State:
     return state
 
 
-def matched(matches: _AtomMatches, atom: GroundAtom, state: State) -> list[tuple[Achiever, list[list[int]]]]:
+def matched(
+    matches: _AchieverMatcher, atom: GroundAtom, state: State
+) -> list[tuple[Achiever, list[list[int]]]]:
     """Return the achievers of an atom that have matches, with these matches."""
     found = [
-        (m.achiever, [[*b] for b in m.complete_bindings(state, ALL)]) for m in matches.find_matches(atom)
+        (m.achiever, [[*b] for b in m.complete_bindings(state, ALL)])
+        for m in matches.find_matched_achievers(atom)
     ]
     return [(achiever, bindings) for achiever, bindings in found if bindings]
 
@@ -120,9 +123,9 @@ def matched_anew(
 
 def test_matches_are_equal_in_all_states_of_an_episode() -> None:
     heuristic, first = AdditiveHeuristic(DOMAIN), start("blue")
-    matches = heuristic.achievers.get_atom_matches(first, ALL)
+    matches = heuristic.achievers.get_achiever_matcher(first, ALL)
     for state in (first, carried(first)):
-        assert heuristic.achievers.get_atom_matches(state, ALL) is matches
+        assert heuristic.achievers.get_achiever_matcher(state, ALL) is matches
         for predicate, truth in product((toy.at, toy.holding, toy.lit), (True, False)):
             for arguments in product(range(len(HOUSE.objects)), repeat=predicate.arity):
                 atom = GroundAtom(predicate.name, arguments, truth)
@@ -132,17 +135,17 @@ def test_matches_are_equal_in_all_states_of_an_episode() -> None:
 def test_matches_are_found_again_if_unchanging_facts_differ() -> None:
     heuristic = AdditiveHeuristic(DOMAIN)
     held = GroundAtom("holding", (INDEX["blue"],), True)
-    assert not heuristic.achievers.get_atom_matches(start("blue"), ALL).find_matches(held)
-    assert heuristic.achievers.get_atom_matches(start("red"), ALL).find_matches(held)
-    last = heuristic.achievers.get_atom_matches(start("red"), ALL)
-    assert last is not heuristic.achievers.get_atom_matches(start("red"), ALL & ~(1 << INDEX["blue"]))
+    assert not heuristic.achievers.get_achiever_matcher(start("blue"), ALL).find_matched_achievers(held)
+    assert heuristic.achievers.get_achiever_matcher(start("red"), ALL).find_matched_achievers(held)
+    last = heuristic.achievers.get_achiever_matcher(start("red"), ALL)
+    assert last is not heuristic.achievers.get_achiever_matcher(start("red"), ALL & ~(1 << INDEX["blue"]))
 
 
 def test_changing_a_yielded_binding_does_not_change_cached_ones() -> None:
     state = start()
-    matches = AdditiveHeuristic(DOMAIN).achievers.get_atom_matches(state, ALL)
+    matches = AdditiveHeuristic(DOMAIN).achievers.get_achiever_matcher(state, ALL)
     held = GroundAtom("holding", (INDEX["red"],), True)
-    (match,) = matches.find_matches(held)
+    (match,) = matches.find_matched_achievers(held)
     before = [[*binding] for binding in match.complete_bindings(state, ALL)]
     for binding in match.complete_bindings(state, ALL):
         binding.clear()

@@ -68,7 +68,7 @@ def test_conditions_on_other_objects_of_an_operator_are_established() -> None:
 
 def preferred(estimates: CostEstimates, formula: Formula) -> list[Action]:
     found = _PreferredActions(HEURISTIC, estimates)
-    found.collect_towards(Subgoal(formula, {}, True))
+    found.collect_actions_towards(Subgoal(formula, {}, True))
     return list(found.actions)
 
 
@@ -98,17 +98,20 @@ def test_a_condition_is_reduced_to_its_cheapest_parts() -> None:
     estimates = CostEstimates(HEURISTIC, START, EVERYTHING)
     lifted = named("holding", "red")
     both = And((Or((LAMP_LIT, lifted)), Not(named("lit", "lamp"))))
-    assert [part.formula for part in estimates.choose_atoms(subgoal(both))] == [lifted, LAMP_LIT]
-    assert estimates.choose_atoms(subgoal(LAMP_LIT)) == (subgoal(LAMP_LIT),)
-    assert estimates.find_alternatives(subgoal(Or((LAMP_LIT, lifted)))) == [subgoal(lifted)]
+    assert [part.formula for part in estimates.split_into_cheapest_literals(subgoal(both))] == [
+        lifted,
+        LAMP_LIT,
+    ]
+    assert estimates.split_into_cheapest_literals(subgoal(LAMP_LIT)) == (subgoal(LAMP_LIT),)
+    assert estimates.find_cheapest_disjuncts(subgoal(Or((LAMP_LIT, lifted)))) == [subgoal(lifted)]
 
 
 def test_counted_and_paired_conditions_are_chosen_by_cost() -> None:
     estimates = CostEstimates(HEURISTIC, START, EVERYTHING)
     boxes = [SCENE.index[name] for name in ("red", "blue")]
-    one = estimates.choose_atoms(subgoal(Exactly(1, BOX, holding(X))))
+    one = estimates.split_into_cheapest_literals(subgoal(Exactly(1, BOX, holding(X))))
     assert [(each.scope["x"], each.truth) for each in one] == [(boxes[0], True), (boxes[1], False)]
-    pairs = estimates.choose_atoms(subgoal(ForPairs(BOX, PLACE, at(X, Y))))
+    pairs = estimates.split_into_cheapest_literals(subgoal(ForPairs(BOX, PLACE, at(X, Y))))
     places = [SCENE.index[name] for name in ("hall", "shed")]
     assert [(each.scope["x"], each.scope["y"]) for each in pairs] == list(zip(boxes, places, strict=True))
 

@@ -4,7 +4,7 @@ from eai.logic.formula import Atom, Constant, Not
 from eai.planning.additive_heuristic import AdditiveHeuristic
 from eai.planning.greedy_search import GreedySearch
 from eai.planning.planner import _GoalAgenda
-from eai.planning.search import Limits, SearchEnd, SearchNode
+from eai.planning.search import Limits, SearchEndReason, SearchNode
 from eai.planning.subgoal import Subgoal
 from eai.planning.successor_generator import PlanNode, SuccessorGenerator
 from world import toy
@@ -46,9 +46,9 @@ def test_a_goal_that_failed_comes_first_the_next_time() -> None:
     held = goals.reach_next_goal(START, FEW)
     assert held is not None
     assert goals.reach_next_goal(held, FEW) is None
-    assert goals.mark_hard_goals()
+    assert goals.mark_failed_goals_as_hard()
     assert goals.reach_next_goal(held, FEW) is None
-    assert not goals.mark_hard_goals(), "nothing new"
+    assert not goals.mark_failed_goals_as_hard(), "nothing new"
 
 
 def test_a_search_ends_at_its_target_or_at_its_limit() -> None:
@@ -57,10 +57,13 @@ def test_a_search_ends_at_its_target_or_at_its_limit() -> None:
     found = search.search(START, dropped, 0, FEW)
     assert isinstance(found, SearchNode)
     assert len(found.list_actions()) == 4
-    assert search.search(START, dropped, 0, Limits(2)) is SearchEnd.STATES
-    assert search.search(START, (FIXED,), 0, Limits(1_000)) is SearchEnd.UNREACHABLE
+    assert search.search(START, dropped, 0, Limits(2)) is SearchEndReason.STATES
+    assert search.search(START, (FIXED,), 0, Limits(1_000)) is SearchEndReason.UNREACHABLE
     for limits in (Limits(0), Limits(1_000, looks=3)):
-        assert GreedySearch(HEURISTIC, SUCCESSORS, limits).search(START, dropped, 0, FEW) is SearchEnd.STATES
+        assert (
+            GreedySearch(HEURISTIC, SUCCESSORS, limits).search(START, dropped, 0, FEW)
+            is SearchEndReason.STATES
+        )
 
 
 def test_a_negated_atom_may_be_a_goal() -> None:

@@ -45,13 +45,12 @@ def lacking(repairer: Repairer, plan: Sequence[Action]) -> tuple[Landmarks, int]
     landmarks, least = repairer.make_landmarks(plan), -1
     while (now := landmarks.count_min_actions(landmarks.find_missed_cuts(plan))) > least:
         least = now
-        landmarks.find_more_cuts(frozenset(plan), SearchEffort(2_000))
+        landmarks.add_cuts_missed_by(frozenset(plan), SearchEffort(2_000))
     return landmarks, least
 
 
 @pytest.mark.parametrize(
-    ("name", "every"),
-    [("virtualhome", 23), ("behavior", 19), *swept(("virtualhome", 2), ("behavior", 2))],
+    ("name", "every"), [("virtualhome", 23), ("behavior", 19), *swept(("virtualhome", 2), ("behavior", 2))]
 )
 def test_a_successful_plan_hits_every_landmark_and_misses_few_after_dropping_steps(
     name: str, every: int
@@ -84,7 +83,7 @@ def test_an_empty_plan_also_lacks_the_steps_that_lead_to_the_goals() -> None:
         repairer, gold = case
         _, at_least = lacking(repairer, ())
         assert 1 <= at_least <= len(gold)
-        assert repairer.find_min_steps(SearchEffort(20_000)) >= at_least
+        assert repairer.prove_min_plan_length(SearchEffort(20_000)) >= at_least
 
 
 def test_a_chain_of_dependent_steps_has_many_landmarks() -> None:

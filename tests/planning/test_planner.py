@@ -8,7 +8,7 @@ from hypothesis import strategies as st
 from eai.logic.formula import Atom, Constant, Exists, Formula, Not, Or
 from eai.planning.additive_heuristic import AdditiveHeuristic
 from eai.planning.planner import Planner, PlanningGoal
-from eai.planning.search import Limits, SearchEnd, SearchResult
+from eai.planning.search import Limits, SearchEndReason, SearchResult
 from eai.planning.successor_generator import generate_applicable_of_operator
 from eai.world.action import Action
 from eai.world.execution import attempt_action, execute_plan
@@ -42,7 +42,7 @@ def steps_of(found: SearchResult[Action]) -> list[str]:
 
 def test_a_plan_makes_all_conditions_hold_at_the_end() -> None:
     found = plan(PlanningGoal((RED_IN_SHED, LAMP_LIT, Not(named("holding", "red")))))
-    assert found.end is SearchEnd.SOLVED
+    assert found.end is SearchEndReason.SOLVED
     trajectory = execute_plan(toy.DOMAIN, START, found.plan)
     assert trajectory.failure is None
     assert trajectory.additional_steps == 0
@@ -53,39 +53,41 @@ def test_a_plan_makes_all_conditions_hold_at_the_end() -> None:
 def test_actions_are_taken_in_order() -> None:
     found = plan(PlanningGoal((named("at", "robot", "hall"),), (("PRESS",), ("LIFT", "DROP"))))
     steps = steps_of(found)
-    assert found.end is SearchEnd.SOLVED
+    assert found.end is SearchEndReason.SOLVED
     assert [step.split()[0] for step in steps if not step.startswith("GO")] == ["PRESS", "LIFT"]
 
 
 def test_a_goal_that_already_holds_has_an_empty_plan() -> None:
-    assert plan(PlanningGoal((named("at", "red", "hall"),))) == SearchResult(SearchEnd.SOLVED)
+    assert plan(PlanningGoal((named("at", "red", "hall"),))) == SearchResult(SearchEndReason.SOLVED)
 
 
 def test_a_goal_that_no_action_establishes_has_no_plan() -> None:
     lamp_in_hall = named("at", "lamp", "hall")
     found = plan(PlanningGoal((lamp_in_hall, LAMP_LIT), (("FLY",),)))
-    assert found.end is SearchEnd.UNREACHABLE
+    assert found.end is SearchEndReason.UNREACHABLE
     assert found.plan == ()
 
 
 def test_plans_use_the_given_objects_only() -> None:
     objects = [SCENE.index[name] for name in ("robot", "hall", "red")]
     found = PLANNER.find_plan(START, PlanningGoal((LAMP_LIT,)), objects)
-    assert found.end is SearchEnd.UNREACHABLE
+    assert found.end is SearchEndReason.UNREACHABLE
 
 
 def test_the_limit_ends_a_search() -> None:
     goal = PlanningGoal((RED_IN_SHED, LAMP_LIT))
     found = plan(goal, Limits(states=2))
-    assert (found.end, found.states) == (SearchEnd.STATES, 2)
+    assert (found.end, found.states) == (SearchEndReason.STATES, 2)
 
 
 def test_a_planner_may_be_restricted_to_allowed_states() -> None:
     goal = PlanningGoal((LAMP_LIT, RED_IN_SHED))
     empty = Not(Exists(X, holding(X)))
     planner = PLANNER.restrict_states(lambda state: toy.DOMAIN.holds(empty, state))
-    assert PLANNER.find_plan(START, goal, EVERYTHING).end is SearchEnd.SOLVED
-    assert planner.find_plan(START, goal, EVERYTHING).end is SearchEnd.UNREACHABLE, "red is carried there"
+    assert PLANNER.find_plan(START, goal, EVERYTHING).end is SearchEndReason.SOLVED
+    assert planner.find_plan(START, goal, EVERYTHING).end is SearchEndReason.UNREACHABLE, (
+        "red is carried there"
+    )
     assert steps_of(planner.find_plan(START, PlanningGoal((LAMP_LIT,)), EVERYTHING)) == [
         "GO shed",
         "PRESS lamp",
@@ -149,8 +151,8 @@ def test_a_plan_is_found_if_and_only_if_the_goal_is_reachable(
 ) -> None:
     goal = PlanningGoal(tuple(conditions), tuple(actions))
     found = plan(goal)
-    assert (found.end is SearchEnd.SOLVED) == reachable(goal)
-    if found.end is SearchEnd.SOLVED:
+    assert (found.end is SearchEndReason.SOLVED) == reachable(goal)
+    if found.end is SearchEndReason.SOLVED:
         trajectory = execute_plan(toy.DOMAIN, START, found.plan)
         assert trajectory.failure is None
         assert all(toy.DOMAIN.holds(c, trajectory.final_state) for c in conditions)

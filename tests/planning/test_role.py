@@ -4,7 +4,7 @@ import pytest
 
 from eai.benchmarks.registry import find_benchmark
 from eai.logic.formula import Variable
-from eai.planning.role import find_spatial_predicates, infer_operator_role
+from eai.planning.role import find_holding_and_location_predicates, infer_operator_role
 from eai.world.effect import ANYTHING, Add, Delete, Effect, ForEach
 from eai.world.frame import AGENT
 from eai.world.operator import Operator, OperatorRole
@@ -61,10 +61,10 @@ def test_an_undeclared_role_is_inferred_from_the_effects(
 def test_the_predicates_of_places_are_found_in_household_domains(
     name: str, held: tuple[str, ...], supports: set[str]
 ) -> None:
-    found, put = find_spatial_predicates(find_benchmark(name).domain)
+    found, put = find_holding_and_location_predicates(find_benchmark(name).domain)
     assert (found, {*put}) == (held, supports)
 
 
 def test_a_world_without_release_operators_has_no_predicates_of_places() -> None:
     without = toy.DOMAIN.replace_operators(without=[each.name for each in toy.DOMAIN.operators])
-    assert find_spatial_predicates(without) == ((), ())
+    assert find_holding_and_location_predicates(without) == ((), ())

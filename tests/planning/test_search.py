@@ -2,18 +2,18 @@ from __future__ import annotations
 
 import pytest
 
-from eai.planning.search import OpenList, SearchEffort, SearchEnd, SearchNode, run_best_first_search
+from eai.planning.search import OpenList, SearchEffort, SearchEndReason, SearchNode, run_best_first_search
 
 GRAPH = {"a": {"b": 1, "c": 5}, "b": {"c": 1, "d": 9}, "c": {"d": 1}, "d": {}, "e": {}}
 
 
-def find_path(goal: str, limit: float = 10) -> SearchNode[str, str] | SearchEnd:
+def find_path(goal: str, limit: float = 10) -> SearchNode[str, str] | SearchEndReason:
     """Return the cheapest path, by uniform-cost search."""
     effort, costs = SearchEffort(limit), {"a": 0}
     waiting: OpenList[SearchNode[str, str]] = OpenList()
     waiting.push(SearchNode("a"), 0)
 
-    def visit(node: SearchNode[str, str]) -> SearchNode[str, str] | SearchEnd | None:
+    def visit(node: SearchNode[str, str]) -> SearchNode[str, str] | SearchEndReason | None:
         if node.state == goal:
             return node
         effort.used += 1
@@ -22,7 +22,7 @@ def find_path(goal: str, limit: float = 10) -> SearchNode[str, str] | SearchEnd:
             if cost < costs.get(state, 100):
                 costs[state] = cost
                 waiting.push(SearchNode(state, 0, node.depth + 1, node, (state,)), cost)
-        return SearchEnd.STATES if effort.is_used_up else None
+        return SearchEndReason.STATES if effort.is_used_up else None
 
     return run_best_first_search(waiting.pop, visit)
 
@@ -34,8 +34,8 @@ def test_the_cheapest_path_comes_first_and_its_node_returns_it() -> None:
     assert [node.state for node in found.list_path_nodes()] == ["a", "b", "c", "d"]
 
 
-@pytest.mark.parametrize(("limit", "end"), [(10, SearchEnd.UNREACHABLE), (2, SearchEnd.STATES)])
-def test_a_search_returns_the_reason_why_it_found_no_goal(limit: int, end: SearchEnd) -> None:
+@pytest.mark.parametrize(("limit", "end"), [(10, SearchEndReason.UNREACHABLE), (2, SearchEndReason.STATES)])
+def test_a_search_returns_the_reason_why_it_found_no_goal(limit: int, end: SearchEndReason) -> None:
     assert find_path("e", limit) is end
 
 

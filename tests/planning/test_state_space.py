@@ -21,7 +21,7 @@ from eai.planning.exclusion import ExclusionRules
 from eai.planning.planner import Planner
 from eai.planning.possible import PossibleFacts, find_unreachable_goals
 from eai.planning.repair.search import Repairer
-from eai.planning.search import Limits, SearchEffort, SearchEnd
+from eai.planning.search import Limits, SearchEffort, SearchEndReason
 from eai.planning.subgoal import GroundAtom
 from eai.tasks.planning import find_plan, to_planning_goal
 from eai.world.action import Action
@@ -36,7 +36,7 @@ EVERYTHING = Limits(3_000, looks=10_000_000)
 def check_plans(world: World) -> None:
     """Check that planners find a plan if and only if one exists, and that proofs of unreachability hold."""
     shortest = world.distances.get(world.initial)
-    end = SearchEnd.UNREACHABLE if shortest is None else SearchEnd.SOLVED
+    end = SearchEndReason.UNREACHABLE if shortest is None else SearchEndReason.SOLVED
     task, domain = world.task, world.domain
     found = find_plan(task, Planner(domain), EVERYTHING)
     assert found.end is end
@@ -44,8 +44,8 @@ def check_plans(world: World) -> None:
         assert world.succeeds(found.plan)
     by_problem = search(world.source, world.problem, EVERYTHING)
     is_recursive = bool(DerivedPredicates(world.source.axioms).circles)
-    assert by_problem.end is (SearchEnd.STATES if is_recursive else end)
-    if by_problem.end is SearchEnd.SOLVED:
+    assert by_problem.end is (SearchEndReason.STATES if is_recursive else end)
+    if by_problem.end is SearchEndReason.SOLVED:
         assert world.executor.find_failed_step(by_problem.plan) is None
     if shortest is not None:
         conditions = [each.formula for each in task.goals]
@@ -101,7 +101,7 @@ def check_repairs(world: World, random: Random) -> bool:
     task = world.task
     repairer = Repairer(Planner(world.domain), task.initial, to_planning_goal(task), task.relevant)
     shortest = world.distances.get(world.initial)
-    assert shortest is None or repairer.find_min_steps(SearchEffort(20_000)) <= shortest
+    assert shortest is None or repairer.prove_min_plan_length(SearchEffort(20_000)) <= shortest
     exact = False
     for plan in [(), *[draw_plan(world, random) for _ in range(4)]]:
         fewest = world.edits(plan)
@@ -119,7 +119,7 @@ def check_repairs(world: World, random: Random) -> bool:
 
 
 def check_singles(world: World, repairer: Repairer, plan: tuple[Action | None, ...]) -> None:
-    singles = {edited(plan, [each]) for each in repairer.find_single_edits(plan)}
+    singles = {edited(plan, [each]) for each in repairer.find_single_edit_repairs(plan)}
     assert all(map(world.succeeds, singles))
     for each in one_edit(plan, [*world.steps]):
         if world.succeeds(each) and each not in singles:

@@ -20,7 +20,7 @@ from eai.benchmarks.registry import find_benchmark
 from eai.benchmarks.suite import open_suite
 from eai.planning.planner import Planner, PlanningGoal
 from eai.planning.possible import PossibleFacts
-from eai.planning.search import Limits, SearchEnd
+from eai.planning.search import Limits, SearchEndReason
 from eai.planning.subgoal import GroundAtom
 from eai.tasks.planning import find_plan, is_impossible
 from eai.tasks.source import Source
@@ -65,7 +65,7 @@ def wide(request: pytest.FixtureRequest, tmp_path: Path) -> Benchmark:
 def test_nothing_is_proved_with_too_many_actions(wide: Benchmark) -> None:
     task = wide.tasks(Source())["one"]
     possible = PossibleFacts(wide.domain, task.initial, task.relevant)
-    assert not possible.is_complete
+    assert not possible.has_examined_all_actions
     assert possible.holds(f.Atom("s", (f.Constant("o3"),)), {})
     assert not is_impossible(task, wide.domain)
 
@@ -79,10 +79,10 @@ def test_an_action_that_no_static_fact_permits_is_proved_impossible(tmp_path: Pa
 
 def test_a_planner_ends_at_its_limits(wide: Benchmark) -> None:
     task = wide.tasks(Source())["one"]
-    assert find_plan(task, Planner(wide.domain)).end in (SearchEnd.SOLVED, SearchEnd.STATES)
+    assert find_plan(task, Planner(wide.domain)).end in (SearchEndReason.SOLVED, SearchEndReason.STATES)
     goal = PlanningGoal((f.Atom("s", (f.Constant("o0"),)),))
     found = Planner(wide.domain).find_plan(task.initial, goal, task.relevant, Limits(bindings=50_000))
-    assert found.end is SearchEnd.STATES
+    assert found.end is SearchEndReason.STATES
 
 
 def test_repairs_with_too_many_actions_are_bounded_by_found_plans(wide: Benchmark, tmp_path: Path) -> None:

@@ -6,7 +6,7 @@ from eai.benchmarks.virtualhome import domain as virtualhome
 from eai.benchmarks.virtualhome.tasks import VirtualHomeTasks
 from eai.logic.formula import Atom, Constant
 from eai.planning.planner import Planner, PlanningGoal
-from eai.planning.search import SearchEnd
+from eai.planning.search import SearchEndReason
 from eai.tasks.planning import find_plan, to_planning_goal
 from sweeps import every
 
@@ -31,7 +31,7 @@ def test_the_planner_solves_every_task_whose_goal_can_be_reached(
     tasks = [virtualhome_tasks[task_id] for task_id in sorted(virtualhome_tasks)[::every]]
     for task in tasks:
         found = find_plan(task, planner)
-        if found.end is not SearchEnd.SOLVED:
+        if found.end is not SearchEndReason.SOLVED:
             unsolved.add(task.id)
         elif task.goals:
             scorer = virtualhome_scorer(task)

@@ -80,7 +80,7 @@ class PlanRepairer:
         if edits is None:
             return Repair(at_least, effort=effort.used)
         shown = len(steps) if verdict.error is None else verdict.error.step
-        if at_least == len(edits) == 1 and not repairer.conflict_changes.is_partial:
+        if at_least == len(edits) == 1 and not repairer.change_finder.has_too_many_actions:
             return self._describe_single_edits(plan, steps, repairer, shown, effort.used)
         told = tuple([self._to_edit(edit, plan, steps) for edit in edits])
         return Repair(at_least, len(told), edits=told, effort=effort.used)
@@ -130,7 +130,7 @@ class PlanRepairer:
     @cached_property
     def _min_plan_steps(self) -> int:
         """A proved lower bound of the number of steps in every plan for the task."""
-        return self._make_repairer(()).find_min_steps(SearchEffort(DEFAULT_EFFORT))
+        return self._make_repairer(()).prove_min_plan_length(SearchEffort(DEFAULT_EFFORT))
 
     def _make_repairer(self, steps: PlanSteps) -> Repairer:
         """Return a repairer whose edits may use the objects of the task and objects in some steps."""
@@ -142,7 +142,7 @@ class PlanRepairer:
     ) -> Repair:
         names = [o.name for o in self.domain.operators]
         mentioned = self._find_mentioned_objects(steps)
-        single_edits = [*repairer.find_single_edits(steps)]
+        single_edits = [*repairer.find_single_edit_repairs(steps)]
         needless = {edit.removed for edit in single_edits if edit.action is None}
         failed = steps[shown] if shown is not None and shown < len(steps) else None
         failing = set() if failed is None else {*failed.arguments}

@@ -344,11 +344,11 @@ class _GreedyAgent(_Explorer):
         met = len(game.task.goals) - len(find_remaining_goals(game.task, game.taken))
         node: PlanNode = SearchNode(game.state, met)
         costs: dict[Action, float] = {}
-        for action in search.estimate(node, *self._target)[1][:_MAX_COMPARED]:
+        for action in search.estimate_cost_and_preferred_actions(node, *self._target)[1][:_MAX_COMPARED]:
             after = successors.make_successor(node, action)
             if after is not None:
                 been = _VISITED_COST * (after.state in self._visited)
-                costs[action] = search.estimate(after, *self._target)[0] + been
+                costs[action] = search.estimate_cost_and_preferred_actions(after, *self._target)[0] + been
         return [min(costs, key=costs.__getitem__)] if costs else ()
 
 

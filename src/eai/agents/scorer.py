@@ -27,7 +27,7 @@ from eai.agents.setting import AUTO, STANDARD
 from eai.agents.verdict import ActingVerdict, Recoverability, Turn
 from eai.benchmarks.benchmark import Benchmark
 from eai.planning.planner import get_planner
-from eai.planning.search import Limits, SearchEnd
+from eai.planning.search import Limits, SearchEndReason
 from eai.results.codec import hash_text
 from eai.tasks.goal_test import GoalTest, find_remaining_goals
 from eai.tasks.planning import find_plan
@@ -296,10 +296,10 @@ def judge_recoverability(
 def _search_recoverability(task: Task, domain: Domain, moment: Moment, states: int) -> Recoverability:
     state, taken = moment
     now = replace(task, initial=state, goals=find_remaining_goals(task, taken))
-    end = SearchEnd.STATES
+    end = SearchEndReason.STATES
     for objects in (task.relevant, tuple(range(len(task.scene.objects)))):
         end = find_plan(replace(now, relevant=objects), get_planner(domain), Limits(states)).end
-        if end is SearchEnd.SOLVED:
+        if end is SearchEndReason.SOLVED:
             is_over_time = any(goal.is_over_time for goal in task.goals)
             return "unknown" if is_over_time else "open"
-    return "lost" if end is SearchEnd.UNREACHABLE else "unknown"
+    return "lost" if end is SearchEndReason.UNREACHABLE else "unknown"

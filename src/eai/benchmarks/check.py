@@ -16,7 +16,7 @@ from eai.benchmarks.gold_answers import open_answer_book
 from eai.benchmarks.suite import open_suite
 from eai.logic.traversal import get_bound_variables, walk_subformulas
 from eai.planning.planner import Planner
-from eai.planning.search import Limits, SearchEnd
+from eai.planning.search import Limits, SearchEndReason
 from eai.tasks.goal_test import GoalTest
 from eai.tasks.goal_text import check_goal_names
 from eai.tasks.planning import find_plan
@@ -47,7 +47,7 @@ def _ignore_progress(checked: int) -> None:
 
 def check_benchmark(
     benchmark: Benchmark, source: Source, progressed: Callable[[int], None] = _ignore_progress
-) -> tuple[list[DataFinding], Counter[SearchEnd]]:
+) -> tuple[list[DataFinding], Counter[SearchEndReason]]:
     """Return all problems of a benchmark, and counts of the searches for plans by how they ended.
 
     A plan is searched for each task without an annotated plan, except for tasks excluded as unsolvable.
@@ -66,14 +66,14 @@ def check_benchmark(
             if kind not in kinds:
                 problem = f"no task has an object of the kind {kind}{did_you_mean(kind, kinds)}"
                 findings.append(DataFinding(domain.name, f"{subject}: {problem}"))
-    planner, ends = Planner(domain), Counter[SearchEnd]()
+    planner, ends = Planner(domain), Counter[SearchEndReason]()
     for number, (task_id, task) in enumerate(tasks.items()):
         progressed(number)
         problems = list(_find_task_problems(task, domain))
         if not problems and not task.script and task.unsolvable is None:
             end = find_plan(task, planner, _LIMITS).end
             ends[end] += 1
-            problems = ["no plan reaches its goals"] if end is SearchEnd.UNREACHABLE else []
+            problems = ["no plan reaches its goals"] if end is SearchEndReason.UNREACHABLE else []
         findings += [DataFinding(task_id, problem) for problem in problems]
     return findings, ends
 

@@ -141,9 +141,9 @@ def print_planner_note(suites: Sequence[Suite]) -> None:
 
     asked = {suite.source.planner for suite in suites if suite.ability is Ability.TRANSITION_MODELING}
     if PlannerChoice.AUTO in asked:
-        from eai.pddl.planners import resolve_planner_choice
+        from eai.pddl.planners import resolve_automatic_choice
 
-        if resolve_planner_choice(PlannerChoice.AUTO) is PlannerChoice.BUILT_IN:
+        if resolve_automatic_choice(PlannerChoice.AUTO) is PlannerChoice.BUILT_IN:
             print_note(BUILT_IN_ALONE)
 
 

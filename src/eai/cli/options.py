@@ -16,7 +16,7 @@ from eai.base.errors import InputError
 from eai.base.store import FOLDER_VARIABLE, Store
 from eai.cli.console import DOMAIN_HELP
 from eai.cli.progress import show_data_progress
-from eai.pddl.planning import PlannerChoice, PlannerTerms
+from eai.pddl.planning import PlannerChoice, PlannerLimits
 from eai.results.options import ScoringOptions
 from eai.tasks.options import Options
 from eai.tasks.source import ErrataChoice, Source, find_errata_choice, find_planner_choice
@@ -104,17 +104,17 @@ def open_data_source(
     folder: Path | None,
     planner: PlannerChoice = PlannerChoice.AUTO,
     errata: ErrataChoice = ErrataChoice.CURRENT,
-    terms: PlannerTerms | None = None,
+    terms: PlannerLimits | None = None,
 ) -> Iterator[Source]:
     """Open the data set in a folder or in the default one, with a progress bar for downloads."""
     with show_data_progress() as report:
-        yield Source(open_store(folder), report, planner, errata, terms or PlannerTerms())
+        yield Source(open_store(folder), report, planner, errata, terms or PlannerLimits())
 
 
-def open_planner_terms(command: typer.Context, seconds: int | None, memory_mib: int | None) -> PlannerTerms:
+def open_planner_terms(command: typer.Context, seconds: int | None, memory_mib: int | None) -> PlannerLimits:
     """Open the planner settings of a command. The command's processes share results of planners."""
     folder = command.with_resource(TemporaryDirectory(prefix="eai-planning-"))
-    return PlannerTerms(seconds, memory_mib, Path(folder))
+    return PlannerLimits(seconds, memory_mib, Path(folder))
 
 
 SETTING = "--with"

@@ -21,7 +21,7 @@ from eai.cli.learnability import print_learnability
 from eai.cli.options import ABILITIES, AsJson, DataFolder, make_flag, open_data_source
 from eai.cli.progress import show_scoring_progress
 from eai.cli.prompts import OfSet
-from eai.planning.search import SearchEnd
+from eai.planning.search import SearchEndReason
 from eai.results.reward import Shaping
 from eai.tasks.source import DataFinding
 from eai.tasks.task import Task
@@ -113,9 +113,9 @@ def _check_benchmark(reference: str, data: Path | None, *, as_json: bool) -> Non
     parts = format_count(len(benchmark.domain.operators), "operator"), format_count(number, "task")
     fine = f"{benchmark.name}: {' and '.join(parts)}; nothing is wrong"
     if ends:
-        fine += f"; the planner solves {ends[SearchEnd.SOLVED]} of the {ends.total()} without a plan"
-    if ends[SearchEnd.STATES]:
-        fine += f", and gives up {ends[SearchEnd.STATES]} at its limit"
+        fine += f"; the planner solves {ends[SearchEndReason.SOLVED]} of the {ends.total()} without a plan"
+    if ends[SearchEndReason.STATES]:
+        fine += f", and gives up {ends[SearchEndReason.STATES]} at its limit"
     print_findings_and_exit(findings, fine, as_json=as_json)
 
 

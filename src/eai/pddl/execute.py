@@ -135,7 +135,7 @@ class _StateEvaluation:
             body, variable.name, inner, True, self._find_possible_values_of_argument
         )
         names = [name for name in members if candidates is None or name in candidates]
-        return ({**inner, variable.name: name} for name in self._looks.take_within_limit(names))
+        return ({**inner, variable.name: name} for name in self._looks.take_objects_within_limit(names))
 
     def _is_predicate_true(self, predicate: str, arguments: _Arguments) -> bool:
         if predicate not in self._axioms:
@@ -148,7 +148,7 @@ class _StateEvaluation:
         if holds is None:
             axioms = self._axioms[predicate]
             holds = self._known[key] = any(
-                self.holds(each.condition, each.scope(arguments)) for each in axioms
+                self.holds(each.condition, each.map_parameters(arguments)) for each in axioms
             )
         return holds
 

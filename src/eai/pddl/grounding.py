@@ -152,7 +152,7 @@ class Grounder:
             stack = [
                 extended
                 for binding in stack
-                for name in self._looks.take_within_limit(
+                for name in self._looks.take_objects_within_limit(
                     candidates if parameter.name in mentioned else candidates[:1]
                 )
                 if self._passes_tests(tests[parameter.name], extended := {**binding, parameter.name: name})
@@ -265,7 +265,8 @@ class Grounder:
         names = [_find_object_name(term, binding) for term in atom.arguments]
         axioms = self._axioms[atom.predicate]
         parts = (
-            self._ground_condition(axiom.condition, axiom.scope(names), negated=negated) for axiom in axioms
+            self._ground_condition(axiom.condition, axiom.map_parameters(names), negated=negated)
+            for axiom in axioms
         )
         return _conjoin_conditions(parts) if negated else _disjoin_conditions(parts)
 
@@ -282,7 +283,9 @@ class Grounder:
         next.
         """
         inner, slot = {**binding}, variable.name
-        for inner[slot] in self._looks.take_within_limit(self._objects[m.get_variable_type(variable)]):
+        for inner[slot] in self._looks.take_objects_within_limit(
+            self._objects[m.get_variable_type(variable)]
+        ):
             yield inner
 
 
@@ -333,7 +336,7 @@ class _DisjunctionLiteral(NamedTuple):
     compound: tuple[int, ...]
 
 
-class _EffectMasks(NamedTuple):
+class EffectMasks(NamedTuple):
     """A conditional effect as bit masks of needed literals, added atoms and deleted atoms."""
 
     needs: int
@@ -349,7 +352,7 @@ class _ActionMasks(NamedTuple):
 
     step: PlanStep
     needs: int
-    changes: Sequence[_EffectMasks]
+    changes: Sequence[EffectMasks]
 
 
 class GroundProblem:
@@ -390,8 +393,7 @@ class GroundProblem:
     def _compile_action(self, action: _GroundAction) -> _ActionMasks:
         needs = self._find_needed_literals(action.precondition)
         changes = [
-            _EffectMasks(self._find_needed_literals(when), add, delete)
-            for when, add, delete in action.effects
+            EffectMasks(self._find_needed_literals(when), add, delete) for when, add, delete in action.effects
         ]
         return _ActionMasks(action.step, needs, changes)
 

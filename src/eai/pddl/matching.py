@@ -98,14 +98,14 @@ class _AnswerAndGoldClauses(NamedTuple):
     """The preconditions, or the effects, of an answer's operator and of the gold operator.
 
     Attributes:
-        wanted: the canonical clauses of the gold side.
-        size: number of literals of the gold side.
+        gold_texts: the canonical clauses of the gold side.
+        gold_literals: number of literals of the gold side.
     """
 
-    ours: Clause
+    answer: Clause
     gold: Clause
-    wanted: tuple[str, ...]
-    size: int
+    gold_texts: tuple[str, ...]
+    gold_literals: int
 
 
 def make_condition_clause(formula: f.Formula) -> Clause:
@@ -208,7 +208,9 @@ def _write_term(term: f.Term, names: Renaming) -> str:
 
 
 @lru_cache(_MAX_CACHED_OPERATORS)
-def _make_gold_sides(gold: m.PddlAction) -> tuple[tuple[Clause, tuple[str, ...], int], ...]:
+def _prepare_gold_precondition_and_effect(
+    gold: m.PddlAction,
+) -> tuple[tuple[Clause, tuple[str, ...], int], ...]:
     """Return the precondition and the effect of a gold operator, prepared for `_AnswerAndGoldClauses`.
 
     The result is cached, because many answers are compared with the same gold operator.
@@ -230,72 +232,76 @@ def match_operators(predicted: m.PddlAction, gold: m.PddlAction) -> OperatorMatc
     """Compare an operator of an answer with the gold operator of the same name."""
     own = make_condition_clause(predicted.precondition), make_effect_clause(predicted.effect)
     sides = [
-        _AnswerAndGoldClauses(ours, *theirs) for ours, theirs in zip(own, _make_gold_sides(gold), strict=True)
+        _AnswerAndGoldClauses(ours, *theirs)
+        for ours, theirs in zip(own, _prepare_gold_precondition_and_effect(gold), strict=True)
     ]
     renamings = _generate_renamings(predicted, gold)
-    wanted = sum(len(side.wanted) for side in sides)
+    wanted = sum(len(side.gold_texts) for side in sides)
     renaming, matches = _find_best_renaming(
-        sides, renamings, _match_clauses, lambda clauses: len(clauses[0]), wanted
+        sides, renamings, _find_matched_additional_missing, lambda clauses: len(clauses[0]), wanted
     )
     precondition, effect = [
         ClauseComparison(*[tuple(map(write_clause, part)) for part in side]) for side in matches
     ]
-    wanted = sum(side.size for side in sides)
+    wanted = sum(side.gold_literals for side in sides)
     _, matched = _find_best_renaming(
         sides,
         renamings,
-        lambda side, renaming: _count_matched_literals(side.ours, side.gold, renaming),
+        lambda side, renaming: _count_matched_literals(side.answer, side.gold, renaming),
         int,
         wanted,
     )
     of_precondition, of_effect = [
-        (number, _count_literals(side.ours) - number, side.size - number)
+        (number, _count_literals(side.answer) - number, side.gold_literals - number)
         for number, side in zip(matched, sides, strict=True)
     ]
     renamed = tuple([(ours, theirs) for ours, theirs in renaming.items() if ours != theirs])
-    ours, theirs = sides[0].ours, sides[0].gold
+    ours, theirs = sides[0].answer, sides[0].gold
     alternatives = (
         isinstance(theirs, f.Or),
-        isinstance(ours, f.Or) and len(_list_answer_clauses(ours, theirs)) > 1,
+        isinstance(ours, f.Or) and len(_split_answer_into_clauses(ours, theirs)) > 1,
     )
     return OperatorMatch(precondition, effect, of_precondition, of_effect, renamed, *alternatives)
 
 
-def match_missing_operator(gold: m.PddlAction) -> OperatorMatch:
+def mark_all_clauses_missing(gold: m.PddlAction) -> OperatorMatch:
     """Return the comparison for a gold operator that the answer lacks or whose text is unreadable."""
     return match_operators(m.PddlAction(gold.name, (), f.TRUE, m.NO_EFFECT), gold)
 
 
 def _find_best_renaming(
-    sides: Sequence[_AnswerAndGoldClauses],
+    pairs: Sequence[_AnswerAndGoldClauses],
     renamings: Iterable[Renaming],
     match: Callable[[_AnswerAndGoldClauses, Renaming], _T],
-    number: Callable[[_T], int],
-    wanted: int,
+    count_matches: Callable[[_T], int],
+    max_matches: int,
 ) -> tuple[Renaming, list[_T]]:
     """Return the first renaming of parameters with most matches, and the matches with this renaming."""
     best: tuple[Renaming, list[_T]] = ({}, [])
     most = -1
     for renaming in renamings:
-        matches = [match(side, renaming) for side in sides]
-        total = sum(map(number, matches))
+        matches = [match(side, renaming) for side in pairs]
+        total = sum(map(count_matches, matches))
         if total > most:
             best, most = (renaming, matches), total
-        if most == wanted:
+        if most == max_matches:
             break
     return best
 
 
-def _match_clauses(
-    side: _AnswerAndGoldClauses, renaming: Renaming
+def _find_matched_additional_missing(
+    pair: _AnswerAndGoldClauses, renaming: Renaming
 ) -> tuple[list[Clause], list[Clause], list[Clause]]:
     """Return the matched, additional and missing clauses of a precondition or of an effect.
 
     Matched clauses are identical after parameters are renamed.
     """
-    left = [(_write_canonical(part, renaming), part) for part in _list_answer_clauses(side.ours, side.gold)]
+    left = [
+        (_write_canonical(part, renaming), part)
+        for part in _split_answer_into_clauses(pair.answer, pair.gold)
+    ]
     matched, missing = list[Clause](), list[Clause]()
-    for part, same in zip(_get_clause_parts(side.gold), side.wanted, strict=True):
+    for part, same in zip(_get_clause_parts(pair.gold), pair.gold_texts, strict=True):
         partner = next(filter(lambda own: own[0] == same, left), None)
         if partner is None:
             missing.append(part)
@@ -305,16 +311,16 @@ def _match_clauses(
     return matched, [part for _, part in left], missing
 
 
-def _list_answer_clauses(ours: Clause, theirs: Clause) -> tuple[Clause, ...]:
+def _split_answer_into_clauses(answer: Clause, gold: Clause) -> tuple[Clause, ...]:
     """Return the clauses of one side (precondition or effect) of an answer's operator.
 
     If the connective of this side differs from the connective of the gold side, the whole side is one clause.
     """
-    lists = isinstance(ours, _LISTS) and isinstance(theirs, _LISTS)
+    lists = isinstance(answer, _LISTS) and isinstance(gold, _LISTS)
     unlike = (
-        lists and type(ours) is not type(theirs) and _get_clause_parts(ours) and _get_clause_parts(theirs)
+        lists and type(answer) is not type(gold) and _get_clause_parts(answer) and _get_clause_parts(gold)
     )
-    return (ours,) if unlike else _get_clause_parts(ours)
+    return (answer,) if unlike else _get_clause_parts(answer)
 
 
 def _generate_renamings(predicted: m.PddlAction, gold: m.PddlAction) -> list[Renaming]:
@@ -363,8 +369,8 @@ def _count_matched_literals_of_lists(ours: Clause, theirs: Clause, renaming: Ren
     A conjunction and a disjunction match only inside each other.
     """
     if isinstance(ours, _LISTS) and isinstance(theirs, _LISTS) and type(ours) is not type(theirs):
-        inside = [_count_matched_literals(part, theirs, renaming) for part in _find_nested_lists(ours)]
-        around = [_count_matched_literals(ours, part, renaming) for part in _find_nested_lists(theirs)]
+        inside = [_count_matched_literals(part, theirs, renaming) for part in _find_and_or_parts(ours)]
+        around = [_count_matched_literals(ours, part, renaming) for part in _find_and_or_parts(theirs)]
         return max([*inside, *around], default=0)
     grid = [
         [_count_matched_literals(a, b, renaming) for b in _get_clause_parts(theirs)]
@@ -373,7 +379,7 @@ def _count_matched_literals_of_lists(ours: Clause, theirs: Clause, renaming: Ren
     return sum(grid[row][column] for row, column in find_heaviest_matching_of_any_size(grid))
 
 
-def _find_nested_lists(clause: Clause) -> list[Clause]:
+def _find_and_or_parts(clause: Clause) -> list[Clause]:
     return [part for part in _get_clause_parts(clause) if isinstance(part, _LISTS)]
 
 

@@ -86,7 +86,7 @@ class PddlAxiom:
     parameters: tuple[f.Variable, ...]
     condition: f.Formula
 
-    def scope(self, objects: Sequence[str]) -> dict[str, str]:
+    def map_parameters(self, objects: Sequence[str]) -> dict[str, str]:
         """Return a mapping from the name of each parameter to its object."""
         return {p.name: thing for p, thing in zip(self.parameters, objects, strict=True)}
 
@@ -232,7 +232,7 @@ def map_effect(
 
 
 @dataclass(frozen=True, slots=True)
-class OperatorText:
+class UnparsedOperator:
     """An operator as an answer writes it, before it is parsed.
 
     It has the name of the operator, and the texts of its parameters, precondition and effect.
@@ -244,7 +244,7 @@ class OperatorText:
     effect: str
 
     @property
-    def size(self) -> int:
+    def text_length(self) -> int:
         """The number of characters in the texts of the three parts."""
         return len(self.parameters) + len(self.precondition) + len(self.effect)
 

@@ -46,23 +46,23 @@ class _AtomChange:
     atom: f.Atom
     variables: tuple[f.Variable, ...]
     condition: f.Formula
-    place: _EffectPosition
+    position: _EffectPosition
 
 
 @dataclass(frozen=True, slots=True)
-class _EffectContext:
+class _EnclosingEffects:
     """The context of an effect: the terms that replace variables, and the conditions of enclosing effects."""
 
     scope: g.TermScope
     variables: tuple[f.Variable, ...] = ()
     condition: f.Formula = f.TRUE
-    place: _EffectPosition = ()
+    position: _EffectPosition = ()
 
-    def add_condition(self, condition: f.Formula) -> _EffectContext:
+    def add_condition(self, condition: f.Formula) -> _EnclosingEffects:
         return replace(self, condition=g.conjoin((self.condition, condition)))
 
-    def extend_position(self, *place: int | f.Variable) -> _EffectContext:
-        return replace(self, place=(*self.place, *place))
+    def extend_effect_position(self, *index_or_variable: int | f.Variable) -> _EnclosingEffects:
+        return replace(self, position=(*self.position, *index_or_variable))
 
 
 def write_simultaneous_effect(
@@ -89,63 +89,69 @@ class _OrderedEffectsConverter:
         self._hidden = hidden
 
     def convert_effects(self, operator: Operator) -> m.PddlEffect:
-        start = _EffectContext(self._scope)
+        start = _EnclosingEffects(self._scope)
         changes: list[_AtomChange] = []
         for number, attempt in enumerate(operator.alternatives):
             inside = start.add_condition(
                 self._convert_condition(f.And(attempt.conditions), start)
-            ).extend_position(number)
+            ).extend_effect_position(number)
             changes += self._convert_sequence(attempt.effects, inside)
-        changes += self._convert_sequence(operator.effects, start.extend_position(len(operator.alternatives)))
+        changes += self._convert_sequence(
+            operator.effects, start.extend_effect_position(len(operator.alternatives))
+        )
         parts = [part for change in changes for part in self._write_change(change, changes)]
         return parts[0] if len(parts) == 1 else m.AndEffect(tuple(parts))
 
-    def _convert_sequence(self, effects: Iterable[Effect], context: _EffectContext) -> Iterator[_AtomChange]:
+    def _convert_sequence(
+        self, effects: Iterable[Effect], context: _EnclosingEffects
+    ) -> Iterator[_AtomChange]:
         for number, effect in enumerate(effects):
-            yield from self._convert_effect(effect, context.extend_position(number))
+            yield from self._convert_effect(effect, context.extend_effect_position(number))
 
-    def _convert_effect(self, effect: Effect, context: _EffectContext) -> Iterator[_AtomChange]:
+    def _convert_effect(self, effect: Effect, context: _EnclosingEffects) -> Iterator[_AtomChange]:
         match effect:
             case Add(atom) | Delete(atom):
                 if atom.predicate not in self._hidden:
                     yield self._make_atom_change(atom, context, adds=isinstance(effect, Add))
             case When(condition, effects, otherwise):
                 read = self._convert_condition(condition, context)
-                yield from self._convert_sequence(effects, context.add_condition(read).extend_position(0))
                 yield from self._convert_sequence(
-                    otherwise, context.add_condition(g.negate(read)).extend_position(1)
+                    effects, context.add_condition(read).extend_effect_position(0)
+                )
+                yield from self._convert_sequence(
+                    otherwise, context.add_condition(g.negate(read)).extend_effect_position(1)
                 )
             case ForEach(variable, condition, effects):
                 bound, inside = self._bind_variable(variable, context)
                 matched = inside.add_condition(self._convert_condition(condition, inside))
                 for number, each in enumerate(effects):
-                    yield from self._convert_effect(each, matched.extend_position(number, bound))
+                    yield from self._convert_effect(each, matched.extend_effect_position(number, bound))
             case Let(variable, condition, effects):
                 bound, inside = self._bind_variable(variable, context)
-                first = self._make_first_object_condition(variable, condition, bound, inside)
+                first = self._make_lowest_index_condition(variable, condition, bound, inside)
                 yield from self._convert_sequence(effects, inside.add_condition(first))
             case _:
                 assert_never(effect)
 
     def _bind_variable(
-        self, variable: f.Variable, context: _EffectContext
-    ) -> tuple[f.Variable, _EffectContext]:
+        self, variable: f.Variable, context: _EnclosingEffects
+    ) -> tuple[f.Variable, _EnclosingEffects]:
         bound = self._conditions.make_unused_variable(variable.name)
         scope = {**context.scope, variable.name: bound}
         return bound, replace(context, scope=scope, variables=(*context.variables, bound))
 
-    def _convert_condition(self, condition: f.Formula, context: _EffectContext) -> f.Formula:
+    def _convert_condition(self, condition: f.Formula, context: _EnclosingEffects) -> f.Formula:
         """Return the PDDL condition of an effect. Parts with hidden predicates count as false."""
         return self._conditions.convert_formula(
             g.replace_hidden_atoms_by_truth(condition, self._hidden, positive=False), context.scope
         )
 
-    def _make_first_object_condition(
-        self, variable: f.Variable, condition: f.Formula, bound: f.Variable, inside: _EffectContext
+    def _make_lowest_index_condition(
+        self, variable: f.Variable, condition: f.Formula, bound: f.Variable, inside: _EnclosingEffects
     ) -> f.Formula:
         """Return the condition that no object with a lower index satisfies a given condition."""
         meets = self._convert_condition(condition, inside)
-        if meets == f.TRUE or holds_for_one_value(condition, variable, self._vocabulary):
+        if meets == f.TRUE or holds_for_at_most_one_value(condition, variable, self._vocabulary):
             return meets
         other = self._conditions.make_unused_variable(variable.name)
         as_well = self._convert_condition(
@@ -154,7 +160,7 @@ class _OrderedEffectsConverter:
         earlier = g.conjoin((self._conditions.glossary.make_object_order_atom(other, bound), as_well))
         return g.conjoin((meets, g.negate(f.Exists(other, earlier))))
 
-    def _make_atom_change(self, atom: f.Atom, context: _EffectContext, *, adds: bool) -> _AtomChange:
+    def _make_atom_change(self, atom: f.Atom, context: _EnclosingEffects, *, adds: bool) -> _AtomChange:
         """Return the change that an effect makes to an atom, or to all atoms that match a pattern."""
         stored = self._vocabulary.find_stored(atom.predicate)
         if stored is None:
@@ -168,12 +174,12 @@ class _OrderedEffectsConverter:
             else:
                 terms.append(self._conditions.convert_term(term, context.scope))
         written = f.Atom(self._conditions.glossary.register_predicate(atom.predicate), tuple(terms))
-        return _AtomChange(adds, written, tuple(variables), context.condition, context.place)
+        return _AtomChange(adds, written, tuple(variables), context.condition, context.position)
 
     def _write_change(self, change: _AtomChange, changes: Sequence[_AtomChange]) -> Iterator[m.PddlEffect]:
         condition = change.condition
         if change.adds:
-            undone = [self._write_deletion_condition(change, other) for other in changes if not other.adds]
+            undone = [self._make_overridden_condition(change, other) for other in changes if not other.adds]
             condition = g.conjoin((condition, *map(g.negate, undone)))
         if condition == f.FALSE:
             return
@@ -182,7 +188,7 @@ class _OrderedEffectsConverter:
             effect = m.WhenEffect(condition, effect)
         yield wrap_in_quantifiers(m.ForAllEffect, change.variables, effect)
 
-    def _write_deletion_condition(self, addition: _AtomChange, deletion: _AtomChange) -> f.Formula:
+    def _make_overridden_condition(self, addition: _AtomChange, deletion: _AtomChange) -> f.Formula:
         """Return the condition under which a later deletion removes an added atom."""
         if addition.atom.predicate != deletion.atom.predicate:
             return f.FALSE
@@ -197,7 +203,7 @@ class _OrderedEffectsConverter:
         rest = [variable.name for variable in deletion.variables if variable.name not in terms]
         still_open = {name: self._conditions.make_unused_variable(name) for name in rest}
         terms |= still_open
-        later = self._write_order_condition(addition.place, deletion.place, terms)
+        later = self._make_deletion_later_condition(addition.position, deletion.position, terms)
         undoing = g.conjoin((*same, later, g.replace_variables(deletion.condition, terms)))
         if g.conjoin((addition.condition, undoing)) == f.FALSE:  # addition and deletion exclude each other
             return f.FALSE
@@ -205,7 +211,7 @@ class _OrderedEffectsConverter:
             undoing = undoing if undoing in (f.TRUE, f.FALSE) else f.Exists(variable, undoing)
         return undoing
 
-    def _write_order_condition(
+    def _make_deletion_later_condition(
         self, addition: _EffectPosition, deletion: _EffectPosition, terms: g.TermScope
     ) -> f.Formula:
         """Return the condition under which a deletion comes after an addition in the order of effects.
@@ -215,7 +221,9 @@ class _OrderedEffectsConverter:
         for depth, (mine, other) in enumerate(zip(addition, deletion, strict=False)):
             if isinstance(mine, f.Variable) and isinstance(other, f.Variable):
                 theirs = terms.get(other.name, other)
-                rest = self._write_order_condition(addition[depth + 1 :], deletion[depth + 1 :], terms)
+                rest = self._make_deletion_later_condition(
+                    addition[depth + 1 :], deletion[depth + 1 :], terms
+                )
                 if theirs == mine:
                     return rest
                 precedes = self._conditions.glossary.make_object_order_atom(mine, theirs)
@@ -225,18 +233,18 @@ class _OrderedEffectsConverter:
         return f.FALSE
 
 
-def holds_for_one_value(condition: f.Formula, variable: f.Variable, vocabulary: Vocabulary) -> bool:
+def holds_for_at_most_one_value(condition: f.Formula, variable: f.Variable, vocabulary: Vocabulary) -> bool:
     """Whether a condition has a form that at most one value of a variable can satisfy."""
     match condition:
         case f.And(operands):
-            return any(holds_for_one_value(operand, variable, vocabulary) for operand in operands)
+            return any(holds_for_at_most_one_value(operand, variable, vocabulary) for operand in operands)
         case f.Equals(left, right):
             return (left == f.Variable(variable.name)) != (right == f.Variable(variable.name))
         case f.Atom(predicate, (*others, last)) if last == f.Variable(variable.name) and last not in others:
             declared = vocabulary.find_stored(predicate) or vocabulary.derived_by_name.get(predicate)
             match declared:
                 case DefinedPredicate(parameters=parameters, definition=definition):
-                    return holds_for_one_value(definition, parameters[-1], vocabulary)
+                    return holds_for_at_most_one_value(definition, parameters[-1], vocabulary)
                 case Predicate(single=single):
                     return single
                 case _:

@@ -5,7 +5,7 @@ from __future__ import annotations
 from dataclasses import replace
 
 from eai.pddl.fast_downward import FastDownward, measure_machine_memory_mib
-from eai.pddl.planning import PddlPlanner, PlannerChoice, PlannerTerms
+from eai.pddl.planning import PddlPlanner, PlannerChoice, PlannerLimits
 from eai.pddl.search import BuiltInPlanner
 from eai.planning.search import Limits
 
@@ -13,7 +13,7 @@ FIRST_LIMITS = Limits(300)
 """Limits of the built-in search that runs before Fast Downward. Larger limits take longer in total."""
 
 
-def resolve_planner_choice(choice: PlannerChoice) -> PlannerChoice:
+def resolve_automatic_choice(choice: PlannerChoice) -> PlannerChoice:
     """Return a choice of planner, in which ``full`` or ``built_in`` replaces ``auto``.
 
     If Fast Downward is installed in this environment, ``full`` replaces ``auto``.
@@ -24,7 +24,7 @@ def resolve_planner_choice(choice: PlannerChoice) -> PlannerChoice:
 
 
 def make_planner(
-    choice: PlannerChoice, cpu_seconds: int, terms: PlannerTerms | None = None
+    choice: PlannerChoice, cpu_seconds: int, terms: PlannerLimits | None = None
 ) -> PddlPlanner | None:
     """Return the chosen planner, or None if no planner is chosen.
 
@@ -36,8 +36,8 @@ def make_planner(
     Raises:
         DataError: Fast Downward is missing in this environment. The message names the install command.
     """
-    terms = terms or PlannerTerms()
-    match resolve_planner_choice(choice):
+    terms = terms or PlannerLimits()
+    match resolve_automatic_choice(choice):
         case PlannerChoice.NONE:
             return None
         case PlannerChoice.BUILT_IN:
@@ -48,7 +48,7 @@ def make_planner(
             return BuiltInPlanner(FIRST_LIMITS, _make_fast_downward(cpu_seconds, terms))
 
 
-def _make_fast_downward(cpu_seconds: int, terms: PlannerTerms) -> FastDownward:
+def _make_fast_downward(cpu_seconds: int, terms: PlannerLimits) -> FastDownward:
     """Return Fast Downward, limited to as many calls at a time as fit into memory."""
     planner = FastDownward.find_installed(terms.seconds or cpu_seconds)
     memory = measure_machine_memory_mib() if terms.memory_mib is None else terms.memory_mib

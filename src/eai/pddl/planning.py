@@ -55,7 +55,7 @@ class PlannerChoice(str, Enum):
 
 
 @dataclass(frozen=True, slots=True)
-class PlannerTerms:
+class PlannerLimits:
     """The user's limits of planners, which replace the benchmark's limits.
 
     Attributes:
@@ -92,7 +92,7 @@ class PlanningTask:
     fatal: Atom | None = None
 
 
-def make_violation_result(finding: PddlFinding) -> PlannerResult:
+def make_input_error_result(finding: PddlFinding) -> PlannerResult:
     """Return the result for a task that violates the rules of PDDL. It needs no planner."""
     detail = f"{finding.place}: {finding.offence.value}: {finding.description}"
     return PlannerResult(PlannerOutcome.INPUT_ERROR, detail=detail)

@@ -182,7 +182,7 @@ class PddlReader:
         """Return the problem of ``(define (problem ...) ...)``."""
         name, sections = self._read_definition(group, "problem")
         facts = [self._read_literal(item) for item in _find_section_items(sections, ":init")]
-        goals = [self.read_whole_condition(item) for item in _find_section_items(sections, ":goal")]
+        goals = [self.read_condition_or_empty(item) for item in _find_section_items(sections, ":goal")]
         return m.PddlProblem(
             name=name,
             domain=" ".join(
@@ -207,8 +207,8 @@ class PddlReader:
         return m.PddlAction(
             name=name.text,
             parameters=self.read_variables(parts.get(":parameters", _EMPTY)),
-            precondition=self.read_whole_condition(parts.get(":precondition", _EMPTY)),
-            effect=self.read_whole_effect(parts.get(":effect", _EMPTY)),
+            precondition=self.read_condition_or_empty(parts.get(":precondition", _EMPTY)),
+            effect=self.read_effect_or_empty(parts.get(":effect", _EMPTY)),
         )
 
     def _read_action_parts(self, items: Sequence[SExpr]) -> dict[str, SExpr]:
@@ -227,7 +227,7 @@ class PddlReader:
             parts[word] = value
         return parts
 
-    def read_whole_condition(self, expression: SExpr) -> f.Formula:
+    def read_condition_or_empty(self, expression: SExpr) -> f.Formula:
         """Return the formula of a whole condition; like `read_formula`, but ``()`` is read as true."""
         return (
             f.TRUE
@@ -235,7 +235,7 @@ class PddlReader:
             else self.read_formula(expression)
         )
 
-    def read_whole_effect(self, expression: SExpr) -> m.PddlEffect:
+    def read_effect_or_empty(self, expression: SExpr) -> m.PddlEffect:
         """Return the whole effect of an operator; like `read_effect`, but ``()`` is read as no effect."""
         return (
             m.NO_EFFECT
@@ -245,7 +245,7 @@ class PddlReader:
 
     def read_formula(self, expression: SExpr) -> f.Formula:
         """Return the formula of a condition."""
-        group, head = self._require_list(expression)
+        group, head = self._require_list_and_first_word(expression)
         match head:
             case "and":
                 return f.And(tuple(map(self.read_formula, group.items[1:])))
@@ -273,19 +273,19 @@ class PddlReader:
 
     def read_effect(self, expression: SExpr) -> m.PddlEffect:
         """Return the effect of an expression."""
-        group, head = self._require_list(expression)
+        group, head = self._require_list_and_first_word(expression)
         match head:
             case "and":
                 return m.AndEffect(tuple(map(self.read_effect, group.items[1:])))
             case "when":
                 condition, part = self._require_parts(group, 2)
-                return m.WhenEffect(self.read_whole_condition(condition), self.read_effect(part))
+                return m.WhenEffect(self.read_condition_or_empty(condition), self.read_effect(part))
             case "forall":
                 names, body = self._require_parts(group, 2)
                 result = self.read_effect(body)
                 return wrap_in_quantifiers(m.ForAllEffect, self.read_variables(names), result)
             case "not":
-                negated, inner = self._require_list(self._require_parts(group, 1)[0])
+                negated, inner = self._require_list_and_first_word(self._require_parts(group, 1)[0])
                 if inner not in CONNECTIVES:
                     return m.Delete(self._read_atom(negated))
                 raise self._make_error(negated, "an atom in (not ...)", PddlViolationKind.CONDITION_IN_EFFECT)
@@ -315,7 +315,7 @@ class PddlReader:
                 raise self._make_error(group, f"(define ({kind} NAME) ...)")
 
     def _read_predicate(self, expression: SExpr) -> m.PddlPredicate:
-        group, head = self._require_list(expression)
+        group, head = self._require_list_and_first_word(expression)
         return m.PddlPredicate(
             head, self.read_variables(ExpressionList(group.items[1:], group.offset, group.end))
         )
@@ -324,7 +324,7 @@ class PddlReader:
         if len(section.items) != 3:
             raise self._make_error(section, "(:derived (NAME ...) CONDITION)")
         head = self._read_predicate(section.items[1])
-        return m.PddlAxiom(head.name, head.parameters, self.read_whole_condition(section.items[2]))
+        return m.PddlAxiom(head.name, head.parameters, self.read_condition_or_empty(section.items[2]))
 
     def _read_literal(self, expression: SExpr) -> f.Formula:
         formula = self.read_formula(expression)
@@ -389,7 +389,7 @@ class PddlReader:
             raise self._make_error(group, f"{count} part(s) of ({head} ...)")
         return group.items[1:]
 
-    def _require_list(self, expression: SExpr) -> tuple[ExpressionList, str]:
+    def _require_list_and_first_word(self, expression: SExpr) -> tuple[ExpressionList, str]:
         """Return an expression, which must be a non-empty list, together with its first word."""
         if isinstance(expression, ExpressionList) and expression.items:
             return expression, self._require_word(expression.items[0]).text

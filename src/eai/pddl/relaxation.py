@@ -35,7 +35,7 @@ _MAX_RULES = 2_000
 """Maximum number of rules (effects of actions) that one lookahead tries."""
 
 
-class _LiteralRule(NamedTuple):
+class _RelaxedEffect(NamedTuple):
     """A conditional effect as a rule: the number of its action, and the literals it needs and makes true."""
 
     action: int
@@ -43,7 +43,7 @@ class _LiteralRule(NamedTuple):
     makes: int
 
 
-class _UnreachedLiteral(NamedTuple):
+class _RulesOfUnreachedLiteral(NamedTuple):
     """An unreached literal, with bit masks of the rules that need it and of the rules that make it true."""
 
     literal: int
@@ -77,9 +77,9 @@ class Relaxation:
         self._looks = looks
         self._problem = problem
         self._again = 2 * problem.atoms
-        self._prices = _find_goal_prices(problem)
+        self._prices = _map_goals_to_destroyed_goals(problem)
         self._rules = [
-            _LiteralRule(number, action.needs | change.needs, change.add | change.delete << problem.atoms)
+            _RelaxedEffect(number, action.needs | change.needs, change.add | change.delete << problem.atoms)
             for number, action in enumerate(problem.actions)
             for change in action.changes
         ]
@@ -90,21 +90,21 @@ class Relaxation:
             reduce(or_, [rule.needs for rule in self._rules], problem.goal)
         )
         self._asked = [
-            _UnreachedLiteral(literal, needing.get(literal, 0), self._making.get(literal, 0))
+            _RulesOfUnreachedLiteral(literal, needing.get(literal, 0), self._making.get(literal, 0))
             for literal in iterate_bit_masks(asked)
         ]
 
-    def estimate(self, state: StateMask, literals: LiteralMask) -> _RelaxedPlan | None:
+    def find_relaxed_plan(self, state: StateMask, true_literals: LiteralMask) -> _RelaxedPlan | None:
         """Return a relaxed plan from a state with given literals, or None if there is no relaxed plan.
 
         Without a relaxed plan there is no plan at all.
         """
-        again = self._find_lost_goal_atoms(state)
+        again = self._find_goal_atoms_lost_later(state)
         goal = self._problem.goal | again << self._again
-        layers = self._build_layers(literals, goal, again)
+        layers = self._build_relaxed_layers(true_literals, goal, again)
         return self._extract_relaxed_plan(goal, layers) if not goal & ~layers.reached[-1] else None
 
-    def _find_lost_goal_atoms(self, state: StateMask) -> int:
+    def _find_goal_atoms_lost_later(self, state: StateMask) -> LiteralMask:
         """Return the goal's true atoms that will become false before the whole goal holds."""
         missing = self._problem.goal & ~state
         lost = 0
@@ -113,19 +113,21 @@ class Relaxation:
                 lost |= price
         return lost & state
 
-    def _build_layers(self, start: int, goal: int, again: int) -> _RelaxedLayers:
+    def _build_relaxed_layers(
+        self, start_literals: LiteralMask, goal: int, atoms_made_again: int
+    ) -> _RelaxedLayers:
         """Return relaxed states, one for each step, until they contain the goal or stop growing.
 
-        The relaxed states also end if the budget is exceeded. Atoms that must be made true ``again`` are
+        The relaxed states also end if the budget is exceeded. Atoms that must be made true again are
         separate literals.
         """
-        literals = start
+        literals = start_literals
         lacking = [
             literal_lacking for literal_lacking in self._asked if not literals & literal_lacking.literal
         ]
         lacking += [
-            _UnreachedLiteral(bit << self._again, 0, self._making.get(bit, 0))
-            for bit in iterate_bit_masks(again)
+            _RulesOfUnreachedLiteral(bit << self._again, 0, self._making.get(bit, 0))
+            for bit in iterate_bit_masks(atoms_made_again)
         ]
         layers, waiting = _RelaxedLayers([literals], []), (1 << len(self._rules)) - 1
         looks = self._looks
@@ -160,7 +162,7 @@ class Relaxation:
             missing = needed & ~before
             needed &= before
             while missing:
-                action, needs, makes = self._find_first_rule(missing, fired)
+                action, needs, makes = self._find_first_rule_making(missing, fired)
                 missing &= ~(makes | makes << self._again)
                 chosen.add(action)
                 if depth == 0:
@@ -170,23 +172,23 @@ class Relaxation:
 
     def build_all_layers(self, literals: LiteralMask) -> _RelaxedLayers:
         """Return the relaxed states after a set of literals, one for each step, until they stop growing."""
-        return self._build_layers(literals, _ALL_LITERALS, 0)
+        return self._build_relaxed_layers(literals, _ALL_LITERALS, 0)
 
-    def find_rules_making(self, literal: int, rules: int) -> Iterator[_LiteralRule]:
+    def find_rules_making(self, literal: int, rules: int) -> Iterator[_RelaxedEffect]:
         """Yield the rules (conditional effects) among `rules` that make a literal true, in order."""
         for bit in iterate_bit_masks(self._making.get(literal, 0) & rules):
             yield self._rules[bit.bit_length() - 1]
 
-    def _find_first_rule(self, missing: LiteralMask, fired: int) -> _LiteralRule:
+    def _find_first_rule_making(self, missing_literals: LiteralMask, fired_rules: int) -> _RelaxedEffect:
         """Return the first rule (conditional effect) that makes any of the missing literals true."""
         making = 0
-        for literal in iterate_bit_masks(missing):
+        for literal in iterate_bit_masks(missing_literals):
             making |= self._making.get(literal) or self._making.get(literal >> self._again, 0)
-        making &= fired
+        making &= fired_rules
         return self._rules[(making & -making).bit_length() - 1]
 
 
-def _find_goal_prices(problem: GroundProblem) -> dict[int, int]:
+def _map_goals_to_destroyed_goals(problem: GroundProblem) -> dict[int, int]:
     """Return a mapping from each goal atom to the goal atoms that every action adding it makes false."""
     goal = problem.goal & (1 << problem.atoms) - 1
     prices: dict[int, int] = {}
@@ -206,8 +208,8 @@ _Mark: TypeAlias = tuple[int, int, int]
 """A point of a lookahead to return to: the number of actions so far, the state, and its literals."""
 
 
-def find_lookahead_actions(
-    problem: GroundProblem, relaxation: Relaxation, state: StateMask, literals: LiteralMask
+def find_lookahead_actions_and_states(
+    problem: GroundProblem, relaxation: Relaxation, state: StateMask, true_literals: LiteralMask
 ) -> Sequence[tuple[int, int]]:
     """Return actions from a state that reach more of the goal, each with the state after it.
 
@@ -216,10 +218,10 @@ def find_lookahead_actions(
     just before the action that needs it, and again if it has been lost. The final state is often the goal, or
     close to it.
     """
-    return _Lookahead(problem, relaxation, state, literals).run()
+    return _RelaxedPlanFollower(problem, relaxation, state, true_literals).find_actions_and_states()
 
 
-class _Lookahead:
+class _RelaxedPlanFollower:
     """One lookahead: the state that it has reached, and its actions."""
 
     def __init__(
@@ -232,11 +234,11 @@ class _Lookahead:
         self._state, self._start, self._held = state, literals, literals
         self._taken: list[tuple[int, int]] = []
 
-    def run(self) -> Sequence[tuple[int, int]]:
+    def find_actions_and_states(self) -> Sequence[tuple[int, int]]:
         """Make missing literals of the goal true, one after the other, until no more can be made true."""
         before = None
         while (goal := self._problem.goal & ~self._held) and (
-            missing := self._count_missing_goals()
+            missing := self._count_missing_goals_false_at_start_and_all()
         ) != before:
             before = missing
             for literal in self._order_missing_literals(goal, len(self._layers.fired)):
@@ -244,21 +246,24 @@ class _Lookahead:
                     self._reach_goal_literal(literal)
         return self._taken
 
-    def _count_missing_goals(self) -> tuple[int, int]:
+    def _count_missing_goals_false_at_start_and_all(self) -> tuple[int, int]:
         """Return how many missing goal literals were false at first, and how many are missing."""
         missing = self._problem.goal & ~self._held
         return (missing & ~self._start).bit_count(), missing.bit_count()
 
     def _reach_goal_literal(self, literal: int) -> None:
         """Make a goal literal true by the first rule, if any, that leaves less of the goal missing."""
-        missing, mark = self._count_missing_goals(), self._make_undo_mark()
+        missing, mark = self._count_missing_goals_false_at_start_and_all(), self._make_undo_mark()
         for depth, fired in enumerate(self._layers.fired):
             for rule in self._relaxation.find_rules_making(literal, fired):
-                if self._apply_rule(rule, depth) and self._count_missing_goals() < missing:
+                if (
+                    self._apply_rule(rule, depth)
+                    and self._count_missing_goals_false_at_start_and_all() < missing
+                ):
                     return
                 self._undo_to_mark(mark)
 
-    def _apply_rule(self, rule: _LiteralRule, depth: int) -> bool:
+    def _apply_rule(self, rule: _RelaxedEffect, depth: int) -> bool:
         """Make the literals that a rule needs true, and apply its action. Return whether this is possible."""
         self._rules_left -= 1
         if self._rules_left < 0 or not self._make_literals_true(rule.needs, depth):

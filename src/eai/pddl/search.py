@@ -3,8 +3,8 @@
 Greedy best-first search with deferred evaluation, guided by the length of a relaxed plan (Hoffmann and
 Nebel 2001). The first actions of the relaxed plan are preferred, and even more so after progress (Helmert
 2006, Richter and Helmert 2009). After progress, the relaxed plan is also carried out, and the state that it
-leads to is visited next (`find_lookahead_actions`). Parts of operators that cannot matter are left out
-(`restrict_to_relevant`).
+leads to is visited next (`find_lookahead_actions_and_states`). Parts of operators that cannot matter are
+left out (`restrict_to_relevant`).
 
 The search first tries actions on the objects of the goal, then all actions. If it takes long, it tests
 whether the goal's literals can hold together (`_ReachablePairs`). Effort is bounded by a number of evaluated
@@ -36,14 +36,14 @@ import eai.logic.formula as f
 import eai.pddl.model as m
 from eai.logic.traversal import find_free_variables, find_predicates, map_subformulas
 from eai.pddl.execute import DerivedPredicates, PlanStep
-from eai.pddl.grounding import Grounder, GroundProblem, LiteralMask, StateMask, iterate_bit_masks
+from eai.pddl.grounding import EffectMasks, Grounder, GroundProblem, LiteralMask, StateMask, iterate_bit_masks
 from eai.pddl.planning import PddlPlanner, PlannerOutcome, PlannerResult, PlanningTask, execute_found_plan
-from eai.pddl.relaxation import Relaxation, find_lookahead_actions
+from eai.pddl.relaxation import Relaxation, find_lookahead_actions_and_states
 from eai.planning.search import (
     Limits,
     OpenList,
     SearchEffort,
-    SearchEnd,
+    SearchEndReason,
     SearchNode,
     SearchResult,
     run_best_first_search,
@@ -227,11 +227,11 @@ class BuiltInPlanner:
         task = drop_unused_quantifiers(task)
         result = search(task.domain, task.problem, self.limits)
         match result.end:
-            case SearchEnd.SOLVED:
+            case SearchEndReason.SOLVED:
                 return execute_found_plan(task, result.plan, _NAME)
-            case SearchEnd.UNREACHABLE:
+            case SearchEndReason.UNREACHABLE:
                 return PlannerResult(PlannerOutcome.UNSOLVABLE, detail=_NAME)
-            case SearchEnd.STATES:
+            case SearchEndReason.STATES:
                 looked = f"{result.states} states evaluated" if result.states else "too large a search"
                 return PlannerResult(PlannerOutcome.TIME, detail=looked)
 
@@ -239,29 +239,29 @@ class BuiltInPlanner:
 def search(domain: m.PddlDomain, problem: m.PddlProblem, limits: Limits) -> SearchResult[PlanStep]:
     """Search for a plan.
 
-    `SearchEnd.UNREACHABLE` is a proof: the goal is unreachable even in relaxed planning, or two of its
+    `SearchEndReason.UNREACHABLE` is a proof: the goal is unreachable even in relaxed planning, or two of its
     literals never hold together, or the whole state space was searched. A problem that is too large to be
     grounded is undecided, and so is a domain with a derived predicate that depends on itself.
     """
     if DerivedPredicates(domain.axioms).circles:
-        return SearchResult(SearchEnd.STATES)
+        return SearchResult(SearchEndReason.STATES)
     looks = SearchEffort(_MAX_GROUNDING_LOOKS)
     grounder = Grounder(restrict_to_relevant(domain, problem), problem, looks)
     goal = grounder.goal()
     if goal is None and not looks.is_exceeded:
-        return SearchResult(SearchEnd.UNREACHABLE)
+        return SearchResult(SearchEndReason.UNREACHABLE)
     objects = grounder.find_objects_of_goal_and_parameter_types()
     central, all_are_central = list(grounder.generate_actions(objects)), objects >= grounder.objects
     if goal is None or looks.is_exceeded:
-        return SearchResult(SearchEnd.STATES)
+        return SearchResult(SearchEndReason.STATES)
     work = SearchEffort(limits.looks)
     states = limits.states if all_are_central else min(_MAX_CENTRAL_STATES, limits.states)
     result = _GroundSearch(GroundProblem(grounder, central, goal, work), work, states).run()
-    if result.end is SearchEnd.SOLVED or all_are_central:
+    if result.end is SearchEndReason.SOLVED or all_are_central:
         return result
     everything = list(grounder.generate_actions())
     if looks.is_exceeded:
-        return SearchResult(SearchEnd.STATES, states=result.states)
+        return SearchResult(SearchEndReason.STATES, states=result.states)
     return _GroundSearch(GroundProblem(grounder, everything, goal, work), work, limits.states).run()
 
 
@@ -295,7 +295,7 @@ class _AlternatingQueues:
         self._lead -= 1
         return self._everything.pop()
 
-    def boost(self) -> None:
+    def prioritize_preferred_states(self) -> None:
         """Take more of the next states from the preferred list."""
         self._lead -= _BOOSTED_STATES
 
@@ -316,8 +316,8 @@ class _GroundSearch:
     def run(self) -> SearchResult[PlanStep]:
         outcome = run_best_first_search(self._pop_next_node, self._visit_node)
         if isinstance(outcome, SearchNode):
-            return SearchResult(SearchEnd.SOLVED, outcome.list_actions(), len(self._done))
-        end = SearchEnd.STATES if self._looks.is_exceeded else outcome
+            return SearchResult(SearchEndReason.SOLVED, outcome.list_actions(), len(self._done))
+        end = SearchEndReason.STATES if self._looks.is_exceeded else outcome
         return SearchResult(end, states=len(self._done))
 
     def _pop_next_node(self) -> _GroundSearchNode | None:
@@ -328,25 +328,25 @@ class _GroundSearch:
             node = self._open.pop()
         return node
 
-    def _visit_node(self, node: _GroundSearchNode) -> _GroundSearchNode | SearchEnd | None:
+    def _visit_node(self, node: _GroundSearchNode) -> _GroundSearchNode | SearchEndReason | None:
         """Test whether a state is the goal, evaluate it and queue its successors."""
         literals = self._problem.find_state_literals(node.state)
         if not self._problem.goal & ~literals:
             return node
         if len(self._done) == self._states or self._looks.is_exceeded:
-            return SearchEnd.STATES
+            return SearchEndReason.STATES
         if len(self._done) == _STATES_BEFORE_PAIRS and not _ReachablePairs(
             self._problem, self._looks
         ).may_hold_together(self._problem.goal):
-            return SearchEnd.UNREACHABLE
+            return SearchEndReason.UNREACHABLE
         self._done.add(node.state)
-        estimate = self._relaxation.estimate(node.state, literals)
+        estimate = self._relaxation.find_relaxed_plan(node.state, literals)
         if estimate is None:
             return None
         if estimate.length < self._least:
             self._least = estimate.length
-            self._open.boost()
-            self._ahead = self._follow_relaxed_plan(node, literals)
+            self._open.prioritize_preferred_states()
+            self._ahead = self._follow_relaxed_plan_to_end(node, literals)
         for action, state in self._problem.generate_successors(node.state, literals):
             if state not in self._seen:
                 self._seen.add(state)
@@ -359,14 +359,18 @@ class _GroundSearch:
     def _make_child_node(self, node: _GroundSearchNode, action: int, state: StateMask) -> _GroundSearchNode:
         return SearchNode(state, 0, node.depth + 1, node, (self._problem.actions[action].step,))
 
-    def _follow_relaxed_plan(self, node: _GroundSearchNode, literals: LiteralMask) -> _GroundSearchNode:
+    def _follow_relaxed_plan_to_end(
+        self, node: _GroundSearchNode, true_literals: LiteralMask
+    ) -> _GroundSearchNode:
         """Return the node that the search reaches by carrying out the relaxed plan from a node."""
-        for action, state in find_lookahead_actions(self._problem, self._relaxation, node.state, literals):
+        for action, state in find_lookahead_actions_and_states(
+            self._problem, self._relaxation, node.state, true_literals
+        ):
             node = self._make_child_node(node, action, state)
         return node
 
 
-class _PairRule(NamedTuple):
+class _EffectOnLiteralPairs(NamedTuple):
     """A conditional effect as bit masks of literals: needed, made true, and lost (made false).
 
     `always` and `perhaps` are literals that other effects of the action always make true, or may make true.
@@ -399,49 +403,53 @@ class _ReachablePairs:
         self._reached = problem.initial | (~problem.initial & self._every_atom) << self._atoms
         self._beside = dict.fromkeys(iterate_bit_masks(self._reached), self._reached)
         rules = [
-            rule for action in problem.actions for rule in self._make_pair_rules(action.needs, action.changes)
+            rule
+            for action in problem.actions
+            for rule in self._make_effects_on_pairs(action.needs, action.changes)
         ]
-        while self._add_pairs_of_rules(rules):
+        while self._add_new_literal_pairs_of_effects(rules):
             pass
 
     def may_hold_together(self, needed: LiteralMask) -> bool:
         """Whether every two literals of a mask are a reachable pair."""
         return (
             self._looks.is_exceeded
-            or self._find_compatible_literals(self._keep_atom_literals(needed)) is not None
+            or self._find_literals_compatible_with_all(self._drop_non_atom_literals(needed)) is not None
         )
 
-    def _make_pair_rules(self, needs: int, changes: Iterable[tuple[int, int, int]]) -> Iterator[_PairRule]:
+    def _make_effects_on_pairs(
+        self, precondition: int, changes: Iterable[EffectMasks]
+    ) -> Iterator[_EffectOnLiteralPairs]:
         """Yield the rules of an action: its conditional effects as bit masks of literals."""
         made = [(also, add | (delete & ~add) << self._atoms) for also, add, delete in changes]
         always = reduce(or_, [makes for also, makes in made if not also], 0)
         perhaps = reduce(or_, [makes for also, makes in made if also], 0)
         for also, makes in made:
-            yield _PairRule(
-                self._keep_atom_literals(needs | also),
+            yield _EffectOnLiteralPairs(
+                self._drop_non_atom_literals(precondition | also),
                 makes,
                 always,
                 perhaps,
                 self._negate_literals(makes | always),
             )
 
-    def _add_pairs_of_rules(self, rules: Sequence[_PairRule]) -> bool:
+    def _add_new_literal_pairs_of_effects(self, effects: Sequence[_EffectOnLiteralPairs]) -> bool:
         """Add the pairs that the effects of all actions make true. Return whether any pair is new."""
         grew = False
-        for rule in rules:
+        for rule in effects:
             if self._looks.is_exceeded:
                 return False
-            grew |= self._add_pairs_of_rule(rule)
+            grew |= self._add_new_literal_pairs(rule)
         return grew
 
-    def _add_pairs_of_rule(self, rule: _PairRule) -> bool:
+    def _add_new_literal_pairs(self, effect: _EffectOnLiteralPairs) -> bool:
         """Add the pairs that one effect makes true. Return whether any pair is new."""
-        companions = self._find_compatible_literals(rule.needs)
+        companions = self._find_literals_compatible_with_all(effect.needs)
         if companions is None:
             return False
-        together = companions & ~rule.lost | rule.makes | rule.always | rule.perhaps & self._reached
+        together = companions & ~effect.lost | effect.makes | effect.always | effect.perhaps & self._reached
         grew = False
-        for literal in iterate_bit_masks(rule.makes):
+        for literal in iterate_bit_masks(effect.makes):
             new = together & ~self._beside.get(literal, 0) & ~self._negate_literals(literal)
             if new:
                 grew = True
@@ -452,20 +460,20 @@ class _ReachablePairs:
                 self._looks.used += new.bit_count()
         return grew
 
-    def _find_compatible_literals(self, needed: LiteralMask) -> LiteralMask | None:
+    def _find_literals_compatible_with_all(self, needed_literals: LiteralMask) -> LiteralMask | None:
         """Return the literals that may hold together with all needed literals, as a mask.
 
         The result is None if the needed literals cannot hold together.
         """
-        self._looks.used += 1 + needed.bit_count()
+        self._looks.used += 1 + needed_literals.bit_count()
         companions = self._reached
-        for literal in iterate_bit_masks(needed):
+        for literal in iterate_bit_masks(needed_literals):
             companions &= self._beside.get(literal, 0)
-        return None if needed & ~companions else companions
+        return None if needed_literals & ~companions else companions
 
-    def _keep_atom_literals(self, needed: LiteralMask) -> LiteralMask:
+    def _drop_non_atom_literals(self, literals: LiteralMask) -> LiteralMask:
         """Return the literals of a mask that stand for atoms, without the literals that stand for choices."""
-        return needed & (1 << 2 * self._atoms) - 1
+        return literals & (1 << 2 * self._atoms) - 1
 
     def _negate_literals(self, literals: LiteralMask) -> LiteralMask:
         return literals >> self._atoms | (literals & self._every_atom) << self._atoms

@@ -26,7 +26,7 @@ from eai.world.state import Scene, State
 from eai.world.vocabulary import Vocabulary
 
 
-class _JoinStep(NamedTuple):
+class _UnboundVariable(NamedTuple):
     """A variable of an achiever that needs a value, with the conditions on this value.
 
     Conditions on stored predicates are evaluated for all values at once, other conditions value by value.
@@ -46,7 +46,7 @@ class _JoinStep(NamedTuple):
     tests: tuple[ConditionTest, ...]
 
 
-class _JoinPlan(NamedTuple):
+class _BindingProcedure(NamedTuple):
     """A procedure that finds values for an achiever's open variables, which the atom does not determine.
 
     Attributes:
@@ -56,7 +56,7 @@ class _JoinPlan(NamedTuple):
     """
 
     first: tuple[ConditionTest, ...]
-    steps: tuple[_JoinStep, ...]
+    steps: tuple[_UnboundVariable, ...]
     needed: tuple[ConditionTest, ...]
 
 
@@ -64,7 +64,7 @@ class _PartialBinding(NamedTuple):
     """An incomplete binding of an achiever's variables, and the procedure that completes the binding."""
 
     binding: FrameBinding
-    join: _JoinPlan
+    join: _BindingProcedure
 
 
 class Achiever:
@@ -73,9 +73,9 @@ class Achiever:
     Args:
         schema: the effect.
         vocabulary: the vocabulary of the domain.
-        wide: whether other actions may first establish conditions of the effect that mention any parameters
-            of the operator. Otherwise they may establish only conditions that mention just objects of the
-            atom.
+        more_subgoals: whether other actions may first establish conditions of the effect that mention any
+            parameters of the operator. Otherwise they may establish only conditions that mention just
+            objects of the atom.
 
     Attributes:
         schema: the effect.
@@ -85,14 +85,14 @@ class Achiever:
         is_fixed: whether the bindings that complete a match depend only on facts that no action changes.
     """
 
-    def __init__(self, schema: EffectSchema, vocabulary: Vocabulary, *, wide: bool = False) -> None:
+    def __init__(self, schema: EffectSchema, vocabulary: Vocabulary, *, more_subgoals: bool = False) -> None:
         self.schema = schema
         self._vocabulary = vocabulary
         self._frame = SlotAllocator([f.Variable(name) for name in schema.variables])
         self._compiler = ConditionCompiler(vocabulary, self._frame)
-        self._joins: dict[tuple[str, ...], tuple[_JoinPlan, _JoinPlan]] = {}
+        self._joins: dict[tuple[str, ...], tuple[_BindingProcedure, _BindingProcedure]] = {}
         self.open_variables = len(set(schema.variables) - _find_atom_variables(schema))
-        own_conditions = _find_effect_conditions(schema, wide=wide)
+        own_conditions = _find_effect_conditions(schema, more_subgoals=more_subgoals)
         others = [c for c in schema.conditions if c not in own_conditions]
         needed = [c for c in (*own_conditions, *schema.checks) if c != f.TRUE]
         fixed = [c for c in needed if _is_static_formula(c, vocabulary)]
@@ -106,51 +106,55 @@ class Achiever:
         return match_atom(self.schema.atom, arguments, lambda constant: find_object(constant, scene))
 
     def complete_bindings(
-        self, state: State, scope: Mapping[str, int], usable: int, effort: SearchEffort | None = None
+        self, state: State, scope: Mapping[str, int], usable_mask: int, effort: SearchEffort | None = None
     ) -> Iterator[FrameBinding]:
         """Yield the bindings that complete a match and meet the conditions that no action may establish.
 
         Args:
             state: the state.
             scope: the match: a mapping from variables to objects.
-            usable: the mask of the objects that actions may use.
+            usable_mask: the mask of the objects that actions may use.
             effort: counter of values tried for variables, as in `complete_bindings`.
 
         Yields:
             A binding of `schema.variables`: the same list each time, changed in place.
         """
-        return complete_bindings(state, self.make_partial_binding(state.scene, scope), usable, effort)
+        return complete_bindings(state, self.make_partial_binding(state.scene, scope), usable_mask, effort)
 
     def make_partial_binding(
-        self, scene: Scene, scope: Mapping[str, int], *, fixed: bool = False
+        self, scene: Scene, scope: Mapping[str, int], *, for_all_states: bool = False
     ) -> _PartialBinding:
         """Return a match (the objects that an atom assigns to variables) as an incomplete binding.
 
-        The binding can be completed in one state or, if ``fixed``, in all states with the same unchanging
-        facts.
+        The binding can be completed in one state or, if ``for_all_states``, in all states with the same
+        unchanging facts.
         """
         names = self.schema.variables
         unbound = tuple([name for name in names if name not in scope])
         joins = self._joins.get(unbound)
         if joins is None:
-            joins = self._make_join(unbound, self._filters), self._make_join(unbound, self._fixed)
+            joins = (
+                self._make_binding_procedure(unbound, self._filters),
+                self._make_binding_procedure(unbound, self._fixed),
+            )
             self._joins[unbound] = joins
         return _PartialBinding(
-            self._frame.bind_arguments(scene, [scope.get(name, UNBOUND) for name in names]), joins[fixed]
+            self._frame.bind_arguments(scene, [scope.get(name, UNBOUND) for name in names]),
+            joins[for_all_states],
         )
 
     def find_failing_conditions(
-        self, state: State, binding: FrameBinding, limit: float
+        self, state: State, binding: FrameBinding, too_many: float
     ) -> list[f.Formula] | None:
         """Return the conditions that do not hold for a binding.
 
-        The result is None if at least ``limit`` conditions fail.
+        The result is None if at least ``too_many`` conditions fail.
         """
         failing: list[f.Formula] = []
         for condition, holds in self.conditions:
             if not holds(state, binding):
                 failing.append(condition)
-                if len(failing) >= limit:
+                if len(failing) >= too_many:
                     return None
         return failing
 
@@ -162,21 +166,23 @@ class Achiever:
         """Return the arguments of the operator's action in a binding."""
         return tuple(binding[1 : 1 + self.schema.operator.arity])
 
-    def _make_join(self, unbound: tuple[str, ...], filters: Sequence[f.Formula]) -> _JoinPlan:
+    def _make_binding_procedure(
+        self, unbound_variables: tuple[str, ...], conditions: Sequence[f.Formula]
+    ) -> _BindingProcedure:
         scope = self._frame.scope
-        pending = list(filters)
-        determined = set(self.schema.variables) - set(unbound)
+        pending = list(conditions)
+        determined = set(self.schema.variables) - set(unbound_variables)
         bound = set(determined)
         first = [c for c in pending if find_free_variables(c) <= determined]
         pending = [c for c in pending if c not in first]
-        steps: list[_JoinStep] = []
-        for name in unbound:
+        steps: list[_UnboundVariable] = []
+        for name in unbound_variables:
             bound.add(name)
             ready = [c for c in pending if find_free_variables(c) <= bound]
             pending = [c for c in pending if c not in ready]
-            plain = [c for c in ready if _is_maskable(c, self._vocabulary)]
+            plain = [c for c in ready if _can_evaluate_by_masks(c, self._vocabulary)]
             own_conditions = [c for c in plain if find_free_variables(c) <= determined | {name}]
-            step = _JoinStep(
+            step = _UnboundVariable(
                 scope[name],
                 scope[name] <= self.schema.operator.arity,
                 tuple(self._compiler.compile_extension(c, scope[name], scope) for c in own_conditions),
@@ -189,7 +195,7 @@ class Achiever:
             )
             steps.append(step)
         needed = tuple(holds for c, holds in self.conditions if find_free_variables(c) <= determined)
-        return _JoinPlan(tuple(self._compiler.compile_test(c) for c in first), tuple(steps), needed)
+        return _BindingProcedure(tuple(self._compiler.compile_test(c) for c in first), tuple(steps), needed)
 
 
 def complete_bindings(
@@ -222,7 +228,7 @@ def complete_bindings(
 def _complete_bindings_by_steps(
     state: State,
     binding: FrameBinding,
-    steps: Sequence[_JoinStep],
+    steps: Sequence[_UnboundVariable],
     values: Sequence[int],
     effort: SearchEffort,
 ) -> Iterator[FrameBinding]:
@@ -261,29 +267,33 @@ class AchieversByPredicate:
         self.by_effect: dict[tuple[str, bool], list[EffectSchema]] = {}
         self._writers: dict[str, dict[str, Operator]] = {}
         self._taking = {o.name: Achiever(make_operator_schema(o), vocabulary) for o in domain.operators}
-        self._matches: _AtomMatches | None = None
+        self._matches: _AchieverMatcher | None = None
         for operator in domain.operators:
             for schema in self.schemas[operator.name]:
                 self.by_effect.setdefault((schema.atom.predicate, schema.adds), []).append(schema)
                 self._writers.setdefault(schema.atom.predicate, {})[operator.name] = operator
 
-    def find_achievers(self, predicate: str, *, adding: bool, wide: bool = False) -> Sequence[Achiever]:
+    def find_achievers(
+        self, predicate: str, *, adding: bool, more_subgoals: bool = False
+    ) -> Sequence[Achiever]:
         """Return the achievers that make atoms of a predicate true, or false, simplest first.
 
-        The simplest achievers use only the objects of the atom, and have fewest conditions. For a wide
-        achiever, actions may also establish conditions about other objects of the operator.
+        The simplest achievers use only the objects of the atom, and have fewest conditions. With
+        ``more_subgoals``, actions may also establish conditions about other objects of the operator.
         """
-        return self._compiled(predicate, adding, wide)
+        return self._compiled(predicate, adding, more_subgoals)
 
-    def _compile_achievers(self, predicate: str, adding: bool, wide: bool) -> Sequence[Achiever]:
+    def _compile_achievers(self, predicate: str, adding: bool, more_subgoals: bool) -> Sequence[Achiever]:
         schemas = self.by_effect.get((predicate, adding), ())
         suitable = [
-            schema for schema in schemas if not wide or _has_wider_conditions(schema, self._vocabulary)
+            schema
+            for schema in schemas
+            if not more_subgoals or _allows_more_subgoals(schema, self._vocabulary)
         ]
-        achievers = [Achiever(schema, self._vocabulary, wide=wide) for schema in suitable]
+        achievers = [Achiever(schema, self._vocabulary, more_subgoals=more_subgoals) for schema in suitable]
         return sorted(achievers, key=_measure_complexity)
 
-    def get_static_facts(self, state: State) -> Sequence[object]:
+    def get_static_parts_of_state(self, state: State) -> Sequence[object]:
         """Return the parts of a state that no action changes. All states of one episode share them."""
         unary, binary, tuples = state.unary, state.binary, state.tuples
         return [
@@ -301,17 +311,17 @@ class AchieversByPredicate:
         """
         return [self._taking[name] for name in names if name in self._taking]
 
-    def get_atom_matches(self, state: State, usable: int) -> _AtomMatches:
+    def get_achiever_matcher(self, state: State, usable_mask: int) -> _AchieverMatcher:
         """Return the object that finds the matches of atoms in a state.
 
         The object is cached and serves all states with the same unchanging facts.
 
         Args:
             state: the state.
-            usable: the mask of the objects that actions may use.
+            usable_mask: the mask of the objects that actions may use.
         """
-        if self._matches is None or not self._matches.are_valid_in(state, usable):
-            self._matches = _AtomMatches(self, state, usable)
+        if self._matches is None or not self._matches.is_matcher_valid_in(state, usable_mask):
+            self._matches = _AchieverMatcher(self, state, usable_mask)
         return self._matches
 
     def find_changing_operators(self, predicates: Iterable[str]) -> list[Operator]:
@@ -328,11 +338,11 @@ def _find_atom_variables(schema: EffectSchema) -> set[str]:
     return {term.name for term in schema.atom.arguments if isinstance(term, f.Variable)}
 
 
-def _find_effect_conditions(schema: EffectSchema, *, wide: bool) -> list[f.Formula]:
-    """Return an effect's conditions about objects of its atom or, if ``wide``, of its operator."""
+def _find_effect_conditions(schema: EffectSchema, *, more_subgoals: bool) -> list[f.Formula]:
+    """Return an effect's conditions about objects of its atom or, if ``more_subgoals``, of its operator."""
     atom_variables = _find_atom_variables(schema)
     conditions = [c for c in schema.conditions if find_free_variables(c) <= atom_variables]
-    if wide:
+    if more_subgoals:
         variables = (atom_variables | {p.name for p in schema.operator.parameters}) - schema.read_variables
         conditions += [
             c for c in schema.conditions if c not in conditions and find_free_variables(c) <= variables
@@ -340,13 +350,13 @@ def _find_effect_conditions(schema: EffectSchema, *, wide: bool) -> list[f.Formu
     return conditions
 
 
-def _has_wider_conditions(schema: EffectSchema, vocabulary: Vocabulary) -> bool:
-    own_conditions = _find_effect_conditions(schema, wide=False)
-    others = [c for c in _find_effect_conditions(schema, wide=True) if c not in own_conditions]
+def _allows_more_subgoals(schema: EffectSchema, vocabulary: Vocabulary) -> bool:
+    own_conditions = _find_effect_conditions(schema, more_subgoals=False)
+    others = [c for c in _find_effect_conditions(schema, more_subgoals=True) if c not in own_conditions]
     return any(c != f.TRUE and not _is_static_formula(c, vocabulary) for c in others)
 
 
-def _is_maskable(formula: f.Formula, vocabulary: Vocabulary) -> bool:
+def _can_evaluate_by_masks(formula: f.Formula, vocabulary: Vocabulary) -> bool:
     """Whether a formula can be evaluated by masks, for all values of a variable at once.
 
     Its predicates must be stored, or lookup predicates with an ``inverse``. Its quantifiers must be
@@ -355,12 +365,12 @@ def _is_maskable(formula: f.Formula, vocabulary: Vocabulary) -> bool:
     return all(
         isinstance(part, f.Not | f.And | f.Or)
         or (isinstance(part, f.Exists) and isinstance(part.body, f.And))
-        or (isinstance(part, f.Atom) and _is_maskable_predicate(part.predicate, vocabulary))
+        or (isinstance(part, f.Atom) and _can_evaluate_predicate_by_masks(part.predicate, vocabulary))
         for part in walk_subformulas(formula)
     )
 
 
-def _is_maskable_predicate(name: str, vocabulary: Vocabulary) -> bool:
+def _can_evaluate_predicate_by_masks(name: str, vocabulary: Vocabulary) -> bool:
     if vocabulary.find_stored(name) is not None:
         return True
     derived = vocabulary.derived_by_name[name]
@@ -369,7 +379,7 @@ def _is_maskable_predicate(name: str, vocabulary: Vocabulary) -> bool:
     return (
         isinstance(derived, DefinedPredicate)
         and derived.values is None
-        and _is_maskable(derived.definition, vocabulary)
+        and _can_evaluate_by_masks(derived.definition, vocabulary)
     )
 
 
@@ -394,7 +404,7 @@ _MAX_BINDINGS = 100_000
 """Maximum number of values tried for variables to find all bindings of one match."""
 
 
-class _AtomMatch(NamedTuple):
+class _MatchedAchiever(NamedTuple):
     """An achiever of a ground atom, with the objects that the atom determines.
 
     Attributes:
@@ -407,12 +417,12 @@ class _AtomMatch(NamedTuple):
     partial: _PartialBinding
     cached_bindings: Sequence[tuple[int, ...]] | None
 
-    def fails_at_least(self, state: State, limit: float) -> bool:
-        """Whether at least ``limit`` conditions fail in a state, for any values of unbound variables."""
+    def has_failing_conditions(self, state: State, at_least: float) -> bool:
+        """Whether at least ``at_least`` conditions fail in a state, for any values of unbound variables."""
         binding, failing = [*self.partial.binding], 0
         for holds in self.partial.join.needed:
             failing += not holds(state, binding)
-        return failing >= limit
+        return failing >= at_least
 
     def complete_bindings(
         self, state: State, usable: int, effort: SearchEffort | None = None
@@ -425,7 +435,7 @@ class _AtomMatch(NamedTuple):
         )
 
 
-class _AtomMatches:
+class _AchieverMatcher:
     """The matches of atoms (their achievers with objects) in all states with equal unchanging facts.
 
     Args:
@@ -438,30 +448,36 @@ class _AtomMatches:
         self._achievers = achievers
         self._state = state
         self._usable = usable
-        self._fixed = achievers.get_static_facts(state)
-        self._found: dict[tuple[GroundAtom, bool], Sequence[_AtomMatch]] = {}
+        self._fixed = achievers.get_static_parts_of_state(state)
+        self._found: dict[tuple[GroundAtom, bool], Sequence[_MatchedAchiever]] = {}
 
-    def are_valid_in(self, state: State, usable: int) -> bool:
-        """Whether the matches are also valid in another state, with ``usable`` as objects for actions."""
+    def is_matcher_valid_in(self, state: State, usable_mask: int) -> bool:
+        """Whether the matches are also valid in another state with other objects for actions."""
         return (
             self._state.scene is state.scene
-            and self._usable == usable
-            and self._fixed == self._achievers.get_static_facts(state)
+            and self._usable == usable_mask
+            and self._fixed == self._achievers.get_static_parts_of_state(state)
         )
 
-    def find_matches(self, atom: GroundAtom, *, wide: bool = False) -> Sequence[_AtomMatch]:
+    def find_matched_achievers(
+        self, atom: GroundAtom, *, more_subgoals: bool = False
+    ) -> Sequence[_MatchedAchiever]:
         """Return the matches of an atom of a stored predicate, in the order of the predicate's achievers."""
-        matches = self._found.get((atom, wide))
+        matches = self._found.get((atom, more_subgoals))
         if matches is None:
-            matches = self._found[atom, wide] = self._match_achievers(atom, wide=wide)
+            matches = self._found[atom, more_subgoals] = self._match_achievers(
+                atom, more_subgoals=more_subgoals
+            )
         return matches
 
-    def _match_achievers(self, atom: GroundAtom, *, wide: bool) -> Sequence[_AtomMatch]:
-        matches: list[_AtomMatch] = []
-        for achiever in self._achievers.find_achievers(atom.predicate, adding=atom.truth, wide=wide):
+    def _match_achievers(self, atom: GroundAtom, *, more_subgoals: bool) -> Sequence[_MatchedAchiever]:
+        matches: list[_MatchedAchiever] = []
+        for achiever in self._achievers.find_achievers(
+            atom.predicate, adding=atom.truth, more_subgoals=more_subgoals
+        ):
             scope = achiever.match_atom_arguments(atom.arguments, self._state.scene)
             if scope is not None:
-                fixed = achiever.make_partial_binding(self._state.scene, scope, fixed=True)
+                fixed = achiever.make_partial_binding(self._state.scene, scope, for_all_states=True)
                 max_bindings = _MAX_CACHED_BINDINGS + 1 if achiever.is_fixed else 1
                 effort = SearchEffort(_MAX_BINDINGS)
                 completions = complete_bindings(self._state, fixed, self._usable, effort)
@@ -469,5 +485,5 @@ class _AtomMatches:
                 if bindings or effort.is_exceeded:
                     partial = achiever.make_partial_binding(self._state.scene, scope)
                     is_whole = len(bindings) < max_bindings and not effort.is_exceeded
-                    matches.append(_AtomMatch(achiever, partial, bindings if is_whole else None))
+                    matches.append(_MatchedAchiever(achiever, partial, bindings if is_whole else None))
         return matches

@@ -39,11 +39,11 @@ def choose_cheapest_exactly(number: int, conditions: Sequence[Subgoal], cost: Co
         return None
     opposites = [condition.negated for condition in conditions]
 
-    def compute_loss(i: int) -> tuple[bool, float]:
-        own_cost = cost(conditions[i])
-        return own_cost == float("inf"), own_cost - cost(opposites[i])
+    def make_extra_cost_key(index: int) -> tuple[bool, float]:
+        own_cost = cost(conditions[index])
+        return own_cost == float("inf"), own_cost - cost(opposites[index])
 
-    order = sorted(range(len(conditions)), key=compute_loss)
+    order = sorted(range(len(conditions)), key=make_extra_cost_key)
     return [*(conditions[i] for i in order[:number]), *(opposites[i] for i in order[number:])]
 
 
@@ -82,7 +82,7 @@ _HORIZONS = (2.0, 3.0, 4.0, 5.0, 6.0, 8.0, 12.0, INFINITE)
 """Limits of the cost of actions, tried in this order so that actions of low cost are found first."""
 
 
-def _find_horizon(limit: float) -> float:
+def _round_up_cost_limit(limit: float) -> float:
     """Return the lowest of `_HORIZONS` that is at least a cost limit.
 
     If fewer different limits are in use, fewer estimates must be cached.
@@ -108,7 +108,7 @@ class _FormulaInstance(NamedTuple):
 _Key: TypeAlias = GroundAtom | _FormulaInstance
 
 
-class _Supporter(NamedTuple):
+class _CheapestAction(NamedTuple):
     """The cheapest known action that establishes a condition, its cost, and its prerequisites."""
 
     cost: float
@@ -116,7 +116,7 @@ class _Supporter(NamedTuple):
     prerequisites: tuple[Subgoal, ...]
 
 
-_NO_SUPPORTER = _Supporter(INFINITE, None, ())
+_NO_SUPPORTER = _CheapestAction(INFINITE, None, ())
 
 
 class AdditiveHeuristic:
@@ -168,8 +168,8 @@ class CostEstimates:
         self.atom = self._unfolding.ground_atom
         self._protected = [condition for condition in protected if self.holds(condition)]
         self._usable = make_mask(objects)
-        self._matches = heuristic.achievers.get_atom_matches(state, self._usable)
-        self._supporters: dict[GroundAtom, tuple[_Supporter, float]] = {}
+        self._matches = heuristic.achievers.get_achiever_matcher(state, self._usable)
+        self._supporters: dict[GroundAtom, tuple[_CheapestAction, float]] = {}
         self._costs: dict[_Key, tuple[float, float]] = {}
         self._undone: dict[Action, int] = {}
         self._open: set[_Key] = set()
@@ -181,10 +181,10 @@ class CostEstimates:
         costs = (self._compute_cost(subgoal, limit) for limit in _HORIZONS)
         return next((cost for cost in costs if cost < INFINITE), INFINITE)
 
-    def find_cheapest_action(self, names: Sequence[str]) -> _Supporter:
+    def find_cheapest_action(self, names: Sequence[str]) -> _CheapestAction:
         """Return the cheapest action, with any objects, of the operators with these names."""
         for limit in _HORIZONS:
-            best = _Supporter(limit, None, ())
+            best = _CheapestAction(limit, None, ())
             for achiever in self._heuristic.achievers.make_operator_achievers(names):
                 best = self._improve_by_effect(
                     achiever, achiever.complete_bindings(self.state, {}, self._usable, self.bindings), best
@@ -193,12 +193,16 @@ class CostEstimates:
                 return best
         return _NO_SUPPORTER
 
-    def choose_atoms(self, subgoal: Subgoal) -> tuple[Subgoal, ...]:
+    def split_into_cheapest_literals(self, subgoal: Subgoal) -> tuple[Subgoal, ...]:
         """Return literals that together establish a condition, by the cheapest choices of alternatives."""
-        parts = None if isinstance(subgoal.formula, Atom) else self.choose_parts(subgoal)
-        return (subgoal,) if parts is None else tuple([c for part in parts for c in self.choose_atoms(part)])
+        parts = None if isinstance(subgoal.formula, Atom) else self.split_into_cheapest_parts(subgoal)
+        return (
+            (subgoal,)
+            if parts is None
+            else tuple([c for part in parts for c in self.split_into_cheapest_literals(part)])
+        )
 
-    def choose_parts(self, subgoal: Subgoal) -> Sequence[Subgoal] | None:
+    def split_into_cheapest_parts(self, subgoal: Subgoal) -> Sequence[Subgoal] | None:
         """Return the parts of a condition that together establish it, by the cheapest choices.
 
         The result is None for an atom of a stored predicate or of a predicate that a function computes, and
@@ -218,21 +222,21 @@ class CostEstimates:
         """
         if isinstance(subgoal.formula, Atom) and subgoal.formula.predicate not in self._heuristic.derived:
             return self.find_supporter(self.atom(subgoal.formula, subgoal)).prerequisites
-        parts = self.choose_parts(subgoal) or ()
+        parts = self.split_into_cheapest_parts(subgoal) or ()
         return self.find_prerequisites(parts[0]) if len(parts) == 1 else parts
 
-    def find_alternatives(self, subgoal: Subgoal) -> Sequence[Subgoal]:
+    def find_cheapest_disjuncts(self, subgoal: Subgoal) -> Sequence[Subgoal]:
         """Return the operands of a disjunction that have the lowest cost; () for other conditions."""
         parts = None if isinstance(subgoal.formula, Atom) else self._unfolding.split_into_parts(subgoal)
         costs = [(part, self.estimate(part)) for part in parts.parts] if isinstance(parts, AnyOf) else []
         least = min((cost for _, cost in costs), default=INFINITE)
         return [part for part, cost in costs if cost == least < INFINITE]
 
-    def find_supporter(self, atom: GroundAtom, limit: float = INFINITE) -> _Supporter:
+    def find_supporter(self, atom: GroundAtom, limit: float = INFINITE) -> _CheapestAction:
         """Return the cheapest action that makes an atom of a stored predicate true, or false.
 
         An action counts only if its cost is below ``limit`` and it does not need the atom itself. If there is
-        no such action at any cost, wide achievers (see `Achiever`) are tried.
+        no such action at any cost, achievers that allow more subgoals (see `Achiever`) are tried.
         """
         cached, tried_limit = self._supporters.get(atom, (_NO_SUPPORTER, 0.0))
         if cached.cost < limit:
@@ -242,18 +246,20 @@ class CostEstimates:
         if atom.predicate in self._heuristic.static:
             return _NO_SUPPORTER
         self._open.add(atom)
-        horizon = _find_horizon(limit)
-        best = self._improve_supporter(atom, _Supporter(horizon, None, ()))
+        horizon = _round_up_cost_limit(limit)
+        best = self._find_cheaper_action(atom, _CheapestAction(horizon, None, ()))
         if best.action is None and horizon == INFINITE:
-            best = self._improve_supporter(atom, best, wide=True)
+            best = self._find_cheaper_action(atom, best, more_subgoals=True)
         self._open.discard(atom)
         supporter = _NO_SUPPORTER if best.action is None else best
         self._supporters[atom] = (supporter, horizon)
         return supporter if supporter.cost < limit else _NO_SUPPORTER
 
-    def _improve_supporter(self, atom: GroundAtom, best: _Supporter, *, wide: bool = False) -> _Supporter:
-        for match in self._matches.find_matches(atom, wide=wide):
-            if match.fails_at_least(self.state, best.cost - _MIN_COST):
+    def _find_cheaper_action(
+        self, atom: GroundAtom, best: _CheapestAction, *, more_subgoals: bool = False
+    ) -> _CheapestAction:
+        for match in self._matches.find_matched_achievers(atom, more_subgoals=more_subgoals):
+            if match.has_failing_conditions(self.state, best.cost - _MIN_COST):
                 continue
             best = self._improve_by_effect(
                 match.achiever, match.complete_bindings(self.state, self._usable, self.bindings), best
@@ -287,7 +293,7 @@ class CostEstimates:
         if cached < INFINITE or tried_limit >= limit or self._is_being_computed(key):
             return INFINITE
         self._open.add(key)
-        horizon = _find_horizon(limit)
+        horizon = _round_up_cost_limit(limit)
         cost = self._compute_cost_of_parts(subgoal, horizon)
         self._open.discard(key)
         self._costs[key] = (cost, horizon)
@@ -367,8 +373,8 @@ class CostEstimates:
         return Subgoal(derived.definition, scope, atom.truth)
 
     def _improve_by_effect(
-        self, achiever: Achiever, bindings: Iterable[FrameBinding], best: _Supporter
-    ) -> _Supporter:
+        self, achiever: Achiever, bindings: Iterable[FrameBinding], best: _CheapestAction
+    ) -> _CheapestAction:
         for binding in bindings:
             self._looks.used += 1
             if self._looks.is_exceeded:
@@ -382,15 +388,15 @@ class CostEstimates:
             cost = _MIN_COST + (
                 self._sum_costs(prerequisites, best.cost - _MIN_COST)
                 if prerequisites
-                else self._count_undone_conditions(action)
+                else self._count_protected_conditions_broken_by(action)
             )
             if cost < best.cost:
-                best = _Supporter(cost, action, prerequisites)
+                best = _CheapestAction(cost, action, prerequisites)
             if best.cost <= _MIN_COST:
                 break
         return best
 
-    def _count_undone_conditions(self, action: Action) -> int:
+    def _count_protected_conditions_broken_by(self, action: Action) -> int:
         if not self._protected:
             return 0
         undone = self._undone.get(action)

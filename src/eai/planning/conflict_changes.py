@@ -50,7 +50,7 @@ _MAX_BINDINGS = 3_000_000
 """Maximum number of values of parameters tried to list the actions by one operator."""
 
 
-class ConflictChanges:
+class FactChangeFinder:
     """The changes that may make conditions true or false in one episode, and the actions that make them.
 
     Args:
@@ -128,7 +128,7 @@ class ConflictChanges:
                 groups.setdefault(tuple([action.arguments[i] for i in positions]), []).append(action)
             for values, group in groups.items():
                 inner = {names[position]: value for position, value in zip(positions, values, strict=True)}
-                yield group, _select_bound_conditions(conditions, {**scope, **inner})
+                yield group, _select_conditions_in_scope(conditions, {**scope, **inner})
 
     def _find_operators_without_schema(self, change: FactChange) -> list[str]:
         """Return the names of operators that change a predicate by effects that have no effect schema."""
@@ -169,7 +169,7 @@ class ConflictChanges:
         if all_actions is None:
             actions: dict[Action, None] = {}
             for achiever in self._achievers.make_operator_achievers([name]):
-                partial = achiever.make_partial_binding(self._initial.scene, {}, fixed=True)
+                partial = achiever.make_partial_binding(self._initial.scene, {}, for_all_states=True)
                 effort = SearchEffort(_MAX_BINDINGS)
                 for binding in complete_bindings(self._initial, partial, self._usable, effort):
                     if effort.spend(ACTION_BINDINGS):
@@ -179,21 +179,21 @@ class ConflictChanges:
         return all_actions
 
     @cached_property
-    def is_partial(self) -> bool:
+    def has_too_many_actions(self) -> bool:
         """Whether an operator has too many actions to list.
 
         Then no minimum number of edits of a plan is proved.
         """
         return any(
             ACTION_BINDINGS * self._usable.bit_count() ** operator.arity > _MAX_BINDINGS
-            and self._has_too_many_actions(operator.name)
+            and self._exceeds_action_limit(operator.name)
             for operator in self._domain.operators
         )
 
-    def _has_too_many_actions(self, name: str) -> bool:
+    def _exceeds_action_limit(self, operator_name: str) -> bool:
         effort = SearchEffort(_MAX_BINDINGS)
-        for achiever in self._achievers.make_operator_achievers([name]):
-            partial = achiever.make_partial_binding(self._initial.scene, {}, fixed=True)
+        for achiever in self._achievers.make_operator_achievers([operator_name]):
+            partial = achiever.make_partial_binding(self._initial.scene, {}, for_all_states=True)
             for _ in complete_bindings(self._initial, partial, self._usable, effort):
                 if effort.spend(ACTION_BINDINGS):
                     break
@@ -207,7 +207,7 @@ class ConflictChanges:
         """Return the conditions of an action's checks, each with a mapping from its variables to objects."""
         operator = self._domain.compiled_operators[action.operator].operator
         scope = operator.map_parameters(action.arguments)
-        return [(simplify_check_condition(check, operator.checks), scope) for check in operator.checks]
+        return [(simplify_by_other_checks(check, operator.checks), scope) for check in operator.checks]
 
     def find_effect_conditions(self, action: Action, change: FactChange) -> Iterator[list[ScopedCondition]]:
         """Yield the known conditions of each effect by which an action may make a change."""
@@ -222,8 +222,8 @@ class ConflictChanges:
                     conditions = self._schema_conditions[id(schema)] = _find_schema_conditions(schema)
                 yield [(condition, scope) for condition, names in conditions if names <= scope.keys()]
 
-    def find_changes_before_step(
-        self, action: Action, state: State, changes: ChangeSet, *, executed: bool
+    def find_prior_changes_and_undoing(
+        self, step: Action, state: State, wanted_changes: ChangeSet, *, is_executed: bool
     ) -> tuple[ChangeSet, bool]:
         """Return changes that may make a step more useful, and whether the step undoes a change.
 
@@ -231,29 +231,33 @@ class ConflictChanges:
         change. A step is more useful if it makes more of the given changes, or undoes fewer.
 
         Args:
-            action: the step.
+            step: the step.
             state: the state before the step.
-            changes: the given changes.
-            executed: whether the step is executed in this state, not skipped.
+            wanted_changes: the given changes.
+            is_executed: whether the step is executed in this state, not skipped.
         """
-        if action.operator in self._unread:
+        if step.operator in self._unread:
             return frozenset(
-                self._find_all_changes_of(p.name for p in self._domain.vocabulary.predicates)
-            ), executed
+                self._find_changes_of_predicates(p.name for p in self._domain.vocabulary.predicates)
+            ), is_executed
         earlier_changes: set[FactChange] = set()
         undoes = False
-        for schema, scope, helps in self._find_relevant_effects(action, changes):
-            if helps and not executed:
-                return self.find_changes_for_skipping(action, state, executed=False), False
+        for schema, scope, helps in self._find_relevant_effects(step, wanted_changes):
+            if helps and not is_executed:
+                return self.find_changes_to_toggle_skipping(step, state, is_executed=False), False
             tried = schema.checks if schema.operator.alternatives else ()
             parts = [(condition, scope) for condition in (*schema.conditions, *tried)]
             closed_parts = [part for part in parts if find_free_variables(part[0]) <= scope.keys()]
             fails = any(not self.holds(*part, state) for part in closed_parts)
             if helps and fails:
                 earlier_changes |= self._find_changes_of_parts(closed_parts, state, True, all_needed=True)
-            elif helps or (executed and not fails):
+            elif helps or (is_executed and not fails):
                 earlier_changes.update(
-                    *[self.find_all_changes(part[0]) for part in parts if part not in closed_parts]
+                    *[
+                        self.find_changes_of_all_predicates_in(part[0])
+                        for part in parts
+                        if part not in closed_parts
+                    ]
                 )
                 undoes = undoes or not helps
                 if not helps:
@@ -261,7 +265,7 @@ class ConflictChanges:
                         closed_parts, state, False, all_needed=False
                     )
         if undoes:
-            earlier_changes |= self.find_changes_for_skipping(action, state, executed=True)
+            earlier_changes |= self.find_changes_to_toggle_skipping(step, state, is_executed=True)
         return frozenset(earlier_changes), undoes
 
     def _find_relevant_effects(
@@ -274,13 +278,13 @@ class ConflictChanges:
                     if scope is not None:
                         yield schema, scope, schema.adds == change.truth
 
-    def find_changes_for_skipping(self, action: Action, state: State, *, executed: bool) -> ChangeSet:
+    def find_changes_to_toggle_skipping(self, step: Action, state: State, *, is_executed: bool) -> ChangeSet:
         """Return the changes that may turn an executed step into a skipped step, or the reverse."""
-        operator = self._domain.compiled_operators[action.operator].operator
-        scope = operator.map_parameters(action.arguments)
+        operator = self._domain.compiled_operators[step.operator].operator
+        scope = operator.map_parameters(step.arguments)
         checks = [c.condition for c in operator.checks if c.fault is FaultKind.ADDITIONAL_STEP]
-        wrong = [(c, scope) for c in checks if self.holds(c, scope, state) == executed]
-        return self._find_changes_of_parts(wrong, state, not executed, all_needed=False)
+        wrong = [(c, scope) for c in checks if self.holds(c, scope, state) == is_executed]
+        return self._find_changes_of_parts(wrong, state, not is_executed, all_needed=False)
 
     def _match_schema(
         self, schema: EffectSchema, action: Action, change: FactChange
@@ -298,7 +302,9 @@ class ConflictChanges:
     def _find_object(self, constant: f.Constant) -> int:
         return find_object(constant, self._initial.scene)
 
-    def find_changes(self, formula: f.Formula, scope: Scope, state: State, *, truth: bool) -> ChangeSet:
+    def find_necessary_changes(
+        self, formula: f.Formula, scope: Scope, state: State, *, truth: bool
+    ) -> ChangeSet:
         """Return a set of changes that a condition needs.
 
         At least one change of the set must happen before the condition becomes true, or (not ``truth``)
@@ -306,9 +312,11 @@ class ConflictChanges:
         """
         match formula:
             case f.Not(operand):
-                return self.find_changes(operand, scope, state, truth=not truth)
+                return self.find_necessary_changes(operand, scope, state, truth=not truth)
             case f.Implies(premise, conclusion):
-                return self.find_changes(f.Or((f.Not(premise), conclusion)), scope, state, truth=truth)
+                return self.find_necessary_changes(
+                    f.Or((f.Not(premise), conclusion)), scope, state, truth=truth
+                )
             case f.And(operands) | f.Or(operands):
                 parts = [(operand, scope) for operand in operands]
                 return self._find_changes_of_parts(
@@ -328,7 +336,7 @@ class ConflictChanges:
             case f.Equals():
                 return _NOTHING
             case _:
-                return frozenset(self.find_all_changes(formula))
+                return frozenset(self.find_changes_of_all_predicates_in(formula))
 
     def _find_changes_of_parts(
         self, parts: Sequence[tuple[f.Formula, Scope]], state: State, truth: bool, *, all_needed: bool
@@ -340,13 +348,13 @@ class ConflictChanges:
         """
         if not all_needed:
             return frozenset().union(
-                *[self.find_changes(part, scope, state, truth=truth) for part, scope in parts]
+                *[self.find_necessary_changes(part, scope, state, truth=truth) for part, scope in parts]
             )
         best: ChangeSet = _NOTHING
         fewest = float("inf")
         for part, scope in parts:
             if self.holds(part, scope, state) != truth:
-                changes = self.find_changes(part, scope, state, truth=truth)
+                changes = self.find_necessary_changes(part, scope, state, truth=truth)
                 number = sum([len(self.find_actions_making(change)) for change in changes])
                 if number < fewest:
                     best, fewest = changes, number
@@ -361,22 +369,24 @@ class ConflictChanges:
         remaining = state.scene.get_category_mask(variable.category)
         changes: set[FactChange] = set()
         for part, part_truth in sorted(
-            _split_conjuncts(body, truth), key=lambda part: self.count_read_predicates(part[0])
+            _split_conjuncts(body, truth), key=lambda part: self.count_changeable_predicates(part[0])
         ):
             holding = make_mask(self._readings.find_witnesses(variable, part, scope, state))
             holding = holding if part_truth else ~holding
             values = list(iterate_bits(remaining & ~holding))
             remaining &= holding
             if len(values) > _FEW_ACTIONS:
-                changes.update(self._find_change_patterns(part, {**scope, variable.name: None}, part_truth))
+                changes.update(
+                    self._find_possible_changes_towards(part, {**scope, variable.name: None}, part_truth)
+                )
             else:
                 for value in values:
-                    changes |= self.find_changes(
+                    changes |= self.find_necessary_changes(
                         part, {**scope, variable.name: value}, state, truth=part_truth
                     )
         return frozenset(changes)
 
-    def count_read_predicates(self, formula: f.Formula) -> int:
+    def count_changeable_predicates(self, formula: f.Formula) -> int:
         """Count the predicates that a condition reads and that actions change."""
         cached = self._depths.get(id(formula))
         if cached is None:
@@ -384,7 +394,7 @@ class ConflictChanges:
             cached = self._depths[id(formula)] = sum(name not in self._static for name in names), formula
         return cached[0]
 
-    def _find_change_patterns(
+    def _find_possible_changes_towards(
         self, formula: f.Formula, scope: Mapping[str, int | None], truth: bool
     ) -> Iterator[FactChange]:
         """Yield the changes that may give a condition its wanted truth.
@@ -404,24 +414,24 @@ class ConflictChanges:
             return _NOTHING if name in self._static else frozenset((FactChange(name, arguments, truth),))
         defined = find_definition(derived)
         if defined is None:
-            return frozenset(self.find_all_changes(atom))
+            return frozenset(self.find_changes_of_all_predicates_in(atom))
         key = (name, arguments, truth)
         if key in self._open:  # an atom cannot become true by a definition that needs the atom itself
-            return _NOTHING if truth else frozenset(self.find_all_changes(atom))
+            return _NOTHING if truth else frozenset(self.find_changes_of_all_predicates_in(atom))
         self._open.add(key)
         inner = dict(zip([p.name for p in defined.parameters], arguments, strict=True))
-        changes = self.find_changes(defined.definition, inner, state, truth=truth)
+        changes = self.find_necessary_changes(defined.definition, inner, state, truth=truth)
         self._open.discard(key)
         return changes
 
-    def find_all_changes(self, formula: f.Formula) -> Iterator[FactChange]:
+    def find_changes_of_all_predicates_in(self, formula: f.Formula) -> Iterator[FactChange]:
         """Yield all possible changes of the predicates that a condition reads."""
-        return self._find_all_changes_of(
+        return self._find_changes_of_predicates(
             find_stored_predicates(find_predicates(formula), self._domain.vocabulary)
         )
 
-    def _find_all_changes_of(self, names: Iterable[str]) -> Iterator[FactChange]:
-        for name in names:
+    def _find_changes_of_predicates(self, predicate_names: Iterable[str]) -> Iterator[FactChange]:
+        for name in predicate_names:
             if name not in self._static:
                 anything = (None,) * (self._domain.vocabulary.find_arity(name) or 0)
                 yield from (FactChange(name, anything, truth) for truth in (True, False))
@@ -432,17 +442,17 @@ def _find_schema_conditions(schema: EffectSchema) -> list[tuple[f.Formula, froze
     return [(condition, find_free_variables(condition)) for condition in conditions]
 
 
-def _select_bound_conditions(
+def _select_conditions_in_scope(
     conditions: Iterable[tuple[f.Formula, Iterable[str]]], scope: Scope
 ) -> list[ScopedCondition]:
     return [(condition, scope) for condition, names in conditions if scope.keys() >= set(names)]
 
 
 @cache
-def simplify_check_condition(check: Check, checks: tuple[Check, ...]) -> f.Formula:
+def simplify_by_other_checks(check: Check, operator_checks: tuple[Check, ...]) -> f.Formula:
     """Return the condition of a check, without disjuncts that contradict the operator's other checks."""
     condition = check.condition
-    required = [other.condition for other in checks if other is not check]
+    required = [other.condition for other in operator_checks if other is not check]
     denied = [other.operand for other in required if isinstance(other, f.Not)]
     if not isinstance(condition, f.Or):
         return condition

@@ -113,7 +113,9 @@ def _make_nested_schemas(effects: Iterable[Effect], outer: EffectSchema) -> Iter
                 if variable.name not in outer.variables:
                     wider = outer._replace(variables=(*outer.variables, variable.name))
                     if isinstance(effect, Let):
-                        checks = tuple(_specialize_check(c, variable, condition) for c in outer.checks)
+                        checks = tuple(
+                            _specialize_check_to_one_object(c, variable, condition) for c in outer.checks
+                        )
                         wider = wider._replace(
                             checks=checks, read_variables=wider.read_variables | {variable.name}
                         )
@@ -150,7 +152,9 @@ def _add_condition(outer: EffectSchema, condition: f.Formula) -> EffectSchema:
     return outer._replace(conditions=(*outer.conditions, condition))
 
 
-def _specialize_check(check: f.Formula, variable: f.Variable, condition: f.Formula) -> f.Formula:
+def _specialize_check_to_one_object(
+    check: f.Formula, variable: f.Variable, condition: f.Formula
+) -> f.Formula:
     """Turn a check about all objects that meet ``condition`` into a check about one object, ``variable``.
 
     For example, the operator puts an object into the hand. The check "the object in the hand is not too big"
@@ -166,10 +170,12 @@ def _specialize_check(check: f.Formula, variable: f.Variable, condition: f.Formu
             parts = f.get_operands(body, f.And)
             return _conjoin([part for part in parts if part != condition]) if condition in parts else check
         case f.Not(operand):
-            inner = _specialize_check(operand, variable, condition)
+            inner = _specialize_check_to_one_object(operand, variable, condition)
             return f.FALSE if inner == f.TRUE else f.TRUE if inner == f.FALSE else f.Not(inner)
         case f.And(operands) | f.Or(operands):
-            return type(check)(tuple(_specialize_check(part, variable, condition) for part in operands))
+            return type(check)(
+                tuple(_specialize_check_to_one_object(part, variable, condition) for part in operands)
+            )
         case _:
             return check
 
@@ -204,7 +210,7 @@ def find_changes_for_literal(
         find_object: function that returns the number of the object that a constant names, or None if it may
             be any object.
     """
-    return _reduce_to_stored_predicates([FactChange(*literal)], vocabulary, find_object)
+    return _replace_changes_of_derived_predicates([FactChange(*literal)], vocabulary, find_object)
 
 
 def find_changes_towards(
@@ -218,12 +224,12 @@ def find_changes_towards(
 
     A variable with None in ``scope`` may be any object.
     """
-    return _reduce_to_stored_predicates(
-        list(_find_helpful_atoms(formula, scope, truth, find_object)), vocabulary, find_object
+    return _replace_changes_of_derived_predicates(
+        list(_find_atom_changes_towards_truth(formula, scope, truth, find_object)), vocabulary, find_object
     )
 
 
-def _reduce_to_stored_predicates(
+def _replace_changes_of_derived_predicates(
     pending: list[FactChange], vocabulary: Vocabulary, find_object: FindObject
 ) -> list[FactChange]:
     """Replace changes of derived predicates by the changes of stored predicates that may cause them."""
@@ -241,7 +247,9 @@ def _reduce_to_stored_predicates(
         definition = find_definition(derived)
         if definition is not None:
             scope = dict(zip([p.name for p in definition.parameters], change.arguments, strict=True))
-            pending += _find_helpful_atoms(definition.definition, scope, change.truth, find_object)
+            pending += _find_atom_changes_towards_truth(
+                definition.definition, scope, change.truth, find_object
+            )
         else:
             for name in derived.reads:
                 anything = (None,) * (vocabulary.find_arity(name) or 0)
@@ -249,7 +257,7 @@ def _reduce_to_stored_predicates(
     return changes
 
 
-def _find_helpful_atoms(
+def _find_atom_changes_towards_truth(
     formula: f.Formula, scope: Mapping[str, int | None], truth: bool, find_object: FindObject
 ) -> Iterator[FactChange]:
     """Yield each atom of a formula, and the truth of the atom that helps to give the formula ``truth``."""
@@ -258,17 +266,17 @@ def _find_helpful_atoms(
             arguments = [scope.get(t.name) if isinstance(t, f.Variable) else find_object(t) for t in terms]
             yield FactChange(predicate, tuple(arguments), truth)
         case f.Not(operand):
-            yield from _find_helpful_atoms(operand, scope, not truth, find_object)
+            yield from _find_atom_changes_towards_truth(operand, scope, not truth, find_object)
         case f.Implies(premise, conclusion):
-            yield from _find_helpful_atoms(premise, scope, not truth, find_object)
-            yield from _find_helpful_atoms(conclusion, scope, truth, find_object)
+            yield from _find_atom_changes_towards_truth(premise, scope, not truth, find_object)
+            yield from _find_atom_changes_towards_truth(conclusion, scope, truth, find_object)
         case f.Exactly() | f.ForPairs():
             for part in get_subformulas(formula):
-                yield from _find_helpful_atoms(part, {}, True, find_object)
-                yield from _find_helpful_atoms(part, {}, False, find_object)
+                yield from _find_atom_changes_towards_truth(part, {}, True, find_object)
+                yield from _find_atom_changes_towards_truth(part, {}, False, find_object)
         case f.ForAll(variable, body) | f.Exists(variable, body):
             inner = {name: value for name, value in scope.items() if name != variable.name}
-            yield from _find_helpful_atoms(body, inner, truth, find_object)
+            yield from _find_atom_changes_towards_truth(body, inner, truth, find_object)
         case _:
             for part in get_subformulas(formula):
-                yield from _find_helpful_atoms(part, scope, truth, find_object)
+                yield from _find_atom_changes_towards_truth(part, scope, truth, find_object)

@@ -62,14 +62,14 @@ class ExclusionRules:
         self.single = {p.name for p in domain.vocabulary.predicates if p.single}
         self.changed = {name for o in domain.operators for name in find_changed_predicates(o)}
         self.unread = {name for o in domain.operators for name in find_predicates_without_schema(o)}
-        self.denying = self._find_rival_predicates(domain)
+        self.denying = self._find_possibly_excluding_predicates(domain)
         self.rivals = {p: self.denying.get(p, set()) | ({p} & self.single) for p in self.changed}
 
     def make_exclusion_prover(self, initial: State) -> _ExclusionProver:
         """Return the object that proves exclusions in the episode that begins in a state."""
         return _ExclusionProver(self, initial)
 
-    def _find_rival_predicates(self, domain: Domain) -> dict[str, set[str]]:
+    def _find_possibly_excluding_predicates(self, domain: Domain) -> dict[str, set[str]]:
         """Return a mapping from each predicate to the predicates whose facts may exclude its facts.
 
         Predicate p is in the set of q, and q in the set of p, if an operator adds facts of p and either
@@ -135,14 +135,14 @@ class _ExclusionProver:
         """Return a mapping from variables to objects that makes an effect's atom fit a fact, or None."""
         return match_atom(atom, fact.arguments, self.index, bound)
 
-    def deletes_fact(
-        self, effect: EffectSchema, schema: EffectSchema, fact: _FactPattern, scope: _ArgumentScope
+    def deletes_fact_whenever(
+        self, effect: EffectSchema, other_effect: EffectSchema, fact: _FactPattern, scope: _ArgumentScope
     ) -> bool:
         """Whether an effect deletes a fact whenever another effect of the same operator takes place."""
         return (
             not effect.adds
             and effect.atom.predicate == fact.predicate
-            and {*effect.conditions} <= {*schema.conditions}
+            and {*effect.conditions} <= {*other_effect.conditions}
             and all(
                 term == ANYTHING or self.resolve_term(term, scope) == argument
                 for term, argument in zip(effect.atom.arguments, fact.arguments, strict=True)
@@ -249,7 +249,8 @@ class _InductionProof:
         other_instance = other._replace(arguments=tuple(terms))
         effects = self.exclusion.rules.effects[schema.operator.name]
         if not any(
-            self.exclusion.deletes_fact(condition, schema, other_instance, full) for condition in effects
+            self.exclusion.deletes_fact_whenever(condition, schema, other_instance, full)
+            for condition in effects
         ):
             check_conditions = [check.condition for check in schema.operator.checks]
             if _SupposedState(self, other_instance).may_hold_together(
@@ -257,27 +258,31 @@ class _InductionProof:
             ):
                 return False
         return not any(
-            self._adds_both(schema, scope, condition, other)
+            self._may_add_both_facts(schema, scope, condition, other)
             for condition in effects
             if condition.adds and condition.atom.predicate == other.predicate
         )
 
-    def _adds_both(
-        self, schema: EffectSchema, first: _ArgumentScope, second: EffectSchema, other: _FactPattern
+    def _may_add_both_facts(
+        self,
+        first: EffectSchema,
+        first_scope: _ArgumentScope,
+        second: EffectSchema,
+        second_fact: _FactPattern,
     ) -> bool:
-        parameters = [p.name for p in schema.operator.parameters]
+        parameters = [p.name for p in first.operator.parameters]
         second_scope = self.exclusion.match_atom_to_fact(
-            second.atom, other, {n: first[n] for n in parameters if n in first}
+            second.atom, second_fact, {n: first_scope[n] for n in parameters if n in first_scope}
         )
         if second_scope is None:
             return False
-        scope = {**first, **{name: second_scope[name] for name in parameters if name in second_scope}}
-        scope |= {name: f"{name}?" for name in schema.variables if name not in scope}
+        scope = {**first_scope, **{name: second_scope[name] for name in parameters if name in second_scope}}
+        scope |= {name: f"{name}?" for name in first.variables if name not in scope}
         second_scope |= {name: scope[name] for name in parameters}
         second_scope |= {name: f"{name}??" for name in second.variables if name not in second_scope}
-        check_conditions = [(check.condition, scope) for check in schema.operator.checks]
+        check_conditions = [(check.condition, scope) for check in first.operator.checks]
         effect_conditions = [
-            *[(condition, scope) for condition in schema.conditions],
+            *[(condition, scope) for condition in first.conditions],
             *[(condition, second_scope) for condition in second.conditions],
         ]
         return _SupposedState(self).may_hold_together([*check_conditions, *effect_conditions])
@@ -294,19 +299,19 @@ class _SupposedState:
     def __init__(self, induction: _InductionProof, *facts: _FactPattern) -> None:
         self._induction = induction
         self._exclusion = induction.exclusion
-        self._true = {fact: _replace_unknown_objects(fact) for fact in facts}
+        self._true = {fact: _replace_unknown_by_none(fact) for fact in facts}
         self._false: list[_FactPattern] = []
         self._unknown = 0
 
     def may_hold_together(self, conditions: Sequence[tuple[f.Formula, _ArgumentScope]]) -> bool:
         """Suppose that conditions hold. Return False if it is proved that no state meets them all."""
         for _ in range(_PASSES):  # consequences of a later condition may decide an earlier condition
-            if not all(self._suppose_formula(formula, scope, truth=True) for formula, scope in conditions):
+            if not all(self._try_to_suppose(formula, scope, truth=True) for formula, scope in conditions):
                 return False
         return True
 
     def _evaluate_formula(
-        self, formula: f.Formula, scope: _ArgumentScope, within: frozenset[str] = frozenset()
+        self, formula: f.Formula, scope: _ArgumentScope, unfolded: frozenset[str] = frozenset()
     ) -> bool | None:
         """Return the truth of a formula, or None if it is unknown."""
         match formula:
@@ -314,8 +319,8 @@ class _SupposedState:
                 arguments = tuple([self._exclusion.resolve_term(term, scope) for term in terms])
                 if predicate not in self._exclusion.rules.vocabulary.derived_by_name:
                     return self._evaluate_fact(_FactPattern(predicate, arguments))
-                inner = None if predicate in within else self._unfold_definition(predicate, arguments)
-                return None if inner is None else self._evaluate_formula(*inner, within | {predicate})
+                inner = None if predicate in unfolded else self._unfold_definition(predicate, arguments)
+                return None if inner is None else self._evaluate_formula(*inner, unfolded | {predicate})
             case f.Equals(left, right):
                 one, other = (
                     self._exclusion.resolve_term(left, scope),
@@ -324,38 +329,43 @@ class _SupposedState:
                 are_known = isinstance(one, int) and isinstance(other, int)
                 return one == other if are_known or (one == other and one is not None) else None
             case f.Not(operand):
-                value = self._evaluate_formula(operand, scope, within)
+                value = self._evaluate_formula(operand, scope, unfolded)
                 return None if value is None else not value
             case f.And(operands) | f.Or(operands):
                 deciding = isinstance(formula, f.Or)
                 values = set()
                 for operand in operands:
-                    values.add(self._evaluate_formula(operand, scope, within))
+                    values.add(self._evaluate_formula(operand, scope, unfolded))
                     if deciding in values:
                         return deciding
                 return None if None in values else not deciding
             case f.Implies(premise, conclusion):
-                return self._evaluate_formula(f.Or((f.Not(premise), conclusion)), scope, within)
+                return self._evaluate_formula(f.Or((f.Not(premise), conclusion)), scope, unfolded)
             case f.Exists(variable, body) | f.ForAll(variable, body):
                 deciding = isinstance(formula, f.Exists)
-                if self._evaluate_formula(body, {**scope, variable.name: None}, within) is (not deciding):
+                if self._evaluate_formula(body, {**scope, variable.name: None}, unfolded) is (not deciding):
                     return not deciding
                 is_decided = any(
-                    self._evaluate_formula(body, {**scope, variable.name: term}, within) is deciding
+                    self._evaluate_formula(body, {**scope, variable.name: term}, unfolded) is deciding
                     for term in self._possible_terms(variable)
                 )
                 return deciding if is_decided else None
             case _:
                 return None
 
-    def _suppose_formula(
-        self, formula: f.Formula, scope: _ArgumentScope, within: frozenset[str] = frozenset(), *, truth: bool
+    def _try_to_suppose(
+        self,
+        formula: f.Formula,
+        scope: _ArgumentScope,
+        unfolded: frozenset[str] = frozenset(),
+        *,
+        truth: bool,
     ) -> bool:
         """Suppose that a formula is true (or false), and record the consequences.
 
         Return False if the consequences contradict earlier suppositions.
         """
-        value = self._evaluate_formula(formula, scope, within)
+        value = self._evaluate_formula(formula, scope, unfolded)
         if value is not None:
             return value is truth
         match formula:
@@ -363,32 +373,34 @@ class _SupposedState:
                 arguments = tuple([self._exclusion.resolve_term(term, scope) for term in terms])
                 if predicate not in self._exclusion.rules.vocabulary.derived_by_name:
                     return self._add_fact(_FactPattern(predicate, arguments), truth=truth)
-                inner = None if predicate in within else self._unfold_definition(predicate, arguments)
-                return inner is None or self._suppose_formula(*inner, within | {predicate}, truth=truth)
+                inner = None if predicate in unfolded else self._unfold_definition(predicate, arguments)
+                return inner is None or self._try_to_suppose(*inner, unfolded | {predicate}, truth=truth)
             case f.Not(operand):
-                return self._suppose_formula(operand, scope, within, truth=not truth)
+                return self._try_to_suppose(operand, scope, unfolded, truth=not truth)
             case f.Implies(premise, conclusion):
-                return self._suppose_formula(f.Or((f.Not(premise), conclusion)), scope, within, truth=truth)
+                return self._try_to_suppose(f.Or((f.Not(premise), conclusion)), scope, unfolded, truth=truth)
             case f.And(operands) | f.Or(operands):
                 if isinstance(formula, f.And) is truth:
                     return all(
-                        self._suppose_formula(operand, scope, within, truth=truth) for operand in operands
+                        self._try_to_suppose(operand, scope, unfolded, truth=truth) for operand in operands
                     )
                 undecided = [
-                    operand for operand in operands if self._evaluate_formula(operand, scope, within) is None
+                    operand
+                    for operand in operands
+                    if self._evaluate_formula(operand, scope, unfolded) is None
                 ]
-                return len(undecided) > 1 or self._suppose_formula(undecided[0], scope, within, truth=truth)
+                return len(undecided) > 1 or self._try_to_suppose(undecided[0], scope, unfolded, truth=truth)
             case f.Exists(variable, body) | f.ForAll(variable, body):
                 if isinstance(formula, f.Exists) is not truth:
                     is_general = variable.category is None
-                    return not is_general or self._suppose_formula(
-                        body, {**scope, variable.name: None}, within, truth=truth
+                    return not is_general or self._try_to_suppose(
+                        body, {**scope, variable.name: None}, unfolded, truth=truth
                     )
                 if None in scope.values():  # None stands for many objects; each may need another
                     return True
                 self._unknown += 1
-                return self._suppose_formula(
-                    body, {**scope, variable.name: f"{self._unknown}"}, within, truth=truth
+                return self._try_to_suppose(
+                    body, {**scope, variable.name: f"{self._unknown}"}, unfolded, truth=truth
                 )
             case _:
                 return True
@@ -398,7 +410,7 @@ class _SupposedState:
             self._false.append(fact)
             return not any(_matches_pattern(known_fact, fact) for known_fact in self._true)
         if None not in fact.arguments:
-            self._true[fact] = _replace_unknown_objects(fact)
+            self._true[fact] = _replace_unknown_by_none(fact)
         return True
 
     def _evaluate_fact(self, fact: _FactPattern) -> bool | None:
@@ -407,12 +419,12 @@ class _SupposedState:
             return True
         if fact.predicate not in self._exclusion.rules.changed:
             are_known = all(isinstance(other, int) for other in fact.arguments)
-            holds = self._exclusion.holds_at_start(_replace_unknown_objects(fact))
+            holds = self._exclusion.holds_at_start(_replace_unknown_by_none(fact))
             return holds if are_known or not holds else None
         if any(_matches_pattern(fact, other) for other in self._false):
             return False
         rivals = self._exclusion.rules.rivals[fact.predicate]
-        general = _replace_unknown_objects(fact)
+        general = _replace_unknown_by_none(fact)
         for other in self._true.values():
             if other.predicate in rivals and self._induction.are_exclusive(general, other):
                 return False
@@ -453,7 +465,7 @@ def _make_fact_sort_key(fact: _FactPattern) -> tuple[str, list[int]]:
     return fact.predicate, [argument if isinstance(argument, int) else -1 for argument in fact.arguments]
 
 
-def _replace_unknown_objects(fact: _FactPattern) -> _FactPattern:
+def _replace_unknown_by_none(fact: _FactPattern) -> _FactPattern:
     """Return a fact in which None replaces each unknown object."""
     return _FactPattern(fact.predicate, tuple([i if isinstance(i, int) else None for i in fact.arguments]))
 

@@ -12,7 +12,7 @@ from typing import NamedTuple
 
 from eai.logic.formula import Atom
 from eai.planning.additive_heuristic import INFINITE, AdditiveHeuristic, CostEstimates
-from eai.planning.search import Limits, OpenList, SearchEffort, SearchEnd, run_best_first_search
+from eai.planning.search import Limits, OpenList, SearchEffort, SearchEndReason, run_best_first_search
 from eai.planning.subgoal import GroundAtom, Subgoal
 from eai.planning.successor_generator import PlanNode, SuccessorGenerator, generate_applicable_of_operator
 from eai.world.action import Action
@@ -62,26 +62,29 @@ class GreedySearch:
         )
 
     def search(
-        self, start: PlanNode, subgoals: tuple[Subgoal, ...], taken: int, limits: Limits
-    ) -> PlanNode | SearchEnd:
+        self, start: PlanNode, subgoals: tuple[Subgoal, ...], action_goal_count: int, limits: Limits
+    ) -> PlanNode | SearchEndReason:
         """Search for a path from a node to a target. If no path is found, return how the search ended.
 
         Args:
             start: the node.
             subgoals: closed conditions that must hold at the end.
-            taken: number of action goals (operators to take, in order) that must have been taken at the end.
+            action_goal_count: number of action goals (operators to take, in order) that must have been
+                taken at the end.
             limits: the limits. If they are thorough, all applicable actions are tried after the preferred
                 actions.
         """
         if self.is_over:
-            return SearchEnd.STATES
+            return SearchEndReason.STATES
         effort = SearchEffort(min(limits.states, self.effort.limit - self.effort.used))
-        end = _SingleGreedySearch(self, start, (subgoals, taken), effort, thorough=limits.thorough).search()
+        end = _SingleGreedySearch(
+            self, start, (subgoals, action_goal_count), effort, thorough=limits.thorough
+        ).search()
         self.effort.used += effort.used
         return end
 
-    def estimate(
-        self, node: PlanNode, subgoals: tuple[Subgoal, ...], taken: int
+    def estimate_cost_and_preferred_actions(
+        self, node: PlanNode, subgoals: tuple[Subgoal, ...], action_goal_count: int
     ) -> tuple[float, tuple[Action, ...]]:
         """Return a state's estimated cost up to the target of `search`, and the state's preferred actions."""
         estimates = self.make_estimates(node, subgoals)
@@ -91,8 +94,8 @@ class GreedySearch:
             cost = estimates.estimate(condition)
             total += cost
             if 0.0 < cost < INFINITE:
-                preferred.collect_towards(condition)
-        for names in self.successors.goals[node.met : taken]:
+                preferred.collect_actions_towards(condition)
+        for names in self.successors.goals[node.met : action_goal_count]:
             supporter = estimates.find_cheapest_action(names)
             total += supporter.cost
             preferred.collect_action(supporter.action, supporter.prerequisites)
@@ -128,11 +131,11 @@ class _SingleGreedySearch:
         self._seen = {(start.state, start.met)}
         self._open: OpenList[_QueuedExpansion] = OpenList()
 
-    def search(self) -> PlanNode | SearchEnd:
+    def search(self) -> PlanNode | SearchEndReason:
         """Search for a path from the start to the target."""
         return self._add_state(self._start) or run_best_first_search(self._open.pop, self._expand_state)
 
-    def _expand_state(self, expansion: _QueuedExpansion) -> PlanNode | SearchEnd | None:
+    def _expand_state(self, expansion: _QueuedExpansion) -> PlanNode | SearchEndReason | None:
         """Expand a state by its preferred actions.
 
         A thorough search later expands the state by all other actions.
@@ -151,7 +154,7 @@ class _SingleGreedySearch:
             goal = self._add_state(after)
             if goal is not None:
                 return goal
-        return SearchEnd.STATES if self._is_over else None
+        return SearchEndReason.STATES if self._is_over else None
 
     @property
     def _is_over(self) -> bool:
@@ -160,7 +163,7 @@ class _SingleGreedySearch:
     def _add_state(self, node: PlanNode) -> PlanNode | None:
         """Estimate the cost of a new state and queue the state. Return its node if it reaches the target."""
         self._effort.used += 1
-        ahead, preferred = self._searches.estimate(node, *self._target)
+        ahead, preferred = self._searches.estimate_cost_and_preferred_actions(node, *self._target)
         if ahead == 0.0:
             return node
         cost = ahead + _STEP_COST * (node.depth - self._start.depth)
@@ -186,11 +189,11 @@ class _PreferredActions:
         self._seen: set[GroundAtom] = set()
         self.actions: dict[Action, None] = {}
 
-    def collect_towards(self, goal: Subgoal) -> None:
+    def collect_actions_towards(self, goal: Subgoal) -> None:
         """Collect the actions on the cheapest path to a goal, or to each cheapest part of a disjunction."""
-        alternatives = self._estimates.find_alternatives(goal)
+        alternatives = self._estimates.find_cheapest_disjuncts(goal)
         for condition in alternatives:
-            self.collect_towards(condition)
+            self.collect_actions_towards(condition)
         if not alternatives:
             self._collect_for_subgoal(goal)
 
@@ -216,7 +219,7 @@ class _PreferredActions:
                 return
             if not isinstance(derived, DefinedPredicate):
                 self.actions.update((action, None) for action in self._find_actions_changing(derived.reads))
-        for part in self._estimates.choose_parts(subgoal) or ():
+        for part in self._estimates.split_into_cheapest_parts(subgoal) or ():
             self._collect_for_subgoal(part)
 
     def _find_actions_changing(self, predicates: tuple[str, ...]) -> Iterator[Action]:

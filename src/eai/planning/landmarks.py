@@ -17,7 +17,7 @@ from operator import or_
 from typing import TypeAlias
 
 import eai.logic.formula as f
-from eai.planning.conflict_changes import ConflictChanges, make_change_sort_key
+from eai.planning.conflict_changes import FactChangeFinder, make_change_sort_key
 from eai.planning.effect_schema import FactChange
 from eai.planning.search import SearchEffort
 from eai.planning.subgoal import Subgoal, find_argument_indices
@@ -60,7 +60,7 @@ class _RelaxationGraph:
     goals.
 
     Args:
-        conflict_changes: the changes that conditions need, and the actions for these changes.
+        change_finder: the changes that conditions need, and the actions for these changes.
         initial: the state in which plans begin.
         goals: the goals of plans.
         steps: the steps of a plan; they may use objects that no other action uses.
@@ -68,22 +68,20 @@ class _RelaxationGraph:
 
     def __init__(
         self,
-        conflict_changes: ConflictChanges,
+        change_finder: FactChangeFinder,
         initial: State,
         goals: Iterable[Subgoal],
         steps: Iterable[Action],
     ) -> None:
-        self._conflict_changes = conflict_changes
+        self._change_finder = change_finder
         self._initial = initial
         self._actions = [*dict.fromkeys(steps)]
         self._others = [
-            step
-            for step in self._actions
-            if step not in conflict_changes.get_actions_of_operator(step.operator)
+            step for step in self._actions if step not in change_finder.get_actions_of_operator(step.operator)
         ]
         self._parts: list[tuple[int, ...]] = [(), ()]
         self._missing = [0, 1]
-        self._widths = [0, 0]
+        self._cut_sizes = [0, 0]
         self._above: list[list[int]] = [[], []]
         self._numbers: dict[object, int] = {}
         self._formulas: list[f.Formula] = []
@@ -110,7 +108,7 @@ class _RelaxationGraph:
             reached = self._find_reached_conditions(actions)
             if reached[self._goal]:
                 return None
-            between = self._find_conditions_between(actions, reached)
+            between = self._find_conditions_from_actions_to_goals(actions, reached)
             if not self._add_actions_making(between):
                 break
         cut_actions: dict[Action, None] = {}
@@ -121,7 +119,9 @@ class _RelaxationGraph:
             cut_actions.update(dict.fromkeys([a for a in self._others if a in self._makers.get(number, ())]))
         return [action for action in cut_actions if action not in actions]
 
-    def _find_conditions_between(self, actions: Collection[Action], reached: bytearray) -> dict[int, None]:
+    def _find_conditions_from_actions_to_goals(
+        self, actions: Collection[Action], reached: bytearray
+    ) -> dict[int, None]:
         """Return the numbers of unreached conditions that lead from given actions to the goals, goals first.
 
         If all parts of a condition are needed, the search follows one failing part; otherwise every part.
@@ -141,7 +141,7 @@ class _RelaxationGraph:
             elif self._missing[number] > 1:
                 lacking = [part for part in parts if not reached[part]]
                 seen_parts = [part for part in lacking if part in seen]
-                parts = seen_parts[:1] or [min(lacking, key=self._widths.__getitem__)]
+                parts = seen_parts[:1] or [min(lacking, key=self._cut_sizes.__getitem__)]
             fresh = [part for part in parts if part not in seen]
             seen.update(dict.fromkeys(fresh))
             pending += fresh
@@ -159,7 +159,7 @@ class _RelaxationGraph:
         if groups is None:
             makers = [
                 (a, [self._get_condition_node(*condition, True) for condition in conditions])
-                for a, conditions in self._conflict_changes.group_actions_making(change)
+                for a, conditions in self._change_finder.group_actions_making(change)
             ]
             groups = self._grouped[number] = [
                 (a, conditions) for a, conditions in makers if _FALSE not in conditions
@@ -198,7 +198,7 @@ class _RelaxationGraph:
         Return whether any conditions were added.
         """
         alternatives: list[int] = []
-        for conditions in self._conflict_changes.find_effect_conditions(action, self._changes[number]):
+        for conditions in self._change_finder.find_effect_conditions(action, self._changes[number]):
             condition_numbers = [self._get_condition_node(*part, True) for part in conditions]
             condition = self._add_conjunction_node([*self._find_preconditions(action), *condition_numbers])
             if condition != _FALSE:
@@ -211,14 +211,14 @@ class _RelaxationGraph:
     def _find_preconditions(self, action: Action) -> list[int]:
         numbers = self._needs.get(action)
         if numbers is None:
-            needs = self._conflict_changes.find_preconditions(action)
+            needs = self._change_finder.find_preconditions(action)
             numbers = self._needs[action] = [
                 self._get_condition_node(*condition, True) for condition in needs
             ]
         return numbers
 
     def _get_condition_node(self, formula: f.Formula, scope: Scope, truth: bool) -> int:
-        key = id(formula), tuple([scope[name] for name in self._conflict_changes.names(formula)]), truth
+        key = id(formula), tuple([scope[name] for name in self._change_finder.names(formula)]), truth
         number = self._numbers.get(key)
         if number is None:
             self._formulas.append(formula)  # the entry keeps the formula alive, so that its id stays unique
@@ -227,7 +227,7 @@ class _RelaxationGraph:
 
     def _add_condition_node(self, formula: f.Formula, scope: Scope, truth: bool) -> int:
         if (
-            self._conflict_changes.holds(formula, scope, self._initial) == truth
+            self._change_finder.holds(formula, scope, self._initial) == truth
             or len(self._parts) > _MAX_CONDITIONS
         ):
             return _TRUE
@@ -247,7 +247,7 @@ class _RelaxationGraph:
             case f.Atom():
                 return self._add_atom_node(formula, scope, truth)
         return self._add_changes_node(
-            self._conflict_changes.find_changes(formula, scope, self._initial, truth=truth)
+            self._change_finder.find_necessary_changes(formula, scope, self._initial, truth=truth)
         )
 
     def _add_compound_node(
@@ -255,7 +255,7 @@ class _RelaxationGraph:
     ) -> int:
         numbers: list[int] = []
         for formula, scope in sorted(
-            parts, key=lambda part: self._conflict_changes.count_read_predicates(part[0])
+            parts, key=lambda part: self._change_finder.count_changeable_predicates(part[0])
         ):
             number = self._get_condition_node(formula, scope, truth)
             if number == (_FALSE if all_needed else _TRUE):
@@ -265,24 +265,24 @@ class _RelaxationGraph:
 
     def _add_atom_node(self, atom: f.Atom, scope: Scope, truth: bool) -> int:
         arguments = find_argument_indices(atom, scope, self._initial.scene)
-        derived = self._conflict_changes.derived(atom.predicate)
+        derived = self._change_finder.derived(atom.predicate)
         defined = None if derived is None else find_definition(derived)
         if defined is None:
             return self._add_changes_node(
-                self._conflict_changes.find_changes(atom, scope, self._initial, truth=truth)
+                self._change_finder.find_necessary_changes(atom, scope, self._initial, truth=truth)
             )
         key = atom.predicate, arguments, truth
         result = self._numbers.get(key)
         if result is not None and not truth and key in self._open:  # circular definition
-            return self._add_changes_node(self._conflict_changes.find_all_changes(atom))
+            return self._add_changes_node(self._change_finder.find_changes_of_all_predicates_in(atom))
         if result is None:  # a recursive definition uses this number for the atom itself
-            number = self._numbers[key] = self._add_node((), 1, 0)
+            number = self._numbers[key] = self._add_graph_node((), 1, 0)
             self._open.add(key)
             inner = dict(zip([p.name for p in defined.parameters], arguments, strict=True))
             part = self._get_condition_node(defined.definition, inner, truth)
             self._open.discard(key)
             self._parts[number] = (part,)
-            self._widths[number] = self._widths[part]
+            self._cut_sizes[number] = self._cut_sizes[part]
             self._above[part].append(number)
             self._numbers[key] = result = part if part in (_TRUE, _FALSE) else number
         return result
@@ -295,10 +295,10 @@ class _RelaxationGraph:
     def _add_change_node(self, change: FactChange) -> int:
         number = self._numbers.get(change)
         if number is None:
-            makers = self._conflict_changes.find_actions_making(change) or [
-                a for a in self._others if self._conflict_changes.may_make_change(a, change)
+            makers = self._change_finder.find_actions_making(change) or [
+                a for a in self._others if self._change_finder.may_make_change(a, change)
             ]
-            number = self._numbers[change] = self._add_node((), 1, len(makers)) if makers else _FALSE
+            number = self._numbers[change] = self._add_graph_node((), 1, len(makers)) if makers else _FALSE
             if makers:
                 self._changes[number] = change
                 self._makers[number] = {}
@@ -307,31 +307,33 @@ class _RelaxationGraph:
 
     def _add_conjunction_node(self, parts: Iterable[int]) -> int:
         numbers = tuple(dict.fromkeys([part for part in parts if part != _TRUE]))
-        return _FALSE if _FALSE in numbers else self._get_combined_node(numbers, len(numbers), _TRUE)
+        return _FALSE if _FALSE in numbers else self._get_and_or_node(numbers, len(numbers), _TRUE)
 
     def _add_disjunction_node(self, parts: Iterable[int]) -> int:
         numbers = tuple(dict.fromkeys([part for part in parts if part != _FALSE]))
-        return _TRUE if _TRUE in numbers else self._get_combined_node(numbers, 1, _FALSE)
+        return _TRUE if _TRUE in numbers else self._get_and_or_node(numbers, 1, _FALSE)
 
-    def _get_combined_node(self, parts: tuple[int, ...], needed: int, default: int) -> int:
-        """Return the number of the condition that needs all its parts or, if ``needed`` is 1, one part."""
-        if len(parts) < 2:
-            return parts[0] if parts else default
-        key = needed > 1, parts
+    def _get_and_or_node(
+        self, part_nodes: tuple[int, ...], needed_count: int, node_without_parts: int
+    ) -> int:
+        """Return the number of the condition that needs all its parts, or one if ``needed_count`` is 1."""
+        if len(part_nodes) < 2:
+            return part_nodes[0] if part_nodes else node_without_parts
+        key = needed_count > 1, part_nodes
         number = self._numbers.get(key)
         if number is None:
-            widths = [self._widths[part] for part in parts]
-            width = min(widths) if needed > 1 else sum(widths)
-            number = self._numbers[key] = self._add_node(parts, needed, width)
+            widths = [self._cut_sizes[part] for part in part_nodes]
+            width = min(widths) if needed_count > 1 else sum(widths)
+            number = self._numbers[key] = self._add_graph_node(part_nodes, needed_count, width)
         return number
 
-    def _add_node(self, parts: tuple[int, ...], needed: int, width: int) -> int:
+    def _add_graph_node(self, part_nodes: tuple[int, ...], needed_count: int, cut_size: int) -> int:
         number = len(self._parts)
-        self._parts.append(parts)
-        self._missing.append(needed)
-        self._widths.append(width)
+        self._parts.append(part_nodes)
+        self._missing.append(needed_count)
+        self._cut_sizes.append(cut_size)
         self._above.append([])
-        for part in parts:
+        for part in part_nodes:
             self._above[part].append(number)
         return number
 
@@ -340,7 +342,7 @@ class Landmarks:
     """Landmarks (cuts) found while one plan is repaired. They give a minimum number of missing actions.
 
     Args:
-        conflict_changes: the changes that conditions need, and the actions that make changes.
+        change_finder: the changes that conditions need, and the actions that make changes.
         initial: the state in which plans begin.
         goals: the goals of plans.
         steps: the steps of the plan.
@@ -352,13 +354,13 @@ class Landmarks:
 
     def __init__(
         self,
-        conflict_changes: ConflictChanges,
+        change_finder: FactChangeFinder,
         initial: State,
         goals: Iterable[Subgoal],
         steps: Iterable[Action],
         cuts: Iterable[Cut] = (),
     ) -> None:
-        self._given = conflict_changes, initial, goals, steps
+        self._given = change_finder, initial, goals, steps
         self.cuts: list[Cut] = []
         self._hits: dict[Action, int] = {}
         self._fewest: dict[int, tuple[int, tuple[Action, ...]]] = {0: (0, ())}
@@ -391,23 +393,23 @@ class Landmarks:
         """Return the minimum number of actions that together occur in all landmarks (cuts) of a bit mask."""
         return self._get_min_hitting_set(mask)[0]
 
-    def find_more_cuts(self, steps: frozenset[Action], effort: SearchEffort) -> None:
+    def add_cuts_missed_by(self, plan_actions: frozenset[Action], effort: SearchEffort) -> None:
         """Find landmarks (cuts) until the minimum number of missing actions rises, or no more exist.
 
         Args:
-            steps: the actions of the plan.
+            plan_actions: the actions of the plan.
             effort: counter of conditions of the graph; at its limit the search stops.
         """
-        if steps in self._done or effort.is_used_up:
+        if plan_actions in self._done or effort.is_used_up:
             return
-        lacked = self.count_min_actions(self.find_missed_cuts(steps))
+        lacked = self.count_min_actions(self.find_missed_cuts(plan_actions))
         while (
-            steps not in self._done
+            plan_actions not in self._done
             and not effort.is_used_up
-            and self.count_min_actions(self.find_missed_cuts(steps)) == lacked
+            and self.count_min_actions(self.find_missed_cuts(plan_actions)) == lacked
         ):
             actions, number = (
-                {*steps, *self._get_min_hitting_set(self.find_missed_cuts(steps))[1]},
+                {*plan_actions, *self._get_min_hitting_set(self.find_missed_cuts(plan_actions))[1]},
                 len(self.cuts),
             )
             while not effort.is_used_up:
@@ -418,7 +420,7 @@ class Landmarks:
                 self._add_cut(cut)
                 actions.update([action for action in cut if action.arguments == cut[0].arguments])
             if len(self.cuts) == number:
-                self._done.add(steps)
+                self._done.add(plan_actions)
 
     def _get_min_hitting_set(self, mask: int) -> tuple[int, tuple[Action, ...]]:
         result = self._fewest.get(mask)

@@ -17,7 +17,7 @@ from functools import lru_cache
 from eai.logic.formula import Formula
 from eai.planning.additive_heuristic import INFINITE, AdditiveHeuristic, CostEstimates
 from eai.planning.greedy_search import GreedySearch
-from eai.planning.search import Limits, SearchEnd, SearchNode, SearchResult
+from eai.planning.search import Limits, SearchEndReason, SearchNode, SearchResult
 from eai.planning.subgoal import Subgoal, make_subgoals
 from eai.planning.successor_generator import PlanNode, SuccessorGenerator
 from eai.world.action import Action
@@ -124,11 +124,7 @@ class Planner:
         return estimates.estimate(Subgoal(condition, scope, True)) < INFINITE
 
     def find_plan(
-        self,
-        initial: State,
-        goal: PlanningGoal,
-        objects: Sequence[int],
-        limits: Limits | None = None,
+        self, initial: State, goal: PlanningGoal, objects: Sequence[int], limits: Limits | None = None
     ) -> SearchResult[Action]:
         """Search for a plan.
 
@@ -154,7 +150,7 @@ class Planner:
             limits: the limits of the search.
         """
         end = self._make_search(objects, (), limits).search(SearchNode(initial), conditions, 0, limits)
-        return None if isinstance(end, SearchEnd) else end.list_actions()
+        return None if isinstance(end, SearchEndReason) else end.list_actions()
 
     def _make_search(
         self, objects: Sequence[int], actions: Sequence[Sequence[str]], limits: Limits
@@ -184,19 +180,19 @@ def _search_plan(
     while not is_reached(node):
         further = agenda.reach_next_goal(node, allowed)
         if search.is_over or (further is None and not limits.thorough):
-            return SearchResult(SearchEnd.STATES, states=effort.used)
+            return SearchResult(SearchEndReason.STATES, states=effort.used)
         if further is not None:
             node, allowed = further, _FIRST_LIMITS
-        elif agenda.mark_hard_goals():
+        elif agenda.mark_failed_goals_as_hard():
             node, allowed = start, _FIRST_LIMITS
         else:
             allowed = Limits(_LIMIT_GROWTH * allowed.states)
             end = search.search(start, goals, len(goal.actions), allowed)
-            if end is SearchEnd.UNREACHABLE:
+            if end is SearchEndReason.UNREACHABLE:
                 return SearchResult(end, states=effort.used)
-            node = node if isinstance(end, SearchEnd) else end
+            node = node if isinstance(end, SearchEndReason) else end
     last_node = search.successors.remove_needless_actions(start, node, is_reached)
-    return SearchResult(SearchEnd.SOLVED, last_node.list_actions(), effort.used)
+    return SearchResult(SearchEndReason.SOLVED, last_node.list_actions(), effort.used)
 
 
 class _GoalAgenda:
@@ -235,7 +231,7 @@ class _GoalAgenda:
         self._failed = set(pending)
         return None
 
-    def mark_hard_goals(self) -> bool:
+    def mark_failed_goals_as_hard(self) -> bool:
         """Mark the goals that the last searches failed to reach as hard, so that hard goals come first.
 
         Return False if all these goals were already marked.
@@ -294,7 +290,7 @@ class _GoalAgenda:
         descending cost.
         """
         estimates = self._search.make_estimates(node, protected)
-        parts: Sequence[Subgoal] = estimates.choose_atoms(goal)
+        parts: Sequence[Subgoal] = estimates.split_into_cheapest_literals(goal)
         is_far = len(parts) < 2 and _MAX_DIRECT_COST < estimates.estimate(goal) < INFINITE
         if is_far:
             parts = estimates.find_prerequisites(goal)
@@ -316,4 +312,4 @@ class _GoalAgenda:
         self, node: PlanNode, subgoals: tuple[Subgoal, ...], taken: int, limits: Limits
     ) -> PlanNode | None:
         end = self._search.search(node, subgoals, taken, limits)
-        return None if isinstance(end, SearchEnd) else end
+        return None if isinstance(end, SearchEndReason) else end

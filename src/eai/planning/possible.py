@@ -56,12 +56,12 @@ class PossibleFacts:
             o.name: list(self._generate_possible_scopes(o, initial, usable)) for o in domain.operators
         }
         before = -1
-        while self.count_literals() > before and self.is_complete:
+        while self.count_literals() > before and self.has_examined_all_actions:
             before = self.count_literals()
             self._apply_actions()
 
     @property
-    def is_complete(self) -> bool:
+    def has_examined_all_actions(self) -> bool:
         """Whether all actions were examined within the limit of effort. If not, every fact may hold."""
         return not self._effort.is_exceeded
 
@@ -89,11 +89,11 @@ class PossibleFacts:
 
     def holds(self, formula: f.Formula, scope: Scope, truth: bool = True) -> bool:
         """Whether a formula may ever be true, or (not ``truth``) false."""
-        if not self.is_complete:
+        if not self.has_examined_all_actions:
             return True
         match formula:
             case f.Atom(predicate, terms):
-                return self._is_possible(
+                return self._may_literal_hold_cached(
                     predicate, tuple([self._find_object_index(term, scope) for term in terms]), truth
                 )
             case f.Equals(left, right):
@@ -137,7 +137,7 @@ class PossibleFacts:
     def _find_object_index(self, term: f.Term, scope: Scope) -> int:
         return scope[term.name] if isinstance(term, f.Variable) else find_object(term, self._scene)
 
-    def _is_possible(self, predicate: str, arguments: tuple[int, ...], truth: bool) -> bool:
+    def _may_literal_hold_cached(self, predicate: str, arguments: tuple[int, ...], truth: bool) -> bool:
         """Whether a literal may ever hold. A literal that may hold stays possible."""
         literal = predicate, arguments, truth
         if literal in self._proved or literal in self._denied:

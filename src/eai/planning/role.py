@@ -33,7 +33,9 @@ def infer_operator_role(operator: Operator) -> OperatorRole:
 
 def _is_movement(changes: list[EffectSchema]) -> bool:
     own_predicates = {change.atom.predicate for change in changes if change.atom.arguments == (AGENT,)}
-    left_predicates = {change.atom.predicate for change in changes if _ends_all_relations(change)}
+    left_predicates = {
+        change.atom.predicate for change in changes if _ends_agent_relation_to_all_objects(change)
+    }
     binary_changes = [change for change in changes if len(change.atom.arguments) == 2]
     added_predicates = {
         change.atom.predicate for change in binary_changes if change.adds and AGENT in change.atom.arguments
@@ -43,12 +45,12 @@ def _is_movement(changes: list[EffectSchema]) -> bool:
     )
 
 
-def _ends_all_relations(change: EffectSchema) -> bool:
+def _ends_agent_relation_to_all_objects(effect: EffectSchema) -> bool:
     """Whether a change ends a relation of the agent to all objects, not only to one argument."""
-    if change.adds or AGENT not in change.atom.arguments or len(change.atom.arguments) != 2:
+    if effect.adds or AGENT not in effect.atom.arguments or len(effect.atom.arguments) != 2:
         return False
-    (other,) = [term for term in change.atom.arguments if term != AGENT] or [AGENT]
-    return other == ANYTHING or other not in change.operator.parameters
+    (other,) = [term for term in effect.atom.arguments if term != AGENT] or [AGENT]
+    return other == ANYTHING or other not in effect.operator.parameters
 
 
 def _only_adds_agent_relations(changes: list[EffectSchema]) -> bool:
@@ -60,7 +62,7 @@ def _only_adds_agent_relations(changes: list[EffectSchema]) -> bool:
     )
 
 
-def find_spatial_predicates(domain: Domain) -> tuple[tuple[str, ...], tuple[str, ...]]:
+def find_holding_and_location_predicates(domain: Domain) -> tuple[tuple[str, ...], tuple[str, ...]]:
     """Return the stored predicates that describe places, in the order of a domain's operators.
 
     The first tuple has the predicates for objects in a hand, with or without the agent as first argument. The
@@ -79,7 +81,7 @@ def find_spatial_predicates(domain: Domain) -> tuple[tuple[str, ...], tuple[str,
         change
         for operator in takers
         for change in changes[operator.name]
-        if change.adds and _changes_parameter(change, operator)
+        if change.adds and _is_about_one_parameter(change, operator)
     ]
     deleted = {
         change.atom.predicate
@@ -111,8 +113,8 @@ def find_spatial_predicates(domain: Domain) -> tuple[tuple[str, ...], tuple[str,
     )
 
 
-def _changes_parameter(change: EffectSchema, operator: Operator) -> bool:
-    *before, last = change.atom.arguments or (AGENT,)
+def _is_about_one_parameter(effect: EffectSchema, operator: Operator) -> bool:
+    *before, last = effect.atom.arguments or (AGENT,)
     return last in operator.parameters and before in ([], [AGENT])
 
 

@@ -23,9 +23,9 @@ T = TypeVar("T")
 class SearchEffort:
     """Counts the operations of a search: applied actions, estimated states, tried objects.
 
-    Callers add their operations to `used`. If the limit is exceeded, `take_within_limit` yields no more
-    objects, so that every computation ends soon. The result of a computation is then invalid, so its caller
-    must check `is_exceeded`.
+    Callers add their operations to `used`. If the limit is exceeded, `take_objects_within_limit` yields no
+    more objects, so that every computation ends soon. The result of a computation is then invalid, so its
+    caller must check `is_exceeded`.
 
     Args:
         limit: maximum number of operations of all callers together; infinite by default.
@@ -56,9 +56,9 @@ class SearchEffort:
         self.used += number
         return self.used > self.limit
 
-    def take_within_limit(self, names: Iterable[str]) -> Iterator[str]:
+    def take_objects_within_limit(self, object_names: Iterable[str]) -> Iterator[str]:
         """Yield the names of objects until the limit is exceeded. Each name counts as one operation."""
-        for name in names:
+        for name in object_names:
             if self.spend():
                 return
             yield name
@@ -85,7 +85,7 @@ class Limits:
     bindings: int = 3_000_000
 
 
-class SearchEnd(str, Enum):
+class SearchEndReason(str, Enum):
     """Reason for the end of a search."""
 
     SOLVED = "solved"
@@ -138,7 +138,7 @@ class SearchResult(Generic[A]):
         states: number of states whose cost was estimated.
     """
 
-    end: SearchEnd
+    end: SearchEndReason
     plan: tuple[A, ...] = ()
     states: int = 0
 
@@ -162,8 +162,8 @@ class OpenList(Generic[T]):
 
 
 def run_best_first_search(
-    following: Callable[[], T | None], visit: Callable[[T], SearchNode[S, A] | SearchEnd | None]
-) -> SearchNode[S, A] | SearchEnd:
+    following: Callable[[], T | None], visit: Callable[[T], SearchNode[S, A] | SearchEndReason | None]
+) -> SearchNode[S, A] | SearchEndReason:
     """Visit items until the search ends. Return the goal's node, or the reason why no goal was found.
 
     Args:
@@ -176,4 +176,4 @@ def run_best_first_search(
         end = visit(item)
         if end is not None:
             return end
-    return SearchEnd.UNREACHABLE
+    return SearchEndReason.UNREACHABLE

@@ -77,9 +77,9 @@ class SubgoalSplitter:
             case f.Exists(variable, body) | f.ForAll(variable, body):
                 if isinstance(formula, f.Exists) == truth:
                     values = (
-                        self._find_promising_values(variable, body, scope)
+                        self._find_objects_meeting_a_conjunct(variable, body, scope)
                         if truth
-                        else self._find_usable_values(variable)
+                        else self._find_usable_objects(variable)
                     )
                     return AnyOf(self._make_instances(variable, body, scope, truth, values))
                 violating = self._find_violating_values(variable, body, scope, truth)
@@ -89,7 +89,7 @@ class SubgoalSplitter:
                     count, self._make_instances(variable, body, scope, truth, self._find_all_values(variable))
                 )
             case f.ForPairs() if truth:
-                return self._make_pairing(formula, scope)
+                return self._make_object_pairing(formula, scope)
             case _:
                 return None
 
@@ -101,16 +101,18 @@ class SubgoalSplitter:
     def _find_all_values(self, variable: f.Variable) -> list[int]:
         return list(iterate_bits(self._state.scene.get_category_mask(variable.category)))
 
-    def _find_usable_values(self, variable: f.Variable) -> list[int]:
+    def _find_usable_objects(self, variable: f.Variable) -> list[int]:
         allowed = self._state.scene.get_category_mask(variable.category)
         return [i for i in self._objects if allowed >> i & 1]
 
-    def _find_promising_values(self, variable: f.Variable, body: f.Formula, scope: Scope) -> list[int]:
+    def _find_objects_meeting_a_conjunct(
+        self, variable: f.Variable, body: f.Formula, scope: Scope
+    ) -> list[int]:
         """Return the usable values of a variable for which at least one conjunct of the body holds.
 
         If there are no such values, all usable values are returned.
         """
-        usable = self._find_usable_values(variable)
+        usable = self._find_usable_objects(variable)
         parts = body.operands if isinstance(body, f.And) else ()
         promising = {
             i for part in parts for i in self._evaluator.find_witnesses(variable, part, scope, self._state)
@@ -126,7 +128,7 @@ class SubgoalSplitter:
         held = set(holding)
         return [i for i in self._find_all_values(variable) if i not in held]
 
-    def _make_pairing(self, formula: f.ForPairs, scope: Scope) -> AndOrTreePairing[Subgoal]:
+    def _make_object_pairing(self, formula: f.ForPairs, scope: Scope) -> AndOrTreePairing[Subgoal]:
         first, second, body = formula.first, formula.second, formula.body
         rows, columns = self._find_all_values(first), self._find_all_values(second)
         count = min(len(rows), len(columns)) if formula.count is None else formula.count

@@ -18,9 +18,9 @@ from eai.logic.formula import Atom
 from eai.logic.traversal import walk_subformulas
 from eai.pddl.execute import PlanStep
 from eai.pddl.export import ExportedProblem, ProblemSource, export_problems
-from eai.pddl.model import OperatorText, PddlAction, PddlDomain, PddlProblem, find_effect_atoms
+from eai.pddl.model import PddlAction, PddlDomain, PddlProblem, UnparsedOperator, find_effect_atoms
 from eai.pddl.reader import read_action, read_problem
-from eai.pddl.writer import write_operator_text, write_problem
+from eai.pddl.writer import unparse_operator, write_problem
 from eai.planning.planner import Planner
 from eai.tasks.planning import find_plan
 from eai.tasks.task import Category, Goal, GoalKind, Task
@@ -40,7 +40,7 @@ class OperatorLibrary:
     """
 
     header: PddlDomain
-    operators: Mapping[str, OperatorText]
+    operators: Mapping[str, UnparsedOperator]
     categories: Mapping[str, Category]
 
 
@@ -119,7 +119,7 @@ def make_transition_tasks(
     all_categories = {**make_default_categories(exported[0].domain), **(categories or {})}
     library = OperatorLibrary(
         header=replace(exported[0].domain, actions=()),
-        operators={action.name: write_operator_text(action) for action in exported[0].domain.actions},
+        operators={action.name: unparse_operator(action) for action in exported[0].domain.actions},
         categories=all_categories,
     )
     planner = Planner(domain)

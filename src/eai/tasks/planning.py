@@ -7,7 +7,7 @@ from typing import TypeAlias
 
 from eai.planning.planner import Planner, PlanningGoal
 from eai.planning.possible import find_unreachable_goals
-from eai.planning.search import Limits, SearchEnd, SearchResult
+from eai.planning.search import Limits, SearchEndReason, SearchResult
 from eai.tasks.goal_test import find_alternative_actions
 from eai.tasks.task import GoalKind, Task
 from eai.world.action import Action
@@ -34,14 +34,14 @@ def find_plan(task: Task, planner: Planner, limits: Limits | None = None) -> Sea
     return planner.find_plan(task.initial, to_planning_goal(task), task.planning_objects, limits)
 
 
-def explain_missing_plan(end: SearchEnd) -> str:
+def explain_missing_plan(end: SearchEndReason) -> str:
     """Return the reason why a search found no plan, or an empty text if it found a plan."""
     match end:
-        case SearchEnd.SOLVED:
+        case SearchEndReason.SOLVED:
             return ""
-        case SearchEnd.UNREACHABLE:
+        case SearchEndReason.UNREACHABLE:
             return "no plan exists"
-        case SearchEnd.STATES:
+        case SearchEndReason.STATES:
             return "no plan was found within the limits of the search"
 
 

@@ -13,7 +13,7 @@ from typing import TypeAlias, TypeVar
 
 from eai.base.errors import InputError, find_enum_member
 from eai.base.store import ReportProgress, Store, ignore_progress
-from eai.pddl.planning import PlannerChoice, PlannerTerms
+from eai.pddl.planning import PlannerChoice, PlannerLimits
 from eai.tasks.task import Task
 from eai.world.vocabulary import require_tuple
 
@@ -77,7 +77,7 @@ class Source:
     report: ReportProgress = ignore_progress
     planner: PlannerChoice = PlannerChoice.AUTO
     errata: ErrataChoice = ErrataChoice.CURRENT
-    terms: PlannerTerms = field(default_factory=PlannerTerms)
+    terms: PlannerLimits = field(default_factory=PlannerLimits)
 
 
 USUAL_SOURCE = Source()

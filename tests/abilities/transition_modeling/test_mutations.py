@@ -15,7 +15,7 @@ from eai.abilities.transition_modeling.rules import OperatorRules, PaperOperator
 from eai.abilities.transition_modeling.scorer import TransitionModeling
 from eai.abilities.transition_modeling.verdict import OperatorVerdict
 from eai.abilities.verdict import Verdict
-from eai.pddl.model import OperatorText
+from eai.pddl.model import UnparsedOperator
 from eai.pddl.planning import PddlPlanner
 from eai.pddl.reader import read_domain
 from eai.pddl.search import BuiltInPlanner
@@ -23,10 +23,10 @@ from eai.tasks.operator_task import OperatorLibrary, TransitionTask
 from eai.tasks.task import Category
 from sweeps import swept
 
-OPEN = OperatorText(
+OPEN = UnparsedOperator(
     "open", "(?a - agent ?o - object)", "(and (shut ?o) (near ?a ?o))", "(and (wide ?o) (not (shut ?o)))"
 )
-LIGHT = OperatorText(
+LIGHT = UnparsedOperator(
     "light", "(?a - agent ?o - object)", "(exists (?b) (and (wide ?b) (in ?o ?b)))", "(lit ?o)"
 )
 HEADER = """(define (domain d) (:types agent object)
@@ -55,7 +55,7 @@ def score(task: TransitionTask, text: str, rules: Callable[[PddlPlanner], Operat
 def operator(
     precondition: str = OPEN.precondition, effect: str = OPEN.effect, parameters: str = OPEN.parameters
 ) -> str:
-    return OperatorText("open", parameters, precondition, effect).write_pddl
+    return UnparsedOperator("open", parameters, precondition, effect).write_pddl
 
 
 def offences(verdict: Verdict) -> set[str]:
@@ -79,11 +79,7 @@ MUTATIONS = {
     "undeclared predicate in an effect": (operator(effect="(ajar ?o)"), X, {"unknown_predicate"}),
     "wrong arity in a condition": (operator("(near ?o)"), X, {"wrong_arity"}),
     "wrong arity in an effect": (operator(effect="(wide ?a ?o)"), X, {"wrong_arity"}),
-    "undeclared type of a parameter": (
-        operator(parameters="(?a - ghost ?o)"),
-        X,
-        {"unknown_type"},
-    ),
+    "undeclared type of a parameter": (operator(parameters="(?a - ghost ?o)"), X, {"unknown_type"}),
     "undeclared type of a quantifier": (operator("(exists (?g - ghost) (wide ?g))"), X, {"unknown_type"}),
     "a type as a predicate": (operator("(agent ?a)"), X, {"unknown_predicate"}),
     "arguments turned round": (operator("(near ?o ?a)"), U, {"wrong_argument_type"}),

@@ -28,7 +28,7 @@ from eai.logic.traversal import walk_subformulas
 from eai.pddl.planning import PlannerOutcome
 from eai.pddl.writer import write_formula
 from eai.planning.planner import Planner
-from eai.planning.search import Limits, SearchEnd
+from eai.planning.search import Limits, SearchEndReason
 from eai.tasks.goal_test import GoalTest
 from eai.tasks.planning import find_plan
 from eai.tasks.source import Source, TaskSet
@@ -138,7 +138,7 @@ def test_the_subset_of_behavior_100_has_the_activities_of_equal_names(activity_s
 
 def test_the_planner_uses_a_washer_for_dirty_objects(activities: TaskSet[Task], domain: Domain) -> None:
     search = find_plan(activities["wash_dog_toys"], Planner(domain), Limits(100))
-    assert search.end is SearchEnd.SOLVED
+    assert search.end is SearchEndReason.SOLVED
     assert "WASH" in {action.operator for action in search.plan}
 
 

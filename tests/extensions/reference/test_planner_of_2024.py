@@ -6,12 +6,12 @@ import pytest
 
 from eai.extensions.reference.planner_of_2024 import normalise, read_operator
 from eai.pddl.check import PddlFinding, PddlViolationKind
-from eai.pddl.model import OperatorText, PddlAction, PddlDomain
+from eai.pddl.model import PddlAction, PddlDomain, UnparsedOperator
 from eai.pddl.planning import PlanningTask
 from eai.pddl.reader import read_domain, read_problem
 from eai.pddl.search import search
 from eai.pddl.writer import write_action, write_effect, write_formula
-from eai.planning.search import Limits, SearchEnd
+from eai.planning.search import Limits, SearchEndReason
 
 HEADER = read_domain(
     """(define (domain d) (:types room thing)
@@ -21,7 +21,7 @@ PROBLEM = "(define (problem p) (:domain d) (:objects hall - room cup - thing) (:
 
 
 def read(precondition: str, effect: str, parameters: str = "(?x - thing)", name: str = "act") -> object:
-    return read_operator(OperatorText(name, parameters, precondition, effect), HEADER)
+    return read_operator(UnparsedOperator(name, parameters, precondition, effect), HEADER)
 
 
 def action(precondition: str, effect: str, parameters: str = "(?x - thing)", name: str = "act") -> PddlAction:
@@ -39,8 +39,8 @@ def task(
 def solvable(*actions: PddlAction, init: str = "", goal: str = "(goal)") -> bool:
     made = task(*actions, init=init, goal=goal)
     verdict = search(made.domain, made.problem, Limits()).end
-    assert verdict is not SearchEnd.STATES
-    return verdict is SearchEnd.SOLVED
+    assert verdict is not SearchEndReason.STATES
+    return verdict is SearchEndReason.SOLVED
 
 
 @pytest.mark.parametrize(

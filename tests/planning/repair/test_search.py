@@ -128,7 +128,7 @@ def restricted(scorer: ActionSequencing, plan: PlanSteps, actions: Sequence[Acti
     def get_allowed_actions(name: str) -> tuple[Action, ...]:
         return tuple([action for action in actions if action.operator == name])
 
-    repairer.conflict_changes.get_actions_of_operator = get_allowed_actions  # type: ignore[method-assign]
+    repairer.change_finder.get_actions_of_operator = get_allowed_actions  # type: ignore[method-assign]
     return repairer
 
 
@@ -145,7 +145,7 @@ def test_the_fewest_edits_agree_with_brute_force(name: str, number: int) -> None
         assert min(at_least, MAX_BRUTE_FORCE_EDITS) == expected, (scorer.task.id, plan, actions)
         seen.add(expected)
         if expected == 1:
-            single_edits = {edited(plan, [each]) for each in repairer.find_single_edits(plan)}
+            single_edits = {edited(plan, [each]) for each in repairer.find_single_edit_repairs(plan)}
             for each in one_edit(plan, actions):
                 if succeeds(scorer.domain, scorer.task, each) and each not in single_edits:
                     shorter = {(*each[:i], *each[i + 1 :]) for i in range(len(each))}
@@ -159,10 +159,7 @@ def test_a_reported_repair_succeeds_and_bounds_tighten_with_effort(name: str) ->
     for _ in range(examples(30)):
         scorer, plan, _ = draw(name, random)
         repairer = Repairer(
-            planner(scorer.domain),
-            scorer.task.initial,
-            to_planning_goal(scorer.task),
-            scorer.task.relevant,
+            planner(scorer.domain), scorer.task.initial, to_planning_goal(scorer.task), scorer.task.relevant
         )
         at_least, at_most = 0, float("inf")
         for limit in (1, 100, 1_000, 10_000):
@@ -176,7 +173,7 @@ def test_a_reported_repair_succeeds_and_bounds_tighten_with_effort(name: str) ->
                 assert succeeds(scorer.domain, scorer.task, edited(plan, edits))
         assert at_most < float("inf")
         if at_least == at_most == 1:
-            singles = [*repairer.find_single_edits(plan)]
+            singles = [*repairer.find_single_edit_repairs(plan)]
             assert singles
             assert all(succeeds(scorer.domain, scorer.task, edited(plan, [each])) for each in singles)
 

@@ -249,7 +249,7 @@ class OperatorIndex:
         scope = {p: i for p, i in zip(taken.schema.variables, given, strict=True) if i is not None}
         usable = make_mask(objects)
         partial, effort = (
-            taken.make_partial_binding(state.scene, scope, fixed=True),
+            taken.make_partial_binding(state.scene, scope, for_all_states=True),
             SearchEffort(Limits().bindings),
         )
         bindings = complete_bindings(state, partial, usable, effort)

@@ -16,7 +16,7 @@ from typing import NamedTuple, TypeAlias
 
 from eai.abilities.subgoal_decomposition.program import MAX_ACTIONS, TOO_FAR, ActionSequence, SubgoalPlans
 from eai.abilities.subgoal_decomposition.repertoire import CandidateAction, Holds, select_distinguished
-from eai.planning.search import OpenList, SearchEffort, SearchEnd, SearchNode, run_best_first_search
+from eai.planning.search import OpenList, SearchEffort, SearchEndReason, SearchNode, run_best_first_search
 from eai.planning.successor_generator import PlanNode
 from eai.world.action import Action
 from eai.world.state import State
@@ -207,10 +207,10 @@ class _UniformCostSearch:
         self._open.push(node, node.depth, self._pushed)
         self._pushed += 1
 
-    def _visit_node(self, node: PlanNode) -> PlanNode | SearchEnd | None:
+    def _visit_node(self, node: PlanNode) -> PlanNode | SearchEndReason | None:
         """Add the successors of a node to the open list, and keep those that reach the goal as solutions.
 
-        Return None to continue the search. A node or a `SearchEnd` stops the search.
+        Return None to continue the search. A node or a `SearchEndReason` stops the search.
         """
         self.nodes.append(node)
         if node.depth < self._best:
@@ -221,7 +221,7 @@ class _UniformCostSearch:
                         return child
                 elif child.depth < self._lengths.get(child.state, child.depth + 1):
                     self._push_node(child)
-        return SearchEnd.STATES if self.effort.is_used_up else None
+        return SearchEndReason.STATES if self.effort.is_used_up else None
 
     def _keep_solution(self, node: PlanNode) -> None:
         if node.depth < self._best:

@@ -341,8 +341,8 @@ def _add_part(action: PddlAction, part: _OperatorPart, group: ExpressionList) ->
     reader = PddlReader(part.text)
     match part.keyword:
         case "precondition":
-            return replace(action, precondition=reader.read_whole_condition(group))
+            return replace(action, precondition=reader.read_condition_or_empty(group))
         case "effect":
-            return replace(action, effect=reader.read_whole_effect(group))
+            return replace(action, effect=reader.read_effect_or_empty(group))
         case _:
             return replace(action, parameters=reader.read_variables(group))

@@ -25,9 +25,15 @@ from eai.abilities.transition_modeling.verdict import OperatorReport, OperatorSt
 from eai.abilities.verdict import Confusion, ErrorReport, Span, Unreadable, add_confusions
 from eai.pddl.check import DeclaredNames, PddlFinding, check_action
 from eai.pddl.execute import PddlPlanExecutor, PlanStep
-from eai.pddl.matching import OperatorMatch, match_missing_operator, match_operators
+from eai.pddl.matching import OperatorMatch, mark_all_clauses_missing, match_operators
 from eai.pddl.model import PddlAction
-from eai.pddl.planning import PddlPlanner, PlannerOutcome, PlannerResult, PlanningTask, make_violation_result
+from eai.pddl.planning import (
+    PddlPlanner,
+    PlannerOutcome,
+    PlannerResult,
+    PlanningTask,
+    make_input_error_result,
+)
 from eai.tasks.operator_task import TransitionTask
 from eai.tasks.task import TaskExclusion
 from eai.world.fault import FaultKind
@@ -319,7 +325,7 @@ def _compare_operator(task: TransitionTask, name: str, read: _ReadOperator | Non
         findings = (*findings, *_check_operator(task, action))
     else:
         status = OperatorStatus.MISSING if read is None else OperatorStatus.UNREADABLE
-        match = match_missing_operator(gold)
+        match = mark_all_clauses_missing(gold)
     return OperatorReport(name, status, match.precondition, match.effect, findings), match
 
 
@@ -350,5 +356,5 @@ def _make_planning_task(
     task: TransitionTask, actions: tuple[PddlAction, ...], refusals: tuple[PddlFinding, ...]
 ) -> PlanningTask | PlannerResult:
     if refusals:
-        return make_violation_result(refusals[0])
+        return make_input_error_result(refusals[0])
     return PlanningTask(replace(task.domain.header, actions=actions), task.problem)

@@ -18,7 +18,7 @@ from eai.benchmarks.generator.prior import LiteralPattern, TitleTheme, UsualGoal
 from eai.logic.traversal import find_predicates
 from eai.planning.effect_schema import make_effect_schemas
 from eai.planning.planner import Planner, PlanningGoal
-from eai.planning.search import Limits, SearchEnd
+from eai.planning.search import Limits, SearchEndReason
 from eai.tasks.task import Task
 from eai.world.derived import find_stored_predicates
 from eai.world.domain import Domain
@@ -80,7 +80,7 @@ def hide_object(
         wanted.append(f.Not(shown) if lid.reveals else shown)
     for number in range(1, len(wanted) + 1):
         search = planner.find_plan(state, PlanningGoal(tuple(wanted[:number])), objects, _LIMITS)
-        if search.end is not SearchEnd.SOLVED:
+        if search.end is not SearchEndReason.SOLVED:
             return None
         state = execute_plan(planner.domain, state, search.plan).final_state
     return state

@@ -21,7 +21,7 @@ from eai.benchmarks.generator.goals import GoalProposals
 from eai.logic.trace import Trace
 from eai.logic.traversal import find_object_names
 from eai.planning.planner import Planner, PlanningGoal, drop_needless_actions
-from eai.planning.search import Limits, SearchEnd, SearchNode
+from eai.planning.search import Limits, SearchEndReason, SearchNode
 from eai.planning.successor_generator import PlanNode, SuccessorGenerator
 from eai.tasks.goal_test import GoalTest
 from eai.tasks.task import GoalKind, Task
@@ -100,7 +100,7 @@ class GoalByGoalPlan:
         else:
             planning_goal = PlanningGoal((*self.conditions, wanted))
         search = self.planner.find_plan(self.state, planning_goal, self.objects, _GOAL_LIMITS)
-        if search.end is not SearchEnd.SOLVED:
+        if search.end is not SearchEndReason.SOLVED:
             return False
         for action in search.plan:
             self.state = self.planner.domain.apply(self.state, action)

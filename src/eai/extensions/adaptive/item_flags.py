@@ -17,7 +17,7 @@ from eai.extensions.adaptive.flag import Flag, FlagReader
 from eai.logic.ltl_printer import print_ltl
 from eai.logic.rewriting import rename_objects
 from eai.planning.planner import get_planner
-from eai.planning.search import SearchEnd, SearchResult
+from eai.planning.search import SearchEndReason, SearchResult
 from eai.results.lines import SuiteKey
 from eai.tasks.planning import find_plan
 from eai.tasks.source import Source
@@ -62,7 +62,7 @@ def make_flag_reader(source: Source) -> FlagReader:
             verdict = suite.adapt_to_answers([answer]).score(task_id, answer)
             if isinstance(verdict, PlanVerdict) and verdict.success:
                 return "unsolved: plan exists"
-        is_impossible = search_plan(key.domain, task_id).end is SearchEnd.UNREACHABLE
+        is_impossible = search_plan(key.domain, task_id).end is SearchEndReason.UNREACHABLE
         return "unsolved: no plan" if is_impossible else "unsolved"
 
     def find_flags(key: SuiteKey, task_id: str, unsolved: bool) -> Iterator[Flag]:

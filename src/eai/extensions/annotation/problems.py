@@ -19,7 +19,7 @@ from eai.pddl.model import PddlDomain
 from eai.pddl.planning import PddlPlanner, PlannerOutcome, PlanningTask
 from eai.pddl.reader import read_action, read_problem
 from eai.pddl.writer import write_domain, write_problem
-from eai.planning.role import find_spatial_predicates
+from eai.planning.role import find_holding_and_location_predicates
 from eai.tasks.task import GoalKind, Task
 from eai.world.domain import Domain
 from eai.world.relation import iterate_bits
@@ -133,7 +133,7 @@ def share_domain(problems: Sequence[DrawnProblem], benchmark: Benchmark) -> list
 def _find_relevant_object_bits(task: Task, goals: Sequence[Formula], domain: Domain) -> int:
     """Return as a bit mask the relevant objects, the goals' objects, and all objects that carry them."""
     scene, initial = task.scene, task.initial
-    supports = [initial.relation(name) for name in find_spatial_predicates(domain)[1]]
+    supports = [initial.relation(name) for name in find_holding_and_location_predicates(domain)[1]]
     pending = [*task.relevant, *[scene.index[name] for goal in goals for name in find_object_names(goal)]]
     mask = 0
     while pending:

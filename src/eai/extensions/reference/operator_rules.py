@@ -56,8 +56,8 @@ from eai.extensions.reference.planner_of_2024 import normalise, read_operator
 from eai.logic.matching import find_maximum_matching
 from eai.pddl.check import PddlFinding
 from eai.pddl.matching import ClauseComparison
-from eai.pddl.model import OperatorText, PddlAction
-from eai.pddl.planning import PlannerResult, PlanningTask, make_violation_result
+from eai.pddl.model import PddlAction, UnparsedOperator
+from eai.pddl.planning import PlannerResult, PlanningTask, make_input_error_result
 from eai.tasks.operator_task import TransitionTask
 from eai.tasks.task import TaskExclusion
 from eai.world.fault import FaultKind
@@ -72,7 +72,7 @@ _UNBALANCED = "(()"
 _UNBALANCED_CLOSE = 1  # the offset that eai-eval assumes if no parenthesis closes the list
 
 
-def extract_as_reference(answer: str) -> tuple[OperatorText, ...] | None:
+def extract_as_reference(answer: str) -> tuple[UnparsedOperator, ...] | None:
     """Return the operators of an answer in order of first mention, or None for eai-eval's format error.
 
     An answer without any operator gives an empty result, not None.
@@ -83,7 +83,7 @@ def extract_as_reference(answer: str) -> tuple[OperatorText, ...] | None:
     if ";" in content:
         content = _COMMENT.sub("", content)
     content = " ".join(content.split())
-    operators: dict[str, OperatorText] = {}
+    operators: dict[str, UnparsedOperator] = {}
     position = 0
     while head := _HEAD.search(content, position):
         positions = [content.find(key, head.end()) for key in (":parameters", ":precondition", ":effect")]
@@ -93,7 +93,9 @@ def extract_as_reference(answer: str) -> tuple[OperatorText, ...] | None:
         if parameters is None:
             return None
         name = head.group(1)
-        operators[name] = OperatorText(name, parameters, precondition or _UNBALANCED, effect or _UNBALANCED)
+        operators[name] = UnparsedOperator(
+            name, parameters, precondition or _UNBALANCED, effect or _UNBALANCED
+        )
         closing = _UNBALANCED_CLOSE if effect is None else effect.index(")") - 1
         position = positions[2] + closing + 1
     return tuple(operators.values())
@@ -143,8 +145,8 @@ class ReferenceRules(OperatorRules):
     """Scores operators as eai-eval does. Caches avoid repeated comparison of equal texts."""
 
     counts_clauses: ClassVar[bool] = False
-    reports: ResultCache[OperatorText, OperatorReport] = field(default_factory=ResultCache)
-    read: ResultCache[OperatorText, PddlAction | PddlFinding | None] = field(default_factory=ResultCache)
+    reports: ResultCache[UnparsedOperator, OperatorReport] = field(default_factory=ResultCache)
+    read: ResultCache[UnparsedOperator, PddlAction | PddlFinding | None] = field(default_factory=ResultCache)
 
     def judge_answer(self, task: TransitionTask, text: str) -> OperatorJudgement:
         """Return the judgement on an answer. A task is excluded if its answer has eai-eval's format error."""
@@ -191,46 +193,48 @@ class ReferenceRules(OperatorRules):
         }
         return {name: self._plan(task, (tried[name],)) if name in tried else None for name in task.operators}
 
-    def _report(self, task: TransitionTask, operator: OperatorText) -> OperatorReport:
+    def _report(self, task: TransitionTask, operator: UnparsedOperator) -> OperatorReport:
         if operator.name not in task.operators:
             return OperatorReport(operator.name, OperatorStatus.HALLUCINATED)
         gold = task.domain.operators[operator.name]
         return self.reports.get_or_compute(
-            operator, operator.size, lambda: _compare_operators(operator, gold)
+            operator, operator.text_length, lambda: _compare_operators(operator, gold)
         )
 
-    def _plan(self, task: TransitionTask, written: tuple[OperatorText, ...]) -> PlannerResult:
+    def _plan(self, task: TransitionTask, written: tuple[UnparsedOperator, ...]) -> PlannerResult:
         if self.planner is None:
             return NOT_RUN
         names = {operator.name for operator in written}
         gold = (operator for name, operator in task.domain.operators.items() if name not in names)
         operators = tuple(sorted((*written, *gold), key=lambda operator: operator.name))
-        key, size = (task.problem_text, operators), sum(operator.size for operator in written)
+        key, size = (task.problem_text, operators), sum(operator.text_length for operator in written)
         return self.solve(key, size, lambda: self._make_planning_task(task, operators))
 
     def _make_planning_task(
-        self, task: TransitionTask, operators: tuple[OperatorText, ...]
+        self, task: TransitionTask, operators: tuple[UnparsedOperator, ...]
     ) -> PlanningTask | PlannerResult:
         actions = []
         for operator in operators:
             reading = self.read.get_or_compute(
-                operator, operator.size, partial(read_operator, operator, task.domain.header)
+                operator, operator.text_length, partial(read_operator, operator, task.domain.header)
             )
             if isinstance(reading, PddlFinding):
-                return make_violation_result(reading)
+                return make_input_error_result(reading)
             if isinstance(reading, PddlAction):
                 actions.append(reading)
         return normalise(task.domain.header, actions, task.problem)
 
 
 def _compare_operators(
-    written: OperatorText, gold: OperatorText, status: OperatorStatus = OperatorStatus.COMPARED
+    written: UnparsedOperator, gold: UnparsedOperator, status: OperatorStatus = OperatorStatus.COMPARED
 ) -> OperatorReport:
     precondition = compare_as_reference(written.precondition, gold.precondition)
     return OperatorReport(gold.name, status, precondition, compare_as_reference(written.effect, gold.effect))
 
 
-def _replace_part(written: OperatorText, gold: OperatorText, replaced: ReplacedPart) -> OperatorText:
+def _replace_part(
+    written: UnparsedOperator, gold: UnparsedOperator, replaced: ReplacedPart
+) -> UnparsedOperator:
     match replaced:
         case "precondition":
             return replace(gold, precondition=written.precondition)

@@ -35,7 +35,7 @@ import eai.pddl.model as m
 from eai.logic.rewriting import map_leaves, push_negations_inwards
 from eai.logic.traversal import get_bound_variables, get_terms, map_subformulas, wrap_in_quantifiers
 from eai.pddl.check import DeclaredNames, PddlError, PddlFinding, PddlViolationKind, check_action
-from eai.pddl.model import OperatorText
+from eai.pddl.model import UnparsedOperator
 from eai.pddl.planning import PlanningTask
 from eai.pddl.reader import ExpressionList, PddlReader, SExpr, Symbol, read_group
 
@@ -133,7 +133,7 @@ _REFUSED = frozenset(
 )
 
 
-def read_operator(source: OperatorText, header: m.PddlDomain) -> m.PddlAction | PddlFinding | None:
+def read_operator(source: UnparsedOperator, header: m.PddlDomain) -> m.PddlAction | PddlFinding | None:
     """Read an operator and bind its variables, or return why the planner refuses the operator's domain.
 
     The result is None for an operator that the planner removes without a message: an operator without effect,
@@ -178,7 +178,7 @@ def normalise(header: m.PddlDomain, actions: Iterable[m.PddlAction], problem: m.
     )
 
 
-def _read_checked(source: OperatorText, header: m.PddlDomain) -> m.PddlAction | PddlFinding | None:
+def _read_checked(source: UnparsedOperator, header: m.PddlDomain) -> m.PddlAction | PddlFinding | None:
     location = f"operator {source.name}"
     texts = (source.parameters, source.precondition, source.effect)
     if not all(text.isascii() for text in (source.name, *texts)):
@@ -187,9 +187,9 @@ def _read_checked(source: OperatorText, header: m.PddlDomain) -> m.PddlAction | 
     if any(text[group.end :].strip() for text, group in zip(texts, groups, strict=True)):
         return PddlFinding(PddlViolationKind.UNBALANCED, "nothing behind a list", location)
     precondition = _falsify_types(
-        PddlReader(texts[1]).read_whole_condition(_mark_bound_names(groups[1])), header
+        PddlReader(texts[1]).read_condition_or_empty(_mark_bound_names(groups[1])), header
     )
-    effect = PddlReader(texts[2]).read_whole_effect(_mark_bound_names(groups[2]))
+    effect = PddlReader(texts[2]).read_effect_or_empty(_mark_bound_names(groups[2]))
     effect = m.map_effect(effect, lambda condition: _falsify_types(condition, header), lambda atom: atom)
     parameters = _read_parameters(texts[0], groups[0])
     action = m.PddlAction(source.name.lower(), parameters or (), precondition, effect)

@@ -10,7 +10,7 @@ from __future__ import annotations
 from collections.abc import Callable
 from typing import TypeAlias
 
-from eai.planning.conflict_changes import ChangeSet, ConflictChanges, simplify_check_condition
+from eai.planning.conflict_changes import ChangeSet, FactChangeFinder, simplify_by_other_checks
 from eai.planning.effect_schema import FactChange
 from eai.planning.planner import PlanningGoal
 from eai.planning.repair.edits import EditedPlan, PlanSteps
@@ -32,26 +32,26 @@ If no step is impossible, one more moment is at the end.
 START: PlanPath = ((0, 0),)
 
 
-class PlanStates:
+class PlanStateCache:
     """The states to which plans for one task lead. Each state has a number and is computed once.
 
     Args:
         domain: the domain.
         initial: the state in which plans begin.
         goal: the goal of plans.
-        conflict_changes: the changes that conditions need.
+        change_finder: the changes that conditions need.
 
     Attributes:
         by_number: the states; the index of a state is its number. The initial state has number 0.
     """
 
     def __init__(
-        self, domain: Domain, initial: State, goal: PlanningGoal, conflict_changes: ConflictChanges
+        self, domain: Domain, initial: State, goal: PlanningGoal, change_finder: FactChangeFinder
     ) -> None:
         self.domain = domain
         self.initial = initial
         self.goal = goal
-        self.conflict_changes = conflict_changes
+        self.change_finder = change_finder
         self._goals = make_subgoals(goal.conditions, initial.scene)
         self.forget_states()
 
@@ -68,26 +68,28 @@ class PlanStates:
         A moment is the number of the state, and the number of the goal's operators taken so far.
         """
         number, taken = moment
-        after, executed = self.get_state_after_step(number, action)
+        after, executed = self.get_next_state_and_executed(number, action)
         if after is None:
             return None
         wanted = self.goal.actions
         takes = executed and taken < len(wanted) and action.operator in wanted[taken]
         return after, taken + takes
 
-    def get_state_after_step(self, number: int, action: Action) -> tuple[int | None, bool]:
+    def get_next_state_and_executed(self, state_number: int, action: Action) -> tuple[int | None, bool]:
         """Return the number of the state after a step, and whether the step is executed.
 
         The number is None if the step is impossible. A step that is skipped, because it is not needed, leads
         to the same state and is not executed.
         """
-        outcome = self._after.get((number, action))
+        outcome = self._after.get((state_number, action))
         if outcome is None:
-            outcome = self._after[number, action] = self._compute_state_after_step(number, action)
+            outcome = self._after[state_number, action] = self._compute_next_state_and_executed(
+                state_number, action
+            )
         return outcome
 
-    def _compute_state_after_step(self, number: int, action: Action) -> tuple[int | None, bool]:
-        state, operator = self.by_number[number], self.domain.compiled_operators[action.operator]
+    def _compute_next_state_and_executed(self, state_number: int, action: Action) -> tuple[int | None, bool]:
+        state, operator = self.by_number[state_number], self.domain.compiled_operators[action.operator]
         binding = operator.bind(state, action.arguments)
         if operator.is_possible(state, binding):
             after = operator.apply(state, binding)
@@ -97,15 +99,15 @@ class PlanStates:
             return after_number, True
         kinds = {failure.check.check.fault for failure in operator.find_failures(state, binding)}
         kind = min(kinds, key=self.domain.precedence.index)
-        return (number if kind is FaultKind.ADDITIONAL_STEP else None), False
+        return (state_number if kind is FaultKind.ADDITIONAL_STEP else None), False
 
-    def find_missed_goals(self, number: int) -> tuple[Subgoal, ...]:
+    def find_unmet_goals(self, state_number: int) -> tuple[Subgoal, ...]:
         """Return the conditions of the goal that do not hold in a state."""
-        missed = self._missed.get(number)
+        missed = self._missed.get(state_number)
         if missed is None:
-            state, holds = self.by_number[number], self.conflict_changes.holds
+            state, holds = self.by_number[state_number], self.change_finder.holds
             lacking = [g for g in self._goals if holds(g.formula, g.scope, state) != g.truth]
-            missed = self._missed[number] = tuple(lacking)
+            missed = self._missed[state_number] = tuple(lacking)
         return missed
 
     def compute_path(self, plan: EditedPlan, begin: PlanPath, at: int) -> PlanPath:
@@ -133,14 +135,12 @@ class PlanStates:
                 failed += after is None
                 moment = after or moment
         number, taken = moment
-        return failed + len(self.find_missed_goals(number)) + len(self.goal.actions) - taken
+        return failed + len(self.find_unmet_goals(number)) + len(self.goal.actions) - taken
 
     def plan_succeeds(self, plan: EditedPlan, path: PlanPath) -> bool:
         """Whether a plan with this path succeeds."""
         number, taken = path[-1]
-        return (
-            len(path) > len(plan) and taken == len(self.goal.actions) and not self.find_missed_goals(number)
-        )
+        return len(path) > len(plan) and taken == len(self.goal.actions) and not self.find_unmet_goals(number)
 
     def reaches_goal(self, plan: EditedPlan, start: PlanMoment = START[0]) -> bool:
         """Whether a plan reaches the goal from the moment ``start`` on."""
@@ -155,91 +155,104 @@ EditsFinder: TypeAlias = "Callable[[EditedPlan, PlanPath], list[HelpingEdits]]"
 """Function from an edited plan and its path to edits. Every repair contains at least one such edit."""
 
 
-def make_edits_finder(states: PlanStates) -> EditsFinder:
+def make_edits_finder(states: PlanStateCache) -> EditsFinder:
     """Return a function that finds the edits that may resolve the conflicts of plans for one task."""
-    return _ConflictFinder(states).find_helping_edits
+    return _HelpingEditFinder(states).find_edits_towards_repair
 
 
-class _ConflictFinder:
+class _HelpingEditFinder:
     """Finds the conflicts of edited plans, and the edits that may resolve them.
 
     Args:
         states: the states that plans for the task lead to.
     """
 
-    def __init__(self, states: PlanStates) -> None:
+    def __init__(self, states: PlanStateCache) -> None:
         self._states = states
-        self._conflict_changes = states.conflict_changes
+        self._change_finder = states.change_finder
         self._fatal: dict[tuple[int, Action], ChangeSet] = {}
         self._lacking: dict[int, list[ChangeSet]] = {}
 
-    def find_helping_edits(self, plan: EditedPlan, path: PlanPath) -> list[HelpingEdits]:
+    def find_edits_towards_repair(self, plan: EditedPlan, path: PlanPath) -> list[HelpingEdits]:
         """Return edits of a plan. Every repair of the plan contains at least one edit among them."""
         at = len(path) - 1
         number, taken = path[at]
         if at < len(plan) and (action := plan[at].action) is not None:
             deletion: list[HelpingEdits] = [(at, (None,))] if plan[at].is_kept else []
-            return deletion + self._find_edits_making_changes(
-                plan, path, self._get_changes_to_unblock(number, action), frozenset()
+            return deletion + self._find_edits_making_any_change(
+                plan, path, self._get_cached_changes_to_enable_step(number, action), frozenset()
             )
         choices = [
-            self._find_edits_making_changes(plan, path, changes, frozenset())
+            self._find_edits_making_any_change(plan, path, changes, frozenset())
             for changes in self._find_changes_to_reach_goals(number)
         ]
         if taken < len(self._states.goal.actions):
             names = [n for names in self._states.goal.actions[: taken + 1] for n in names]
-            choices.append(self._find_edits_making_changes(plan, path, frozenset(), frozenset(names)))
+            choices.append(self._find_edits_making_any_change(plan, path, frozenset(), frozenset(names)))
         return min(choices, key=lambda edits: sum(len(actions) for _, actions in edits))
 
-    def _get_changes_to_unblock(self, number: int, action: Action) -> ChangeSet:
+    def _get_cached_changes_to_enable_step(self, state_number: int, action: Action) -> ChangeSet:
         """Return the changes that may make an impossible step possible, or an additional step (skipped)."""
-        changes = self._fatal.get((number, action))
+        changes = self._fatal.get((state_number, action))
         if changes is None:
-            changes = self._fatal[number, action] = self._find_changes_to_unblock(number, action)
+            changes = self._fatal[state_number, action] = self._find_changes_to_enable_step(
+                state_number, action
+            )
         return changes
 
-    def _find_changes_to_unblock(self, number: int, action: Action) -> ChangeSet:
+    def _find_changes_to_enable_step(self, state_number: int, action: Action) -> ChangeSet:
         state, operator = (
-            self._states.by_number[number],
+            self._states.by_number[state_number],
             self._states.domain.compiled_operators[action.operator].operator,
         )
         scope = operator.map_parameters(action.arguments)
         changes: set[FactChange] = set()
         for check in operator.checks:
-            holds = self._conflict_changes.holds(check.condition, scope, state)
+            holds = self._change_finder.holds(check.condition, scope, state)
             if not holds:
-                changes |= self._conflict_changes.find_changes(
-                    simplify_check_condition(check, operator.checks), scope, state, truth=True
+                changes |= self._change_finder.find_necessary_changes(
+                    simplify_by_other_checks(check, operator.checks), scope, state, truth=True
                 )
                 return frozenset(changes)
             if check.fault is FaultKind.ADDITIONAL_STEP:
-                changes |= self._conflict_changes.find_changes(check.condition, scope, state, truth=False)
+                changes |= self._change_finder.find_necessary_changes(
+                    check.condition, scope, state, truth=False
+                )
         for attempt in operator.alternatives:
             for condition in (attempt.condition, *[check.condition for check in attempt.checks]):
-                holds = self._conflict_changes.holds(condition, scope, state)
+                holds = self._change_finder.holds(condition, scope, state)
                 if not holds or condition is attempt.condition:
-                    changes |= self._conflict_changes.find_changes(condition, scope, state, truth=not holds)
+                    changes |= self._change_finder.find_necessary_changes(
+                        condition, scope, state, truth=not holds
+                    )
         return frozenset(changes)
 
-    def _find_changes_to_reach_goals(self, number: int) -> list[ChangeSet]:
+    def _find_changes_to_reach_goals(self, state_number: int) -> list[ChangeSet]:
         """Return a set of changes for each missed goal. One change of each set must happen."""
-        changes = self._lacking.get(number)
+        changes = self._lacking.get(state_number)
         if changes is None:
-            state, find_changes = self._states.by_number[number], self._conflict_changes.find_changes
+            state, find_changes = (
+                self._states.by_number[state_number],
+                self._change_finder.find_necessary_changes,
+            )
             changes = [
                 find_changes(g.formula, g.scope, state, truth=g.truth)
-                for g in self._states.find_missed_goals(number)
+                for g in self._states.find_unmet_goals(state_number)
             ]
-            self._lacking[number] = changes
+            self._lacking[state_number] = changes
         return changes
 
-    def _find_edits_making_changes(
-        self, plan: EditedPlan, path: PlanPath, changes: ChangeSet, names: frozenset[str]
+    def _find_edits_making_any_change(
+        self, plan: EditedPlan, path: PlanPath, fact_changes: ChangeSet, operator_names: frozenset[str]
     ) -> list[HelpingEdits]:
         helping_edits: list[HelpingEdits] = []
         actions = {
-            **self._conflict_changes.find_actions_making_any(changes),
-            **{a: None for n in sorted(names) for a in self._conflict_changes.get_actions_of_operator(n)},
+            **self._change_finder.find_actions_making_any(fact_changes),
+            **{
+                a: None
+                for n in sorted(operator_names)
+                for a in self._change_finder.get_actions_of_operator(n)
+            },
         }
         insertions = tuple(actions)
         for position in range(len(path) - 1, -1, -1):
@@ -249,28 +262,33 @@ class _ConflictFinder:
             entry = plan[position - 1]
             if entry.action is None:
                 continue
-            earlier_changes, undoes = self._find_earlier_changes(
-                path[position - 1][0], entry.action, changes, names
+            earlier_changes, undoes = self._find_prior_changes_and_undoing(
+                path[position - 1][0], entry.action, fact_changes, operator_names
             )
             if entry.is_kept and undoes:
                 helping_edits.append((position - 1, (None,)))
-            if not earlier_changes <= changes:
-                actions |= self._conflict_changes.find_actions_making_any(earlier_changes - changes)
+            if not earlier_changes <= fact_changes:
+                actions |= self._change_finder.find_actions_making_any(earlier_changes - fact_changes)
                 insertions = tuple(actions)
-                changes |= earlier_changes
+                fact_changes |= earlier_changes
         return helping_edits
 
-    def _find_earlier_changes(
-        self, number: int, action: Action, changes: ChangeSet, names: frozenset[str]
+    def _find_prior_changes_and_undoing(
+        self, state_number: int, action: Action, changes: ChangeSet, operator_names: frozenset[str]
     ) -> tuple[ChangeSet, bool]:
         """Return changes that may make a later step cause some of ``changes``, or undo fewer of ``changes``.
 
         The second returned value is whether that step undoes any of ``changes``.
         """
-        state, executed = self._states.by_number[number], self._states.get_state_after_step(number, action)[1]
-        earlier_changes, undoes = self._conflict_changes.find_changes_before_step(
-            action, state, changes, executed=executed
+        state, executed = (
+            self._states.by_number[state_number],
+            self._states.get_next_state_and_executed(state_number, action)[1],
         )
-        if action.operator in names and not executed:
-            earlier_changes |= self._conflict_changes.find_changes_for_skipping(action, state, executed=False)
+        earlier_changes, undoes = self._change_finder.find_prior_changes_and_undoing(
+            action, state, changes, is_executed=executed
+        )
+        if action.operator in operator_names and not executed:
+            earlier_changes |= self._change_finder.find_changes_to_toggle_skipping(
+                action, state, is_executed=False
+            )
         return earlier_changes, undoes

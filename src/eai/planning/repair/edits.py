@@ -16,7 +16,7 @@ PlanSteps: TypeAlias = Sequence["Action | None"]
 """Steps of a written plan; None stands for an unreadable step."""
 
 
-class PlanEntry(NamedTuple):
+class EditedPlanStep(NamedTuple):
     """An entry of an edited plan.
 
     Attributes:
@@ -33,7 +33,10 @@ class PlanEntry(NamedTuple):
         return self.step >= 0 and self.action is not None
 
 
-EditedPlan: TypeAlias = tuple[PlanEntry, ...]
+EditedPlan: TypeAlias = tuple[EditedPlanStep, ...]
+
+FirstChangedPosition: TypeAlias = int
+"""Position of the first step of an edited plan that differs from the plan before the last edit."""
 
 
 class PlanEdit(NamedTuple):
@@ -50,9 +53,9 @@ class PlanEdit(NamedTuple):
     action: Action | None
 
 
-def make_plan_entries(plan: PlanSteps) -> EditedPlan:
+def make_unedited_plan(plan: PlanSteps) -> EditedPlan:
     """Return the entries of a plan without edits."""
-    return tuple([PlanEntry(i, action) for i, action in enumerate(plan)])
+    return tuple([EditedPlanStep(i, action) for i, action in enumerate(plan)])
 
 
 def align_plans(plan: PlanSteps, other: Sequence[Action]) -> EditedPlan:
@@ -63,20 +66,20 @@ def align_plans(plan: PlanSteps, other: Sequence[Action]) -> EditedPlan:
         for j, action in enumerate(other):
             row.append(min(rows[-1][j] + (step != action), rows[-1][j + 1] + 1, row[j] + 1))
         rows.append(row)
-    entries: list[PlanEntry] = []
+    entries: list[EditedPlanStep] = []
     i, j = len(plan), len(other)
     while i or j:
         if i and j and plan[i - 1] == other[j - 1] and rows[i][j] == rows[i - 1][j - 1]:
             i, j = i - 1, j - 1
-            entries.append(PlanEntry(i, other[j]))
+            entries.append(EditedPlanStep(i, other[j]))
             continue
         is_replacement = i and j and rows[i][j] == rows[i - 1][j - 1] + 1
         if i and (is_replacement or rows[i][j] == rows[i - 1][j] + 1):
             i -= 1
-            entries.append(PlanEntry(i, None))
-        if j and (is_replacement or entries[-1:] != [PlanEntry(i, None)]):
+            entries.append(EditedPlanStep(i, None))
+        if j and (is_replacement or entries[-1:] != [EditedPlanStep(i, None)]):
             j -= 1
-            entries.append(PlanEntry(-1, other[j]))
+            entries.append(EditedPlanStep(-1, other[j]))
     return tuple(reversed(entries))
 
 
@@ -126,9 +129,9 @@ class EditCost(NamedTuple):
     deletions: int
     insertions: int
 
-    def count_min_edits_with(self, number: int) -> int:
-        """Return the minimum number of edits of the plan after ``number`` more steps are inserted."""
-        return self.edits + max(0, number - self.deletions)
+    def count_min_edits_with_more(self, further_steps: int) -> int:
+        """Return the minimum number of edits of the plan after ``further_steps`` more steps are inserted."""
+        return self.edits + max(0, further_steps - self.deletions)
 
 
 def compute_edit_cost(plan: EditedPlan) -> EditCost:
@@ -155,7 +158,7 @@ def count_edits(plan: EditedPlan | None) -> float:
     return inf if plan is None else compute_edit_cost(plan).edits
 
 
-def find_replaceable_steps(plan: EditedPlan) -> Iterator[int]:
+def find_positions_of_free_deletions(plan: EditedPlan) -> Iterator[int]:
     """Yield the positions of unchanged steps whose deletion costs no further edit.
 
     Just before such a step, the plan has more insertions than deletions. So the deletion turns an insertion
@@ -168,7 +171,7 @@ def find_replaceable_steps(plan: EditedPlan) -> Iterator[int]:
         surplus = 0 if entry.is_kept else surplus + (1 if entry.step < 0 else -1)
 
 
-_END = PlanEntry(0, Action("", ()))
+_END = EditedPlanStep(0, Action("", ()))
 """Unchanged step that is appended to a plan when its edits are counted.
 
 It closes the last group of insertions and deletions.
@@ -180,7 +183,10 @@ def list_plan_edits(plan: EditedPlan) -> tuple[PlanEdit, ...]:
     edits: list[PlanEdit] = []
     inserted: list[Action | None] = []
     deleted: list[int] = []
-    for step, action in (*plan, PlanEntry(max((entry.step for entry in plan), default=-1) + 1, _END.action)):
+    for step, action in (
+        *plan,
+        EditedPlanStep(max((entry.step for entry in plan), default=-1) + 1, _END.action),
+    ):
         if step < 0:
             inserted.append(action)
         elif action is None:
@@ -197,24 +203,26 @@ def list_plan_edits(plan: EditedPlan) -> tuple[PlanEdit, ...]:
 
 def put_insertions_before_deletions(plan: EditedPlan) -> EditedPlan:
     """Return an edited plan in which, between unchanged steps, inserted steps come before deleted steps."""
-    entries_in_order: list[PlanEntry] = []
+    entries_in_order: list[EditedPlanStep] = []
     for is_kept, entries in groupby(plan, key=lambda entry: entry.is_kept):
         segment = [*entries]
         entries_in_order += segment if is_kept else sorted(segment, key=lambda entry: entry.step >= 0)
     return tuple(entries_in_order)
 
 
-def apply_edit(plan: EditedPlan, position: int, action: Action | None) -> tuple[EditedPlan, int]:
+def insert_or_delete_step(
+    plan: EditedPlan, position: int, inserted: Action | None
+) -> tuple[EditedPlan, FirstChangedPosition]:
     """Return a plan after one more edit, and the number of its first entry that differs.
 
-    Inserted and deleted steps are in the order of `put_insertions_before_deletions`. If ``action`` is None,
+    Inserted and deleted steps are in the order of `put_insertions_before_deletions`. If ``inserted`` is None,
     the entry at ``position`` is deleted.
     """
     start = position
     while start and plan[start - 1].step >= 0 and plan[start - 1].action is None:
         start -= 1
-    if action is not None:
-        return (*plan[:start], PlanEntry(-1, action), *plan[start:]), start
+    if inserted is not None:
+        return (*plan[:start], EditedPlanStep(-1, inserted), *plan[start:]), start
     end = position + 1
     while end < len(plan) and plan[end].step < 0:
         end += 1

@@ -9,9 +9,9 @@ from __future__ import annotations
 
 from collections.abc import Iterable, Iterator, Sequence
 from math import inf
-from typing import NamedTuple
+from typing import NamedTuple, TypeAlias
 
-from eai.planning.conflict_changes import ConflictChanges
+from eai.planning.conflict_changes import FactChangeFinder
 from eai.planning.landmarks import Landmarks
 from eai.planning.planner import Planner, PlanningGoal
 from eai.planning.repair.conflicts import (
@@ -19,31 +19,34 @@ from eai.planning.repair.conflicts import (
     HelpingEdits,
     PlanMoment,
     PlanPath,
-    PlanStates,
+    PlanStateCache,
     make_edits_finder,
 )
 from eai.planning.repair.edits import (
     EditCost,
     EditedPlan,
+    EditedPlanStep,
     PlanEdit,
-    PlanEntry,
     PlanSteps,
     align_plans,
-    apply_edit,
     compute_edit_cost,
     count_edits,
-    find_replaceable_steps,
+    find_positions_of_free_deletions,
+    insert_or_delete_step,
     list_plan_edits,
-    make_plan_entries,
+    make_unedited_plan,
     put_insertions_before_deletions,
     undo_one_edit,
 )
-from eai.planning.search import Limits, OpenList, SearchEffort, SearchEnd
+from eai.planning.search import Limits, OpenList, SearchEffort, SearchEndReason
 from eai.planning.subgoal import Subgoal
 from eai.planning.successor_generator import generate_applicable_of_operator
 from eai.world.action import Action
 from eai.world.fault import FaultKind
 from eai.world.state import State
+
+MinEdits: TypeAlias = int
+"""Proved minimum number of edits of any repair of a plan."""
 
 _FIRST_SHARE, _SEARCH_SHARE, _ENABLING_SHARE, _UNDOING_SHARE = 0.03, 0.7, 0.075, 0.025
 """Shares, from 0 to 1, of the effort for repairing one plan.
@@ -94,19 +97,19 @@ class Repairer:
         objects: the objects that inserted steps may use, by index.
 
     Attributes:
-        conflict_changes: the changes that conditions need.
+        change_finder: the changes that conditions need.
         states: the states that plans lead to.
     """
 
     def __init__(self, planner: Planner, initial: State, goal: PlanningGoal, objects: Sequence[int]) -> None:
         self._planner = planner
         self._objects = objects
-        self.conflict_changes = ConflictChanges(planner.domain, initial, objects, planner.heuristic.achievers)
-        self.states = PlanStates(planner.domain, initial, goal, self.conflict_changes)
+        self.change_finder = FactChangeFinder(planner.domain, initial, objects, planner.heuristic.achievers)
+        self.states = PlanStateCache(planner.domain, initial, goal, self.change_finder)
         self._plans: dict[int, tuple[Action, ...] | None] = {}
         self._enabling_actions: dict[tuple[int, Action], tuple[Action, ...] | None] = {}
 
-    def repair(self, plan: PlanSteps, effort: SearchEffort) -> tuple[int, tuple[PlanEdit, ...] | None]:
+    def repair(self, plan: PlanSteps, effort: SearchEffort) -> tuple[MinEdits, tuple[PlanEdit, ...] | None]:
         """Return the proved minimum number of edits, and the edits of the smallest repair found, or None.
 
         Args:
@@ -116,7 +119,7 @@ class Repairer:
         if len(self.states.by_number) > _MAX_CACHED_STATES:
             self.states.forget_states()
             self._enabling_actions.clear()
-        if self.conflict_changes.is_partial:
+        if self.change_finder.has_too_many_actions:
             return self._repair_by_planner(plan, effort)
         search = _RepairSearch(self, plan)
         best = search.run(effort.limit * _FIRST_SHARE)
@@ -128,12 +131,12 @@ class Repairer:
 
     def _repair_by_planner(
         self, plan: PlanSteps, effort: SearchEffort
-    ) -> tuple[int, tuple[PlanEdit, ...] | None]:
+    ) -> tuple[MinEdits, tuple[PlanEdit, ...] | None]:
         """Return a minimum number of edits and a repair, like `repair`, but only by the planner.
 
         It is used if the domain has too many actions to prove a better minimum number of edits.
         """
-        if None not in plan and self.states.reaches_goal(make_plan_entries(plan)):
+        if None not in plan and self.states.reaches_goal(make_unedited_plan(plan)):
             return 0, ()
         best = self._find_best_planner_repair(plan, effort)
         return 1, None if best is None else list_plan_edits(best)
@@ -146,30 +149,32 @@ class Repairer:
         ]
         return min(repairs, key=count_edits, default=None)
 
-    def find_min_steps(self, effort: SearchEffort) -> int:
+    def prove_min_plan_length(self, effort: SearchEffort) -> int:
         """Return the proved minimum number of steps of plans that succeed."""
-        if self.conflict_changes.is_partial:
-            return int(bool(self.states.find_missed_goals(0) or self.states.goal.actions))
+        if self.change_finder.has_too_many_actions:
+            return int(bool(self.states.find_unmet_goals(0) or self.states.goal.actions))
         search = _RepairSearch(self, ())
         search.run(effort.limit * _SEARCH_SHARE)
         effort.used += search.effort.used
         return search.min_edits
 
     def _generate_planner_repairs(
-        self, plan: PlanSteps, looks: int, effort: SearchEffort
+        self, plan: PlanSteps, max_tests: int, effort: SearchEffort
     ) -> Iterator[EditedPlan]:
         """Yield up to two repairs by the planner.
 
         One repair keeps the plan's possible steps and continues after them. The other is a new plan from the
-        initial state. ``looks`` limits the actions that the planner tests for the first repair.
+        initial state. ``max_tests`` limits the actions that the planner tests for the first repair.
         """
-        walk_effort = SearchEffort(0 if self.conflict_changes.is_partial else effort.limit * _ENABLING_SHARE)
+        walk_effort = SearchEffort(
+            0 if self.change_finder.has_too_many_actions else effort.limit * _ENABLING_SHARE
+        )
         actions, moment = self._execute_possible_steps(plan, walk_effort)
         effort.used += walk_effort.used
-        further = self._plan_from(moment, looks)
+        further = self._plan_from(moment, max_tests)
         if further is not None:
             yield put_insertions_before_deletions(align_plans(plan, (*actions, *further)))
-        whole = self._plan_from_start(_START_FACTOR * looks)
+        whole = self._plan_from_start(_START_FACTOR * max_tests)
         if whole is not None:
             yield put_insertions_before_deletions(align_plans(plan, whole))
 
@@ -186,7 +191,7 @@ class Repairer:
             outcome = (
                 None
                 if step is None
-                else self._take_enabled_step(moment, step, plan[i + 1 :], skipped, effort)
+                else self._enable_and_take_step(moment, step, plan[i + 1 :], skipped, effort)
             )
             skipped = skipped + 1 if outcome is None else 0
             if outcome is not None:
@@ -194,8 +199,8 @@ class Repairer:
                 actions += step_actions
         return actions, moment
 
-    def _take_enabled_step(
-        self, moment: PlanMoment, step: Action, rest: PlanSteps, skipped: int, effort: SearchEffort
+    def _enable_and_take_step(
+        self, moment: PlanMoment, step: Action, later: PlanSteps, skipped_before: int, effort: SearchEffort
     ) -> tuple[Sequence[Action], PlanMoment] | None:
         """Return a step with actions before it that make it possible, and the moment after the step.
 
@@ -204,8 +209,8 @@ class Repairer:
         Args:
             moment: the moment before the step.
             step: the step.
-            rest: the steps after this step.
-            skipped: number of steps left out just before this step.
+            later: the steps after this step.
+            skipped_before: number of steps left out just before this step.
             effort: counter of the effort for making steps possible.
         """
         after = self.states.take_step(moment, step)
@@ -214,23 +219,23 @@ class Repairer:
         before = None if effort.is_used_up else self._find_enabling_actions(moment[0], step)
         if before is None:
             return None
-        path = self.states.compute_path(make_plan_entries((*before, step)), (moment,), 0)
+        path = self.states.compute_path(make_unedited_plan((*before, step)), (moment,), 0)
         if len(path) < len(before) + 2:  # the step is impossible even after the inserted actions
             return None
         after = path[-1]
-        effort.used += 2 * len(rest)
-        edits = max(0, len(before) - skipped) + self.states.count_failures(rest, after)
-        return ((*before, step), after) if edits < 1 + self.states.count_failures(rest, moment) else None
+        effort.used += 2 * len(later)
+        edits = max(0, len(before) - skipped_before) + self.states.count_failures(later, after)
+        return ((*before, step), after) if edits < 1 + self.states.count_failures(later, moment) else None
 
-    def _find_enabling_actions(self, number: int, action: Action) -> tuple[Action, ...] | None:
-        key = number, action
+    def _find_enabling_actions(self, state_number: int, action: Action) -> tuple[Action, ...] | None:
+        key = state_number, action
         if key not in self._enabling_actions:
             operator = self.states.domain.compiled_operators[action.operator].operator
             scope = operator.map_parameters(action.arguments)
             checks = [c.condition for c in operator.checks if c.fault is not FaultKind.ADDITIONAL_STEP]
             goals = tuple([Subgoal(condition, scope, True) for condition in checks])
             self._enabling_actions[key] = self._planner.find_actions_towards(
-                self.states.by_number[number], goals, self._objects, _ENABLING_LIMITS
+                self.states.by_number[state_number], goals, self._objects, _ENABLING_LIMITS
             )
         return self._enabling_actions[key]
 
@@ -249,23 +254,23 @@ class Repairer:
         effort.used += undo_effort.used
         return plan
 
-    def _plan_from_start(self, looks: int) -> tuple[Action, ...] | None:
-        if looks not in self._plans:
-            self._plans[looks] = self._plan_from(START[0], looks)
-        return self._plans[looks]
+    def _plan_from_start(self, max_tests: int) -> tuple[Action, ...] | None:
+        if max_tests not in self._plans:
+            self._plans[max_tests] = self._plan_from(START[0], max_tests)
+        return self._plans[max_tests]
 
-    def _plan_from(self, moment: PlanMoment, looks: int) -> tuple[Action, ...] | None:
+    def _plan_from(self, moment: PlanMoment, max_tests: int) -> tuple[Action, ...] | None:
         number, taken = moment
         goal = PlanningGoal(self.states.goal.conditions, self.states.goal.actions[taken:])
         result = self._planner.find_plan(
-            self.states.by_number[number], goal, self._objects, Limits(_MAX_PLANNER_STATES, looks=looks)
+            self.states.by_number[number], goal, self._objects, Limits(_MAX_PLANNER_STATES, looks=max_tests)
         )
-        return result.plan if result.end is SearchEnd.SOLVED else None
+        return result.plan if result.end is SearchEndReason.SOLVED else None
 
-    def find_single_edits(self, plan: PlanSteps) -> Iterator[PlanEdit]:
+    def find_single_edit_repairs(self, plan: PlanSteps) -> Iterator[PlanEdit]:
         """Yield all single edits that make a plan succeed."""
         entries, find_edits, landmarks = (
-            make_plan_entries(plan),
+            make_unedited_plan(plan),
             make_edits_finder(self.states),
             self.make_landmarks(plan),
         )
@@ -275,29 +280,29 @@ class Repairer:
         else:  # an unreadable step must be deleted
             helping = [(position, (None,)) for position in (plan.index(None),) if position < len(path)]
         if sum([len(actions) for _, actions in helping]) > _MANY_EDITS:
-            landmarks.find_more_cuts(frozenset(filter(None, plan)), SearchEffort(_LANDMARK_EFFORT))
+            landmarks.add_cuts_missed_by(frozenset(filter(None, plan)), SearchEffort(_LANDMARK_EFFORT))
         for position, actions in helping:
             if actions == (None,):
-                without = apply_edit(entries, position, None)[0]
+                without = insert_or_delete_step(entries, position, None)[0]
                 path_without = self.states.compute_path(without, path, position)
-                candidates: Iterable[Action | None] = self._find_useful_actions(path[position])
+                candidates: Iterable[Action | None] = self._find_changing_or_required_actions(path[position])
                 if self.states.plan_succeeds(without, path_without):
                     yield PlanEdit(position, position, None)
                 else:
                     candidates = dict(find_edits(without, path_without)).get(position, ())
-                yield from self._generate_insertions(
+                yield from self._complete_edit_with_action(
                     plan, PlanEdit(position, position, None), path[position], candidates, landmarks
                 )
             else:
-                yield from self._generate_insertions(
+                yield from self._complete_edit_with_action(
                     plan, PlanEdit(position, None, None), path[position], actions, landmarks
                 )
                 if position < len(plan) and (position, (None,)) not in helping:
-                    yield from self._generate_insertions(
+                    yield from self._complete_edit_with_action(
                         plan, PlanEdit(position, position, None), path[position], actions, landmarks
                     )
 
-    def _generate_insertions(
+    def _complete_edit_with_action(
         self,
         plan: PlanSteps,
         edit: PlanEdit,
@@ -312,12 +317,12 @@ class Repairer:
         for action in actions:
             if action is None or action == old_action or lacked & ~landmarks.find_hit_cuts(action):
                 continue
-            if self.states.get_state_after_step(moment[0], action)[1] and self._succeeds_from(
+            if self.states.get_next_state_and_executed(moment[0], action)[1] and self._succeeds_from(
                 self.states.take_step(moment, action), rest
             ):
                 yield edit._replace(action=action)
 
-    def _find_useful_actions(self, moment: PlanMoment) -> Iterator[Action]:
+    def _find_changing_or_required_actions(self, moment: PlanMoment) -> Iterator[Action]:
         """Yield the possible actions in a state that change the world, or that the goal requires."""
         names = {name for names in self.states.goal.actions for name in names}
         for operator in self.states.domain.operators:
@@ -331,7 +336,7 @@ class Repairer:
         return (
             moment is not None
             and None not in rest
-            and self.states.reaches_goal(make_plan_entries(rest), moment)
+            and self.states.reaches_goal(make_unedited_plan(rest), moment)
         )
 
     def make_landmarks(self, plan: PlanSteps) -> Landmarks:
@@ -344,11 +349,11 @@ class Repairer:
             names for names in self.states.goal.actions if not any(step.operator in names for step in steps)
         ]
         taking = [
-            frozenset([a for name in names for a in self.conflict_changes.get_actions_of_operator(name)])
+            frozenset([a for name in names for a in self.change_finder.get_actions_of_operator(name)])
             for names in untaken
         ]
         return Landmarks(
-            self.conflict_changes, self.states.initial, self.states.find_missed_goals(0), steps, taking
+            self.change_finder, self.states.initial, self.states.find_unmet_goals(0), steps, taking
         )
 
 
@@ -382,9 +387,9 @@ class _RepairNode(NamedTuple):
     edits: Sequence[HelpingEdits] = ()
 
     @property
-    def at_least(self) -> int:
+    def min_repair_edits(self) -> int:
         """Minimum number of edits of any repair that includes all edits made to the plan so far."""
-        return max(self.min_edits, self.cost.count_min_edits_with(self.missing_steps))
+        return max(self.min_edits, self.cost.count_min_edits_with_more(self.missing_steps))
 
 
 class _RepairSearch:
@@ -409,7 +414,7 @@ class _RepairSearch:
         self._waiting: OpenList[_RepairNode] = OpenList()
         self._seen: set[tuple[EditedPlan, bool]] = set()
         self._pushed = 0
-        start = make_plan_entries(plan)
+        start = make_unedited_plan(plan)
         self._push_node(_RepairNode(start, START, 0, 0, compute_edit_cost(start), 0, -1, 0))
 
     def run(self, limit: float, known_edits: float = inf) -> EditedPlan | None:
@@ -422,12 +427,12 @@ class _RepairSearch:
         self.effort.limit = limit
         while self.min_edits < known_edits and (node := self._waiting.pop()) is not None:
             updated = self._update_bounds(node)
-            if updated.at_least > node.at_least:
-                self._push_executed(updated)
+            if updated.min_repair_edits > node.min_repair_edits:
+                self._queue_executed_node(updated)
                 continue
-            self.min_edits = max(self.min_edits, node.at_least)
+            self.min_edits = max(self.min_edits, node.min_repair_edits)
             if self.effort.is_used_up:
-                self._push_executed(updated)
+                self._queue_executed_node(updated)
                 break
             if node.first_unknown < 0:
                 self._expand_node(updated)
@@ -440,13 +445,13 @@ class _RepairSearch:
         """Put a plan into the queue, at most once before and once after its execution."""
         if (node.plan, node.first_unknown < 0) not in self._seen:
             self._seen.add((node.plan, node.first_unknown < 0))
-            self._push_executed(node)
+            self._queue_executed_node(node)
 
-    def _push_executed(self, node: _RepairNode) -> None:
+    def _queue_executed_node(self, node: _RepairNode) -> None:
         """Put a plan into the queue by its rank. Among plans with equal ranks, the newest comes first."""
         self._pushed += 1
         self.effort.used += self._pushed % _PUSHES_PER_EFFORT == 0
-        self._waiting.push(node, node.at_least, node.failures, -self._pushed)
+        self._waiting.push(node, node.min_repair_edits, node.failures, -self._pushed)
 
     def _execute_plan_of(self, node: _RepairNode) -> bool:
         """Execute a plan, and return whether it succeeds.
@@ -462,10 +467,10 @@ class _RepairSearch:
         lacks = self._states.count_failures(rest, path[-1])
         self._push_node(
             node._replace(
-                path=path, first_unknown=-1, failures=lacks, min_edits=node.cost.count_min_edits_with(1)
+                path=path, first_unknown=-1, failures=lacks, min_edits=node.cost.count_min_edits_with_more(1)
             )
         )
-        for position in find_replaceable_steps(node.plan):
+        for position in find_positions_of_free_deletions(node.plan):
             if position < len(path):
                 self._push_node(self._make_deletion_node(node._replace(path=path, failures=lacks), position))
         return False
@@ -478,53 +483,57 @@ class _RepairSearch:
         edits = node.edits or self._find_edits(node.plan, node.path)
         self.effort.used += 0 if node.edits else _CONFLICT_EFFORT * len(node.path)
         lacking: dict[Action, int] = {}
-        max_cost = node.at_least
+        max_cost = node.min_repair_edits
         for position, actions in edits:
             if self.effort.is_used_up:
-                self._push_executed(node)
+                self._queue_executed_node(node)
                 return
             if actions == (None,):
                 child = self._make_deletion_node(node, position)
-                max_cost = max(max_cost, child.at_least)
-                if child.at_least <= node.at_least:
+                max_cost = max(max_cost, child.min_repair_edits)
+                if child.min_repair_edits <= node.min_repair_edits:
                     self._push_node(child)
             elif actions:
-                max_cost = max(max_cost, self._push_insertions(node, position, actions, lacking))
-        if max_cost > node.at_least:
-            self._push_executed(node._replace(edits=edits, min_edits=node.at_least + 1))
+                max_cost = max(max_cost, self._queue_insertions(node, position, actions, lacking))
+        if max_cost > node.min_repair_edits:
+            self._queue_executed_node(node._replace(edits=edits, min_edits=node.min_repair_edits + 1))
 
-    def _push_insertions(
-        self, node: _RepairNode, position: int, actions: Sequence[Action | None], lacking: dict[Action, int]
+    def _queue_insertions(
+        self, node: _RepairNode, position: int, actions: Sequence[Action | None], missing: dict[Action, int]
     ) -> int:
         """Queue each plan with one action inserted at a position, if the insertion adds no cost.
 
-        Return the maximum cost of all plans with one of the actions inserted. ``lacking`` caches the number
+        Return the maximum cost of all plans with one of the actions inserted. ``missing`` caches the number
         of missing steps after each insertion.
         """
         self.effort.used += len(actions) // _EDITS_PER_EFFORT
-        plan, at = apply_edit(node.plan, position, actions[0])
-        costs, first, last = compute_edit_cost(plan), node.min_edits if node.edits else 0, node.at_least
+        plan, at = insert_or_delete_step(node.plan, position, actions[0])
+        costs, first, last = (
+            compute_edit_cost(plan),
+            node.min_edits if node.edits else 0,
+            node.min_repair_edits,
+        )
         max_cost = 0
         for action in filter(None, actions):
             lacked = node.missed_cuts & ~self._landmarks.find_hit_cuts(action)
-            number = lacking.get(action)
+            number = missing.get(action)
             if number is None:
-                number = lacking[action] = self._landmarks.count_min_actions(lacked)
-            rank = costs.count_min_edits_with(number)
+                number = missing[action] = self._landmarks.count_min_actions(lacked)
+            rank = costs.count_min_edits_with_more(number)
             if (
                 rank <= last
-                and rank < costs.count_min_edits_with(1)
+                and rank < costs.count_min_edits_with_more(1)
                 and self._is_useless_insertion(node, position, action)
             ):
                 rank += 1
             max_cost = max(max_cost, rank)
             if first <= rank <= last:
-                child = (*plan[:at], PlanEntry(-1, action), *plan[at + 1 :])
+                child = (*plan[:at], EditedPlanStep(-1, action), *plan[at + 1 :])
                 self._push_node(self._make_child_node(node, child, at, costs, lacked))
         return max_cost
 
     def _make_deletion_node(self, node: _RepairNode, position: int) -> _RepairNode:
-        plan, at = apply_edit(node.plan, position, None)
+        plan, at = insert_or_delete_step(node.plan, position, None)
         lacked = node.missed_cuts
         if self._landmarks.find_hit_cuts(node.plan[position].action):
             lacked = self._landmarks.find_missed_cuts([e.action for e in plan if e.action is not None])
@@ -534,12 +543,12 @@ class _RepairSearch:
         """Search for more landmarks. Return the node with the bounds that the landmarks prove."""
         landmarks = self._landmarks
         search_effort = self.effort if self.effort.used > _EASY_EFFORT else SearchEffort(0)
-        landmarks.find_more_cuts(self._steps, search_effort)
+        landmarks.add_cuts_missed_by(self._steps, search_effort)
         if node.first_unknown >= 0 and node.known_cuts == len(landmarks.cuts):
             return node
         steps = frozenset([entry.action for entry in node.plan if entry.action is not None])
         if node.first_unknown < 0:
-            landmarks.find_more_cuts(steps, search_effort)
+            landmarks.add_cuts_missed_by(steps, search_effort)
         lacked = landmarks.find_missed_cuts(steps)
         return node._replace(
             missed_cuts=lacked,
@@ -548,11 +557,13 @@ class _RepairSearch:
         )
 
     def _make_child_node(
-        self, node: _RepairNode, plan: EditedPlan, at: int, costs: EditCost, lacked: int
+        self, parent: _RepairNode, plan: EditedPlan, first_changed: int, costs: EditCost, missed_cuts: int
     ) -> _RepairNode:
-        at = min(at, len(node.path) - 1)
-        lacking = self._landmarks.count_min_actions(lacked)
-        return _RepairNode(plan, node.path, at, node.failures, costs, lacked, node.known_cuts, lacking)
+        first_changed = min(first_changed, len(parent.path) - 1)
+        lacking = self._landmarks.count_min_actions(missed_cuts)
+        return _RepairNode(
+            plan, parent.path, first_changed, parent.failures, costs, missed_cuts, parent.known_cuts, lacking
+        )
 
     def _is_useless_insertion(self, node: _RepairNode, position: int, action: Action) -> bool:
         """Whether an inserted action is impossible at its position, or changes nothing."""

@@ -11,7 +11,7 @@ from typing import NamedTuple
 import eai.logic.formula as f
 from eai.abilities.answer_text import AnswerFormat, JsonObject, contains_json_string, read_json
 from eai.abilities.verdict import Unreadable
-from eai.planning.role import find_spatial_predicates
+from eai.planning.role import find_holding_and_location_predicates
 from eai.tasks.task import Task
 from eai.tasks.wording import SuiteWording, list_objects_in_prompt
 from eai.world.derived import find_definition
@@ -174,12 +174,12 @@ class SceneWords:
     @cached_property
     def holding_predicates(self) -> tuple[str, ...]:
         """Names of the described predicates that say which object a hand holds."""
-        return self._list_described_predicates(find_spatial_predicates(self.wording.domain)[0])
+        return self._list_described_predicates(find_holding_and_location_predicates(self.wording.domain)[0])
 
     @cached_property
     def support_predicates(self) -> tuple[str, ...]:
         """Names of the described predicates for an object in, on or under another object."""
-        return self._list_described_predicates(find_spatial_predicates(self.wording.domain)[1])
+        return self._list_described_predicates(find_holding_and_location_predicates(self.wording.domain)[1])
 
     @cached_property
     def written_arities(self) -> Mapping[str, int]:
