@@ -31,7 +31,7 @@ from eai.world.effect import ANYTHING, Add, Delete, Effect, ForEach, Let, When
 from eai.world.execution import attempt_action
 from eai.world.frame import AGENT
 from eai.world.history import History
-from eai.world.operator import Alternative, Operator, additional_step, affordance, missing_step
+from eai.world.operator import Operator, OperatorAlternative, additional_step, affordance, missing_step
 from eai.world.relation import iterate_bits
 from eai.world.state import Fact, Scene, State, WorldObject
 from eai.world.vocabulary import Predicate, Vocabulary
@@ -184,8 +184,8 @@ def test_what_is_exported_is_sound_pddl_and_reads_back() -> None:
 
 def test_tries_are_conditional_effects_one_of_which_must_succeed() -> None:
     tries = (
-        Alternative(RED(X), (missing_step(BIG(X), "small"),), (Delete(RED(X)),)),
-        Alternative(LIT(), (missing_step(CLEAR(X), "covered"),), (Delete(LIT()),)),
+        OperatorAlternative(RED(X), (missing_step(BIG(X), "small"),), (Delete(RED(X)),)),
+        OperatorAlternative(LIT(), (missing_step(CLEAR(X), "covered"),), (Delete(LIT()),)),
     )
     toy = domain(Operator("clean", (X,), (), (), alternatives=tries))
     rng = random.Random(1)

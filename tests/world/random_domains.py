@@ -23,8 +23,8 @@ from eai.world import (
     Vocabulary,
     When,
     WorldObject,
+    find_when_action_was_possible,
     find_when_conditions_held,
-    find_when_possible,
 )
 from pddl.random_pddl import OBJECTS, PREDICATES, atoms, formulas
 
@@ -74,7 +74,7 @@ DECLARED = st.tuples(operators("a0", 0), operators("a1", 1), operators("a2", 2))
 @st.composite
 def cases(draw: st.DrawFn) -> Case:
     declared = draw(DECLARED)
-    rule = draw(st.sampled_from((find_when_conditions_held, find_when_possible)))
+    rule = draw(st.sampled_from((find_when_conditions_held, find_when_action_was_possible)))
     domain = Domain("random", VOCABULARY, declared, rule)
     scene = Scene(VOCABULARY, [WorldObject(o.name, o.type) for o in OBJECTS])
     index = st.integers(0, len(OBJECTS) - 1)

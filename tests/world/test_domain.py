@@ -16,11 +16,11 @@ from eai.world.domain import Domain
 from eai.world.effect import Add, Delete
 from eai.world.execution import Trajectory, attempt_action, execute_plan
 from eai.world.fault import FaultKind
-from eai.world.history import History, HistoryRule, find_when_conditions_held, find_when_possible
+from eai.world.history import History, HistoryRule, find_when_action_was_possible, find_when_conditions_held
 from eai.world.operator import (
-    Alternative,
     Check,
     Operator,
+    OperatorAlternative,
     additional_step,
     affordance,
     missing_step,
@@ -37,13 +37,16 @@ CLEAN = Operator(
     (additional_step(DIRTY() | MUDDY(), "clean already"),),
     (Delete(WET()),),
     alternatives=(
-        Alternative(DIRTY(), (missing_step(SOAP(), "no soap"),), (Delete(DIRTY()),)),
-        Alternative(MUDDY(), (affordance(WET(), "dry"),), (Delete(MUDDY()),)),
+        OperatorAlternative(DIRTY(), (missing_step(SOAP(), "no soap"),), (Delete(DIRTY()),)),
+        OperatorAlternative(MUDDY(), (affordance(WET(), "dry"),), (Delete(MUDDY()),)),
     ),
 )
 TAKE, LOSE = Operator("TAKE", (), (), (Add(SOAP()),)), Operator("LOSE", (), (), (Delete(SOAP()),))
 DOMAIN = Domain(
-    "bath", Vocabulary((WET, DIRTY, MUDDY, SOAP)), (CLEAN, TAKE, LOSE), history_rule=find_when_possible
+    "bath",
+    Vocabulary((WET, DIRTY, MUDDY, SOAP)),
+    (CLEAN, TAKE, LOSE),
+    history_rule=find_when_action_was_possible,
 )
 
 X, Y = Variable("x"), Variable("y")
@@ -206,7 +209,7 @@ def test_an_operator_has_its_other_effects_if_no_try_is_made() -> None:
 
 def test_checks_of_tries_are_also_sorted_as_in_the_paper() -> None:
     mixed = (missing_step(SOAP(), "no soap"), additional_step(DIRTY(), "clean"), affordance(WET(), "dry"))
-    operator = replace(CLEAN, alternatives=(Alternative(DIRTY(), mixed, ()),))
+    operator = replace(CLEAN, alternatives=(OperatorAlternative(DIRTY(), mixed, ()),))
     (ordered,) = sort_operator_checks(operator).alternatives
     assert [check.reason for check in ordered.checks] == ["dry", "clean", "no soap"]
 
@@ -245,7 +248,7 @@ def test_an_action_that_was_possible_in_an_earlier_state_is_in_the_wrong_order(
     assert (fault.kind, fault.earlier) == expected
 
 
-@pytest.mark.parametrize("rule", [find_when_conditions_held, find_when_possible])
+@pytest.mark.parametrize("rule", [find_when_conditions_held, find_when_action_was_possible])
 def test_a_step_that_fails_repeatedly_tests_every_state_once(rule: HistoryRule) -> None:
     times = 0
 
@@ -278,8 +281,8 @@ def test_a_condition_that_never_held_gives_no_wrong_order() -> None:
 def test_a_domain_declares_visible_objects_and_landmarks() -> None:
     state = toy.initial()
     everything = state.scene.everything
-    assert toy.DOMAIN.find_visible(state, everything) == everything
-    assert toy.DOMAIN.find_landmarks(state, everything) == 0
+    assert toy.DOMAIN.find_visible_objects(state, everything) == everything
+    assert toy.DOMAIN.find_landmark_objects(state, everything) == 0
     limited = replace(toy.DOMAIN, visible=toy.beside(toy.X), landmarks=is_a(toy.X, "place"))
-    assert state.scene.names(limited.find_visible(state, everything)) == ("robot", "red")
-    assert state.scene.names(limited.find_landmarks(state, everything)) == ("hall", "shed")
+    assert state.scene.names(limited.find_visible_objects(state, everything)) == ("robot", "red")
+    assert state.scene.names(limited.find_landmark_objects(state, everything)) == ("hall", "shed")

@@ -18,7 +18,9 @@ def test_exactly_the_arguments_without_a_failing_check_are_found(case: Case) -> 
     objects = [2, 0, 1]
     for operator in case.domain.operators:
         compiled = case.domain.compiled_operators[operator.name]
-        assert list(case.domain.argument_finders[operator.name](case.initial, objects, no_limit)) == [
+        assert list(
+            case.domain.argument_finder_by_operator[operator.name](case.initial, objects, no_limit)
+        ) == [
             arguments
             for arguments in product(objects, repeat=operator.arity)
             if compiled.is_possible(case.initial, compiled.bind(case.initial, arguments))

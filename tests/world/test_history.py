@@ -37,21 +37,21 @@ def test_a_history_has_its_states_in_order() -> None:
 
 
 def test_the_last_matching_state_is_returned() -> None:
-    assert lit(1, 3).find_last_state("?", Look()) == 3
-    assert lit(5).find_last_state("?", Look()) == 5
-    assert lit(0).find_last_state("?", Look()) == 0
-    assert lit().find_last_state("?", Look()) is None
+    assert lit(1, 3).find_last_state_index("?", Look()) == 3
+    assert lit(5).find_last_state_index("?", Look()) == 5
+    assert lit(0).find_last_state_index("?", Look()) == 0
+    assert lit().find_last_state_index("?", Look()) is None
 
 
 def test_an_answered_question_tests_no_state_again() -> None:
     for numbers, found in (((), None), ((0,), 0)):
         history, look = lit(*numbers), Look()
-        assert history.find_last_state("?", look) == found
+        assert history.find_last_state_index("?", look) == found
         assert look.times == 6
         ways = [history.extend(history.states[-1]) for _ in range(2)]  # with equal beginnings
-        assert [way.find_last_state("?", look) for way in ways] == [found, found]
+        assert [way.find_last_state_index("?", look) for way in ways] == [found, found]
         assert look.times == 8
-        assert ways[0].find_last_state("another", look) == found
+        assert ways[0].find_last_state_index("another", look) == found
         assert look.times == 15
 
 

@@ -72,7 +72,9 @@ def test_all_facts_about_objects_are_listed_in_the_order_of_the_objects(
         if domain.holds(atom, state, dict(zip(names, arguments, strict=True)))
     ]
     assert (
-        make_fact_lister(VOCABULARY, predicate, repeated=repeated).list_facts(state, objects, about)
+        make_fact_lister(VOCABULARY, predicate, allow_equal_arguments=repeated).list_facts(
+            state, objects, about
+        )
         == holding
     )
 

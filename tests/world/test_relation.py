@@ -3,7 +3,7 @@ from __future__ import annotations
 from hypothesis import given
 from hypothesis import strategies as st
 
-from eai.world.relation import Relation, RelationBase, iterate_bits
+from eai.world.relation import InitialRelation, Relation, iterate_bits
 
 SIZE = 7
 indices = st.integers(0, SIZE - 1)
@@ -39,7 +39,7 @@ def changed(relation: Relation, plain: set[tuple[int, int]], change: tuple[str, 
 def test_a_relation_behaves_like_a_set_of_pairs(
     start: frozenset[tuple[int, int]], script: list[tuple[str, int, int]]
 ) -> None:
-    relation, plain = Relation(RelationBase.from_pairs(SIZE, start)), set(start)
+    relation, plain = Relation(InitialRelation.from_pairs(SIZE, start)), set(start)
     for change in script:
         relation = changed(relation, plain, change)
     assert list(relation.pairs()) == sorted(plain)
@@ -56,7 +56,7 @@ def test_a_relation_behaves_like_a_set_of_pairs(
 def test_equal_relations_have_the_same_pairs_and_others_list_their_differences(
     start: frozenset[tuple[int, int]], one: list[tuple[str, int, int]], other: list[tuple[str, int, int]]
 ) -> None:
-    base = RelationBase.from_pairs(SIZE, start)
+    base = InitialRelation.from_pairs(SIZE, start)
     left, right = Relation(base), Relation(base)
     left_plain, right_plain = set(start), set(start)
     for change in one:
@@ -69,7 +69,7 @@ def test_equal_relations_have_the_same_pairs_and_others_list_their_differences(
 
 
 def test_a_relation_is_compared_as_it_is_after_its_last_change() -> None:
-    start = Relation(RelationBase.from_pairs(SIZE, [(0, 1)]))
+    start = Relation(InitialRelation.from_pairs(SIZE, [(0, 1)]))
     relation = start.copy()
     assert (relation, hash(relation)) == (start, hash(start))
     relation.flip_pair(1, 2)
@@ -79,11 +79,11 @@ def test_a_relation_is_compared_as_it_is_after_its_last_change() -> None:
 
 
 def test_relations_on_different_matrices_are_never_equal() -> None:
-    assert Relation(RelationBase.from_pairs(SIZE, [])) != Relation(RelationBase.from_pairs(SIZE, []))
+    assert Relation(InitialRelation.from_pairs(SIZE, [])) != Relation(InitialRelation.from_pairs(SIZE, []))
 
 
 def test_relations_with_equal_hashes_are_distinguished() -> None:
-    base = RelationBase.from_pairs(SIZE, [])
+    base = InitialRelation.from_pairs(SIZE, [])
     one, other = Relation(base).copy(), Relation(base).copy()
     one.flip_pair(0, 2)
     other.flip_pair(2, 0)
@@ -95,7 +95,7 @@ def test_relations_with_equal_hashes_are_distinguished() -> None:
 def test_changing_a_copy_does_not_change_the_original(
     start: frozenset[tuple[int, int]], script: list[tuple[str, int, int]]
 ) -> None:
-    relation = Relation(RelationBase.from_pairs(SIZE, start))
+    relation = Relation(InitialRelation.from_pairs(SIZE, start))
     history, contents = [relation], [set(start)]
     for change in script:
         plain = set(contents[-1])

@@ -53,11 +53,11 @@ def test_a_term_may_be_the_name_of_an_object() -> None:
 def test_an_object_belongs_to_all_kinds_that_contain_its_kind() -> None:
     vocabulary = Vocabulary((P,), parents={"cup": "vessel", "vessel": "thing"})
     scene = Scene(vocabulary, {"mug": "cup", "pot": "vessel", "door": "way"})
-    assert vocabulary.list_kinds("cup") == ("cup", "vessel", "thing")
+    assert vocabulary.list_kind_with_ancestors("cup") == ("cup", "vessel", "thing")
     assert [scene.names_of_category(kind) for kind in ("cup", "vessel", "thing", "way")] == [
         ("mug",),
         ("mug", "pot"),
         ("mug", "pot"),
         ("door",),
     ]
-    assert [*scene.kinds] == ["cup", "vessel", "thing", "way"]
+    assert [*scene.object_mask_by_kind] == ["cup", "vessel", "thing", "way"]

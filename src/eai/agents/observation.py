@@ -97,7 +97,7 @@ class Observer:
         self._egocentric_predicates = {
             predicate.name for predicate in wording.domain.egocentric if view == "scene"
         }
-        landmarks = wording.domain.find_landmarks(task.initial, task.scene.everything)
+        landmarks = wording.domain.find_landmark_objects(task.initial, task.scene.everything)
         self.landmarks = () if self._is_full else tuple(iterate_bits(landmarks))
         everything = range(len(task.scene.objects))
         subjects = wording.list_prompt_objects(task) if view == "task" else everything
@@ -213,7 +213,7 @@ class Observer:
     def _select_visible_facts(
         self, listing: FactLister, facts: Iterable[Fact], visible: Indices
     ) -> list[Fact]:
-        listed = [fact for fact in facts if fact.predicate == listing.predicate and listing.lists(fact)]
+        listed = [fact for fact in facts if fact.predicate == listing.predicate and listing.is_listed(fact)]
         if not listed:
             return listed
         objects, required = {*visible}, self._find_required_objects(listing)
@@ -228,7 +228,7 @@ class Observer:
     def _find_visible_objects(self, state: State) -> Indices:
         if self._is_full:
             return self.subjects
-        return tuple(iterate_bits(self._wording.domain.find_visible(state, self._mask)))
+        return tuple(iterate_bits(self._wording.domain.find_visible_objects(state, self._mask)))
 
     def _list_visible_facts(self, listing: FactLister, state: State, visible: Indices) -> Sequence[Fact]:
         return listing.list_facts(state, visible, self._find_required_objects(listing))

@@ -60,7 +60,7 @@ def check_benchmark(
     domain, tasks = benchmark.domain, benchmark.tasks(source)
     initial_states = [tasks[task_id].initial for task_id in list(tasks)[:WALKS]]
     findings = [DataFinding(domain.name, defect) for defect in check_domain(domain, initial_states)]
-    kinds = {kind for task in tasks.values() for kind in task.scene.kinds}
+    kinds = {kind for task in tasks.values() for kind in task.scene.object_mask_by_kind}
     for subject, formulas in _list_domain_formulas(domain):
         for kind in dict.fromkeys(chain.from_iterable(map(_list_named_kinds, formulas))):
             if kind not in kinds:

@@ -19,7 +19,7 @@ from eai.world.derived import DefinedPredicate, is_a
 from eai.world.domain import Domain
 from eai.world.effect import Add, Delete, Effect, ForEach, When
 from eai.world.fault import FaultKind
-from eai.world.fixpoint import define_recursively
+from eai.world.fixpoint import make_recursive_predicates
 from eai.world.frame import AGENT
 from eai.world.operator import Check, Operator, affordance
 from eai.world.state import Fact, Scene, State, WorldObject
@@ -50,7 +50,7 @@ class ConvertedPddlDomain:
         defined: dict[str, DerivedPredicate] = {**plain}
         for circle in dict.fromkeys(map(frozenset, derived.circles.values())):
             members = [each for name, each in plain.items() if name in circle]
-            recursive = define_recursively(members, lambda: self.domain.vocabulary)
+            recursive = make_recursive_predicates(members, lambda: self.domain.vocabulary)
             defined |= {each.name: each for each in recursive}
         stored = [
             Predicate(each.name, len(each.parameters), static=each.name not in changing)

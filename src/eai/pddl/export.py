@@ -101,7 +101,7 @@ def _export_initial_facts(
             (kind, (i,)) for i in iterate_bits(source.initial.scene.get_category_mask(category)) if i in among
         )
     for name in glossary.frozen:
-        listed = make_fact_lister(glossary.vocabulary, name, repeated=True).list_facts(
+        listed = make_fact_lister(glossary.vocabulary, name, allow_equal_arguments=True).list_facts(
             source.initial, indices
         )
         yield from ((glossary.predicates[name], fact.arguments) for fact in listed)

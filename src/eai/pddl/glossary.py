@@ -206,7 +206,7 @@ class PddlExportNames:
     def add_types_of_objects(self, scene: Scene, objects_mask: int) -> None:
         """Add PDDL names for the kinds of some objects of a scene; the objects are a bit mask."""
         for i in iterate_bits(objects_mask):
-            for kind in self.vocabulary.list_kinds(scene.objects[i].category):
+            for kind in self.vocabulary.list_kind_with_ancestors(scene.objects[i].category):
                 self.types[kind]
 
     def register_category_predicate(self, category: str) -> str:

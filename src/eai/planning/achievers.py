@@ -19,7 +19,7 @@ from eai.planning.subgoal import GroundAtom, find_object
 from eai.world.condition import ConditionCompiler
 from eai.world.derived import DefinedPredicate, LookupPredicate
 from eai.world.domain import Domain
-from eai.world.frame import UNBOUND, ConditionTest, ExtensionFinder, FrameBinding, SlotAllocator
+from eai.world.frame import UNBOUND, ConditionTest, FrameBinding, ObjectFilter, SlotAllocator
 from eai.world.operator import Operator
 from eai.world.relation import iterate_bits
 from eai.world.state import Scene, State
@@ -41,8 +41,8 @@ class _UnboundVariable(NamedTuple):
 
     slot: int
     is_parameter: bool
-    independent: tuple[ExtensionFinder, ...]
-    masks: tuple[ExtensionFinder, ...]
+    independent: tuple[ObjectFilter, ...]
+    masks: tuple[ObjectFilter, ...]
     tests: tuple[ConditionTest, ...]
 
 
@@ -185,9 +185,9 @@ class Achiever:
             step = _UnboundVariable(
                 scope[name],
                 scope[name] <= self.schema.operator.arity,
-                tuple(self._compiler.compile_extension(c, scope[name], scope) for c in own_conditions),
+                tuple(self._compiler.compile_filter(c, scope[name], scope) for c in own_conditions),
                 tuple(
-                    self._compiler.compile_extension(c, scope[name], scope)
+                    self._compiler.compile_filter(c, scope[name], scope)
                     for c in plain
                     if c not in own_conditions
                 ),

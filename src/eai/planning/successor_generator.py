@@ -104,7 +104,7 @@ def generate_applicable_of_operator(
     """
     bindings = bindings or SearchEffort()
     compiled = domain.compiled_operators[operator.name]
-    for arguments in domain.argument_finders[operator.name](state, objects, bindings.spend):
+    for arguments in domain.argument_finder_by_operator[operator.name](state, objects, bindings.spend):
         if bindings.spend(ACTION_BINDINGS):
             return
         if not compiled.alternatives or compiled.is_possible(state, compiled.bind(state, arguments)):

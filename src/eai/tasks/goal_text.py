@@ -64,7 +64,7 @@ def check_goal_names(formula: f.Formula, scene: Scene) -> None:
     Raises:
         InputError: a name is unknown. The message suggests a similar name.
     """
-    kinds = scene.kinds
+    kinds = scene.object_mask_by_kind
     for part in walk_subformulas(formula):
         if isinstance(part, f.Atom):
             scene.vocabulary.require_arity(part.predicate, len(part.arguments))

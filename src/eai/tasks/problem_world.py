@@ -272,7 +272,9 @@ def _read_declaration(
     """Return a converter for problems about a domain. The tasks provide the objects and their categories."""
     scenes = [task.scene for task in tasks]
     things = dict.fromkeys([thing for scene in scenes for thing in scene.objects])
-    kinds = dict.fromkeys(kind for thing in things for kind in domain.vocabulary.list_kinds(thing.category))
+    kinds = dict.fromkeys(
+        kind for thing in things for kind in domain.vocabulary.list_kind_with_ancestors(thing.category)
+    )
     categories = {spell(kind): kind for kind in kinds}
     types = [(word, domain.vocabulary.parents.get(kind)) for word, kind in categories.items()]
     agents = [scene.objects[scene.agent] for scene in scenes if scene.agent is not None]

@@ -130,7 +130,7 @@ class SuiteWording:
         """Return the kind of an object with all more general kinds, and the object's properties."""
         properties = [p for p in self.domain.vocabulary.predicates if p.visible and is_property(p)]
         having = [p.name for p in properties if task.initial.has(p.name, index)]
-        kinds = self.domain.vocabulary.list_kinds(task.scene.objects[index].category)
+        kinds = self.domain.vocabulary.list_kind_with_ancestors(task.scene.objects[index].category)
         return f"[{', '.join(kinds)}]: {', '.join(having) or '-'}"
 
     def describe_initial(self, task: Task) -> str:
@@ -157,7 +157,9 @@ class SuiteWording:
         If prompts state exact rules, both objects of a fact may be the same object.
         """
         repeated = self.rules is not None
-        return tuple([make_fact_lister(self.domain.vocabulary, name, repeated=repeated) for name in names])
+        return tuple(
+            [make_fact_lister(self.domain.vocabulary, name, allow_equal_arguments=repeated) for name in names]
+        )
 
     def write_fact(self, task: Task, fact: Fact) -> str:
         """Return a fact about objects of a task, as text for prompts."""

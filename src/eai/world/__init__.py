@@ -36,11 +36,11 @@ if TYPE_CHECKING:
     from eai.world.execution import Step, Trajectory, attempt_action, describe_fault, execute_plan
     from eai.world.fault import FaultKind
     from eai.world.frame import AGENT
-    from eai.world.history import History, find_when_conditions_held, find_when_possible
+    from eai.world.history import History, find_when_action_was_possible, find_when_conditions_held
     from eai.world.operator import (
-        Alternative,
         Check,
         Operator,
+        OperatorAlternative,
         OperatorRole,
         additional_step,
         affordance,
@@ -75,7 +75,6 @@ __all__ = [
     "TRUE",
     "Action",
     "Add",
-    "Alternative",
     "And",
     "Atom",
     "Check",
@@ -102,6 +101,7 @@ __all__ = [
     "LookupPredicate",
     "Not",
     "Operator",
+    "OperatorAlternative",
     "OperatorRole",
     "Or",
     "Predicate",
@@ -124,8 +124,8 @@ __all__ = [
     "compare_states",
     "describe_fault",
     "execute_plan",
+    "find_when_action_was_possible",
     "find_when_conditions_held",
-    "find_when_possible",
     "is_a",
     "make_symmetric_effects",
     "missing_step",

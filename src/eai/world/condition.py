@@ -1,9 +1,9 @@
 """Compiler of state formulas to functions of a state and a binding of variables.
 
 A formula is compiled once per domain and evaluated millions of times. It becomes one of two kinds of
-function. A *truth* function tests the formula under a binding of all free variables. An *extension* function
+function. A *truth* function tests the formula under a binding of all free variables. A *filter*
 leaves one free variable open: it takes objects (as a bit mask), and selects the objects that make the formula
-true as value of this variable. Quantifiers are evaluated by extension functions, so most quantifiers cost a
+true as value of this variable. Quantifiers are evaluated by filters, so most quantifiers cost a
 few integer operations. If objects must be tried one by one, only objects that the rest of the formula allows
 are tried. Connectives loop over the functions of their operands.
 """
@@ -18,9 +18,9 @@ import eai.logic.formula as f
 from eai.base.errors import DomainError
 from eai.logic.matching import find_maximum_matching
 from eai.logic.traversal import find_free_variables
-from eai.world.derived import ComputedPredicate, DefinedPredicate, LookupPredicate, to_evaluated_form
-from eai.world.frame import UNBOUND, ConditionTest, ExtensionFinder, FrameBinding, SlotAllocator
-from eai.world.relation import iterate_bits
+from eai.world.derived import ComputedPredicate, DefinedPredicate, LookupPredicate, to_fastest_form
+from eai.world.frame import UNBOUND, ConditionTest, FrameBinding, ObjectFilter, SlotAllocator
+from eai.world.relation import ObjectMask, iterate_bits
 from eai.world.state import State
 from eai.world.vocabulary import DerivedPredicate, Vocabulary
 
@@ -31,25 +31,25 @@ Scope: TypeAlias = Mapping[str, int]
 def conjoin_tests(parts: Sequence[ConditionTest]) -> ConditionTest:
     """Return a function that tests whether all parts of a formula hold, in the order of the parts."""
 
-    def holds(state: State, binding: FrameBinding) -> bool:
+    def all_hold(state: State, binding: FrameBinding) -> bool:
         for part in parts:  # noqa: SIM110 - a loop is three times as fast as all() over a generator
             if not part(state, binding):
                 return False
         return True
 
-    return holds
+    return all_hold
 
 
 def disjoin_tests(parts: Sequence[ConditionTest]) -> ConditionTest:
     """Return a function that tests whether any part of a formula holds, in the order of the parts."""
 
-    def holds(state: State, binding: FrameBinding) -> bool:
+    def any_holds(state: State, binding: FrameBinding) -> bool:
         for part in parts:  # noqa: SIM110 - a loop is three times as fast as any() over a generator
             if part(state, binding):
                 return True
         return False
 
-    return holds
+    return any_holds
 
 
 def negate_test(part: ConditionTest) -> ConditionTest:
@@ -57,43 +57,43 @@ def negate_test(part: ConditionTest) -> ConditionTest:
     return lambda state, binding: not part(state, binding)
 
 
-def complement_extension(part: ExtensionFinder) -> ExtensionFinder:
+def negate_filter(part: ObjectFilter) -> ObjectFilter:
     """Return a function that selects the objects for which a part of a formula does not hold."""
     return lambda state, binding, among: among & ~part(state, binding, among)
 
 
-def intersect_extensions(parts: Sequence[ExtensionFinder]) -> ExtensionFinder:
+def conjoin_filters(parts: Sequence[ObjectFilter]) -> ObjectFilter:
     """Return a function that selects the objects that make all parts of a formula true.
 
     Each part tests only the objects that all earlier parts selected.
     """
 
-    def find_extension(state: State, binding: FrameBinding, among: int) -> int:
+    def filter_objects(state: State, binding: FrameBinding, among: ObjectMask) -> ObjectMask:
         for part in parts:
             among = part(state, binding, among)
             if not among:
                 return 0
         return among
 
-    return find_extension
+    return filter_objects
 
 
-def unite_extensions(parts: Sequence[ExtensionFinder]) -> ExtensionFinder:
+def disjoin_filters(parts: Sequence[ObjectFilter]) -> ObjectFilter:
     """Return a function that selects the objects that make any part of a formula true.
 
     Each part tests only the objects that no earlier part selected.
     """
 
-    def find_extension(state: State, binding: FrameBinding, among: int) -> int:
+    def filter_objects(state: State, binding: FrameBinding, among: ObjectMask) -> ObjectMask:
         mask = 0
         for part in parts:
             mask |= part(state, binding, among & ~mask)
         return mask
 
-    return find_extension
+    return filter_objects
 
 
-_ValueMask: TypeAlias = Callable[[State, FrameBinding], int]
+_ValueFinder: TypeAlias = Callable[[State, FrameBinding], ObjectMask]
 """Function that returns the bit mask of the objects that make a formula true as value of one variable."""
 
 
@@ -131,27 +131,27 @@ class ConditionCompiler:
             case f.Implies(premise, conclusion):
                 return self.compile_test(f.Or((f.Not(premise), conclusion)), scope, wanted=wanted)
             case f.Exists(variable, body):
-                matching = self._compile_value_mask(variable, body, scope)
+                matching = self._compile_value_finder(variable, body, scope)
                 return lambda state, binding: bool(matching(state, binding)) is wanted
             case f.ForAll(variable, body):
                 return self.compile_test(f.Exists(variable, f.Not(body)), scope, wanted=not wanted)
             case f.Exactly(count, variable, body):
-                matching = self._compile_value_mask(variable, body, scope)
+                matching = self._compile_value_finder(variable, body, scope)
                 return lambda state, binding: (matching(state, binding).bit_count() == count) is wanted
             case f.ForPairs():
-                is_paired = self._compile_pairs(formula, scope)
+                is_paired = self._compile_matching_test(formula, scope)
                 return is_paired if wanted else negate_test(is_paired)
             case _:
                 raise DomainError(f"{type(formula).__name__} is not a condition on one state")
 
-    def compile_extension(self, formula: f.Formula, slot: int, scope: Mapping[str, int]) -> ExtensionFinder:
+    def compile_filter(self, formula: f.Formula, slot: int, scope: Mapping[str, int]) -> ObjectFilter:
         """Compile a formula to a function that selects the objects that make the formula true.
 
         Each object is tried as value of the variable with number ``slot``.
         """
         match formula:
             case f.Atom():
-                return self._compile_atom_extension(formula, slot, scope)
+                return self._compile_atom_filter(formula, slot, scope)
             case f.Equals(left, right):
                 slots = {self._frame.find_slot(left, scope), self._frame.find_slot(right, scope)}
                 if slot in slots and len(slots) == 2:
@@ -159,12 +159,12 @@ class ConditionCompiler:
                     return lambda state, binding, among: among & 1 << binding[other]
                 return self._compile_by_testing_each(formula, slot, scope)
             case f.Not(operand):
-                return complement_extension(self.compile_extension(operand, slot, scope))
+                return negate_filter(self.compile_filter(operand, slot, scope))
             case f.And(operands) | f.Or(operands):
-                parts = [self.compile_extension(operand, slot, scope) for operand in operands]
-                return intersect_extensions(parts) if isinstance(formula, f.And) else unite_extensions(parts)
+                parts = [self.compile_filter(operand, slot, scope) for operand in operands]
+                return conjoin_filters(parts) if isinstance(formula, f.And) else disjoin_filters(parts)
             case f.Implies(premise, conclusion):
-                return self.compile_extension(f.Or((f.Not(premise), conclusion)), slot, scope)
+                return self.compile_filter(f.Or((f.Not(premise), conclusion)), slot, scope)
             case f.Exists(variable, body):
                 return self._compile_exists(variable, body, slot, scope)
             case _:
@@ -172,7 +172,7 @@ class ConditionCompiler:
 
     def _compile_exists(
         self, variable: f.Variable, body: f.Formula, slot: int, scope: Mapping[str, int]
-    ) -> ExtensionFinder:
+    ) -> ObjectFilter:
         """Compile an existential formula.
 
         The parts of the body that do not depend on the quantified variable are tested first.
@@ -184,12 +184,12 @@ class ConditionCompiler:
             return self._compile_by_testing_each(f.Exists(variable, body), slot, scope)
         inner = self._frame.add_slot()
         within = {**scope, variable.name: inner}
-        candidates = self.compile_extension(f.And(independent), inner, within)
-        matching = self.compile_extension(
+        candidates = self.compile_filter(f.And(independent), inner, within)
+        matching = self.compile_filter(
             f.And(tuple([part for part in parts if part not in independent])), slot, within
         )
 
-        def find_extension(state: State, binding: FrameBinding, among: int) -> int:
+        def filter_objects(state: State, binding: FrameBinding, among: ObjectMask) -> ObjectMask:
             mask = 0
             for i in iterate_bits(
                 candidates(state, binding, state.scene.get_category_mask(variable.category))
@@ -199,13 +199,13 @@ class ConditionCompiler:
             binding[inner] = UNBOUND
             return mask
 
-        return find_extension
+        return filter_objects
 
-    def _compile_value_mask(
+    def _compile_value_finder(
         self, variable: f.Variable, body: f.Formula, scope: Mapping[str, int]
-    ) -> _ValueMask:
+    ) -> _ValueFinder:
         slot = self._frame.add_slot()
-        matching = self.compile_extension(body, slot, {**scope, variable.name: slot})
+        matching = self.compile_filter(body, slot, {**scope, variable.name: slot})
         category = variable.category
         if category is None:
             return lambda state, binding: matching(state, binding, state.scene.everything)
@@ -213,10 +213,10 @@ class ConditionCompiler:
 
     def _compile_by_testing_each(
         self, formula: f.Formula, slot: int, scope: Mapping[str, int]
-    ) -> ExtensionFinder:
+    ) -> ObjectFilter:
         truth = self.compile_test(formula, scope)
 
-        def find_extension(state: State, binding: FrameBinding, among: int) -> int:
+        def filter_objects(state: State, binding: FrameBinding, among: ObjectMask) -> ObjectMask:
             mask = 0
             for i in iterate_bits(among):
                 binding[slot] = i
@@ -225,15 +225,15 @@ class ConditionCompiler:
             binding[slot] = UNBOUND
             return mask
 
-        return find_extension
+        return filter_objects
 
-    def _compile_pairs(self, formula: f.ForPairs, scope: Mapping[str, int]) -> ConditionTest:
+    def _compile_matching_test(self, formula: f.ForPairs, scope: Mapping[str, int]) -> ConditionTest:
         """Compile a ``ForPairs`` formula, which holds if a maximum matching of objects has enough pairs."""
         first, second, count = formula.first, formula.second, formula.count
         slot = self._frame.add_slot()
-        partners = self._compile_value_mask(second, formula.body, {**scope, first.name: slot})
+        partners = self._compile_value_finder(second, formula.body, {**scope, first.name: slot})
 
-        def holds(state: State, binding: FrameBinding) -> bool:
+        def has_enough_pairs(state: State, binding: FrameBinding) -> bool:
             sources = list(iterate_bits(state.scene.get_category_mask(first.category)))
             targets = {
                 y: j for j, y in enumerate(iterate_bits(state.scene.get_category_mask(second.category)))
@@ -245,7 +245,7 @@ class ConditionCompiler:
             needed = min(len(sources), len(targets)) if count is None else count
             return sum(j is not None for j in find_maximum_matching(adjacency)) >= needed
 
-        return holds
+        return has_enough_pairs
 
     def _compile_atom_truth(self, atom: f.Atom, scope: Mapping[str, int], wanted: bool) -> ConditionTest:
         slots = self._find_argument_slots(atom, scope)
@@ -256,7 +256,7 @@ class ConditionCompiler:
             case DefinedPredicate(definition=definition):
                 with self._forbid_recursion(derived):
                     return self.compile_test(
-                        definition, _make_definition_scope(derived, slots), wanted=wanted
+                        definition, _map_parameters_to_slots(derived, slots), wanted=wanted
                     )
             case ComputedPredicate(test=test):
                 return lambda state, binding: bool(test(state, tuple([binding[s] for s in slots]))) is wanted
@@ -267,7 +267,7 @@ class ConditionCompiler:
                 expected = "DefinedPredicate, ComputedPredicate or LookupPredicate"
                 raise DomainError(f"derived predicate {atom.predicate}: expected an object of {expected}")
 
-    def _compile_atom_extension(self, atom: f.Atom, slot: int, scope: Mapping[str, int]) -> ExtensionFinder:
+    def _compile_atom_filter(self, atom: f.Atom, slot: int, scope: Mapping[str, int]) -> ObjectFilter:
         slots = self._find_argument_slots(atom, scope)
         derived = self._find_derived(atom.predicate)
         if slots.count(slot) == 0:
@@ -275,9 +275,7 @@ class ConditionCompiler:
             return lambda state, binding, among: among if truth(state, binding) else 0
         if isinstance(derived, DefinedPredicate):
             with self._forbid_recursion(derived):
-                return self.compile_extension(
-                    derived.definition, slot, _make_definition_scope(derived, slots)
-                )
+                return self.compile_filter(derived.definition, slot, _map_parameters_to_slots(derived, slots))
         if isinstance(derived, LookupPredicate) and slots.index(slot) == len(slots) - 1:
             values = _compile_lookup(derived, slots[:-1])
             return lambda state, binding, among: values(state, binding) & among
@@ -286,12 +284,12 @@ class ConditionCompiler:
             return lambda state, binding, among: of(state, (binding[other],)) & among
         if derived is not None or slots.count(slot) > 1:
             return self._compile_by_testing_each(atom, slot, scope)
-        return _compile_stored_extension(self._vocabulary, atom.predicate, slots, slot)
+        return _compile_stored_filter(self._vocabulary, atom.predicate, slots, slot)
 
     def _find_derived(self, predicate: str) -> DerivedPredicate | None:
-        """Return a derived predicate in the form of `to_evaluated_form`; None for a stored predicate."""
+        """Return a derived predicate in the form of `to_fastest_form`; None for a stored predicate."""
         derived = self._vocabulary.derived_by_name.get(predicate)
-        return None if derived is None else to_evaluated_form(derived)
+        return None if derived is None else to_fastest_form(derived)
 
     @contextmanager
     def _forbid_recursion(self, derived: DefinedPredicate) -> Iterator[None]:
@@ -309,11 +307,11 @@ class ConditionCompiler:
         return tuple(self._frame.find_slot(term, scope) for term in atom.arguments)
 
 
-def _make_definition_scope(derived: DefinedPredicate, slots: tuple[int, ...]) -> Mapping[str, int]:
+def _map_parameters_to_slots(derived: DefinedPredicate, slots: tuple[int, ...]) -> Mapping[str, int]:
     return {p.name: s for p, s in zip(derived.parameters, slots, strict=True)}
 
 
-def _compile_lookup(lookup: LookupPredicate, slots: Sequence[int]) -> _ValueMask:
+def _compile_lookup(lookup: LookupPredicate, slots: Sequence[int]) -> _ValueFinder:
     values = lookup.values
     if len(slots) == 1:  # this special case makes some suites a tenth faster
         (only,) = slots
@@ -340,9 +338,9 @@ def _compile_stored_truth(
     return lambda state, binding: state.unary[mask] >> binding[argument] & 1 == bit
 
 
-def _compile_stored_extension(
+def _compile_stored_filter(
     vocabulary: Vocabulary, predicate: str, slots: tuple[int, ...], slot: int
-) -> ExtensionFinder:
+) -> ObjectFilter:
     if len(slots) == 1:
         mask = vocabulary.unary_slots[predicate]
         return lambda state, binding, among: state.unary[mask] & among
@@ -359,6 +357,10 @@ def _compile_stored_extension(
     return lambda state, binding, among: state.binary[relation].column(binding[target]) & among
 
 
+_CompiledTest: TypeAlias = tuple[f.Formula, tuple[str, ...], SlotAllocator, ConditionTest]
+"""A formula, its free variables in alphabetical order, the frame that holds them, and the compiled test."""
+
+
 class FormulaEvaluator:
     """Evaluates formulas over one vocabulary.
 
@@ -367,21 +369,21 @@ class FormulaEvaluator:
 
     def __init__(self, vocabulary: Vocabulary) -> None:
         self._vocabulary = vocabulary
-        self._truths: dict[int, tuple[f.Formula, tuple[str, ...], SlotAllocator, ConditionTest]] = {}
-        self._extensions: dict[
-            tuple[int, str], tuple[f.Formula, tuple[str, ...], SlotAllocator, ExtensionFinder]
+        self._truths: dict[int, _CompiledTest] = {}
+        self._filters: dict[
+            tuple[int, str], tuple[f.Formula, tuple[str, ...], SlotAllocator, ObjectFilter]
         ] = {}
 
     def list_free_variables(self, formula: f.Formula) -> tuple[str, ...]:
         """Return the names of the free variables of a formula, in alphabetical order."""
-        return self._compile(formula)[1]
+        return self._compile_once(formula)[1]
 
     def holds(self, formula: f.Formula, scope: Scope, state: State) -> bool:
         """Whether a formula holds in a state; ``scope`` maps its free variables to object indices."""
-        _, names, frame, truth = self._truths.get(id(formula)) or self._compile(formula)
+        _, names, frame, truth = self._truths.get(id(formula)) or self._compile_once(formula)
         return truth(state, frame.bind_arguments(state.scene, [scope[name] for name in names]))
 
-    def _compile(self, formula: f.Formula) -> tuple[f.Formula, tuple[str, ...], SlotAllocator, ConditionTest]:
+    def _compile_once(self, formula: f.Formula) -> _CompiledTest:
         compiled = self._truths.get(id(formula))
         if compiled is None:
             names = tuple(sorted(find_free_variables(formula)))
@@ -395,13 +397,13 @@ class FormulaEvaluator:
     ) -> Iterator[int]:
         """Yield the values of a quantified formula's variable for which the body holds in a state."""
         key = (id(body), variable.name)
-        compiled = self._extensions.get(key)
+        compiled = self._filters.get(key)
         if compiled is None:
             names = tuple(sorted(find_free_variables(body) - {variable.name}))
             frame = SlotAllocator([f.Variable(name) for name in (*names, variable.name)])
             conditions = ConditionCompiler(self._vocabulary, frame)
-            extension = conditions.compile_extension(body, len(names) + 1, frame.scope)
-            compiled = self._extensions[key] = (body, names, frame, extension)
-        _, names, frame, extension = compiled
+            object_filter = conditions.compile_filter(body, len(names) + 1, frame.scope)
+            compiled = self._filters[key] = (body, names, frame, object_filter)
+        _, names, frame, object_filter = compiled
         binding = frame.bind_arguments(state.scene, [*[scope[name] for name in names], UNBOUND])
-        return iterate_bits(extension(state, binding, state.scene.get_category_mask(variable.category)))
+        return iterate_bits(object_filter(state, binding, state.scene.get_category_mask(variable.category)))

@@ -18,6 +18,7 @@ from __future__ import annotations
 import random
 from collections.abc import Collection, Iterable, Iterator, Sequence
 from collections.abc import Set as AbstractSet
+from typing import TypeAlias
 
 from eai.logic.formula import And, Atom, Formula, Not, Or
 from eai.logic.ltl_printer import print_ltl
@@ -31,6 +32,9 @@ from eai.world.operator import Operator
 from eai.world.state import State, compare_states
 from eai.world.vocabulary import Vocabulary
 
+_Defect: TypeAlias = str
+"""Text that begins with an operator's name and says which rule of execution its actions break."""
+
 
 def check_domain(
     domain: Domain,
@@ -39,7 +43,7 @@ def check_domain(
     seed: int = 0,
     steps: int = 200,
     measured: Collection[str] | None = None,
-) -> tuple[str, ...]:
+) -> tuple[_Defect, ...]:
     """Return all defects of a domain and its simulator, each as a text that begins with the operator's name.
 
     Args:
@@ -59,7 +63,7 @@ def check_domain(
 
 def _check_random_walk(
     domain: Domain, initial: State, rng: random.Random, steps: int, declared: AbstractSet[str]
-) -> Iterator[str]:
+) -> Iterator[_Defect]:
     """Execute random possible actions, and yield a text for each rule of execution that they break."""
     if initial.scene.vocabulary.predicates != domain.vocabulary.predicates:
         yield f"{domain.name}: a state belongs to another vocabulary"
@@ -80,7 +84,7 @@ def _check_random_walk(
         if _compute_facts_hash(history.state) != before:
             yield f"{action.operator}: trying the action changed the state in which it was tried"
         if isinstance(outcome, Fault):
-            yield from _check_fault(domain, history, action, outcome)
+            yield from _check_reported_fault(domain, history, action, outcome)
             continue
         after = simulator.act(action, outcome)
         if second_simulator.act(action, outcome) != after:
@@ -98,18 +102,18 @@ def _check_simulator(
     domain: Domain,
     before: State,
     action: Action,
-    declared: State,
-    after: State,
+    declared_state: State,
+    simulated_state: State,
     declared_predicates: AbstractSet[str],
-) -> Iterator[str]:
-    for effect in _find_new_effects(domain, before, action, declared):
-        if not domain.holds(effect, after, map_parameters_to_indices(action, domain)):
+) -> Iterator[_Defect]:
+    for effect in _find_effects_made_true(domain, before, action, declared_state):
+        if not domain.holds(effect, simulated_state, map_parameters_to_indices(action, domain)):
             yield f"{action.operator}: executed without its intended effect {print_ltl(effect)}"
-    for name in sorted(compare_states(declared, after).predicates & declared_predicates):
+    for name in sorted(compare_states(declared_state, simulated_state).predicates & declared_predicates):
         yield f"{action.operator}: the simulator changes {name}, which must follow the declaration"
 
 
-def _find_new_effects(domain: Domain, before: State, action: Action, after: State) -> Iterator[Formula]:
+def _find_effects_made_true(domain: Domain, before: State, action: Action, after: State) -> Iterator[Formula]:
     """Yield the intended effects of an action that hold after it and did not hold before."""
     arguments = map_parameters_to_indices(action, domain)
     for effect in _find_intended_effects(
@@ -124,7 +128,9 @@ def _compute_facts_hash(state: State) -> int:
     return hash(State(state.scene, state.unary, state.binary, state.tuples))
 
 
-def _check_fault(domain: Domain, history: History, action: Action, fault: Fault) -> Iterator[str]:
+def _check_reported_fault(
+    domain: Domain, history: History, action: Action, fault: Fault
+) -> Iterator[_Defect]:
     if not describe_fault(fault, domain, action, history.state.scene):
         yield f"{action.operator}: a fault has no description"
     if (fault.kind is FaultKind.WRONG_ORDER) != (fault.earlier is not None):
@@ -132,12 +138,12 @@ def _check_fault(domain: Domain, history: History, action: Action, fault: Fault)
     if fault.earlier is not None and not 0 <= fault.earlier <= history.number:
         yield f"{action.operator}: the history rule returned a state outside the trajectory"
     if fault.kind is FaultKind.ADDITIONAL_STEP:
-        yield from _check_additional_step(domain, history.state, action)
+        yield from _check_additional_step_is_needless(domain, history.state, action)
 
 
-def _check_additional_step(domain: Domain, before: State, action: Action) -> Iterator[str]:
+def _check_additional_step_is_needless(domain: Domain, before: State, action: Action) -> Iterator[_Defect]:
     after = domain.apply(before, action)
-    for effect in _find_new_effects(domain, before, action, after):
+    for effect in _find_effects_made_true(domain, before, action, after):
         yield f"{action.operator}: an additional step that would bring about {print_ltl(effect)}"
 
 

@@ -12,10 +12,11 @@ from typing import TypeAlias
 
 import eai.logic.formula as f
 from eai.logic.traversal import find_predicates
+from eai.world.relation import ObjectMask
 from eai.world.state import State
 from eai.world.vocabulary import DerivedPredicate, Vocabulary, make_atom
 
-LookupFunction: TypeAlias = Callable[[State, tuple[int, ...]], int]
+LookupFunction: TypeAlias = Callable[[State, tuple[int, ...]], ObjectMask]
 """Function of a state and all arguments but the last. It returns a bit mask of fitting last arguments."""
 
 TestFunction: TypeAlias = Callable[[State, tuple[int, ...]], bool]
@@ -115,7 +116,7 @@ def is_a(term: f.Term, *categories: str) -> f.Formula:
     return memberships[0] if len(memberships) == 1 else f.Or(memberships)
 
 
-def to_evaluated_form(derived: DerivedPredicate) -> DerivedPredicate:
+def to_fastest_form(derived: DerivedPredicate) -> DerivedPredicate:
     """Return a derived predicate in its faster form: with its function if it has any, else unchanged."""
     if isinstance(derived, DefinedPredicate) and derived.values is not None:
         return LookupPredicate(derived.name, derived.arity, derived.values, ())

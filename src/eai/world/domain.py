@@ -11,11 +11,12 @@ from eai.base.errors import DomainError, prefix_errors
 from eai.logic.formula import FALSE, TRUE, Formula, Variable
 from eai.world.action import Action, Fault
 from eai.world.condition import ConditionCompiler
-from eai.world.executable import CompiledOperator, FindArguments, compile_argument_finder
+from eai.world.executable import ApplicableArgumentFinder, CompiledOperator, compile_argument_finder
 from eai.world.fault import FaultKind
 from eai.world.frame import UNBOUND, SlotAllocator
 from eai.world.history import HistoryRule, find_when_conditions_held
 from eai.world.operator import Operator
+from eai.world.relation import ObjectMask
 from eai.world.state import State
 from eai.world.vocabulary import Predicate, Vocabulary, require_tuple
 
@@ -44,12 +45,12 @@ class Simulator(Protocol):
         A simulator makes it by `State.replace_facts`.
         """
 
-    def act(self, action: Action, declared: State) -> State | Fault:
+    def act(self, action: Action, declared_state: State) -> State | Fault:
         """Execute an action whose declared checks all hold.
 
         Args:
             action: the action.
-            declared: the state that the declared effects lead to.
+            declared_state: the state that the declared effects lead to.
 
         Returns:
             The state after the action, in which its intended effects hold; or a fault if the action failed
@@ -64,21 +65,21 @@ It may raise InputError. Episodes that begin in equal states behave equally.
 """
 
 
-class _DeclaredSimulator:
+class _DeclaredEffectsSimulator:
     """A simulator in which an action has exactly its declared effects."""
 
     def __init__(self, initial: State) -> None:
         self.state = initial
 
-    def act(self, action: Action, declared: State) -> State | Fault:
+    def act(self, action: Action, declared_state: State) -> State | Fault:
         """Return the state that the declared effects lead to."""
-        self.state = declared
-        return declared
+        self.state = declared_state
+        return declared_state
 
 
 def make_declared_simulator(initial: State) -> Simulator:
     """Return a simulator in which actions have exactly their declared effects."""
-    return _DeclaredSimulator(initial)
+    return _DeclaredEffectsSimulator(initial)
 
 
 @dataclass(frozen=True)
@@ -127,9 +128,9 @@ class Domain:
                     derived(*parameters)
                 )
         with prefix_errors("visible", DomainError):
-            _ = self.find_visible
+            _ = self.find_visible_objects
         with prefix_errors("landmarks", DomainError):
-            _ = self.find_landmarks
+            _ = self.find_landmark_objects
         _ = self.compiled_operators
 
     @cached_property
@@ -147,7 +148,7 @@ class Domain:
         return compiled
 
     @cached_property
-    def argument_finders(self) -> Mapping[str, FindArguments]:
+    def argument_finder_by_operator(self) -> Mapping[str, ApplicableArgumentFinder]:
         """Mapping from the name of each operator to a function that finds its applicable arguments.
 
         No check of the operator fails for these arguments.
@@ -173,25 +174,25 @@ class Domain:
         return replace(self, operators=(*operators, *by_name.values()))
 
     @cached_property
-    def find_visible(self) -> Callable[[State, int], int]:
+    def find_visible_objects(self) -> Callable[[State, ObjectMask], ObjectMask]:
         """Function that takes a state and a bit mask of objects, and returns the mask of visible objects."""
-        return self._compile_extension(self.visible or TRUE)
+        return self._compile_filter(self.visible or TRUE)
 
     @cached_property
-    def find_landmarks(self) -> Callable[[State, int], int]:
+    def find_landmark_objects(self) -> Callable[[State, ObjectMask], ObjectMask]:
         """Function that takes a state and a mask of objects, and returns the mask of the landmarks.
 
         Landmarks are objects that the agent knows from the start.
         """
-        return self._compile_extension(self.landmarks or FALSE)
+        return self._compile_filter(self.landmarks or FALSE)
 
-    def _compile_extension(self, formula: Formula) -> Callable[[State, int], int]:
+    def _compile_filter(self, formula: Formula) -> Callable[[State, ObjectMask], ObjectMask]:
         """Compile a formula about ``x`` to a function that selects the objects that make it true."""
         frame = SlotAllocator((Variable("x"),))
-        extension = ConditionCompiler(self.vocabulary, frame).compile_extension(
+        object_filter = ConditionCompiler(self.vocabulary, frame).compile_filter(
             formula, frame.scope["x"], frame.scope
         )
-        return lambda state, among: extension(state, frame.bind_arguments(state.scene, (UNBOUND,)), among)
+        return lambda state, among: object_filter(state, frame.bind_arguments(state.scene, (UNBOUND,)), among)
 
     def holds(self, formula: Formula, state: State, arguments: Mapping[str, int] | None = None) -> bool:
         """Whether a formula holds in a state; ``arguments`` maps its free variables to object indices."""

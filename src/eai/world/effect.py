@@ -133,7 +133,7 @@ class EffectCompiler:
     def _compile_let(self, effect: Let, scope: Mapping[str, int]) -> Apply:
         slot = self._frame.add_slot()
         inner = {**scope, effect.variable.name: slot}
-        candidates = self._conditions.compile_extension(effect.condition, slot, inner)
+        candidates = self._conditions.compile_filter(effect.condition, slot, inner)
         then = self.compile_sequence(effect.effects, inner)
 
         def apply(before: State, draft: StateDraft, binding: FrameBinding) -> None:
@@ -148,7 +148,7 @@ class EffectCompiler:
     def _compile_for_each(self, effect: ForEach, scope: Mapping[str, int]) -> Apply:
         slot = self._frame.add_slot()
         inner = {**scope, effect.variable.name: slot}
-        matching = self._conditions.compile_extension(effect.condition, slot, inner)
+        matching = self._conditions.compile_filter(effect.condition, slot, inner)
         steps = tuple([self._compile_effect(inner_effect, inner) for inner_effect in effect.effects])
 
         def apply(before: State, draft: StateDraft, binding: FrameBinding) -> None:
@@ -163,44 +163,46 @@ class EffectCompiler:
         return apply
 
     def _compile_write(self, atom: Atom, scope: Mapping[str, int], *, adding: bool) -> Apply:
-        index = self._find_predicate_slot(atom)
+        predicate_slot = self._find_predicate_slot(atom)
         if adding and ANYTHING in atom.arguments:
             raise DomainError(
                 f"an effect adds {atom.predicate} with ANYTHING, which is for deletions only: name an object"
             )
         if len(atom.arguments) == 2:
-            return self._compile_pair_write(atom, index, scope, adding=adding)
+            return self._compile_pair_write(atom, predicate_slot, scope, adding=adding)
         if len(atom.arguments) > 2:
-            return self._compile_tuple_write(atom, index, scope, adding=adding)
+            return self._compile_tuple_write(atom, predicate_slot, scope, adding=adding)
         if not atom.arguments or atom.arguments[0] == ANYTHING:
-            return lambda before, draft, binding: draft.set_marked_objects(index, int(adding))
+            return lambda before, draft, binding: draft.set_marked_objects(predicate_slot, int(adding))
         slot = self._frame.find_slot(atom.arguments[0], scope)
-        return lambda before, draft, binding: draft.mark_object(index, binding[slot], adding)
+        return lambda before, draft, binding: draft.mark_object(predicate_slot, binding[slot], adding)
 
-    def _compile_pair_write(self, atom: Atom, index: int, scope: Mapping[str, int], *, adding: bool) -> Apply:
+    def _compile_pair_write(
+        self, atom: Atom, predicate_slot: int, scope: Mapping[str, int], *, adding: bool
+    ) -> Apply:
         left, right = atom.arguments
         if left == ANYTHING:
             target = self._frame.find_slot(right, scope)
-            return lambda before, draft, binding: draft.clear_column(index, binding[target])
+            return lambda before, draft, binding: draft.clear_column(predicate_slot, binding[target])
         source = self._frame.find_slot(left, scope)
         if right == ANYTHING:
-            return lambda before, draft, binding: draft.set_row(index, binding[source], 0)
+            return lambda before, draft, binding: draft.set_row(predicate_slot, binding[source], 0)
         target = self._frame.find_slot(right, scope)
         return lambda before, draft, binding: draft.set_related(
-            index, binding[source], binding[target], adding
+            predicate_slot, binding[source], binding[target], adding
         )
 
     def _compile_tuple_write(
-        self, atom: Atom, index: int, scope: Mapping[str, int], *, adding: bool
+        self, atom: Atom, predicate_slot: int, scope: Mapping[str, int], *, adding: bool
     ) -> Apply:
         slots = [None if t == ANYTHING else self._frame.find_slot(t, scope) for t in atom.arguments]
         if adding:
             bound = [slot for slot in slots if slot is not None]
             return lambda before, draft, binding: draft.include_tuple(
-                index, tuple([binding[s] for s in bound])
+                predicate_slot, tuple([binding[s] for s in bound])
             )
         return lambda before, draft, binding: draft.exclude_tuples(
-            index, tuple([None if s is None else binding[s] for s in slots])
+            predicate_slot, tuple([None if s is None else binding[s] for s in slots])
         )
 
     def _find_predicate_slot(self, atom: Atom) -> int:

@@ -117,7 +117,7 @@ class Episode:
         tried, then = outcome
         if isinstance(tried, State):
             if self._slip_sampler is not None and self._slip_sampler.draw_slip():
-                return self.record_slip(action)
+                return self.append_slipped_step(action)
             declared, tried = tried, self._simulator.act(action, tried)
             if tried is not declared:
                 then = {}
@@ -129,7 +129,7 @@ class Episode:
         self._steps.append(Step(action, None))
         return tried
 
-    def record_slip(self, action: Action) -> Slip:
+    def append_slipped_step(self, action: Action) -> Slip:
         """Record a slip of an action without trying it. The state stays as it is."""
         self._steps.append(Step(action, None, slipped=True))
         return Slip()

@@ -33,7 +33,7 @@ class _CompiledCheck:
     history_conditions: tuple[ConditionTest, ...]
 
 
-class _CompiledAlternative(NamedTuple):
+class _CompiledOperatorAlternative(NamedTuple):
     """A compiled alternative of an operator: one of several ways in which the operator can act."""
 
     is_made: ConditionTest
@@ -49,7 +49,7 @@ class CheckFailure(NamedTuple):
     arguments: tuple[int, ...]
 
 
-class _FailedAlternative(NamedTuple):
+class _FailedOperatorAlternative(NamedTuple):
     """A failed check of an alternative, and the alternative's condition, which holds after the action."""
 
     condition: Formula
@@ -82,7 +82,7 @@ class CompiledOperator:
                 passes(state, binding) and not self._find_failures_of_alternatives(state, binding)
             )
         self.alternatives = tuple(
-            _CompiledAlternative(
+            _CompiledOperatorAlternative(
                 conditions.compile_test(attempt.condition),
                 _compile_checks(attempt.checks, conditions),
                 effects.compile_sequence(attempt.effects),
@@ -120,14 +120,14 @@ class CompiledOperator:
 
     def find_failed_alternatives(
         self, before: State, after: State, binding: FrameBinding
-    ) -> tuple[_FailedAlternative, ...]:
+    ) -> tuple[_FailedOperatorAlternative, ...]:
         """Return the failed alternatives whose conditions held both before and after the action."""
         failed_tries = []
         for attempt, compiled in zip(self.operator.alternatives, self.alternatives, strict=True):
             if compiled.is_made(before, binding) and compiled.is_made(after, binding):
                 failed = find_failing_check(compiled.checks, before, binding)
                 if failed is not None:
-                    failed_tries.append(_FailedAlternative(attempt.condition, failed.check))
+                    failed_tries.append(_FailedOperatorAlternative(attempt.condition, failed.check))
         return tuple(failed_tries)
 
     def _find_failures_of_alternatives(self, state: State, binding: FrameBinding) -> tuple[CheckFailure, ...]:
@@ -172,14 +172,14 @@ def _compile_checks(checks: Sequence[Check], conditions: ConditionCompiler) -> t
 Spend: TypeAlias = Callable[[], bool]
 """Function that counts one tried value of a variable. It returns True if too many values were tried."""
 
-FindArguments: TypeAlias = Callable[[State, Sequence[int], Spend], Iterator[tuple[int, ...]]]
+ApplicableArgumentFinder: TypeAlias = Callable[[State, Sequence[int], Spend], Iterator[tuple[int, ...]]]
 """Function that yields the arguments for which no check of an operator fails, like `itertools.product`.
 
 The function stops early when it has tried too many values of parameters.
 """
 
 
-def compile_argument_finder(operator: Operator, vocabulary: Vocabulary) -> FindArguments:
+def compile_argument_finder(operator: Operator, vocabulary: Vocabulary) -> ApplicableArgumentFinder:
     """Return a function that finds the arguments for which no check of an operator fails.
 
     A check of one parameter is evaluated once, for all objects at once. A check of several parameters is
@@ -198,9 +198,9 @@ def compile_argument_finder(operator: Operator, vocabulary: Vocabulary) -> FindA
     frame = SlotAllocator(operator.parameters)
     conditions = ConditionCompiler(vocabulary, frame)
     first = conditions.compile_test(And(tuple(closed)))
-    own_extensions, joint_extensions = [
+    own_filters, joint_filters = [
         [
-            conditions.compile_extension(And(tuple(group)), slot, frame.scope)
+            conditions.compile_filter(And(tuple(group)), slot, frame.scope)
             for slot, group in enumerate(groups, 1)
         ]
         for groups in (single, several)
@@ -218,7 +218,7 @@ def compile_argument_finder(operator: Operator, vocabulary: Vocabulary) -> FindA
         if slot > len(names):
             yield tuple(binding[1:slot])
             return
-        matching = joint_extensions[slot - 1](state, binding, among[slot - 1])
+        matching = joint_filters[slot - 1](state, binding, among[slot - 1])
         for index in objects:
             if matching >> index & 1:
                 if spend():
@@ -232,7 +232,7 @@ def compile_argument_finder(operator: Operator, vocabulary: Vocabulary) -> FindA
         if not first(state, binding):
             return
         among: list[int] = []
-        for matching in own_extensions:
+        for matching in own_filters:
             among.append(matching(state, binding, make_mask(objects)))
             if not among[-1]:
                 return

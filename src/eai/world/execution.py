@@ -67,7 +67,7 @@ class Trajectory:
         return Trajectory(self.states[: executed + 1], tuple(steps))
 
     @property
-    def additional_steps(self) -> int:
+    def additional_step_count(self) -> int:
         """Number of steps that were skipped as additional, because they were not needed."""
         return sum([s.fault is not None and s.fault.kind is FaultKind.ADDITIONAL_STEP for s in self.steps])
 

@@ -11,6 +11,7 @@ from eai.base.errors import DomainError
 from eai.logic.traversal import find_predicates, get_subformulas
 from eai.world.derived import ComputedPredicate, DefinedPredicate, LookupPredicate
 from eai.world.listing import FactLister, make_fact_lister
+from eai.world.relation import ObjectMask
 from eai.world.state import Fact, Scene, State
 from eai.world.vocabulary import DerivedPredicate, Predicate, Vocabulary
 
@@ -18,50 +19,58 @@ _MAX_CACHED_STATES = 1024
 """Maximum number of states whose relations are cached. The same number limits the cached scenes."""
 
 
-def define_recursively(
-    circle: Sequence[DefinedPredicate], vocabulary: Callable[[], Vocabulary]
+def make_recursive_predicates(
+    definitions: Sequence[DefinedPredicate], get_vocabulary: Callable[[], Vocabulary]
 ) -> Sequence[DerivedPredicate]:
     """Make derived predicates from mutually recursive definitions.
 
     Args:
-        circle: the definitions; each may use the predicates that any of them defines.
-        vocabulary: function that returns the vocabulary that contains these predicates. It is called when the
-            predicates are first evaluated in a state.
+        definitions: the definitions; each may use the predicates that any of them defines.
+        get_vocabulary: function that returns the vocabulary that contains these predicates. It is called when
+            the predicates are first evaluated in a state.
 
     Raises:
         DomainError: a predicate depends on its own negation, so that no least relations exist.
     """
-    names = {definition.name for definition in circle}
-    for definition in circle:
+    names = {definition.name for definition in definitions}
+    for definition in definitions:
         if not _is_monotone_in(definition.definition, names):
             raise DomainError(
                 f"the derived predicate {definition.name} depends on its own negation: define it without"
             )
-    return _RecursivePredicates(circle, vocabulary).predicates
+    return _RecursivePredicates(definitions, get_vocabulary).predicates
 
 
 class _RecursivePredicates:
     """Mutually recursive predicates, with a cache of the relations that were computed for each state."""
 
-    def __init__(self, circle: Sequence[DefinedPredicate], vocabulary: Callable[[], Vocabulary]) -> None:
-        self._circle = circle
-        self._names = {definition.name for definition in circle}
-        self._whole = vocabulary
-        self._scene = lru_cache(_MAX_CACHED_STATES)(self._extend_scene)
+    def __init__(
+        self, definitions: Sequence[DefinedPredicate], get_vocabulary: Callable[[], Vocabulary]
+    ) -> None:
+        self._definitions = definitions
+        self._names = {definition.name for definition in definitions}
+        self._get_vocabulary = get_vocabulary
+        self._scenes = lru_cache(_MAX_CACHED_STATES)(self._make_scenes_of_iteration)
         self._least = lru_cache(_MAX_CACHED_STATES)(self._find_least_fixpoint)
-        self.predicates: list[DerivedPredicate] = [self._make_predicate(definition) for definition in circle]
+        self.predicates: list[DerivedPredicate] = [
+            self._make_predicate(definition) for definition in definitions
+        ]
 
     def _make_predicate(self, defined: DefinedPredicate) -> DerivedPredicate:
         reads = find_predicates(defined.definition)
         if defined.arity in (1, 2):
             return LookupPredicate(
-                defined.name, defined.arity, partial(self._compute_mask, defined.name), reads, defined
+                defined.name,
+                defined.arity,
+                partial(self._mask_last_arguments, defined.name),
+                reads,
+                defined,
             )
         return ComputedPredicate(
             defined.name, defined.arity, partial(self._is_true, defined.name), reads, defined
         )
 
-    def _compute_mask(self, name: str, state: State, arguments: tuple[int, ...]) -> int:
+    def _mask_last_arguments(self, name: str, state: State, arguments: tuple[int, ...]) -> ObjectMask:
         least = self._least(state)
         return least.relation(name).row(arguments[0]) if arguments else least.mask(name)
 
@@ -69,9 +78,9 @@ class _RecursivePredicates:
         return self._least(state).has(name, *arguments)
 
     @cached_property
-    def _circle_vocabulary(self) -> Vocabulary:
+    def _recursive_predicates_vocabulary(self) -> Vocabulary:
         return Vocabulary(
-            tuple([Predicate(definition.name, definition.arity) for definition in self._circle])
+            tuple([Predicate(definition.name, definition.arity) for definition in self._definitions])
         )
 
     @cached_property
@@ -80,25 +89,26 @@ class _RecursivePredicates:
 
         The current relations of the recursive predicates are stored; their next relations are derived.
         """
-        whole = self._whole()
+        whole = self._get_vocabulary()
         others = [item for item in whole.derived if item.name not in self._names]
         next_ones = [
-            DefinedPredicate(f"{item.name} ", item.parameters, item.definition) for item in self._circle
+            DefinedPredicate(f"{item.name} ", item.parameters, item.definition) for item in self._definitions
         ]
-        predicates = (*whole.predicates, *self._circle_vocabulary.predicates)
+        predicates = (*whole.predicates, *self._recursive_predicates_vocabulary.predicates)
         return replace(whole, predicates=predicates, derived=(*others, *next_ones))
 
     @cached_property
-    def _listings(self) -> Sequence[tuple[str, FactLister]]:
-        names = [definition.name for definition in self._circle]
+    def _next_fact_listers(self) -> Sequence[tuple[str, FactLister]]:
+        names = [definition.name for definition in self._definitions]
         return [
-            (name, make_fact_lister(self._iteration_vocabulary, f"{name} ", repeated=True)) for name in names
+            (name, make_fact_lister(self._iteration_vocabulary, f"{name} ", allow_equal_arguments=True))
+            for name in names
         ]
 
-    def _extend_scene(self, scene: Scene) -> tuple[Scene, Scene]:
+    def _make_scenes_of_iteration(self, scene: Scene) -> tuple[Scene, Scene]:
         whole, circle = [
             Scene(vocabulary, scene.objects, scene.agent)
-            for vocabulary in (self._iteration_vocabulary, self._circle_vocabulary)
+            for vocabulary in (self._iteration_vocabulary, self._recursive_predicates_vocabulary)
         ]
         return whole, circle
 
@@ -107,7 +117,7 @@ class _RecursivePredicates:
 
         Facts that follow from the definitions are added until no new fact follows.
         """
-        scene, circle_scene = self._scene(state.scene)
+        scene, circle_scene = self._scenes(state.scene)
         everything = range(len(scene.objects))
         facts: list[Fact] = []
         while True:
@@ -117,7 +127,7 @@ class _RecursivePredicates:
             )
             next_facts = [
                 Fact(name, fact.arguments)
-                for name, facts_of in self._listings
+                for name, facts_of in self._next_fact_listers
                 for fact in facts_of.list_facts(extended, everything)
             ]
             if len(next_facts) == len(facts):

@@ -7,6 +7,7 @@ from typing import TypeAlias
 
 from eai.base.errors import DomainError
 from eai.logic.formula import Constant, Term, Variable
+from eai.world.relation import ObjectMask
 from eai.world.state import Scene, State
 
 FrameBinding: TypeAlias = list[int]
@@ -14,8 +15,8 @@ FrameBinding: TypeAlias = list[int]
 
 ConditionTest: TypeAlias = Callable[[State, FrameBinding], bool]
 
-ExtensionFinder: TypeAlias = Callable[[State, FrameBinding, int], int]
-"""Function of a state, a binding and objects. It returns the objects that make a formula true, as a mask."""
+ObjectFilter: TypeAlias = Callable[[State, FrameBinding, ObjectMask], ObjectMask]
+"""Function of a state, a binding and objects. It returns those of the objects that make a formula true."""
 
 AGENT = Constant("agent")
 """Name that stands for the acting object in any formula of a domain."""

@@ -21,7 +21,7 @@ class History:
     """A sequence of states: the last state, and the history of all states before it.
 
     Histories share their beginnings, so adding a state takes constant time. A history caches the answers of
-    `find_last_state`. If a later history gets an equal question, only its new states are tested.
+    `find_last_state_index`. If a later history gets an equal question, only its new states are tested.
 
     Args:
         state: the last state.
@@ -55,24 +55,24 @@ class History:
             history = history.before
         return tuple(reversed(states))
 
-    def find_last_state(self, question: Hashable, test: Callable[[State], bool]) -> int | None:
+    def find_last_state_index(self, cache_key: Hashable, test: Callable[[State], bool]) -> int | None:
         """Return the number of the last state that passes a test, or None if no state passes.
 
         Args:
-            question: a key under which the answer is cached: equal keys must stand for equal tests.
+            cache_key: a key under which the answer is cached: equal keys must stand for equal tests.
             test: the test.
         """
         history: History | None = self
         number = None
         while history is not None:
-            if question in history._answers:
-                number = history._answers[question]
+            if cache_key in history._answers:
+                number = history._answers[cache_key]
                 break
             if test(history.state):
                 number = history.number
                 break
             history = history.before
-        self._answers[question] = number
+        self._answers[cache_key] = number
         return number
 
 
@@ -95,7 +95,7 @@ def find_when_conditions_held(failure: CheckFailure, binding: FrameBinding, hist
     latest = 0
     for index, condition in enumerate(failure.check.history_conditions):
         question = (failure.check, index, failure.arguments)
-        number = history.find_last_state(question, partial(_holds_in_state, condition, binding))
+        number = history.find_last_state_index(question, partial(_holds_in_state, condition, binding))
         if number is None:
             return None
         latest = max(latest, number)
@@ -106,7 +106,9 @@ def _holds_in_state(truth: ConditionTest, binding: FrameBinding, state: State) -
     return truth(state, binding)
 
 
-def find_when_possible(failure: CheckFailure, binding: FrameBinding, history: History) -> int | None:
+def find_when_action_was_possible(
+    failure: CheckFailure, binding: FrameBinding, history: History
+) -> int | None:
     """A history rule: a failed check is a wrong order if the action was possible in an earlier state.
 
     There, all checks of the operator and all history conditions must have held.
@@ -117,7 +119,7 @@ def find_when_possible(failure: CheckFailure, binding: FrameBinding, history: Hi
         return None
     conditions_hold = conjoin_tests(failure.check.history_conditions)
 
-    def is_possible(state: State) -> bool:
+    def is_action_possible(state: State) -> bool:
         return conditions_hold(state, binding) and find_failing_check(failure.checks, state, binding) is None
 
-    return history.before.find_last_state((failure.check, failure.arguments), is_possible)
+    return history.before.find_last_state_index((failure.check, failure.arguments), is_action_possible)

@@ -13,14 +13,14 @@ from eai.base.errors import DomainError
 from eai.logic.formula import Variable
 from eai.world.condition import ConditionCompiler
 from eai.world.derived import find_stored_predicates
-from eai.world.frame import UNBOUND, ConditionTest, ExtensionFinder, SlotAllocator
-from eai.world.relation import iterate_bits, make_mask
+from eai.world.frame import UNBOUND, ConditionTest, ObjectFilter, SlotAllocator
+from eai.world.relation import ObjectMask, iterate_bits, make_mask
 from eai.world.state import Fact, State
 from eai.world.vocabulary import Vocabulary
 
 _ObjectIndices: TypeAlias = Sequence[int]
 _MakeTuples: TypeAlias = Callable[[_ObjectIndices], Iterable[tuple[int, ...]]]
-_FindTuples: TypeAlias = Callable[[State, _ObjectIndices, int], Iterator[tuple[int, ...]]]
+_TupleFinder: TypeAlias = Callable[[State, _ObjectIndices, ObjectMask], Iterator[tuple[int, ...]]]
 """Function that yields the tuples of objects for which a predicate holds, in the order of given objects.
 
 Its last argument is a bit mask of objects: each tuple contains at least one of them. `_ANY` allows all
@@ -38,22 +38,22 @@ class FactLister:
         predicate: the name of the predicate.
         sources: the stored predicates that the predicate depends on. If they do not change, its facts do not
             change.
-        repeated: whether to list facts that contain an object twice, such as ``near(a, a)``.
+        allow_equal_arguments: whether to list facts that contain an object twice, such as ``near(a, a)``.
     """
 
     predicate: str
     sources: tuple[str, ...]
-    repeated: bool
-    _find_tuples: _FindTuples
+    allow_equal_arguments: bool
+    _find_tuples: _TupleFinder
 
     @property
     def is_stored(self) -> bool:
         """Whether the predicate is stored, not derived."""
         return self.sources == (self.predicate,)
 
-    def lists(self, fact: Fact) -> bool:
-        """Whether a true fact is listed. Facts with an object twice are listed only if ``repeated``."""
-        return self.repeated or len({*fact.arguments}) == len(fact.arguments)
+    def is_listed(self, fact: Fact) -> bool:
+        """Whether a true fact is listed. Facts with an object twice are listed only if allowed."""
+        return self.allow_equal_arguments or len({*fact.arguments}) == len(fact.arguments)
 
     def list_facts(
         self, state: State, objects: Sequence[int], about: Iterable[int] | None = None
@@ -69,26 +69,33 @@ class FactLister:
         return [Fact(self.predicate, arguments) for arguments in self._find_tuples(state, objects, chosen)]
 
 
-def make_fact_lister(vocabulary: Vocabulary, predicate: str, *, repeated: bool = False) -> FactLister:
+def make_fact_lister(
+    vocabulary: Vocabulary, predicate: str, *, allow_equal_arguments: bool = False
+) -> FactLister:
     """Return the object that lists the facts of a predicate.
 
     Args:
         vocabulary: the vocabulary that declares the predicate.
         predicate: the name of the predicate.
-        repeated: whether to list facts that contain an object twice, such as ``near(a, a)``.
+        allow_equal_arguments: whether to list facts that contain an object twice, such as ``near(a, a)``.
 
     Raises:
         DomainError: the predicate is not declared.
     """
     sources = tuple(find_stored_predicates((predicate,), vocabulary))
-    return FactLister(predicate, sources, repeated, _choose_tuple_finder(vocabulary, predicate, repeated))
+    return FactLister(
+        predicate,
+        sources,
+        allow_equal_arguments,
+        _choose_tuple_finder(vocabulary, predicate, allow_equal_arguments),
+    )
 
 
-def _choose_tuple_finder(vocabulary: Vocabulary, predicate: str, repeated: bool) -> _FindTuples:
+def _choose_tuple_finder(vocabulary: Vocabulary, predicate: str, allow_equal_arguments: bool) -> _TupleFinder:
     if vocabulary.find_stored(predicate) is not None and vocabulary.find_arity(predicate) == 2:
-        return partial(_list_stored_pairs, predicate, repeated)
+        return partial(_list_stored_pairs, predicate, allow_equal_arguments)
     if predicate in vocabulary.tuple_slots:
-        return partial(_list_stored_tuples, predicate, repeated)
+        return partial(_list_stored_tuples, predicate, allow_equal_arguments)
     declared = vocabulary.find_stored(predicate) or vocabulary.derived_by_name.get(predicate)
     if declared is None:
         raise DomainError(f"predicate {predicate} is not declared")
@@ -96,63 +103,77 @@ def _choose_tuple_finder(vocabulary: Vocabulary, predicate: str, repeated: bool)
     frame = SlotAllocator(variables)
     conditions = ConditionCompiler(vocabulary, frame)
     if declared.arity == 2:
-        values = conditions.compile_extension(declared(*variables), frame.scope["x1"], frame.scope)
-        return partial(_list_derived_pairs, values, frame, repeated)
-    tuples = partial(product, repeat=declared.arity) if repeated else partial(permutations, r=declared.arity)
-    return partial(_test_each_tuple, conditions.compile_test(declared(*variables)), frame, tuples)
+        values = conditions.compile_filter(declared(*variables), frame.scope["x1"], frame.scope)
+        return partial(_list_derived_pairs, values, frame, allow_equal_arguments)
+    tuples = (
+        partial(product, repeat=declared.arity)
+        if allow_equal_arguments
+        else partial(permutations, r=declared.arity)
+    )
+    return partial(_find_tuples_by_testing_each, conditions.compile_test(declared(*variables)), frame, tuples)
 
 
 def _list_stored_pairs(
-    predicate: str, repeated: bool, state: State, objects: _ObjectIndices, chosen: int
+    predicate: str, allow_equal: bool, state: State, objects: _ObjectIndices, including_any: ObjectMask
 ) -> Iterator[tuple[int, ...]]:
     relation, among = state.relation(predicate), make_mask(objects)
     sources = relation.sources
-    if chosen != _ANY:
-        sources &= reduce(or_, map(relation.column, iterate_bits(chosen & among)), chosen)
+    if including_any != _ANY:
+        sources &= reduce(or_, map(relation.column, iterate_bits(including_any & among)), including_any)
     for x in objects:
         if sources >> x & 1:
-            wanted = among if chosen >> x & 1 else among & chosen
-            yield from _pair_with_row(x, relation.row(x) & wanted, objects, repeated)
+            wanted = among if including_any >> x & 1 else among & including_any
+            yield from _pair_first_with_seconds(x, relation.row(x) & wanted, objects, allow_equal)
 
 
 def _list_stored_tuples(
-    predicate: str, repeated: bool, state: State, objects: _ObjectIndices, chosen: int
+    predicate: str, allow_equal: bool, state: State, objects: _ObjectIndices, including_any: ObjectMask
 ) -> Iterator[tuple[int, ...]]:
     order = {index: position for position, index in enumerate(objects)}
-    members = [m for m in state.tuple_set(predicate).members if _has_chosen_argument(m, chosen)]
-    listed = [m for m in members if order.keys() >= {*m} and (repeated or len({*m}) == len(m))]
+    members = [m for m in state.tuple_set(predicate).members if _has_chosen_argument(m, including_any)]
+    listed = [m for m in members if order.keys() >= {*m} and (allow_equal or len({*m}) == len(m))]
     yield from sorted(listed, key=lambda member: [order[index] for index in member])
 
 
 def _list_derived_pairs(
-    values: ExtensionFinder,
+    find_second_objects: ObjectFilter,
     frame: SlotAllocator,
-    repeated: bool,
+    allow_equal: bool,
     state: State,
     objects: _ObjectIndices,
-    chosen: int,
+    including_any: ObjectMask,
 ) -> Iterator[tuple[int, ...]]:
     among = make_mask(objects)
     for x in objects:
-        wanted = among if chosen >> x & 1 else among & chosen
-        row = values(state, frame.bind_arguments(state.scene, (x, UNBOUND)), wanted) if wanted else 0
-        yield from _pair_with_row(x, row, objects, repeated)
+        wanted = among if including_any >> x & 1 else among & including_any
+        row = (
+            find_second_objects(state, frame.bind_arguments(state.scene, (x, UNBOUND)), wanted)
+            if wanted
+            else 0
+        )
+        yield from _pair_first_with_seconds(x, row, objects, allow_equal)
 
 
-def _pair_with_row(x: int, row: int, objects: _ObjectIndices, repeated: bool) -> Iterator[tuple[int, ...]]:
-    return ((x, y) for y in objects if row >> y & 1 and (repeated or y != x)) if row else iter(())
+def _pair_first_with_seconds(
+    first: int, seconds: ObjectMask, objects: _ObjectIndices, allow_equal: bool
+) -> Iterator[tuple[int, ...]]:
+    return (
+        ((first, y) for y in objects if seconds >> y & 1 and (allow_equal or y != first))
+        if seconds
+        else iter(())
+    )
 
 
-def _test_each_tuple(
-    truth: ConditionTest,
+def _find_tuples_by_testing_each(
+    test: ConditionTest,
     frame: SlotAllocator,
-    tuples: _MakeTuples,
+    make_tuples: _MakeTuples,
     state: State,
     objects: _ObjectIndices,
-    chosen: int,
+    including_any: ObjectMask,
 ) -> Iterator[tuple[int, ...]]:
-    for arguments in tuples(objects):
-        if _has_chosen_argument(arguments, chosen) and truth(
+    for arguments in make_tuples(objects):
+        if _has_chosen_argument(arguments, including_any) and test(
             state, frame.bind_arguments(state.scene, arguments)
         ):
             yield arguments

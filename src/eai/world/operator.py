@@ -89,7 +89,7 @@ def missing_step(
 
 
 @dataclass(frozen=True, slots=True)
-class Alternative:
+class OperatorAlternative:
     """One of several ways in which an operator can act, with its own checks and effects.
 
     Attributes:
@@ -147,7 +147,7 @@ class Operator:
     checks: tuple[Check, ...]
     effects: tuple[Effect, ...]
     description: str = ""
-    alternatives: tuple[Alternative, ...] = ()
+    alternatives: tuple[OperatorAlternative, ...] = ()
     role: OperatorRole | None = None
 
     def __post_init__(self) -> None:

@@ -15,12 +15,16 @@ from collections.abc import Iterable, Iterator
 from functools import reduce
 from itertools import islice
 from operator import or_
+from typing import TypeAlias
+
+ObjectMask: TypeAlias = int
+"""Bit mask of objects: the bit at an object's index is set if the mask contains the object."""
 
 _PRIME = (1 << 60) - 93
 """Prime modulus of the hashes of relations. Few powers of 2 have equal remainders modulo this prime."""
 
 
-class RelationBase:
+class InitialRelation:
     """The base of relations: the rows and columns at the start of an episode. A base never changes.
 
     ``sources`` and ``targets`` are the masks of all objects with a nonempty row, and with a nonempty column.
@@ -37,7 +41,7 @@ class RelationBase:
         self.targets = targets or reduce(or_, filter(None, self.rows), 0)
 
     @classmethod
-    def from_pairs(cls, size: int, pairs: Iterable[tuple[int, int]]) -> RelationBase:
+    def from_pairs(cls, size: int, pairs: Iterable[tuple[int, int]]) -> InitialRelation:
         """Return the base of a relation over ``size`` objects that contains exactly these pairs."""
         rows, columns = [0] * size, [0] * size
         for source, target in pairs:
@@ -70,7 +74,7 @@ class Relation:
     # `_row_keys` and `_column_keys` are the masks of the overridden lines. `_hash` caches the hash for
     # the many states that share a relation; None after a change.
 
-    def __init__(self, base: RelationBase, changed: Relation | None = None) -> None:
+    def __init__(self, base: InitialRelation, changed: Relation | None = None) -> None:
         self._base = base
         self._hash: int | None = None
         if changed is None:
@@ -83,7 +87,7 @@ class Relation:
             self._row_keys, self._column_keys = changed._row_keys, changed._column_keys
             self.sources, self.targets = changed.sources, changed.targets
 
-    def row(self, source: int) -> int:
+    def row(self, source: int) -> ObjectMask:
         """Return the bit mask of all targets of ``source``."""
         if not self.sources >> source & 1:
             return 0
@@ -92,16 +96,16 @@ class Relation:
             return line
         line = self._base.rows[source]
         return (
-            _apply_crossing_changes(line, source, self._columns, self._column_keys)
+            _apply_changes_of_crossing_lines(line, source, self._columns, self._column_keys)
             if self._column_keys
             else line
         )
 
-    def base_row(self, source: int) -> int:
+    def initial_row(self, source: int) -> ObjectMask:
         """Return the bit mask of the targets that ``source`` has in the base, at the start of the episode."""
         return self._base.rows[source]
 
-    def column(self, target: int) -> int:
+    def column(self, target: int) -> ObjectMask:
         """Return the bit mask of all sources of ``target``."""
         if not self.targets >> target & 1:
             return 0
@@ -109,7 +113,11 @@ class Relation:
         if line is not None:
             return line
         line = self._base.columns[target]
-        return _apply_crossing_changes(line, target, self._rows, self._row_keys) if self._row_keys else line
+        return (
+            _apply_changes_of_crossing_lines(line, target, self._rows, self._row_keys)
+            if self._row_keys
+            else line
+        )
 
     def has(self, source: int, target: int) -> bool:
         """Whether the pair (source, target) is in the relation."""
@@ -128,7 +136,7 @@ class Relation:
         """
         return Relation(self._base, self)
 
-    def set_row(self, source: int, targets: int) -> None:
+    def set_row(self, source: int, targets: ObjectMask) -> None:
         """Change this copy so that ``source`` has exactly these targets (a bit mask)."""
         bit = 1 << source
         self._hash = None
@@ -137,9 +145,9 @@ class Relation:
         self.sources = self.sources | bit if targets else self.sources & ~bit
         self.targets |= targets
         if self._column_keys:
-            _patch_crossing_lines(self._columns, source, targets)
+            _update_crossing_lines(self._columns, source, targets)
 
-    def set_column(self, target: int, sources: int) -> None:
+    def set_column(self, target: int, sources: ObjectMask) -> None:
         """Change this copy so that ``target`` has exactly these sources (a bit mask)."""
         bit = 1 << target
         self._hash = None
@@ -148,7 +156,7 @@ class Relation:
         self.targets = self.targets | bit if sources else self.targets & ~bit
         self.sources |= sources
         if self._row_keys:
-            _patch_crossing_lines(self._rows, target, sources)
+            _update_crossing_lines(self._rows, target, sources)
 
     def flip_pair(self, source: int, target: int) -> None:
         """Change this copy: add the pair if it is missing, else remove it."""
@@ -210,7 +218,7 @@ class TupleSet:
         self.members = frozenset(members)
         self._by_others: dict[int, dict[tuple[int, ...], int]] = {}
 
-    def find_completions(self, position: int, others: tuple[int, ...]) -> int:
+    def find_completions(self, position: int, others: tuple[int, ...]) -> ObjectMask:
         """Return the mask of the objects that complete given arguments to a tuple of the set.
 
         The objects stand at one position of the tuple; the arguments at all other positions are given.
@@ -230,7 +238,7 @@ class TupleSet:
         return hash(self.members)
 
 
-def make_mask(indices: Iterable[int]) -> int:
+def make_mask(indices: Iterable[int]) -> ObjectMask:
     """Return the bit mask in which the bits at these indices are set; an index may be repeated."""
     return sum([1 << index for index in set(indices)])
 
@@ -248,17 +256,19 @@ def keep_lowest_bits(mask: int, number: int) -> int:
     return sum([1 << position for position in islice(iterate_bits(mask), number)])
 
 
-def _apply_crossing_changes(base: int, index: int, crossing: dict[int, int], crossing_keys: int) -> int:
+def _apply_changes_of_crossing_lines(
+    initial_line: int, index: int, changed_crossing_lines: dict[int, int], changed_mask: int
+) -> int:
     """Return a row of the base with the changes from overridden columns, or a column with those from rows."""
-    line = base & ~crossing_keys
-    for key, mask in crossing.items():
+    line = initial_line & ~changed_mask
+    for key, mask in changed_crossing_lines.items():
         if mask >> index & 1:
             line |= 1 << key
     return line
 
 
-def _patch_crossing_lines(crossing: dict[int, int], index: int, line: int) -> None:
+def _update_crossing_lines(crossing_lines: dict[int, int], index: int, new_line: int) -> None:
     """Update all overridden rows after a column was replaced, or all overridden columns after a row was."""
     bit = 1 << index
-    for key, mask in crossing.items():
-        crossing[key] = mask | bit if line >> key & 1 else mask & ~bit
+    for key, mask in crossing_lines.items():
+        crossing_lines[key] = mask | bit if new_line >> key & 1 else mask & ~bit

@@ -15,7 +15,7 @@ from typing import NamedTuple, TypeAlias
 from eai.base.errors import InputError, did_you_mean
 from eai.logic.formula import Atom
 from eai.logic.ltl import map_formula_spellings_to_names, parse
-from eai.world.relation import Relation, RelationBase, TupleSet, iterate_bits
+from eai.world.relation import InitialRelation, ObjectMask, Relation, TupleSet, iterate_bits
 from eai.world.vocabulary import Vocabulary, require_tuple
 
 
@@ -76,15 +76,15 @@ class Scene:
 
         An object belongs to its own category, and to all kinds that contain it (`Vocabulary.parents`).
         """
-        return self.everything if name is None else self.kinds.get(name, 0)
+        return self.everything if name is None else self.object_mask_by_kind.get(name, 0)
 
     @property
-    def kinds(self) -> Mapping[str, int]:
+    def object_mask_by_kind(self) -> Mapping[str, ObjectMask]:
         """Mapping from each kind of objects in the scene to the bit mask of the objects of this kind."""
         if self._categories is None:
             masks: dict[str, int] = {}
             for i, item in enumerate(self.objects):
-                for kind in self.vocabulary.list_kinds(item.category):
+                for kind in self.vocabulary.list_kind_with_ancestors(item.category):
                     masks[kind] = masks.get(kind, 0) | 1 << i
             self._categories = masks
         return self._categories
@@ -152,7 +152,7 @@ class Scene:
             else:
                 pairs[predicate].append((arguments[0], arguments[1]))
         size = len(self.objects)
-        binary = tuple(Relation(RelationBase.from_pairs(size, p)) for p in pairs.values())
+        binary = tuple(Relation(InitialRelation.from_pairs(size, p)) for p in pairs.values())
         return State(self, tuple(unary), binary, tuple(map(TupleSet, tuples.values())))
 
 

@@ -106,7 +106,7 @@ class Vocabulary:
                 if read not in names:
                     raise DomainError(f"derived predicate {derived.name} reads {read}, which is not declared")
         for kind in self.parents:
-            if kind in self.list_kinds(kind)[1:]:
+            if kind in self.list_kind_with_ancestors(kind)[1:]:
                 raise DomainError(f"parents: the kind {kind} contains itself")
         for slots, arities in (("unary_slots", (0, 1)), ("binary_slots", (2,)), ("tuple_slots", (3,))):
             group = [p.name for p in self.predicates if min(p.arity, 3) in arities]
@@ -118,7 +118,7 @@ class Vocabulary:
         """Return a mapping from the names of the stored predicates of an arity to their slots."""
         return self.unary_slots if arity < 2 else self.binary_slots if arity == 2 else self.tuple_slots
 
-    def list_kinds(self, kind: str) -> tuple[str, ...]:
+    def list_kind_with_ancestors(self, kind: str) -> tuple[str, ...]:
         """Return a kind of objects and all kinds that contain it, the nearest first."""
         kinds = [kind]
         while (parent := self.parents.get(kinds[-1])) is not None:

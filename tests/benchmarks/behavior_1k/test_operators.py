@@ -204,7 +204,9 @@ def test_the_robot_moves_to_the_object_of_its_action(domain: Domain) -> None:
 def test_a_substance_is_visible_on_an_object_or_in_an_open_container(domain: Domain) -> None:
     def find_visible(*more: str) -> set[str]:
         initial = make_state(*more)
-        return {name for name, i in initial.scene.index.items() if domain.find_visible(initial, 1 << i)}
+        return {
+            name for name, i in initial.scene.index.items() if domain.find_visible_objects(initial, 1 << i)
+        }
 
     assert {"plate", "flour"} <= find_visible()
     assert "stain" not in find_visible()

@@ -217,7 +217,7 @@ OPERATORS = (
     ),
     w.Operator("RECALL", (x,), (w.missing_step(hidden(x), "{x} is not hidden"),), (w.Add(on(x)),)),
     w.Operator("COUNT", (x,), (w.missing_step(counted(x), "{x} does not count"),), ()),
-    w.Operator("TRY", (x,), (), (), alternatives=(w.Alternative(on(x), (), (w.Delete(on(x)),)),)),
+    w.Operator("TRY", (x,), (), (), alternatives=(w.OperatorAlternative(on(x), (), (w.Delete(on(x)),)),)),
     w.Operator("LOOK", (), (), ()),
 )
 WORLD = DomainRules(w.Domain("world", w.Vocabulary((on, near, hidden, tag), (ready, counted)), OPERATORS))

@@ -224,7 +224,7 @@ class ActionSequencing(PlanScorer):
             error = make_error_report(failure, number, self.domain, action, self.task.scene)
         elif execution.slipped:
             error = ErrorReport(FaultKind.SLIP, number, SLIPPED)
-        success, additional = self._succeeds(error, reached), trajectory.additional_steps
+        success, additional = self._succeeds(error, reached), trajectory.additional_step_count
         return self._make_verdict(
             reached,
             plan,

@@ -486,7 +486,7 @@ class _Exploration:
             self._effort.used += instruction.effort
             return self._has_reached_limit() or instruction.holds(state)
 
-        return branch.past.find_last_state(instruction.holds, has_held)
+        return branch.past.find_last_state_index(instruction.holds, has_held)
 
     def _add_ended_branch(self, branch: ExecutionBranch, among: list[ExecutionBranch]) -> None:
         self._ended.append(branch)

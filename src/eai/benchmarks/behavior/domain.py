@@ -8,7 +8,7 @@ from functools import cache
 from eai.benchmarks.behavior.operators import add_movement, make_operators
 from eai.benchmarks.behavior.predicates import VOCABULARY, X, held, is_sliced, part, shut_in
 from eai.world.domain import Domain
-from eai.world.history import find_when_possible
+from eai.world.history import find_when_action_was_possible
 from eai.world.operator import Operator, sort_operator_checks
 
 
@@ -35,6 +35,6 @@ def _build_household(operators: Sequence[Operator]) -> Domain:
         "behavior",
         VOCABULARY,
         tuple(operators),
-        find_when_possible,
+        find_when_action_was_possible,
         visible=(held(X) | ~shut_in(X)) & (~part(X) | is_sliced(X)),
     )

@@ -17,9 +17,9 @@ from eai.benchmarks.behavior.predicates import P, X, Y
 from eai.logic.formula import Exists, Formula, Implies, Variable
 from eai.world.effect import ANYTHING, Add, Delete, Effect, ForEach, Let, When, make_symmetric_effects
 from eai.world.operator import (
-    Alternative,
     Check,
     Operator,
+    OperatorAlternative,
     OperatorRole,
     additional_step,
     affordance,
@@ -350,13 +350,13 @@ def make_clean_action() -> Operator:
     return Operator("CLEAN", (X,), checks, (), "clean the object of dust and stains", alternatives=tries)
 
 
-def _make_cleaning_try(dirt: Predicate, means: Formula, lacking: str, id: str) -> Alternative:
+def _make_cleaning_try(dirt: Predicate, means: Formula, lacking: str, id: str) -> OperatorAlternative:
     checks = (
         additional_step(dirt(X), f"{{x}} {_describe_existing_state(dirt, holds=False)}"),
         *require_interactable(X),
         replace(missing_step(means, lacking), id=id),
     )
-    return Alternative(dirt(X), checks, (Delete(dirt(X)),))
+    return OperatorAlternative(dirt(X), checks, (Delete(dirt(X)),))
 
 
 def make_soak_action() -> Operator:

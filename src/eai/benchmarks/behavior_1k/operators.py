@@ -17,7 +17,7 @@ from eai.benchmarks.behavior_1k.predicates import C, F, H, I, O, P, R, S, T, W, 
 from eai.logic.formula import Equals, Exists, Formula, Implies, Variable
 from eai.world.domain import Domain
 from eai.world.effect import ANYTHING, Add, Delete, Effect, ForEach, Let, When, make_symmetric_effects
-from eai.world.history import find_when_possible
+from eai.world.history import find_when_action_was_possible
 from eai.world.operator import (
     Check,
     Operator,
@@ -703,7 +703,7 @@ def build_domain() -> Domain:
         "behavior-1k",
         p.VOCABULARY,
         tuple(map(add_common_checks, operators)),
-        find_when_possible,
+        find_when_action_was_possible,
         visible=p.real(X) & ((~p.substance(X) & is_in_sight(X)) | Exists(Y, openly & is_in_sight(Y))),
         landmarks=p.floor(X) | p.fixed(X),
     )

@@ -144,7 +144,8 @@ def _find_opened_and_revealed(task: Task, needed: set[int], domain: Domain) -> t
             hidden |= {
                 i
                 for i in needed
-                if domain.find_visible(after, 1 << i) and not domain.find_visible(before, 1 << i)
+                if domain.find_visible_objects(after, 1 << i)
+                and not domain.find_visible_objects(before, 1 << i)
             }
     return containers, hidden
 

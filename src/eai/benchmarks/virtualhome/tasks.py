@@ -21,7 +21,7 @@ from eai.logic.formula import Atom, Constant, Occurs, Or
 from eai.tasks.source import Source, TaskSet
 from eai.tasks.task import Goal, GoalKind, Task
 from eai.world.action import Action
-from eai.world.relation import Relation, RelationBase
+from eai.world.relation import InitialRelation, Relation
 from eai.world.state import Scene, State, StateDraft, WorldObject
 
 _UNARY = VOCABULARY.unary_slots
@@ -176,14 +176,14 @@ def _find_changed_predicates(before: frozenset[str], after: frozenset[str]) -> S
 
 def _make_relation(rows: Sequence[int], columns: Sequence[int], end_masks: tuple[int, int]) -> Relation:
     return (
-        Relation(RelationBase(rows, columns, *end_masks)) if end_masks[0] else _make_empty_relation(len(rows))
+        Relation(InitialRelation(rows, columns, *end_masks)) if end_masks[0] else _make_empty_relation(len(rows))
     )
 
 
 @cache
 def _make_empty_relation(size: int) -> Relation:
     """Return the empty relation that all states with this number of objects share."""
-    return Relation(RelationBase([0] * size, [0] * size))
+    return Relation(InitialRelation([0] * size, [0] * size))
 
 
 @cache

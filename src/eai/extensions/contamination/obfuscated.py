@@ -104,7 +104,7 @@ def _find_stems(tasks: Iterable[Task]) -> Mapping[str, tuple[str, ...]]:
             stem = thing.name if numbered is None else numbered[1]
             if owner.setdefault(stem, thing.category) == thing.category:
                 stems_of.setdefault(thing.category, {})[stem] = None
-            for kind in task.scene.vocabulary.list_kinds(thing.category)[1:]:
+            for kind in task.scene.vocabulary.list_kind_with_ancestors(thing.category)[1:]:
                 stems_of.setdefault(kind, {})
             if index == task.scene.agent:
                 agents.add(thing.category)

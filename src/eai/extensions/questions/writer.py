@@ -272,7 +272,7 @@ def _format_question_text(
 
 
 def _format_objects(setting: QuestionSetting) -> str:
-    agent, list_kinds = setting.scene.agent, setting.scene.vocabulary.list_kinds
+    agent, list_kinds = setting.scene.agent, setting.scene.vocabulary.list_kind_with_ancestors
     return format_list(
         [
             f"{thing.name} [{', '.join(list_kinds(thing.category))}]{', the agent' if i == agent else ''}"

@@ -216,7 +216,7 @@ class _ScriptedTrial(Trial):
         slipped = False
         for action in actions:
             slipped = self.slip_sampler is not None and self.slip_sampler.draw_slip()
-            outcome = episode.record_slip(action) if slipped else episode.act(action)
+            outcome = episode.append_slipped_step(action) if slipped else episode.act(action)
             if slipped or isinstance(outcome, Fault) or self.is_goal_reached(episode):
                 break
         names = tuple([action.operator for action in before])

@@ -196,7 +196,7 @@ class VirtualHomeActionSequencing(ActionSequencing):
             reached = self._summary_goals.find_reached(
                 execution.trajectory.final_state, execution.taken_actions
             )
-        additional = execution.trajectory.additional_steps
+        additional = execution.trajectory.additional_step_count
         if reached == verdict.goals_satisfied and additional < 2:
             return verdict
         errors = {} if verdict.error is None else {verdict.error.kind: 1}

@@ -56,7 +56,7 @@ def _list_in_set_order(state: State, predicate: str, source: int) -> list[int]:
     """
     relation = state.relation(predicate)
     mask = relation.row(source)
-    at_start = relation.base_row(source)
+    at_start = relation.initial_row(source)
     by_id = {p.get_object_id(state, i): i for i in iterate_bits(mask | at_start)}
     added = sorted(p.get_object_id(state, i) for i in iterate_bits(mask & ~at_start))
     initial = sorted(p.get_object_id(state, i) for i in iterate_bits(at_start))
