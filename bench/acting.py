@@ -69,7 +69,7 @@ def sample_setups(name: str, rules: GameRules, sample: int) -> tuple[list[GameSe
     """Return the sampled tasks that have a reference plan, and the number of tasks without one."""
     benchmark = find_benchmark(name)
     tasks = benchmark.tasks_for(Ability.ACTION_SEQUENCING, Source())
-    ids = [task_id for task_id in tasks if tasks[task_id].plan_exclusion is None]
+    ids = [task_id for task_id in tasks if tasks[task_id].unplannable_reason is None]
     chosen = ids[:: max(1, len(ids) // sample)] if sample else ids
     playable = []
     for number, task_id in enumerate(chosen, 1):

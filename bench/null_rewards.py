@@ -128,7 +128,7 @@ def measure_mean_reward(suite: Suite, answer: Callable[[str], str]) -> Mapping[S
 def list_playable_tasks(environment: TextEnvironment) -> list[str]:
     """Return the tasks that have goals."""
     tasks = environment.benchmark.tasks_for(Ability.ACTION_SEQUENCING, Source())
-    return [task_id for task_id in environment.task_ids if tasks[task_id].plan_exclusion is None]
+    return [task_id for task_id in environment.task_ids if tasks[task_id].unplannable_reason is None]
 
 
 def reward_immediate_done(name: str, reward: Shaping) -> float:

@@ -27,7 +27,7 @@ from eai.planning.planner import Planner
 from eai.planning.search import Limits
 from eai.tasks.planning import find_plan
 from eai.tasks.source import Source
-from eai.tasks.special import Ambiguous, Impossible
+from eai.tasks.special import AmbiguousTaskMark, ImpossibleTaskMark
 from eai.tasks.task import Task
 from eai.tasks.task_files import read_task_file_lines
 from eai.tasks.task_lines import read_task_line
@@ -64,7 +64,7 @@ def main() -> None:
     listed = [
         task.scene.index[special.fits[0]] < task.scene.index[special.fits[1]]
         for task in tasks
-        if isinstance(special := task.special, Ambiguous) and len(special.fits) > 1
+        if isinstance(special := task.special, AmbiguousTaskMark) and len(special.fits) > 1
     ]
     if listed:
         print(f"meant is listed first: {sum(listed)} of {len(listed)}")
@@ -85,9 +85,9 @@ def _describe_in_prompt(task: Task, benchmark: Benchmark) -> str:
 def _find_missing_kind(task: Task, about: Mapping[str, object]) -> tuple[str, str]:
     """Return the predicate and object category of the missing fact, or of the instruction's fact."""
     match task.special:
-        case Impossible(missing) if missing:
+        case ImpossibleTaskMark(missing) if missing:
             fact = missing[0]
-        case Ambiguous(fits):
+        case AmbiguousTaskMark(fits):
             fact = f"({fits[0]})"
         case _:
             fact = str(about["lacks"])

@@ -36,7 +36,7 @@ from eai.results.rate import Rate
 from eai.results.responses import ResponseFile, find_response_files, read_responses
 from eai.results.summary import compute_metric_rates
 from eai.tasks.goal_test import GoalTest
-from eai.tasks.share import GoalTallies
+from eai.tasks.share import TalliesByGoalKind
 from eai.tasks.source import TaskSet
 from eai.world.domain import Domain as Simulator
 from eai.world.execution import Trajectory, execute_plan
@@ -140,7 +140,7 @@ class Judge:
 
     def _judge(self, trajectory: Trajectory, rules: Rules) -> PlanVerdict:
         tallies = {protocol: self._tallies(trajectory, protocol) for protocol in Protocol.list_names()}
-        goals = GoalTallies(
+        goals = TalliesByGoalKind(
             tallies[STRICT].state, tallies[rules.relations].relation, tallies[rules.actions].action
         )
         failure = trajectory.failure
@@ -154,10 +154,10 @@ class Judge:
             goals=goals,
         )
 
-    def _tallies(self, trajectory: Trajectory, protocol: Protocol) -> GoalTallies:
+    def _tallies(self, trajectory: Trajectory, protocol: Protocol) -> TalliesByGoalKind:
         test = self.goals[protocol]
         return test.tally_by_kind(
-            test.find_reached(
+            test.find_reached_goals(
                 trajectory.final_state, [action.operator for action in trajectory.executed_actions]
             )
         )

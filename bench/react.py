@@ -98,7 +98,7 @@ def main() -> None:
     add_write_option(parser)
     arguments = parser.parse_args()
     suite = open_suite(arguments.domain, ACTING)
-    there = [task_id for task_id in suite.task_ids if suite.tasks[task_id].plan_exclusion is None]
+    there = [task_id for task_id in suite.task_ids if suite.tasks[task_id].unplannable_reason is None]
     task_ids = there[:: max(1, len(there) // arguments.tasks)][: arguments.tasks]
     row = [arguments.domain, *with_inspect(suite, task_ids), *at_random(suite, task_ids)]
     if arguments.write:

@@ -20,7 +20,7 @@ from eai.abilities.protocol import Ability
 from eai.abilities.trial import Trial
 from eai.benchmarks.prompt_library import PromptLibrary
 from eai.benchmarks.suite import open_suite
-from eai.tasks.prompts.prompt import Prompt, TaskBelief
+from eai.tasks.prompts.prompt import BelievedTask, Prompt
 from eai.tasks.task import Task, goal
 from eai.tasks.wording import SuiteWording
 from raising import BOOM, RAISING
@@ -211,8 +211,8 @@ def test_the_question_describes_the_perceived_scene() -> None:
     """The metadata of the question describe the perceived scene as well."""
     library = PromptLibrary("eai")
 
-    def look(task: Task, attempt: int) -> tuple[TaskBelief, dict[str, str]]:
-        return TaskBelief(task, initial=f"seen before attempt {attempt}\n$initial"), {"scene": str(attempt)}
+    def look(task: Task, attempt: int) -> tuple[BelievedTask, dict[str, str]]:
+        return BelievedTask(task, initial=f"seen before attempt {attempt}\n$initial"), {"scene": str(attempt)}
 
     asks = library.make_question_writer(SWITCHES, ACTIONS, library.open(SWITCHES, ACTIONS), look)
     _, second = questions(AttemptOptions(1, "continue", "state"), [plan(SHED)], asks)

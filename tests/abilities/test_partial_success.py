@@ -59,14 +59,14 @@ def action(*alternatives: str) -> Goal:
 
 def partial(given: Task, actions: Sequence[str] = (), state: State | None = None) -> Share:
     test, final = GoalTest(given), state or given.initial
-    return test.find_partial_success(final, actions, test.find_reached(final, actions))
+    return test.find_partial_success(final, actions, test.find_reached_goals(final, actions))
 
 
 def test_each_condition_of_a_quantified_goal_counts() -> None:
     """One of the two boxes is in the shed. The goal is missed, but one of its conditions is met."""
     given = task(ALL_IN_SHED)
     test = GoalTest(given)
-    assert test.find_reached(given.initial, ()) == (False,)
+    assert test.find_reached_goals(given.initial, ()) == (False,)
     assert partial(given) == (1, 2)
 
 
@@ -109,14 +109,14 @@ def test_two_objects_meet_the_conditions_of_exactly_one_but_miss_the_goal() -> N
     red, shed = index["red"], index["shed"]
     episode = Episode(toy.DOMAIN, given.initial)
     episode.run([Action("LIFT", (red,)), Action("GO", (shed,))])
-    assert GoalTest(given).find_reached(episode.state, ()) == (False,)
+    assert GoalTest(given).find_reached_goals(episode.state, ()) == (False,)
     assert partial(given, state=episode.state) == (1, 1)
 
 
 def test_a_goal_without_requirements_is_one_condition() -> None:
     given = task(ForAll(Variable("c", "cat"), LIT))
     assert partial(given) == (1, 1)
-    assert GoalTest(given).none_met == (0, 1)
+    assert GoalTest(given).partial_success_if_never_run == (0, 1)
 
 
 def test_an_answer_that_never_ran_meets_none_of_the_shortest_option() -> None:
@@ -161,7 +161,7 @@ def test_partial_success_equals_the_best_of_all_options_after_random_plans(every
         listed = 1
         for formula in formulas:
             listed *= count_dnf_terms(formula, given.scene.names_of_category)
-        if number % every or given.plan_exclusion is not None or listed > 1_000:
+        if number % every or given.unplannable_reason is not None or listed > 1_000:
             continue
         test, ways = (
             GoalTest(given),
@@ -169,7 +169,7 @@ def test_partial_success_equals_the_best_of_all_options_after_random_plans(every
         )
         for state in _states(suite.benchmark.domain, given, Random(number)):
             expected = max(_share(state, given, chain.from_iterable(way)) for way in product(*ways))
-            share = test.find_partial_success(state, (), test.find_reached(state, ()))
+            share = test.find_partial_success(state, (), test.find_reached_goals(state, ()))
             assert share.numerator / share.denominator == pytest.approx(expected), task_id
             compared += 1
     assert compared > 10

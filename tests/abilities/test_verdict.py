@@ -14,10 +14,10 @@ from eai.abilities.subgoal_decomposition.verdict import SubgoalCategory, Subgoal
 from eai.abilities.transition_modeling.verdict import OperatorVerdict
 from eai.abilities.verdict import Confusion, ErrorReport, PlanVerdict, SummaryCounts, Verdict
 from eai.pddl.planning import PlannerOutcome
-from eai.tasks.share import GoalTallies, Share
+from eai.tasks.share import Share, TalliesByGoalKind
 from eai.world.fault import FaultKind
 
-TALLIES = GoalTallies(Share(1, 2), Share(0.5, 1.5), Share(0, 0))
+TALLIES = TalliesByGoalKind(Share(1, 2), Share(0.5, 1.5), Share(0, 0))
 ERROR = ErrorReport(FaultKind.MISSING_STEP, 3, "the jar is shut", "OPEN.1", ("jar_0",))
 
 
@@ -75,7 +75,7 @@ def test_a_missing_answer_reaches_no_goal_and_has_no_error() -> None:
         executable=False,
         success=False,
         additional_steps=2,
-        goals=GoalTallies(Share(0, 2), Share(0, 1.5), Share(0, 0)),
+        goals=TalliesByGoalKind(Share(0, 2), Share(0, 1.5), Share(0, 0)),
         goals_satisfied=(False, False),
     )
     assert PlanVerdict(success=True).as_missing_answer() == PlanVerdict(executable=False, success=False)

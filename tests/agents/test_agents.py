@@ -44,7 +44,7 @@ def played(agent: str, stage: GameSetup, seed: int = 0) -> tuple[Game, list[str]
 def stages(name: str, store: Store, rules: GameRules = STANDARD) -> list[GameSetup]:
     benchmark = find_benchmark(name)
     tasks = benchmark.tasks_for(Ability.ACTION_SEQUENCING, Source(store))
-    ids = [task_id for task_id in tasks if tasks[task_id].plan_exclusion is None]
+    ids = [task_id for task_id in tasks if tasks[task_id].unplannable_reason is None]
     return [make_setup(tasks[task_id], benchmark, rules) for task_id in ids[:: EVERY[name]]]
 
 

@@ -161,7 +161,7 @@ def test_an_agent_that_ends_at_once_earns_nothing(
 ) -> None:
     environment = make(name, reward=reward, gamma=0.9, until="done", source=Source(data_store))
     tasks = [
-        task_id for task_id in environment.task_ids if environment._tasks[task_id].plan_exclusion is None
+        task_id for task_id in environment.task_ids if environment._tasks[task_id].unplannable_reason is None
     ]
     assert len(tasks) == SOLVED[name]
     assert {tuple(play(environment, task_id, ["DONE"])[0]) for task_id in tasks[::every]} == {(0.0,)}

@@ -21,7 +21,7 @@ def recorded(benchmark: Benchmark, number: int, sample: int = 1) -> Iterator[Res
     """Return episodes of agents that do not know the goals, in worlds with slips."""
     suite = open_suite(benchmark, ACTING)
     arena = EpisodeFactory(benchmark, AgentSetting(slip=0.2, slip_seed=7))
-    task_ids = [i for i in suite.task_ids if suite.tasks[i].plan_exclusion is None][::sample]
+    task_ids = [i for i in suite.task_ids if suite.tasks[i].unplannable_reason is None][::sample]
     for epoch in range(number):
         play = arena.begin_episode(suite.tasks[task_ids[epoch % len(task_ids)]], epoch)
         agent = (random_agent, blind_agent)[epoch % 2](play, epoch)

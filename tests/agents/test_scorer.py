@@ -169,9 +169,11 @@ def test_an_episode_has_the_partial_success_of_its_end(suite: Suite) -> None:
     idle = verdict_of(suite, episode(SWITCHES, task_id, ["DONE"]))
     at_start = GoalTest(suite.tasks[task_id])
     initial = suite.tasks[task_id].initial
-    assert idle.partial == at_start.find_partial_success(initial, (), at_start.find_reached(initial, ()))
+    assert idle.partial == at_start.find_partial_success(
+        initial, (), at_start.find_reached_goals(initial, ())
+    )
     never = verdict_of(suite, episode(SWITCHES, task_id, []))
-    assert never.partial == at_start.none_met
+    assert never.partial == at_start.partial_success_if_never_run
 
 
 def test_turns_before_the_first_difference_are_counted(suite: Suite) -> None:

@@ -24,7 +24,7 @@ from eai.benchmarks.registry import find_benchmark
 from eai.benchmarks.suite import open_suite
 from eai.tasks.prompts.prompt import Prompt, PromptSet
 from eai.tasks.source import Source
-from eai.tasks.special import Ambiguous, Impossible, Special
+from eai.tasks.special import AmbiguousTaskMark, ImpossibleTaskMark, SpecialTaskMark
 from protocols import PROTOCOLS
 
 jsonschema = pytest.importorskip("jsonschema")
@@ -168,8 +168,10 @@ def test_a_schema_reveals_no_objects_that_the_question_omits(data_store: Store) 
     assert "ball" in list_words(make_answer_schema(lamps, Ability.ACTION_SEQUENCING, task, listing))
 
 
-@pytest.mark.parametrize("special", [Impossible(()), Ambiguous(("lamp_1",))])
-def test_an_answer_that_may_decline_a_task_may_have_any_form(special: Special, data_store: Store) -> None:
+@pytest.mark.parametrize("special", [ImpossibleTaskMark(()), AmbiguousTaskMark(("lamp_1",))])
+def test_an_answer_that_may_decline_a_task_may_have_any_form(
+    special: SpecialTaskMark, data_store: Store
+) -> None:
     lamps = benchmark("lamps")
     task, prompt = lamps.tasks(Source(data_store))["light"], Prompt("robot lamp_1 lamp_2 ball box")
     assert make_answer_schema(lamps, Ability.ACTION_SEQUENCING, task, prompt) is not None

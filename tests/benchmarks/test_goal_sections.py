@@ -19,7 +19,7 @@ from eai.benchmarks.benchmark import Benchmark
 from eai.benchmarks.prompt_library import PromptLibrary
 from eai.benchmarks.registry import find_benchmark
 from eai.benchmarks.virtualhome.tasks import VirtualHomeTasks
-from eai.tasks.prompts.prompt import TaskBelief
+from eai.tasks.prompts.prompt import BelievedTask
 from eai.tasks.source import Source
 from eai.tasks.task import Task
 from oracle import PIPELINE_MODELS, Oracle
@@ -30,9 +30,9 @@ STAGE_TWO = (Ability.ACTION_SEQUENCING, Ability.SUBGOAL_DECOMPOSITION)
 JARS = "bottling_fruit_0_Wainscott_0_int_0_2021-05-24_19-46-46"
 
 
-def make_belief(answer: str, task: Task, benchmark: Benchmark) -> TaskBelief:
+def make_belief(answer: str, task: Task, benchmark: Benchmark) -> BelievedTask:
     read = read_stated_goals(answer, task, benchmark.domain, benchmark.notation.goals)
-    return TaskBelief(replace(task, goals=read.goals), answer)
+    return BelievedTask(replace(task, goals=read.goals), answer)
 
 
 def test_true_goals_reproduce_the_plan_prompts_of_virtualhome(
@@ -46,7 +46,9 @@ def test_true_goals_reproduce_the_plan_prompts_of_virtualhome(
     prompts["540_1"] = replace(prompts["540_1"], user=prompts["540_1"].user.replace(twice, "", 1))
     assert len(prompts) == 342
     for task_id, prompt in prompts.items():
-        assert section.rewrite_section(prompt.user, TaskBelief(virtualhome_tasks[task_id], "")) == prompt.user
+        assert (
+            section.rewrite_section(prompt.user, BelievedTask(virtualhome_tasks[task_id], "")) == prompt.user
+        )
 
 
 def test_true_goals_reproduce_the_subgoal_prompts_of_virtualhome(
@@ -59,7 +61,7 @@ def test_true_goals_reproduce_the_subgoal_prompts_of_virtualhome(
     for task_id, prompt in prompts.items():
         published, ours = (
             section.find_section(prompt.user),
-            section.write(TaskBelief(virtualhome_tasks[task_id], "")),
+            section.write(BelievedTask(virtualhome_tasks[task_id], "")),
         )
         reordered += published != ours
         assert sorted(published.splitlines()) == sorted(ours.splitlines())
@@ -87,7 +89,7 @@ def test_models_goals_reproduce_the_published_goal_sections(
         task_id = row["identifier"]
         for answer in (json.dumps(row["goals_used"]), answers[task_id]):
             question = section.rewrite_section(
-                prompts[task_id].user, TaskBelief(behavior_tasks[task_id], answer)
+                prompts[task_id].user, BelievedTask(behavior_tasks[task_id], answer)
             )
             assert section.find_section(question) == row["goal_section"]
 
@@ -123,7 +125,7 @@ def test_an_entry_of_an_answer_is_written_into_prompts(
     entry: object, plan: str, subgoal: str, behavior_tasks: BehaviorTasks
 ) -> None:
     sections = find_benchmark("behavior").data.goal_sections
-    belief = TaskBelief(behavior_tasks[JARS], json.dumps({"edge goals": [entry], "node goals": []}))
+    belief = BelievedTask(behavior_tasks[JARS], json.dumps({"edge goals": [entry], "node goals": []}))
     assert sections[Ability.ACTION_SEQUENCING].write(belief) == plan
     assert sections[Ability.SUBGOAL_DECOMPOSITION].write(belief) == subgoal
 
@@ -134,7 +136,7 @@ def test_an_entry_of_an_answer_is_written_into_prompts(
 def test_meaningless_entries_are_left_out_of_prompts(entry: object, behavior_tasks: BehaviorTasks) -> None:
     sections = find_benchmark("behavior").data.goal_sections
     answer = json.dumps({"node goals": [entry, ["open", "jar.n.01_1"]]})
-    belief = TaskBelief(behavior_tasks[JARS], answer)
+    belief = BelievedTask(behavior_tasks[JARS], answer)
     assert sections[Ability.SUBGOAL_DECOMPOSITION].write(belief) == "open(jar.0)"
     assert sections[Ability.ACTION_SEQUENCING].write(belief).endswith("['open', 'jar_0']")
 

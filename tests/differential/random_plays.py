@@ -68,7 +68,7 @@ class Check:
 def drawn(arena: EpisodeFactory, suite: Suite, number: int) -> tuple[RecordedGame, Told]:
     """Draw a random play, and return it with its observations."""
     rng = random.Random(f"play {number}")
-    tasks = [task for task in suite.tasks.values() if task.plan_exclusion is None]
+    tasks = [task for task in suite.tasks.values() if task.unplannable_reason is None]
     play = arena.begin_episode(rng.choice(tasks))
     name = rng.choice(["random", "blind"] if number % 10 else ["novel"])
     agent, told, most = NULLS[name](play, number), list[str](), rng.randrange(1, 60)

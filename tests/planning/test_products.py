@@ -62,7 +62,7 @@ def _skips(operator: Operator) -> Iterator[Operator]:
 
 def objects_of(task: Task, actions: Sequence[Action]) -> set[int]:
     """Return the objects of a task and of some actions, with everything that they are in, on or held by."""
-    found = {*task.relevant, *task.find_named_objects(task.goals)}.union(
+    found = {*task.relevant, *task.find_objects_named_in_goals(task.goals)}.union(
         *[action.arguments for action in actions]
     )
     found |= set() if task.scene.agent is None else {task.scene.agent}

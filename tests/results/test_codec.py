@@ -29,11 +29,11 @@ from eai.results.codec import (
     verdict_to_record_fields,
 )
 from eai.results.record import AnswerOrigin, Record
-from eai.tasks.share import GoalTallies, Share
+from eai.tasks.share import Share, TalliesByGoalKind
 from eai.world.fault import FaultKind
 from results.random_records import records
 
-GOALS = GoalTallies(Share(1, 2), Share(0.5, 1), Share(0, 0))
+GOALS = TalliesByGoalKind(Share(1, 2), Share(0.5, 1), Share(0, 0))
 PLAN = PlanVerdict(
     error=ErrorReport(
         FaultKind.WRONG_ORDER,

@@ -46,7 +46,9 @@ def scorer_of(suite: Suite, task_id: str) -> ActionSequencing:
 def drawn(name: str, random: Random) -> tuple[Suite, Task, list[Action]]:
     """Return a task with random possible actions, the start of a successful plan, or both in turn."""
     suite = suite_of(name)
-    task = suite.tasks[random.choice([i for i in suite.task_ids if suite.tasks[i].plan_exclusion is None])]
+    task = suite.tasks[
+        random.choice([i for i in suite.task_ids if suite.tasks[i].unplannable_reason is None])
+    ]
     gold = answer_book(name, Ability.ACTION_SEQUENCING)[task.id]
     scorer = scorer_of(suite, task.id)
     read = scorer.notation.read(gold.join(gold.parts))
@@ -113,7 +115,7 @@ def test_the_rewards_of_turns_sum_to_the_reward_of_the_plan() -> None:
 @pytest.mark.parametrize("name", HOUSEHOLDS)
 def test_empty_and_unreadable_plans_earn_nothing(name: str) -> None:
     suite = suite_of(name)
-    for task_id in [i for i in suite.task_ids if suite.tasks[i].plan_exclusion is None][::40]:
+    for task_id in [i for i in suite.task_ids if suite.tasks[i].unplannable_reason is None][::40]:
         scorer, paid = scorer_of(suite, task_id), Reward(suite, "repair")
         assert scorer.repairer.compute_closeness(()) == scorer.repairer.compute_closeness((None,)) == 0
         assert scorer.repairer.compute_closeness((None,) * 300) == 0

@@ -70,7 +70,7 @@ def reward_for(world: str, shaping: Shaping) -> Reward:
 
 def tasks_of(world: str) -> Sequence[str]:
     suite = suite_of(world)
-    return [task_id for task_id in suite.task_ids if suite.tasks[task_id].plan_exclusion is None]
+    return [task_id for task_id in suite.task_ids if suite.tasks[task_id].unplannable_reason is None]
 
 
 def written(world: str, task: Task, plan: Sequence[Action]) -> str:
@@ -100,7 +100,7 @@ def after(world: str, state: State, plan: Sequence[Action]) -> State:
 
 
 def reached(task: Task, state: State, plan: Sequence[Action] = ()) -> tuple[bool, ...]:
-    return GoalTest(task).find_reached(state, [action.operator for action in plan])
+    return GoalTest(task).find_reached_goals(state, [action.operator for action in plan])
 
 
 def held(task: Task) -> tuple[bool, ...]:

@@ -15,7 +15,7 @@ from eai.pddl.planning import PlannerOutcome
 from eai.results.certainty import RateCase
 from eai.results.rate import Rate
 from eai.results.summary import compute_metric_rates, make_cases_by_metric
-from eai.tasks.share import GoalTallies, Share
+from eai.tasks.share import Share, TalliesByGoalKind
 from eai.world.fault import FaultKind
 from results.verdicts import SUCCEEDED, failed, goals, record
 
@@ -77,7 +77,7 @@ def test_additional_steps_count_by_answer_unless_the_verdict_says_otherwise() ->
 def test_counts_for_the_summary_override_the_verdict() -> None:
     failure = failed(FaultKind.PARSING)
     twice = replace(failure, counted=SummaryCounts(False, goals((0, 1)), {FaultKind.PARSING: 2}))
-    missed = SummaryCounts(False, GoalTallies(Share(0, 0), Share(0, 0), Share(1, 2)), {})
+    missed = SummaryCounts(False, TalliesByGoalKind(Share(0, 0), Share(0, 0), Share(1, 2)), {})
     rates = compute_metric_rates([twice, replace(SUCCEEDED, counted=missed)], Ability.ACTION_SEQUENCING)
     assert rates["parsing"] == Rate(2, 2)
     assert rates["task_success"] == Rate(0, 2)

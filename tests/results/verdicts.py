@@ -8,7 +8,7 @@ from dataclasses import replace
 from eai.abilities.protocol import Ability, Protocol
 from eai.abilities.verdict import ErrorReport, PlanVerdict, Verdict
 from eai.results.record import Record
-from eai.tasks.share import GoalTallies, Share
+from eai.tasks.share import Share, TalliesByGoalKind
 from eai.world.fault import FaultKind
 
 
@@ -16,9 +16,9 @@ def goals(
     state: tuple[float, float],
     relation: tuple[float, float] = (0, 0),
     action: tuple[float, float] = (0, 0),
-) -> GoalTallies:
+) -> TalliesByGoalKind:
     """Return goal tallies by kind."""
-    return GoalTallies(Share(*state), Share(*relation), Share(*action))
+    return TalliesByGoalKind(Share(*state), Share(*relation), Share(*action))
 
 
 def failed(kind: FaultKind) -> PlanVerdict:

@@ -60,7 +60,7 @@ def test_a_question_states_a_broader_context_after_the_facts(data_store: Store, 
     picture.
     """
     make, suite = TASKS[f"{domain}_action_sequencing"], open_suite(domain, PLANS)
-    task_id = next(i for i in suite.task_ids if suite.tasks[i].plan_exclusion is None)
+    task_id = next(i for i in suite.task_ids if suite.tasks[i].unplannable_reason is None)
     questions = {}
     for context in ("none", "some", "many"):
         (sample,) = make(tasks=[task_id], prompts="eai", context=context).dataset

@@ -17,7 +17,7 @@ from eai.studies.records import StudyRecords
 from eai.studies.study import Analysis, Study
 from eai.studies.variation import AskModel, Endpoint, FirstStage, VariationOptions
 from eai.tasks.options import Options
-from eai.tasks.prompts.prompt import INITIAL_PLACEHOLDER, TaskBelief
+from eai.tasks.prompts.prompt import INITIAL_PLACEHOLDER, BelievedTask
 
 
 class Limit(VariationOptions):
@@ -44,7 +44,7 @@ class Limit(VariationOptions):
 
     def _limited(self, stage: FirstStage, endpoint: Endpoint, suite: Suite) -> StatedBeliefs:
         told = f"{INITIAL_PLACEHOLDER}\nAnswer in {self.characters} characters."
-        beliefs = {task_id: TaskBelief(task, initial=told) for task_id, task in suite.tasks.items()}
+        beliefs = {task_id: BelievedTask(task, initial=told) for task_id, task in suite.tasks.items()}
         return StatedBeliefs(beliefs, Experiment(), "there is no such task")
 
 

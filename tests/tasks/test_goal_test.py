@@ -10,8 +10,8 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from eai.logic.formula import And, Atom, Constant, Exists, ForAll, Formula, Not, Occurs, Or, Variable
-from eai.tasks.goal_test import GoalTest, find_longest_met_series
-from eai.tasks.share import GoalTallies, Share
+from eai.tasks.goal_test import GoalTest, find_indices_of_longest_met_series
+from eai.tasks.share import Share, TalliesByGoalKind
 from eai.tasks.task import Goal, GoalKind, Task
 from eai.world.action import Action
 from eai.world.execution import execute_plan
@@ -37,10 +37,10 @@ def action(*alternatives: str) -> Goal:
 def test_goals_are_told_one_by_one_and_counted_by_kind() -> None:
     given = task(LIT, RED_IN_HALL, action("LIFT"), BLUE_IN_HALL)
     test = GoalTest(given)
-    reached = test.find_reached(given.initial, ["GO", "LIFT"])
+    reached = test.find_reached_goals(given.initial, ["GO", "LIFT"])
     assert reached == (False, True, True, False)
-    assert test.tally_by_kind(reached) == GoalTallies(Share(0, 1), Share(1, 2), Share(1, 1))
-    assert test.tally_by_kind(test.none_reached) == GoalTallies(Share(0, 1), Share(0, 2), Share(0, 1))
+    assert test.tally_by_kind(reached) == TalliesByGoalKind(Share(0, 1), Share(1, 2), Share(1, 1))
+    assert test.tally_by_kind(test.none_reached) == TalliesByGoalKind(Share(0, 1), Share(0, 2), Share(0, 1))
 
 
 def test_a_goal_of_both_kinds_counts_half_as_each_and_whole_numbers_are_whole() -> None:
@@ -48,8 +48,8 @@ def test_a_goal_of_both_kinds_counts_half_as_each_and_whole_numbers_are_whole() 
     first, second, both = (
         test.tally_by_kind(reached) for reached in ((True, False), (False, True), (True, True))
     )
-    assert first == GoalTallies(Share(0.5, 1.5), Share(0.5, 0.5), Share(0, 0))
-    assert second == GoalTallies(Share(1, 1.5), Share(0, 0.5), Share(0, 0))
+    assert first == TalliesByGoalKind(Share(0.5, 1.5), Share(0.5, 0.5), Share(0, 0))
+    assert second == TalliesByGoalKind(Share(1, 1.5), Share(0, 0.5), Share(0, 0))
     assert all(share.numerator == share.denominator for share in both)
     assert isinstance(second.state.numerator, int)
 
@@ -57,14 +57,14 @@ def test_a_goal_of_both_kinds_counts_half_as_each_and_whole_numbers_are_whole() 
 def test_other_formulas_may_be_asked_in_the_goals_place() -> None:
     given = task(LIT, RED_IN_HALL)
     test = GoalTest(given, [RED_IN_HALL, BLUE_IN_HALL])
-    assert test.find_reached(given.initial, ()) == (True, False)
-    assert test.tally_by_kind((True, False)) == GoalTallies(Share(1, 1), Share(0, 1), Share(0, 0))
+    assert test.find_reached_goals(given.initial, ()) == (True, False)
+    assert test.tally_by_kind((True, False)) == TalliesByGoalKind(Share(1, 1), Share(0, 1), Share(0, 0))
 
 
 def test_a_task_without_goals_reaches_all_of_them() -> None:
     test = GoalTest(task())
-    assert test.find_reached(toy.initial(), ()) == ()
-    assert test.tally_by_kind(()) == GoalTallies(Share(0, 0), Share(0, 0), Share(0, 0))
+    assert test.find_reached_goals(toy.initial(), ()) == ()
+    assert test.tally_by_kind(()) == TalliesByGoalKind(Share(0, 0), Share(0, 0), Share(0, 0))
 
 
 @pytest.mark.parametrize(
@@ -86,7 +86,7 @@ def test_action_goals_are_reached_in_their_order(
     goals: list[str], actions: list[str], met: tuple[int, ...]
 ) -> None:
     test = GoalTest(task(*(action(*goal.split("|")) for goal in goals)))
-    assert test.find_reached(toy.initial(), actions) == tuple(i in met for i in range(len(goals)))
+    assert test.find_reached_goals(toy.initial(), actions) == tuple(i in met for i in range(len(goals)))
 
 
 @given(
@@ -98,7 +98,7 @@ def test_the_longest_run_of_goals_in_order_counts(goals: list[tuple[str, ...]], 
         rest = iter(actions)
         return all(any(action in goals[i] for action in rest) for i in chosen)
 
-    found = find_longest_met_series(goals, actions)
+    found = find_indices_of_longest_met_series(goals, actions)
     assert is_met(found)
     longer = combinations(range(len(goals)), len(found) + 1)
     assert not any(is_met(chosen) for chosen in longer)
@@ -125,12 +125,12 @@ def test_threads_may_share_a_test() -> None:
     plan = [Action(name, (scene.index[thing],)) for name, thing in steps]
     states = execute_plan(toy.DOMAIN, given.initial, plan).states
     test = GoalTest(given)
-    expected = [GoalTest(given).find_reached(state, ()) for state in states]
+    expected = [GoalTest(given).find_reached_goals(state, ()) for state in states]
     assert len(set(expected)) > 2
 
     def differing(start: int) -> int:
         numbers = [(start + i) % len(states) for i in range(1_500)]
-        return sum(test.find_reached(states[i], ()) != expected[i] for i in numbers)
+        return sum(test.find_reached_goals(states[i], ()) != expected[i] for i in numbers)
 
     with ThreadPoolExecutor(8) as pool:
         assert sum(pool.map(differing, range(8))) == 0

@@ -19,7 +19,7 @@ from eai.benchmarks.registry import find_benchmark
 from eai.benchmarks.suite import open_suite
 from eai.results.model_cards import make_model_table
 from eai.results.paper_tables import read_paper_models
-from eai.tasks.prompts.prompt import Prompt, TaskBelief
+from eai.tasks.prompts.prompt import BelievedTask, Prompt
 
 PLANNING = (Ability.SUBGOAL_DECOMPOSITION, Ability.ACTION_SEQUENCING)
 PRINTED_TOKENS, PRINTED_QUERIES, PRINTED_RUNS = 192_280_000, 84_960, 180
@@ -181,7 +181,7 @@ def gold_in_questions(evidence: Evidence) -> Finding:
             tasks, section = benchmark.tasks(evidence.published), benchmark.data.goal_sections[ability]
             hits = 0
             for task, text in questions.items():
-                other = section.rewrite_section(text, TaskBelief(tasks[task]))
+                other = section.rewrite_section(text, BelievedTask(tasks[task]))
                 lacking, own = _lines_lost(other, text), _lines_lost(text, other)
                 hits += not lacking if domain == V else own >= len(tasks[task].goals)
             counts[name] = hits, len(questions)

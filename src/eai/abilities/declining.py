@@ -6,7 +6,7 @@ import json
 from typing import TYPE_CHECKING, NamedTuple
 
 from eai.abilities.answer_text import ANY_VALUE, JsonObject, ParsedAnswer, read_json
-from eai.tasks.special import Ambiguous, Impossible
+from eai.tasks.special import AmbiguousTaskMark, ImpossibleTaskMark
 
 if TYPE_CHECKING:
     from eai.abilities.notation.plans import PlanNotation
@@ -39,10 +39,10 @@ def read_declining_answer(task: Task, text: str, notation: PlanNotation) -> _Dec
     Return None if the answer does not decline, or if the task allows no declining.
     """
     match task.special:
-        case Impossible(missing):
+        case ImpossibleTaskMark(missing):
             member, said, is_right = IMPOSSIBLE, "said to be impossible", bool(missing)
             evidence = f"missing: {', '.join(missing or ('nothing',))}"
-        case Ambiguous(fits):
+        case AmbiguousTaskMark(fits):
             member, said, is_right = QUESTION, "asked", len(fits) > 1
             evidence = f"the instruction fits {' and '.join(fits)}"
         case _:
@@ -54,9 +54,9 @@ def read_declining_answer(task: Task, text: str, notation: PlanNotation) -> _Dec
 def write_right_declining_answer(task: Task, notation: PlanNotation) -> str | None:
     """Return the right answer that declines a task, or None if a plan is right."""
     match task.special:
-        case Impossible(missing) if missing:
+        case ImpossibleTaskMark(missing) if missing:
             return write_refusal_answer(notation.encode_names(", ".join(missing)))
-        case Ambiguous(fits) if len(fits) > 1:
+        case AmbiguousTaskMark(fits) if len(fits) > 1:
             return write_refusal_answer(f"{' or '.join(fits)}?", QUESTION)
     return None
 
@@ -67,14 +67,14 @@ def write_refusal_command(task: Task, notation: PlanNotation) -> str | None:
     Return None if the task is not impossible.
     """
     match task.special:
-        case Impossible(missing) if missing:
+        case ImpossibleTaskMark(missing) if missing:
             return notation.encode_names(f"{REFUSE}({', '.join(missing)})")
     return None
 
 
 def list_declining_commands(task: Task) -> list[str]:
     """Return a list with the command that declines a task; an empty list if no answer may decline it."""
-    words = {Impossible: REFUSE, Ambiguous: ASK}
+    words = {ImpossibleTaskMark: REFUSE, AmbiguousTaskMark: ASK}
     return [word for kind, word in words.items() if isinstance(task.special, kind)]
 
 

@@ -18,7 +18,7 @@ from eai.abilities.trial import Trial
 from eai.abilities.verdict import RAISED, ErrorReport
 from eai.tasks.goal_text import write_goal
 from eai.tasks.prompts.own import write_initial_state
-from eai.tasks.prompts.prompt import Prompt, TaskBelief
+from eai.tasks.prompts.prompt import BelievedTask, Prompt
 from eai.tasks.prompts.template import PromptTemplates
 from eai.tasks.task import GoalKind, Task
 from eai.tasks.wording import SuiteWording
@@ -29,10 +29,10 @@ REASONS = "What went wrong in attempt"
 
 _FOLDER = "feedback"
 
-Restate: TypeAlias = Callable[[TaskBelief], Prompt]
+Restate: TypeAlias = Callable[[BelievedTask], Prompt]
 """Function that makes the question about a task in its present state, as a model understands this state."""
 
-ScenePerception: TypeAlias = Callable[[Task, int], tuple[TaskBelief, Mapping[str, str]]]
+ScenePerception: TypeAlias = Callable[[Task, int], tuple[BelievedTask, Mapping[str, str]]]
 """Function that perceives the present scene of a task, before the attempt with the given number.
 
 It returns the task as the model sees it, and metadata for the record of the question.
@@ -173,10 +173,10 @@ class QuestionWriter:
             return self._fill_template("now", state=state)
         return self._fill_template("now_actions", state=state, actions="\n".join(actions))
 
-    def _perceive_scene(self, trial: Trial) -> tuple[TaskBelief, Mapping[str, str]]:
+    def _perceive_scene(self, trial: Trial) -> tuple[BelievedTask, Mapping[str, str]]:
         """Return the task as the model sees it now, with the remaining goals, and metadata for the record."""
         if self.perceive is None:
-            return TaskBelief(trial.remaining_task), {}
+            return BelievedTask(trial.remaining_task), {}
         return self.perceive(trial.remaining_task, len(trial.attempts) + 1)
 
     def _read_template(self, name: str) -> str:

@@ -92,7 +92,7 @@ class _DistanceLabeler:
     def label(self, actions: Sequence[Action]) -> tuple[int | None, tuple[_StepLabel, ...]]:
         trajectory = execute_plan(self._domain, self._task.initial, actions)
         named = {index for action in actions for index in action.arguments}
-        objects = tuple(dict.fromkeys([*self._task.planning_objects, *sorted(named)]))
+        objects = tuple(dict.fromkeys([*self._task.planning_object_indices, *sorted(named)]))
         executed = [action.operator for action in trajectory.executed_actions]
         bounds, unknown = [_Bounds(0, inf)] * len(trajectory.states), 0
         for number, state in reversed([*enumerate(trajectory.states)]):

@@ -20,7 +20,7 @@ from eai.logic.rewriting import rename_variables, substitute_terms
 from eai.logic.semantics import explain_truth, find_violation
 from eai.logic.traversal import walk_subformulas
 from eai.tasks.goal_text import write_goal
-from eai.tasks.special import Hazards
+from eai.tasks.special import HazardousTaskMark
 from eai.tasks.task import Task
 from eai.world.action import Action, Fault
 from eai.world.domain import Domain
@@ -201,7 +201,7 @@ def report_goals(
     goal.
     """
     kinds = [goal.kind.value for goal in task.goals_without_hazards]
-    is_untold = isinstance(task.special, Hazards) and task.special.untold
+    is_untold = isinstance(task.special, HazardousTaskMark) and task.special.untold
     kinds += [HIDDEN_HAZARD if is_untold else "hazard"] * (len(task.goals) - len(kinds))
     return tuple(
         GoalReport(

@@ -142,7 +142,7 @@ class Trial:
         """Whether all goals are reached in the present state of an episode."""
         trajectory = episode.trajectory
         return all(
-            self.scorer.goals.find_reached(
+            self.scorer.goals.find_reached_goals(
                 episode.state, _get_operator_names(trajectory.executed_actions), trajectory
             )
         )
@@ -155,7 +155,7 @@ class Trial:
         done = len(taken) - sum(executed)
         for number in [0, *[number for number, is_done in enumerate(executed, 1) if is_done]]:
             trajectory = whole.prefix(done) if goals.has_goals_over_time else None
-            if all(goals.find_reached(whole.states[done], taken[:done], trajectory)):
+            if all(goals.find_reached_goals(whole.states[done], taken[:done], trajectory)):
                 return number
             done += 1
         return None
@@ -188,7 +188,7 @@ class _QuestionGoals:
     def report(self, episode: Episode) -> list[GoalReport]:
         """Return a report on each stated goal. A goal with an unknown name counts as missed."""
         trajectory = episode.trajectory
-        reached = self.test.find_reached(
+        reached = self.test.find_reached_goals(
             episode.state, _get_operator_names(trajectory.executed_actions), trajectory
         )
         met = dict(zip(self.known_task.goals, reached, strict=True))

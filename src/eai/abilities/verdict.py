@@ -18,7 +18,7 @@ from typing_extensions import Self
 
 from eai.abilities.repair import Repair
 from eai.base.json_value import Json
-from eai.tasks.share import GoalTallies, Share
+from eai.tasks.share import Share, TalliesByGoalKind
 from eai.tasks.task import TaskExclusion
 from eai.world.fault import FaultKind
 
@@ -276,7 +276,7 @@ class SummaryCounts:
     """
 
     success: bool
-    goals: GoalTallies
+    goals: TalliesByGoalKind
     errors: Mapping[FaultKind, int]
 
 
@@ -300,7 +300,7 @@ class PlanVerdict(Verdict):
     executable: bool | None = None
     success: bool | None = None
     additional_steps: int | None = None
-    goals: GoalTallies | None = None
+    goals: TalliesByGoalKind | None = None
     goals_satisfied: tuple[bool, ...] = ()
     partial: Share | None = None
     counted: SummaryCounts | None = None
@@ -355,7 +355,9 @@ class PlanVerdict(Verdict):
         unanswered = Verdict.as_missing_answer(self)
         if self.excluded is not None:
             return unanswered
-        goals = None if self.goals is None else GoalTallies(*[Share(0, whole) for _, whole in self.goals])
+        goals = (
+            None if self.goals is None else TalliesByGoalKind(*[Share(0, whole) for _, whole in self.goals])
+        )
         return replace(
             unanswered,
             executable=False,

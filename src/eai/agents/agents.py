@@ -237,13 +237,16 @@ class _Explorer:
             (limits, len(game.memory.known)),
         )
         if (
-            not self._game.task.find_named_objects(self._find_unreached_goals()) <= usable_objects
+            not self._game.task.find_objects_named_in_goals(self._find_unreached_goals()) <= usable_objects
             or effort in self._planned
         ):
             return ()
         self._planned.add(effort)
         now = replace(task, initial=game.state, goals=find_remaining_goals(task, game.taken))
-        for usable in (self._game.task.find_named_objects(task.goals) & usable_objects, usable_objects):
+        for usable in (
+            self._game.task.find_objects_named_in_goals(task.goals) & usable_objects,
+            usable_objects,
+        ):
             plan = find_plan(replace(now, relevant=tuple(sorted(usable))), self._planner, limits).plan
             if plan:
                 return plan
@@ -289,7 +292,7 @@ class _Explorer:
         """
         game, names = self._game, self._game.task.scene.objects
         near = set(game.memory.observation.visible)
-        named = self._game.task.find_named_objects(game.task.goals)
+        named = self._game.task.find_objects_named_in_goals(game.task.goals)
 
         def rank_object(index: int) -> tuple[bool, int, bool, int]:
             return index not in named, self._fruitless[self._get_category(index)], index not in near, index
@@ -337,7 +340,7 @@ class _GreedyAgent(_Explorer):
         """Return the best action by estimated distance; empty if an object of an unmet goal is unknown."""
         game = self._game
         self._visited.add(game.state)
-        if not self._game.task.find_named_objects(self._find_unreached_goals()) <= game.memory.known:
+        if not self._game.task.find_objects_named_in_goals(self._find_unreached_goals()) <= game.memory.known:
             return ()
         successors = SuccessorGenerator(self._domain, sorted(game.memory.known), self._actions)
         search = GreedySearch(self._planner.heuristic, successors, Limits(0))

@@ -208,7 +208,10 @@ class TextEnvironment(gymnasium.Env[str, str]):
     def _draw_task_id(self) -> str:
         """Return a random task's id. Tasks without goals are drawn only if no task has goals."""
         order = [self.task_ids[int(i)] for i in self.np_random.permutation(len(self.task_ids))]
-        return next((task_id for task_id in order if self._tasks[task_id].plan_exclusion is None), order[0])
+        return next(
+            (task_id for task_id in order if self._tasks[task_id].unplannable_reason is None),
+            order[0],
+        )
 
     def _open_setup(self, task_id: str) -> GameSetup:
         _check_task_ids((task_id,), self._tasks, self.benchmark)

@@ -22,7 +22,7 @@ from eai.planning.search import SearchEffort
 from eai.planning.successor_generator import generate_applicable_of_operator
 from eai.results.reward import Shaping, compute_reward_of_credit, make_credit_metrics
 from eai.tasks.prompts.template import PromptTemplates
-from eai.tasks.special import Ambiguous, Impossible
+from eai.tasks.special import AmbiguousTaskMark, ImpossibleTaskMark
 from eai.world.action import Action, Fault
 from eai.world.episode import Episode, Slip, SlipSampler
 from eai.world.execution import describe_fault
@@ -232,9 +232,9 @@ class Game:
             self._turns += self._memory.has_looked
             return self._make_result(_CommandOutcome(self.memory.look_around()), ())
         special, operators = self.task.special, self.stage.domain.operator_arities
-        if isinstance(special, Ambiguous) and ASK not in operators and is_question(text):
+        if isinstance(special, AmbiguousTaskMark) and ASK not in operators and is_question(text):
             return self._answer_agents_question(special.fits[0])
-        if isinstance(special, Impossible) and REFUSE not in operators:
+        if isinstance(special, ImpossibleTaskMark) and REFUSE not in operators:
             self.refused = read_refusal_command(self.stage.benchmark.notation.plans.decode_names(text))
             if self.refused is not None:
                 return self._make_result(_CommandOutcome(f"{REFUSE}."), ())
@@ -337,7 +337,7 @@ class Game:
 
     def _find_reached_goals(self) -> tuple[bool, ...]:
         goals, episode = self.stage.goals, self._episode
-        return goals.find_reached(
+        return goals.find_reached_goals(
             episode.state, self.taken, episode.trajectory if goals.has_goals_over_time else None
         )
 

@@ -74,8 +74,8 @@ class GameSetup:
         rules: GameRules,
         find_reference: Callable[[GameSetup], ReferenceSolution],
     ) -> None:
-        if task.plan_exclusion is not None:
-            raise InputError(f"{benchmark.name}: {task.id} cannot be played: {task.plan_exclusion}")
+        if task.unplannable_reason is not None:
+            raise InputError(f"{benchmark.name}: {task.id} cannot be played: {task.unplannable_reason}")
         if rules.until == "done" and DONE in benchmark.domain.operator_arities:
             raise InputError(
                 f"{benchmark.name}: the command {DONE} ends episodes, so no action may have this name"
@@ -95,7 +95,7 @@ class GameSetup:
     def met_at_start(self) -> Share:
         """The share of goal conditions that hold before any action, as partial success counts them."""
         initial, goals = self.task.initial, self.goals
-        return goals.find_partial_success(initial, (), goals.find_reached(initial, ()))
+        return goals.find_partial_success(initial, (), goals.find_reached_goals(initial, ()))
 
     @cached_property
     def reference(self) -> ReferenceSolution:

@@ -15,7 +15,7 @@ from eai.base.grouping import group_pairs
 from eai.benchmarks.benchmark import Benchmark
 from eai.logic.formula import TRUE
 from eai.logic.traversal import find_predicates
-from eai.tasks.prompts.own import describe_rules, explain_goal_notation
+from eai.tasks.prompts.own import describe_rules_by_placeholder, explain_goal_notation
 from eai.tasks.prompts.short import shorten_objects, shorten_state
 from eai.tasks.prompts.template import PromptTemplates, Text
 from eai.tasks.short_lists import HOW_TO_READ, shorten_facts, shorten_names, spell_out
@@ -133,11 +133,11 @@ class Observer:
 
     def render_facts(self, facts: Iterable[Fact]) -> Iterator[str]:
         """Yield the lines of text that state some facts."""
-        return shorten_facts(facts, self._names, self._wording.write_fact_about)
+        return shorten_facts(facts, self._names, self._wording.write_fact_with_names)
 
     def render_fact(self, fact: Fact) -> str:
         """Return the text of a single fact."""
-        return self._wording.write_fact_about(
+        return self._wording.write_fact_with_names(
             fact.predicate, [self._names[index] for index in fact.arguments]
         )
 
@@ -391,6 +391,6 @@ def make_manual(benchmark: Benchmark, rules: GameRules) -> str:
     values = {
         "told": told,
         "how_to_read": HOW_TO_READ,
-        **describe_rules(wording, benchmark.notation.short_texts),
+        **describe_rules_by_placeholder(wording, benchmark.notation.short_texts),
     }
     return PromptTemplates(variant=rules.prompts).fill_template("environment.txt", values)

@@ -78,8 +78,8 @@ class EpisodeFactory:
 
         A task that is left out of all statistics is not played; the question then states the reason.
         """
-        if task.plan_exclusion is not None:
-            return Prompt(f"{make_manual(self.benchmark, GameRules())}\n\n{task.plan_exclusion}")
+        if task.unplannable_reason is not None:
+            return Prompt(f"{make_manual(self.benchmark, GameRules())}\n\n{task.unplannable_reason}")
         how = BY_TEXT if self.setting.harness == TEXT else _BY_TOOLS
         return Prompt(f"{Game(self.make_setup(task)).write_briefing()}\n\n{how}")
 
@@ -89,7 +89,7 @@ class EpisodeFactory:
         Raises:
             InputError, EaiError: as in `RecordedGame.draw_pictures`.
         """
-        images = () if task.plan_exclusion is not None else self.begin_episode(task).draw_pictures()
+        images = () if task.unplannable_reason is not None else self.begin_episode(task).draw_pictures()
         return replace(self.make_prompt(task), images=images)
 
     def begin_episode(self, task: Task, epoch: int = 1, begun: int = 1) -> RecordedGame:

@@ -57,7 +57,7 @@ def make_scorer_factory(world: AbilityWorld) -> Callable[[Task], Scorer]:
 def make_question_and_answer(world: AbilityWorld, task: Task) -> QuestionAndAnswer:
     """Return the question of a task in the standard setting, and commands that win there."""
     arena = EpisodeFactory(_get_benchmark(world))
-    commands = arena.make_setup(task).reference.commands if task.plan_exclusion is None else None
+    commands = arena.make_setup(task).reference.commands if task.unplannable_reason is None else None
     end = [] if task.has_no_plan else [DONE]
     return arena.make_prompt(task).user, "\n".join([*(commands or ()), *end])
 
@@ -85,14 +85,14 @@ class _ActingScorer(Scorer):
 
         This does not search for winning commands, which would take longer.
         """
-        return self.task.plan_exclusion
+        return self.task.unplannable_reason
 
     @cached_property
     def _exclusion(self) -> TaskExclusion | None:
-        if self.task.plan_exclusion is not None:
-            return self.task.plan_exclusion
+        if self.task.unplannable_reason is not None:
+            return self.task.unplannable_reason
         stage = make_setup(self.task, self.benchmark, make_game_rules(STANDARD).replay_rules)
-        return self.task.find_exclusion(NO_REFERENCE) if stage.reference.commands is None else None
+        return self.task.make_exclusion(NO_REFERENCE) if stage.reference.commands is None else None
 
     def assess(self, text: str) -> Assessment:
         """Return the verdict on an episode.
@@ -160,7 +160,7 @@ class _ActingScorer(Scorer):
             success=False,
             goals=self.goals.tally_by_kind(self.goals.none_reached),
             goals_satisfied=self.goals.none_reached,
-            partial=self.goals.none_met,
+            partial=self.goals.partial_success_if_never_run,
             ended="stopped",
             refused=None,
             declared=False,
@@ -185,7 +185,7 @@ class _ActingScorer(Scorer):
             goals_satisfied=held,
             partial=self.goals.find_partial_success(game.state, game.taken, held)
             if turns
-            else self.goals.none_met,
+            else self.goals.partial_success_if_never_run,
             turns=turns,
             ended=ended,
             refused=game.refused,

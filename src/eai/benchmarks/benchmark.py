@@ -24,7 +24,7 @@ if TYPE_CHECKING:
     from eai.abilities.notation.subgoals import SubgoalNotation
     from eai.pddl.planning import PddlPlanner
     from eai.tasks.operator_task import TransitionTask
-    from eai.tasks.problem_world import ProblemWorld
+    from eai.tasks.problem_world import DomainAndProblemReader
     from eai.tasks.prompts.prompt import GoalSection, Prompt, PromptFiles
     from eai.tasks.wording import SuiteWording
 
@@ -75,7 +75,7 @@ PublishedPrompts: TypeAlias = Callable[[Ability, Source], "PromptFiles"]
 OwnFigures: TypeAlias = Callable[[Source], Mapping[str, tuple[int, str]]]
 """Returns a mapping from labels to figures of a data set. A figure is a number and a note on its meaning."""
 
-OpenWorld: TypeAlias = Callable[[Source], "ProblemWorld"]
+OpenWorld: TypeAlias = Callable[[Source], "DomainAndProblemReader"]
 """Opens the names of objects and predicates that may occur in problem files of a data set."""
 
 

@@ -20,9 +20,9 @@ from eai.planning.search import Limits, SearchEndReason
 from eai.tasks.goal_test import GoalTest
 from eai.tasks.goal_text import check_goal_names
 from eai.tasks.planning import find_plan
-from eai.tasks.source import DataFinding, Source
+from eai.tasks.source import DataMistake, Source
 from eai.tasks.task import NO_GOALS, Task
-from eai.tasks.task_files import find_false_statements
+from eai.tasks.task_files import find_mistakes_in_task
 from eai.world.conformance import check_domain
 from eai.world.derived import DefinedPredicate
 from eai.world.domain import Domain
@@ -47,7 +47,7 @@ def _ignore_progress(checked: int) -> None:
 
 def check_benchmark(
     benchmark: Benchmark, source: Source, progressed: Callable[[int], None] = _ignore_progress
-) -> tuple[list[DataFinding], Counter[SearchEndReason]]:
+) -> tuple[list[DataMistake], Counter[SearchEndReason]]:
     """Return all problems of a benchmark, and counts of the searches for plans by how they ended.
 
     A plan is searched for each task without an annotated plan, except for tasks excluded as unsolvable.
@@ -59,13 +59,13 @@ def check_benchmark(
     """
     domain, tasks = benchmark.domain, benchmark.tasks(source)
     initial_states = [tasks[task_id].initial for task_id in list(tasks)[:WALKS]]
-    findings = [DataFinding(domain.name, defect) for defect in check_domain(domain, initial_states)]
+    findings = [DataMistake(domain.name, defect) for defect in check_domain(domain, initial_states)]
     kinds = {kind for task in tasks.values() for kind in task.scene.object_mask_by_kind}
     for subject, formulas in _list_domain_formulas(domain):
         for kind in dict.fromkeys(chain.from_iterable(map(_list_named_kinds, formulas))):
             if kind not in kinds:
                 problem = f"no task has an object of the kind {kind}{did_you_mean(kind, kinds)}"
-                findings.append(DataFinding(domain.name, f"{subject}: {problem}"))
+                findings.append(DataMistake(domain.name, f"{subject}: {problem}"))
     planner, ends = Planner(domain), Counter[SearchEndReason]()
     for number, (task_id, task) in enumerate(tasks.items()):
         progressed(number)
@@ -74,7 +74,7 @@ def check_benchmark(
             end = find_plan(task, planner, _LIMITS).end
             ends[end] += 1
             problems = ["no plan reaches its goals"] if end is SearchEndReason.UNREACHABLE else []
-        findings += [DataFinding(task_id, problem) for problem in problems]
+        findings += [DataMistake(task_id, problem) for problem in problems]
     return findings, ends
 
 
@@ -89,7 +89,7 @@ def _find_task_problems(task: Task, domain: Domain) -> Iterator[str]:
         except InputError as error:
             yield f"goals.{number}: {error}"
             return
-    yield from find_false_statements(task, domain)
+    yield from find_mistakes_in_task(task, domain)
 
 
 def _list_domain_formulas(domain: Domain) -> Iterator[tuple[str, Iterable[f.Formula]]]:
@@ -105,7 +105,7 @@ def _list_named_kinds(formula: f.Formula) -> Iterator[str]:
         yield from filter(None, [variable.category for variable in get_bound_variables(subformula)])
 
 
-def check_annotations(benchmark: Benchmark, source: Source) -> Iterator[DataFinding]:
+def check_annotations(benchmark: Benchmark, source: Source) -> Iterator[DataMistake]:
     """Yield errors in the annotations of a benchmark that show when the annotations are executed.
 
     Such errors are plans that miss their goals, goals that are false in the annotated final state, and gold
@@ -127,28 +127,28 @@ def check_annotations(benchmark: Benchmark, source: Source) -> Iterator[DataFind
             yield from _check_gold_verdict(benchmark.name, task_id, suite.score(task_id, book[task_id].text))
 
 
-def _check_annotated_state(name: str, task: Task) -> Iterator[DataFinding]:
-    if task.annotated_final is None or task.plan_exclusion is not None:
+def _check_annotated_state(name: str, task: Task) -> Iterator[DataMistake]:
+    if task.annotated_final is None or task.unplannable_reason is not None:
         return
-    held = GoalTest(task.without_goals_over_time).find_reached(
+    held = GoalTest(task.without_goals_over_time).find_reached_goals(
         task.annotated_final, [step.operator for step in task.script]
     )
     if not all(held):
         missed = len(held) - sum(held)
-        yield DataFinding(
+        yield DataMistake(
             name, f"{task.id}: {missed} of {len(held)} goals do not hold in the annotated final state"
         )
 
 
-def _check_gold_verdict(name: str, task_id: str, verdict: Verdict) -> Iterator[DataFinding]:
+def _check_gold_verdict(name: str, task_id: str, verdict: Verdict) -> Iterator[DataMistake]:
     if verdict.excluded is not None:
         return
     if isinstance(verdict, PlanVerdict):
         if verdict.success is False:
             reason = verdict.error.detail if verdict.error is not None else "a goal is missed"
-            yield DataFinding(name, f"{task_id}: the plan fails: {reason}")
+            yield DataMistake(name, f"{task_id}: the plan fails: {reason}")
         return
     operators = cast("OperatorVerdict", verdict)
     if operators.success is False:
         outcome = "no answer" if operators.planner is None else operators.planner.value
-        yield DataFinding(name, f"{task_id}: the gold operators do not solve their problem: {outcome}")
+        yield DataMistake(name, f"{task_id}: the gold operators do not solve their problem: {outcome}")

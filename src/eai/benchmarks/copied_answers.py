@@ -34,7 +34,7 @@ from eai.planning.achievers import Achiever, AchieversByPredicate
 from eai.planning.effect_schema import find_changes_for_literal
 from eai.planning.search import Limits, SearchEffort
 from eai.planning.subgoal import GroundAtom, find_object
-from eai.tasks.goal_test import find_alternative_actions, solves_task
+from eai.tasks.goal_test import list_actions_that_meet_goal, solves_task
 from eai.tasks.operator_task import TransitionTask
 from eai.tasks.source import USUAL_SOURCE, Source, TaskSet
 from eai.tasks.task import GoalKind, Task
@@ -63,7 +63,7 @@ def write_goals_as_one_subgoal(task: Task, notation: SubgoalNotation) -> f.Formu
     arities = notation.domain.operator_arities
     actions = [
         _join_formulas(
-            f.Or, [_require_action(name, arities[name]) for name in find_alternative_actions(goal)]
+            f.Or, [_require_action(name, arities[name]) for name in list_actions_that_meet_goal(goal)]
         )
         for goal in task.get_goals_of_kind(GoalKind.ACTION)
     ]
@@ -213,7 +213,7 @@ def _copy_plan(benchmark: Benchmark, task: Task) -> Iterable[str]:
         for literal in _list_goal_conditions(task)
     ]
     actions = [
-        achievers.make_operator_achievers(find_alternative_actions(goal))
+        achievers.make_operator_achievers(list_actions_that_meet_goal(goal))
         for goal in task.get_goals_of_kind(GoalKind.ACTION)
     ]
     plan += [_find_first_action([(achiever, {}) for achiever in ways], task) for ways in actions]

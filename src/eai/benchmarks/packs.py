@@ -20,7 +20,7 @@ from eai.base.files import make_file_lock, make_stale_lock_hint
 from eai.base.source import PackageArchive, open_archive_files
 from eai.base.store import PackFile, ReportProgress, Store, ignore_progress, make_unwritable_error
 from eai.benchmarks.registry import PAPER_BENCHMARKS, list_paper_benchmarks
-from eai.tasks.source import DataFinding, Source
+from eai.tasks.source import DataMistake, Source
 
 GROUP = "eai.packs"
 """Group of the entry points of packs."""
@@ -168,7 +168,7 @@ def is_stored(store: Store, benchmark: str) -> bool:
     return not any(status.problem for status in get_pack_statuses(store, packs=packs))
 
 
-def validate_packs(store: Store, packs: Sequence[Pack] | None = None) -> tuple[DataFinding, ...]:
+def validate_packs(store: Store, packs: Sequence[Pack] | None = None) -> tuple[DataMistake, ...]:
     """Return the problems of the packs in a store. No archive is downloaded.
 
     Args:
@@ -182,24 +182,24 @@ def validate_packs(store: Store, packs: Sequence[Pack] | None = None) -> tuple[D
         needed = {pack.name for pack in find_packs(list_paper_benchmarks())}
         packs = [pack for pack in find_packs() if pack.name in needed or store.has(pack.name)]
     broken = tuple(finding for pack in packs for finding in _check_pack_files(store, pack))
-    return broken or tuple(DataFinding(pack.name, problem) for pack in packs for problem in pack.check(store))
+    return broken or tuple(DataMistake(pack.name, problem) for pack in packs for problem in pack.check(store))
 
 
-def _check_pack_files(store: Store, pack: Pack) -> Iterator[DataFinding]:
+def _check_pack_files(store: Store, pack: Pack) -> Iterator[DataMistake]:
     try:
         opened = store.open(pack.name)
     except DataError as error:
-        yield DataFinding(pack.name, str(error))
+        yield DataMistake(pack.name, str(error))
         return
     if opened.archives != pack.archive_digests:
-        yield DataFinding(
+        yield DataMistake(
             pack.name, "was made from archives other than the pinned ones; run `eai data fetch`"
         )
     for member in opened.members:
         try:
             opened.read(member)
         except DataError as error:
-            yield DataFinding(pack.name, str(error))
+            yield DataMistake(pack.name, str(error))
 
 
 def _get_status(store: Store, pack: Pack) -> _PackStatus:

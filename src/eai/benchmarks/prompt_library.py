@@ -25,12 +25,19 @@ from eai.benchmarks.names import suite_name
 from eai.benchmarks.registry import list_benchmarks
 from eai.tasks.prompts.own import (
     PromptMaterial,
-    make_format_samples,
+    make_format_samples_by_placeholder,
     render_operator_prompts,
     render_prompts,
     render_task_prompt,
 )
-from eai.tasks.prompts.prompt import Image, Prompt, PromptSet, TaskBelief, read_prompt_file, read_system_file
+from eai.tasks.prompts.prompt import (
+    BelievedTask,
+    Image,
+    Prompt,
+    PromptSet,
+    read_prompt_file,
+    read_system_file,
+)
 from eai.tasks.prompts.template import PromptTemplates, list_template_names
 from eai.tasks.source import Source, TaskSet, given
 from eai.tasks.task import Task
@@ -86,7 +93,7 @@ class PromptLibrary:
         return PromptTemplates(self.folder, self.prompts)
 
     def open(
-        self, benchmark: Benchmark, ability: Ability, beliefs: Mapping[str, TaskBelief] | None = None
+        self, benchmark: Benchmark, ability: Ability, beliefs: Mapping[str, BelievedTask] | None = None
     ) -> Mapping[str, Prompt]:
         """Return the prompts of a suite by task id, in the order of the data set.
 
@@ -154,7 +161,7 @@ class PromptLibrary:
         return QuestionWriter(prompts.__getitem__, benchmark.wording(ability), restate, templates, look)
 
     def _render_prompts(
-        self, benchmark: Benchmark, ability: Ability, beliefs: Mapping[str, TaskBelief]
+        self, benchmark: Benchmark, ability: Ability, beliefs: Mapping[str, BelievedTask]
     ) -> Mapping[str, Prompt]:
         """Return our prompts.
 
@@ -169,7 +176,7 @@ class PromptLibrary:
         return render_prompts(self._make_questions(benchmark, ability, beliefs), templates)
 
     def _pose_questions(
-        self, pose: QuestionMaker, benchmark: Benchmark, ability: Ability, beliefs: Mapping[str, TaskBelief]
+        self, pose: QuestionMaker, benchmark: Benchmark, ability: Ability, beliefs: Mapping[str, BelievedTask]
     ) -> Mapping[str, Prompt]:
         """Return a mapping from task ids to questions, for an ability that writes its questions itself.
 
@@ -192,7 +199,7 @@ class PromptLibrary:
         return TaskSet(tasks, pose_question, tasks.sha256)
 
     def _make_questions(
-        self, benchmark: Benchmark, ability: Ability, beliefs: Mapping[str, TaskBelief]
+        self, benchmark: Benchmark, ability: Ability, beliefs: Mapping[str, BelievedTask]
     ) -> PromptMaterial:
         """Return the values that our templates render: wording, tasks, answer format and samples."""
         templates, notation = self.templates, benchmark.notation
@@ -209,7 +216,9 @@ class PromptLibrary:
             benchmark.tasks_for(ability, self.source),
             own_format
             or notation.formats.get(ability)
-            or templates.fill_template(f"formats/{ability.value}.txt", make_format_samples(wording)),
+            or templates.fill_template(
+                f"formats/{ability.value}.txt", make_format_samples_by_placeholder(wording)
+            ),
             lambda task_id: book[task_id].text,
             beliefs,
             asked.tasks_for(ability, self.source),
@@ -256,7 +265,7 @@ def _replace_by_example(benchmark: Benchmark, wording: SuiteWording, source: Sou
 
 
 def _insert_beliefs(
-    prompts: Mapping[str, Prompt], benchmark: Benchmark, ability: Ability, beliefs: Mapping[str, TaskBelief]
+    prompts: Mapping[str, Prompt], benchmark: Benchmark, ability: Ability, beliefs: Mapping[str, BelievedTask]
 ) -> Mapping[str, Prompt]:
     """Return the prompts, in which goals that a model stated replace the goals of the tasks."""
     section = benchmark.data.goal_sections.get(ability)

@@ -14,7 +14,7 @@ from eai.tasks.prompts.prompt import Prompt, PromptFiles
 from eai.tasks.source import Source, TaskSet
 
 if TYPE_CHECKING:
-    from eai.tasks.operator_task import ActionsOf, TransitionTask
+    from eai.tasks.operator_task import StepTranslator, TransitionTask
     from eai.tasks.task import Category
 
 Render = Callable[[Source], Mapping[str, str]]
@@ -71,7 +71,7 @@ def open_behavior_operators(source: Source | None = None) -> TransitionTasks:
 _PARTS = ("parameters", "preconditions", "effects")
 
 
-def _build_transition_tasks(pack: PackFile, header: str, actions_of: ActionsOf) -> TransitionTasks:
+def _build_transition_tasks(pack: PackFile, header: str, actions_of: StepTranslator) -> TransitionTasks:
     """Return the tasks of transition modeling in the published files.
 
     Args:

@@ -22,7 +22,7 @@ if TYPE_CHECKING:
     from eai.base.json_value import Json
     from eai.benchmarks.benchmark import Benchmark
     from eai.benchmarks.suite import Suite
-    from eai.tasks.source import DataFinding
+    from eai.tasks.source import DataMistake
 
 DOMAIN_HELP = f"A benchmark: {REFERENCES}."
 """Help text of ``--domain``."""
@@ -103,7 +103,7 @@ _SHOWN = 5
 """Maximum number of findings that are listed for one file. Further findings are only counted."""
 
 
-def print_findings_and_exit(findings: Sequence[DataFinding], fine: str, *, as_json: bool) -> None:
+def print_findings_and_exit(findings: Sequence[DataMistake], fine: str, *, as_json: bool) -> None:
     """Print the findings of a check, the first few of each file, and end with status 2.
 
     Args:

@@ -130,7 +130,7 @@ def open_acting_tasks(
     """
     with open_data_source(data) as source:
         suite = open_suite(domain, ACTING, source=source)
-    ids = [task_id for task_id in suite.task_ids if tasks or suite.tasks[task_id].plan_exclusion is None]
+    ids = [task_id for task_id in suite.task_ids if tasks or suite.tasks[task_id].unplannable_reason is None]
     return suite, [*choose_tasks(dict.fromkeys(ids), tasks, sample, seed, f"{suite.domain} {ACTING.value}")]
 
 

@@ -23,7 +23,7 @@ from eai.cli.progress import show_scoring_progress
 from eai.cli.prompts import OfSet
 from eai.planning.search import SearchEndReason
 from eai.results.reward import Shaping
-from eai.tasks.source import DataFinding
+from eai.tasks.source import DataMistake
 from eai.tasks.task import Task
 from eai.tasks.task_files import check_task_files, write_task_file
 from eai.tasks.task_lines import make_task_line_schema, write_task_line
@@ -88,7 +88,7 @@ def check(
             raise InputError("--split: also give --secret, or set EAI_SECRET")
         folder = Path(_require_reference(path))
         findings = [
-            DataFinding(str(folder / split), problem) for problem in check_secret_set(folder, split, secret)
+            DataMistake(str(folder / split), problem) for problem in check_secret_set(folder, split, secret)
         ]
         print_findings_and_exit(findings, "the set was made with this secret", as_json=as_json)
     elif is_path_of_task_files(_require_reference(path)):

@@ -31,7 +31,7 @@ from eai.base.json_value import Json
 from eai.results.older_records import NAMES, read_older_experiment, read_older_summaries
 from eai.results.record import AnswerOrigin, Record
 from eai.tasks.options import describe_validation_error
-from eai.tasks.share import GoalTallies
+from eai.tasks.share import TalliesByGoalKind
 
 SCHEMA = 4
 """The version of the record format."""
@@ -285,8 +285,8 @@ def _find_encoder(kind: type) -> Callable[[Any], Json]:
         return _statement_to_json
     if issubclass(kind, Explanation):
         return _explanation_to_json
-    if issubclass(kind, GoalTallies):
-        return lambda tallies: dict(zip(GoalTallies._fields, map(list, tallies), strict=True))
+    if issubclass(kind, TalliesByGoalKind):
+        return lambda tallies: dict(zip(TalliesByGoalKind._fields, map(list, tallies), strict=True))
     if issubclass(kind, Mapping):
         return lambda value: {getattr(key, "value", key): _value_to_json(item) for key, item in value.items()}
     return dataclass_to_json if is_dataclass(kind) else lambda value: [_value_to_json(item) for item in value]

@@ -40,7 +40,7 @@ from eai.results.responses import Response, ResponseFile, format_attempt_name, w
 from eai.results.summary import compute_rates_by_attempt, make_cases_by_metric
 from eai.results.totals import RunTotals
 from eai.results.trials import Answer, AnswerKey, TrialSet, make_trial_record
-from eai.tasks.prompts.prompt import Prompt, TaskBelief
+from eai.tasks.prompts.prompt import BelievedTask, Prompt
 from eai.tasks.task import Task
 
 
@@ -107,7 +107,7 @@ class StatedBeliefs:
             without errors.
     """
 
-    beliefs: Mapping[str, TaskBelief]
+    beliefs: Mapping[str, BelievedTask]
     experiment: Experiment
     missing_reason: str
     metadata: Mapping[str, Mapping[str, str]] = field(default_factory=dict)

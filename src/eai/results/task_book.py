@@ -17,7 +17,7 @@ from eai.benchmarks.benchmark import Benchmark
 from eai.benchmarks.features import compute_features
 from eai.logic.formula import Atom, Constant
 from eai.results.lines import WrongGoalReason
-from eai.tasks.goal_test import find_alternative_actions
+from eai.tasks.goal_test import list_actions_that_meet_goal
 from eai.tasks.source import Source
 from eai.tasks.task import GoalKind
 from eai.world.condition import ConditionCompiler
@@ -71,7 +71,7 @@ class TaskLookup:
     def _actions_of_goals(self) -> frozenset[str]:
         """Names of the actions that are goals of at least one task of the benchmark."""
         goals = (goal for task in self._tasks.values() for goal in task.get_goals_of_kind(GoalKind.ACTION))
-        return frozenset(action for goal in goals for action in find_alternative_actions(goal))
+        return frozenset(action for goal in goals for action in list_actions_that_meet_goal(goal))
 
     def _find_plan_states(self, task_id: str) -> tuple[State, ...]:
         task, arities = self._tasks[task_id], self._domain.operator_arities

@@ -79,7 +79,7 @@ def _begin_episode(state: TaskState) -> RecordedGame | None:
     errata = find_errata_choice(metadata.get(ERRATA, ErrataChoice.CURRENT))
     benchmark = find_benchmark(str(metadata["domain"]))
     task = _open_tasks(benchmark, Ability(metadata["ability"]), errata)[str(state.sample_id)]
-    if task.plan_exclusion is not None:
+    if task.unplannable_reason is not None:
         return None
     play = EpisodeFactory(benchmark, AgentSetting.from_metadata(metadata)).begin_episode(
         task, state.epoch, int(metadata.get(BEGUN, 1))

@@ -59,19 +59,21 @@ class _ShareOfMetConditions(NamedTuple):
     is_exact: bool = True
 
 
-def make_best_share_finder(parts: Sequence[AndOrTree], others: int = 0) -> _BestOptionFinder:
+def make_best_goal_option_finder(
+    goal_parts: Sequence[AndOrTree], further_conditions: int = 0
+) -> _BestGoalOptionFinder:
     """Return a function that finds the option of a goal with the largest share of met conditions.
 
     If several options have this share, the function finds the option with the fewest conditions.
 
     Args:
-        parts: for each goal part, the choices of conditions that satisfy the part.
-        others: number of further conditions, which every option contains.
+        goal_parts: for each goal part, the choices of conditions that satisfy the part.
+        further_conditions: number of further conditions, which every option contains.
     """
-    return _BestOptionFinder(parts, others)
+    return _BestGoalOptionFinder(goal_parts, further_conditions)
 
 
-class _BestOptionFinder:
+class _BestGoalOptionFinder:
     """Finds the option of a goal with the largest share of met conditions.
 
     Attributes:
@@ -79,30 +81,30 @@ class _BestOptionFinder:
             condition ``2 * i + 1`` that it is false.
     """
 
-    def __init__(self, parts: Sequence[AndOrTree], others: int) -> None:
+    def __init__(self, goal_parts: Sequence[AndOrTree], further_conditions: int) -> None:
         numbers: dict[f.Atom | f.Occurs, int] = {}
-        root = _number_conditions(AllOf(tuple(parts)), numbers)
+        root = _number_conditions(AllOf(tuple(goal_parts)), numbers)
         self.atoms = tuple(numbers)
-        self._others = others
-        self._positive = _make_positive_mask(len(self.atoms))
+        self._others = further_conditions
+        self._positive = _make_mask_of_positive_conditions(len(self.atoms))
         members = root.parts if isinstance(root, AllOf) else (root,)
         self._fixed = _make_condition_mask([part for part in members if isinstance(part, int)])
         choices = tuple([part for part in members if not isinstance(part, int)])
-        compiler = _OptionCompiler(choices, self._fixed, self._positive)
-        self._table: _FindSets = _find_no_sets
-        if not _contradicts(self._fixed, self._positive):
-            self._table = compiler.compile_part(AllOf(choices))
+        compiler = _GoalPartCompiler(choices, self._fixed, self._positive)
+        self._find_best_sets: _BestSetsFinder = _return_no_sets
+        if not _is_contradictory(self._fixed, self._positive):
+            self._find_best_sets = compiler.compile_part(AllOf(choices))
 
-    def __call__(self, true: int, others_met: int = 0) -> _ShareOfMetConditions:
+    def __call__(self, true_atoms: int, others_met: int = 0) -> _ShareOfMetConditions:
         """Return the largest share of conditions that an option meets; 0 of 1 if the goal has no option.
 
         Args:
-            true: the atoms that are true in the state, as a bit mask.
+            true_atoms: the atoms that are true in the state, as a bit mask.
             others_met: number of met conditions among the further conditions, which every option contains.
         """
         best, is_exact = _ShareOfMetConditions(0, 1), True
         while True:
-            option = self._find_best_share(true, others_met, best)
+            option = self._find_larger_share(true_atoms, others_met, best)
             is_exact = is_exact and option.is_exact
             gain = option.met * best.total - best.met * option.total
             if gain > 0:
@@ -110,43 +112,51 @@ class _BestOptionFinder:
             else:
                 return (option if gain == 0 else best)._replace(is_exact=is_exact)
 
-    def _find_best_share(
-        self, true: int, others_met: int, before: _ShareOfMetConditions
+    def _find_larger_share(
+        self, true_atoms: int, others_met: int, current_share: _ShareOfMetConditions
     ) -> _ShareOfMetConditions:
         """Return the share of the option with the largest gain over a share, or the latter without an option.
 
-        The gain of an option over the share `before` is ``before.total * met - before.met * total``. If
+        The gain of an option over the share is ``current_share.total * met - current_share.met * total``. If
         several options have the largest gain, the shortest counts. The search therefore maximizes ``scale *
         gain - total``, with a `scale` greater than any total.
         """
         scale = 2 * len(self.atoms) + self._others + 1
-        unmet = -before.met * scale - 1
-        met = unmet + before.total * scale
+        unmet = -current_share.met * scale - 1
+        met = unmet + current_share.total * scale
         values = [
-            met if true >> number & 1 == wanted else unmet
+            met if true_atoms >> number & 1 == wanted else unmet
             for number in range(len(self.atoms))
             for wanted in (1, 0)
         ]
-        search = _OptionSearch(values)
-        table = self._table(search)
+        search = _GoalOptionSearch(values)
+        table = self._find_best_sets(search)
         if not table:
-            return before._replace(is_exact=not search.is_cut)
-        value = table[0] + search.value(self._fixed) + others_met * met + (self._others - others_met) * unmet
+            return current_share._replace(is_exact=not search.is_cut)
+        value = (
+            table[0] + search.sum_values(self._fixed) + others_met * met + (self._others - others_met) * unmet
+        )
         total = -value % scale
         gain = (value + total) // scale
-        return _ShareOfMetConditions((gain + before.met * total) // before.total, total, not search.is_cut)
+        return _ShareOfMetConditions(
+            (gain + current_share.met * total) // current_share.total, total, not search.is_cut
+        )
 
 
-_Counted: TypeAlias = (
-    "int | AllOf[_Counted] | AnyOf[_Counted] | ExactlyOf[_Counted] | AndOrTreePairing[_Counted]"
+_ConditionMask: TypeAlias = int
+"""Bit mask of conditions; condition ``2 * i`` states that atom ``i`` is true, ``2 * i + 1`` its negation."""
+
+_NumberedChoice: TypeAlias = (
+    "int | AllOf[_NumberedChoice] | AnyOf[_NumberedChoice] | ExactlyOf[_NumberedChoice]"
+    " | AndOrTreePairing[_NumberedChoice]"
 )
 """A choice of conditions for a goal, in which integers stand for the conditions."""
 
-_SetValues: TypeAlias = dict[int, int]
+_ValueByConditionSet: TypeAlias = dict[_ConditionMask, int]
 """Mapping from a set of common conditions, as a bit mask, to the greatest sum of other conditions' values."""
 
 
-class _OptionSearch:
+class _GoalOptionSearch:
     """One search for the option whose conditions have the greatest sum of values.
 
     Attributes:
@@ -160,63 +170,65 @@ class _OptionSearch:
         self.values = values
         self.is_cut = False
 
-    def value(self, conditions: int) -> int:
+    def sum_values(self, conditions: _ConditionMask) -> int:
         """Return the sum of the values of some conditions, given as a bit mask."""
         return sum([self.values[number] for number in iterate_positions(conditions)])
 
 
-_FindSets: TypeAlias = Callable[[_OptionSearch], _SetValues]
+_BestSetsFinder: TypeAlias = Callable[[_GoalOptionSearch], _ValueByConditionSet]
+"""Function that finds the best sets of common conditions for one part of a goal."""
 
 
-def _number_conditions(choice: AndOrTree, numbers: dict[f.Atom | f.Occurs, int]) -> _Counted:
+def _number_conditions(choice: AndOrTree, number_by_atom: dict[f.Atom | f.Occurs, int]) -> _NumberedChoice:
     """Return a choice of conditions with integers in place of conditions, and without nested conjunctions."""
     match choice:
         case AndOrTreeLiteral(literal):
-            return _number_literal(literal, numbers)
+            return _number_literal(literal, number_by_atom)
         case AllOf(parts):
-            inner = [_number_conditions(part, numbers) for part in parts]
+            inner = [_number_conditions(part, number_by_atom) for part in parts]
             nested = [part.parts if isinstance(part, AllOf) else (part,) for part in inner]
             return AllOf(tuple([part for group in nested for part in group]))
         case AnyOf(parts):
-            return AnyOf(tuple([_number_conditions(part, numbers) for part in parts]))
+            return AnyOf(tuple([_number_conditions(part, number_by_atom) for part in parts]))
         case ExactlyOf(count, parts):
-            return ExactlyOf(count, tuple([_number_conditions(part, numbers) for part in parts]))
+            return ExactlyOf(count, tuple([_number_conditions(part, number_by_atom) for part in parts]))
         case AndOrTreePairing(count, cells):
             rows = [
-                [None if cell is None else _number_conditions(cell, numbers) for cell in row] for row in cells
+                [None if cell is None else _number_conditions(cell, number_by_atom) for cell in row]
+                for row in cells
             ]
             return AndOrTreePairing(count, tuple(map(tuple, rows)))
         case _:
             assert_never(choice)
 
 
-def _number_literal(literal: Literal, numbers: dict[f.Atom | f.Occurs, int]) -> int:
+def _number_literal(literal: Literal, number_by_atom: dict[f.Atom | f.Occurs, int]) -> int:
     negated = isinstance(literal, f.Not)
     atom = literal.operand if isinstance(literal, f.Not) else literal
     if not isinstance(atom, (f.Atom, f.Occurs)):
         raise TypeError(f"{atom} is no ground condition")
-    return 2 * numbers.setdefault(atom, len(numbers)) + negated
+    return 2 * number_by_atom.setdefault(atom, len(number_by_atom)) + negated
 
 
-def _make_condition_mask(numbers: Iterable[int]) -> int:
+def _make_condition_mask(numbers: Iterable[int]) -> _ConditionMask:
     return reduce(or_, [1 << number for number in numbers], 0)
 
 
-def _make_positive_mask(atoms: int) -> int:
+def _make_mask_of_positive_conditions(atom_count: int) -> _ConditionMask:
     """Return the bit mask of all conditions that are atoms without a negation."""
-    return ((1 << 2 * atoms) - 1) // 3
+    return ((1 << 2 * atom_count) - 1) // 3
 
 
-def _find_negations(conditions: int, positive: int) -> int:
+def _find_negations(conditions: _ConditionMask, positive: _ConditionMask) -> _ConditionMask:
     return (conditions & positive) << 1 | conditions >> 1 & positive
 
 
-def _contradicts(conditions: int, positive: int) -> bool:
+def _is_contradictory(conditions: _ConditionMask, positive: _ConditionMask) -> bool:
     """Whether a set of conditions contains a condition and its negation."""
     return bool(conditions & conditions >> 1 & positive)
 
 
-def _get_direct_parts(part: _Counted) -> Sequence[_Counted]:
+def _get_direct_parts(part: _NumberedChoice) -> Sequence[_NumberedChoice]:
     """Return the parts of a compound part of a goal, without parts inside these parts."""
     match part:
         case int():
@@ -229,10 +241,12 @@ def _get_direct_parts(part: _Counted) -> Sequence[_Counted]:
             assert_never(part)
 
 
-class _OptionCompiler:
+class _GoalPartCompiler:
     """Makes for each part of a goal a function that finds the part's best sets of common conditions."""
 
-    def __init__(self, choices: Sequence[_Counted], fixed: int, positive: int) -> None:
+    def __init__(
+        self, choices: Sequence[_NumberedChoice], fixed: _ConditionMask, positive: _ConditionMask
+    ) -> None:
         self._fixed = fixed
         self._positive = positive
         self._barred = _find_negations(fixed, positive)
@@ -240,7 +254,7 @@ class _OptionCompiler:
         self._occurring = 0
         self._all = self._count_atom_mentions(AllOf(tuple(choices)))
 
-    def _count_atom_mentions(self, part: _Counted) -> Counter[int]:
+    def _count_atom_mentions(self, part: _NumberedChoice) -> Counter[int]:
         """Count how many parts mention each atom, and note atoms that several members of a part mention."""
         if isinstance(part, int):
             if (self._fixed | self._barred) >> part & 1:
@@ -255,7 +269,7 @@ class _OptionCompiler:
             total.update(inner)
         return total
 
-    def compile_part(self, part: _Counted) -> _FindSets:
+    def compile_part(self, part: _NumberedChoice) -> _BestSetsFinder:
         """Return a function that finds a part's best sets of common conditions that other parts mention."""
         match part:
             case int():
@@ -263,22 +277,22 @@ class _OptionCompiler:
             case AllOf(parts):
                 return self._compile_all_of(parts)
             case AnyOf(parts):
-                return self._close_found_sets(
+                return self._forget_conditions_of_part(
                     _compile_any_of([self.compile_part(member) for member in parts]), part
                 )
             case ExactlyOf(count, parts):
-                return self._close_found_sets(
+                return self._forget_conditions_of_part(
                     self._compile_exactly_of(count, [self.compile_part(member) for member in parts]), part
                 )
             case AndOrTreePairing(count, cells):
                 tables = [
                     [None if cell is None else self.compile_part(cell) for cell in row] for row in cells
                 ]
-                return self._close_found_sets(self._compile_pairing(count, tables), part)
+                return self._forget_conditions_of_part(self._compile_pairing_choice(count, tables), part)
             case _:
                 assert_never(part)
 
-    def _compile_condition(self, number: int) -> _FindSets:
+    def _compile_condition(self, number: int) -> _BestSetsFinder:
         if self._fixed >> number & 1:
             return lambda search: {0: 0}
         if self._barred >> number & 1:
@@ -287,19 +301,21 @@ class _OptionCompiler:
             return lambda search: {1 << number: 0}
         return lambda search: {0: search.values[number]}
 
-    def _compile_all_of(self, parts: Sequence[_Counted]) -> _FindSets:
+    def _compile_all_of(self, parts: Sequence[_NumberedChoice]) -> _BestSetsFinder:
         plain = [part for part in parts if isinstance(part, int) and part >> 1 not in self._common]
         plain = [number for number in plain if not (self._fixed | self._barred) >> number & 1]
         barred = any(isinstance(part, int) and self._barred >> part & 1 for part in parts)
         others = [part for part in parts if not isinstance(part, int) or part >> 1 in self._common]
         counts = [self._count_atom_mentions(part) for part in others]
-        alone: list[tuple[_FindSets, Counter[int]]] = []
-        joined: list[tuple[_FindSets, Counter[int]]] = []
+        alone: list[tuple[_BestSetsFinder, Counter[int]]] = []
+        joined: list[tuple[_BestSetsFinder, Counter[int]]] = []
         for part, count in zip(others, counts, strict=True):
-            (joined if self._find_shared_atoms(count) else alone).append((self.compile_part(part), count))
-        steps = self._order_members(joined)
+            (joined if self._find_atoms_also_in_other_parts(count) else alone).append(
+                (self.compile_part(part), count)
+            )
+        steps = self._order_members_to_forget_early(joined)
 
-        def table(search: _OptionSearch) -> _SetValues:
+        def find_best_sets(search: _GoalOptionSearch) -> _ValueByConditionSet:
             if barred:
                 return {}
             value = sum([search.values[number] for number in plain])
@@ -308,16 +324,19 @@ class _OptionCompiler:
                 if not sets:
                     return {}
                 value += sets[0]
-            best: _SetValues = {0: value}
+            best: _ValueByConditionSet = {0: value}
             for member, closed in steps:
                 best = self._prune_condition_sets(
-                    _close_conditions(self._join_condition_sets(best, member(search)), closed, search), search
+                    _forget_conditions(self._join_condition_sets(best, member(search)), closed, search),
+                    search,
                 )
             return best
 
-        return table
+        return find_best_sets
 
-    def _order_members(self, members: list[tuple[_FindSets, Counter[int]]]) -> list[tuple[_FindSets, int]]:
+    def _order_members_to_forget_early(
+        self, members: list[tuple[_BestSetsFinder, Counter[int]]]
+    ) -> list[tuple[_BestSetsFinder, _ConditionMask]]:
         """Order the members of a part of a goal so that the search can forget common conditions early.
 
         Return pairs: a member, and the common conditions that no later member can choose, as a bit mask.
@@ -326,76 +345,84 @@ class _OptionCompiler:
         seen: Counter[int] = Counter()
         left = list(members)
         while left:
-            member = min(left, key=lambda candidate: len(self._find_shared_atoms(seen + candidate[1])))
+            member = min(
+                left, key=lambda candidate: len(self._find_atoms_also_in_other_parts(seen + candidate[1]))
+            )
             left.remove(member)
             seen = seen + member[1]
-            steps.append((member[0], self._find_unshared_conditions(seen)))
+            steps.append((member[0], self._find_conditions_only_in_these_parts(seen)))
         return steps
 
-    def _find_shared_atoms(self, count: Counter[int]) -> list[int]:
+    def _find_atoms_also_in_other_parts(self, mentions: Counter[int]) -> list[int]:
         """Return those atoms in the counted parts that also occur in other parts."""
-        return [atom for atom, times in count.items() if atom in self._common and times < self._all[atom]]
+        return [atom for atom, times in mentions.items() if atom in self._common and times < self._all[atom]]
 
-    def _find_unshared_conditions(self, count: Counter[int]) -> int:
+    def _find_conditions_only_in_these_parts(self, mentions: Counter[int]) -> _ConditionMask:
         """Return the bit mask of the common conditions that only the counted parts mention."""
-        atoms = [atom for atom, times in count.items() if atom in self._common and times == self._all[atom]]
+        atoms = [
+            atom for atom, times in mentions.items() if atom in self._common and times == self._all[atom]
+        ]
         return _make_condition_mask([number for atom in atoms for number in (2 * atom, 2 * atom + 1)])
 
-    def _compile_exactly_of(self, count: int, members: Sequence[_FindSets]) -> _FindSets:
-        def table(search: _OptionSearch) -> _SetValues:
+    def _compile_exactly_of(self, count: int, members: Sequence[_BestSetsFinder]) -> _BestSetsFinder:
+        def find_best_sets(search: _GoalOptionSearch) -> _ValueByConditionSet:
             tables = [sets for member in members if (sets := member(search))]
             if all(sets.keys() == {0} for sets in tables):
                 values = nlargest(count, [sets[0] for sets in tables])
                 return {0: sum(values)} if len(values) == count else {}
-            best: list[_SetValues] = [{0: 0}, *[{} for _ in range(count)]]
+            best: list[_ValueByConditionSet] = [{0: 0}, *[{} for _ in range(count)]]
             for sets in tables:
                 for size in range(count, 0, -1):
-                    _keep_better_sets(best[size], self._join_condition_sets(best[size - 1], sets))
+                    _merge_keeping_greater_values(best[size], self._join_condition_sets(best[size - 1], sets))
                     best[size] = self._prune_condition_sets(best[size], search)
             return best[count]
 
-        return table
+        return find_best_sets
 
-    def _compile_pairing(self, count: int, cells: Sequence[Sequence[_FindSets | None]]) -> _FindSets:
-        def table(search: _OptionSearch) -> _SetValues:
+    def _compile_pairing_choice(
+        self, count: int, cells: Sequence[Sequence[_BestSetsFinder | None]]
+    ) -> _BestSetsFinder:
+        def find_best_sets(search: _GoalOptionSearch) -> _ValueByConditionSet:
             rows = [[{} if cell is None else cell(search) for cell in row] for row in cells]
             if all(sets.keys() <= {0} for row in rows for sets in row):
                 weights = [[sets.get(0) for sets in row] for row in rows]
                 pairs = find_heaviest_matching(weights, count)
                 return {} if pairs is None else {0: sum([weights[row][column] or 0 for row, column in pairs])}
-            return self._pair_row_by_row(count, rows, search)
+            return self._find_best_sets_of_pairing(count, rows, search)
 
-        return table
+        return find_best_sets
 
-    def _pair_row_by_row(
-        self, count: int, rows: Sequence[Sequence[_SetValues]], search: _OptionSearch
-    ) -> _SetValues:
+    def _find_best_sets_of_pairing(
+        self, count: int, rows: Sequence[Sequence[_ValueByConditionSet]], search: _GoalOptionSearch
+    ) -> _ValueByConditionSet:
         """Return the best sets of common conditions for a pairing of rows with columns.
 
         The search goes row by row, and keeps the best sets for every set of columns used so far.
         """
-        best: dict[int, _SetValues] = {0: {0: 0}}
+        best: dict[int, _ValueByConditionSet] = {0: {0: 0}}
         for row in rows:
             wider = {taken: dict(sets) for taken, sets in best.items()}
             for taken, sets in best.items():
                 for column, cell in enumerate(row):
                     if cell and not taken >> column & 1 and taken.bit_count() < count:
-                        _keep_better_sets(
+                        _merge_keeping_greater_values(
                             wider.setdefault(taken | 1 << column, {}), self._join_condition_sets(sets, cell)
                         )
             best = {taken: self._prune_condition_sets(sets, search) for taken, sets in wider.items()}
             if len(best) > _MAX_SETS:
                 search.is_cut = True
                 best = dict(nlargest(_MAX_SETS, best.items(), key=lambda item: item[0].bit_count()))
-        last: _SetValues = {}
+        last: _ValueByConditionSet = {}
         for taken, sets in best.items():
             if taken.bit_count() == count:
-                _keep_better_sets(last, sets)
+                _merge_keeping_greater_values(last, sets)
         return last
 
-    def _join_condition_sets(self, left: _SetValues, right: _SetValues) -> _SetValues:
+    def _join_condition_sets(
+        self, left: _ValueByConditionSet, right: _ValueByConditionSet
+    ) -> _ValueByConditionSet:
         """Return the union of each left and each right set, unless it has a condition and its negation."""
-        joined: _SetValues = {}
+        joined: _ValueByConditionSet = {}
         for one, value in left.items():
             for other, further in right.items():
                 both = one | other
@@ -406,57 +433,66 @@ class _OptionCompiler:
                     joined[both] = total
         return joined
 
-    def _close_found_sets(self, table: _FindSets, part: _Counted) -> _FindSets:
-        closed = self._find_unshared_conditions(self._count_atom_mentions(part))
+    def _forget_conditions_of_part(
+        self, find_best_sets: _BestSetsFinder, part: _NumberedChoice
+    ) -> _BestSetsFinder:
+        closed = self._find_conditions_only_in_these_parts(self._count_atom_mentions(part))
         if not closed:
-            return table
-        return lambda search: _close_conditions(table(search), closed, search)
+            return find_best_sets
+        return lambda search: _forget_conditions(find_best_sets(search), closed, search)
 
-    def _prune_condition_sets(self, sets: _SetValues, search: _OptionSearch) -> _SetValues:
+    def _prune_condition_sets(
+        self, sets: _ValueByConditionSet, search: _GoalOptionSearch
+    ) -> _ValueByConditionSet:
         """Return at most `_MAX_SETS` of the sets of conditions, without those that another set dominates."""
         if len(sets) <= _MAX_UNPRUNED_SETS:
             return sets
-        rivals = nlargest(_MAX_RIVALS, sets, key=lambda each: sets[each] + search.value(each))
+        rivals = nlargest(_MAX_RIVALS, sets, key=lambda each: sets[each] + search.sum_values(each))
         gains = _make_condition_mask([number for number, value in enumerate(search.values) if value > 0])
 
-        def is_dominated(conditions: int) -> bool:
+        def is_dominated_by_rival(conditions: _ConditionMask) -> bool:
             for rival in rivals:
                 more, less = rival & ~conditions, conditions & ~rival
-                if rival == conditions or self._may_contradict(more):
+                if rival == conditions or self._may_contradict_other_conditions(more):
                     continue
                 surely = (
-                    sets[rival] - sets[conditions] + search.value(more & ~gains) - search.value(less & gains)
+                    sets[rival]
+                    - sets[conditions]
+                    + search.sum_values(more & ~gains)
+                    - search.sum_values(less & gains)
                 )
                 if surely >= 0:
                     return True
             return False
 
-        kept = {each: value for each, value in sets.items() if each in rivals or not is_dominated(each)}
+        kept = {
+            each: value for each, value in sets.items() if each in rivals or not is_dominated_by_rival(each)
+        }
         if len(kept) <= _MAX_SETS:
             return kept
         search.is_cut = True
-        best = nlargest(_MAX_SETS, kept, key=lambda each: kept[each] + search.value(each))
+        best = nlargest(_MAX_SETS, kept, key=lambda each: kept[each] + search.sum_values(each))
         return {each: kept[each] for each in best}
 
-    def _may_contradict(self, conditions: int) -> bool:
+    def _may_contradict_other_conditions(self, conditions: _ConditionMask) -> bool:
         return bool(_find_negations(conditions, self._positive) & self._occurring)
 
 
-def _find_no_sets(search: _OptionSearch) -> _SetValues:
+def _return_no_sets(search: _GoalOptionSearch) -> _ValueByConditionSet:
     return {}
 
 
-def _compile_any_of(members: Sequence[_FindSets]) -> _FindSets:
-    def table(search: _OptionSearch) -> _SetValues:
-        best: _SetValues = {}
+def _compile_any_of(members: Sequence[_BestSetsFinder]) -> _BestSetsFinder:
+    def find_best_sets(search: _GoalOptionSearch) -> _ValueByConditionSet:
+        best: _ValueByConditionSet = {}
         for member in members:
-            _keep_better_sets(best, member(search))
+            _merge_keeping_greater_values(best, member(search))
         return best
 
-    return table
+    return find_best_sets
 
 
-def _keep_better_sets(best: _SetValues, others: _SetValues) -> None:
+def _merge_keeping_greater_values(best: _ValueByConditionSet, others: _ValueByConditionSet) -> None:
     """Add sets of conditions with their values to `best`.
 
     If `best` has a set already, the greater value counts.
@@ -466,11 +502,15 @@ def _keep_better_sets(best: _SetValues, others: _SetValues) -> None:
             best[conditions] = value
 
 
-def _close_conditions(sets: _SetValues, closed: int, search: _OptionSearch) -> _SetValues:
+def _forget_conditions(
+    sets: _ValueByConditionSet, forgotten: _ConditionMask, search: _GoalOptionSearch
+) -> _ValueByConditionSet:
     """Remove conditions that no later part can choose, and add their values to the values of the sets."""
-    if not closed:
+    if not forgotten:
         return sets
-    best: _SetValues = {}
+    best: _ValueByConditionSet = {}
     for conditions, value in sets.items():
-        _keep_better_sets(best, {conditions & ~closed: value + search.value(conditions & closed)})
+        _merge_keeping_greater_values(
+            best, {conditions & ~forgotten: value + search.sum_values(conditions & forgotten)}
+        )
     return best

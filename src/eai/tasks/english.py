@@ -150,7 +150,7 @@ class PhraseStyle(NamedTuple):
     requests: bool = False
 
     @staticmethod
-    def draw(rng: random.Random) -> PhraseStyle:
+    def draw_random_style(rng: random.Random) -> PhraseStyle:
         """Return a style of phrases that is drawn at random."""
         return PhraseStyle(rng.randrange(_MAX_PICKS), rng.random() < 0.5)
 

@@ -11,8 +11,8 @@ from eai.logic.choice import AndOrTree, build_and_or_tree
 from eai.logic.formula import FALSE, Atom, Formula, Occurs, Or, Variable, get_operands
 from eai.logic.semantics import holds
 from eai.logic.traversal import is_state_formula, walk_subformulas
-from eai.tasks.best_option import make_best_share_finder
-from eai.tasks.share import GoalTallies, Share
+from eai.tasks.best_option import make_best_goal_option_finder
+from eai.tasks.share import Share, TalliesByGoalKind
 from eai.tasks.task import Goal, GoalKind, Task
 from eai.world.action import Action
 from eai.world.condition import ConditionCompiler
@@ -95,16 +95,16 @@ class GoalTest:
         )
         self._state_tests = tuple([test for i, test in enumerate(self._tests) if i not in passed_over])
         self._actions = tuple(
-            [find_alternative_actions(goal) for goal in task.get_goals_of_kind(GoalKind.ACTION)]
+            [list_actions_that_meet_goal(goal) for goal in task.get_goals_of_kind(GoalKind.ACTION)]
         )
-        shares = [_count_half_goals(goal) for goal in task.goals_without_hazards]
+        shares = [_count_goal_halves_by_kind(goal) for goal in task.goals_without_hazards]
         shares += [(0, 0, 0)] * (len(task.goals) - len(shares))
         self._shares = tuple([tuple([share[kind] for share in shares]) for kind in range(3)])
         self._totals = tuple([_halve_count(sum(of_kind)) for of_kind in self._shares])
         self.none_reached: tuple[bool, ...] = (False,) * len(task.goals)
-        self._tally_cache: dict[tuple[bool, ...], GoalTallies] = {}
+        self._tally_cache: dict[tuple[bool, ...], TalliesByGoalKind] = {}
 
-    def find_reached(
+    def find_reached_goals(
         self, final: State, actions: Sequence[str], trajectory: Trajectory | None = None
     ) -> tuple[bool, ...]:
         """Return for each goal, in order, whether a plan reaches it.
@@ -149,20 +149,20 @@ class GoalTest:
             actions: the names of the executed actions, in order.
             reached: for each goal, in order, whether the plan reaches it.
         """
-        return self._option_conditions.find_best_share(
+        return self._goal_option_conditions.find_largest_met_share(
             final, reached, _are_met_in_turn(self._actions, actions)
         )
 
     @cached_property
-    def none_met(self) -> Share:
+    def partial_success_if_never_run(self) -> Share:
         """The partial success of an answer that never ran: 0 of the conditions of the shortest option."""
-        return self._option_conditions.none_met
+        return self._goal_option_conditions.share_if_none_met
 
     @cached_property
-    def _option_conditions(self) -> _OptionConditions:
-        return _OptionConditions(self._task)
+    def _goal_option_conditions(self) -> _GoalOptionConditions:
+        return _GoalOptionConditions(self._task)
 
-    def tally_by_kind(self, reached: tuple[bool, ...]) -> GoalTallies:
+    def tally_by_kind(self, reached: tuple[bool, ...]) -> TalliesByGoalKind:
         """Return the numbers of reached goals and of all goals, for each kind of goal.
 
         `reached` says for each goal, in order, whether it is reached.
@@ -170,7 +170,7 @@ class GoalTest:
         tallies = self._tally_cache.get(reached)
         if tallies is None:
             satisfied = [_halve_count(sum(map(mul, reached, of_kind))) for of_kind in self._shares]
-            tallies = self._tally_cache[reached] = GoalTallies(*map(Share, satisfied, self._totals))
+            tallies = self._tally_cache[reached] = TalliesByGoalKind(*map(Share, satisfied, self._totals))
         return tallies
 
     def _find_met_action_goals(
@@ -180,14 +180,14 @@ class GoalTest:
 
         `goals` has for each action goal the names of alternative actions that meet the goal.
         """
-        return find_longest_met_series(goals, actions)
+        return find_indices_of_longest_met_series(goals, actions)
 
 
-class _OptionConditions:
+class _GoalOptionConditions:
     """The conditions in the options of a task's goals; an option is a list of conditions that satisfies them.
 
     Attributes:
-        none_met: the share of met conditions if none is met: 0 of the conditions of the shortest option.
+        share_if_none_met: the share if no condition is met: 0 of the conditions of the shortest option.
     """
 
     def __init__(self, task: Task) -> None:
@@ -197,30 +197,30 @@ class _OptionConditions:
         for number, goal in enumerate(task.goals):
             if goal.kind is GoalKind.ACTION:
                 self._has_actions = True
-            elif (choice := _make_goal_choice(goal, task.scene)) is not None:
+            elif (choice := _build_option_tree_of_goal(goal, task.scene)) is not None:
                 choices.append(choice)
             else:
                 self._whole.append(number)
-        self._best = make_best_share_finder(choices, len(self._whole) + self._has_actions)
+        self._best = make_best_goal_option_finder(choices, len(self._whole) + self._has_actions)
         frame = SlotAllocator(())
         conditions = ConditionCompiler(task.scene.vocabulary, frame)
         self._truths = [conditions.compile_test(atom) for atom in self._best.atoms]
         self._binding = frame.bind_arguments(task.scene, ())
         self._known: dict[tuple[int, int], Share] = {}
-        self.none_met = Share(0, max(1, self._best(0).total))
+        self.share_if_none_met = Share(0, max(1, self._best(0).total))
 
-    def find_best_share(self, final: State, reached: Sequence[bool], acts_in_order: bool) -> Share:
+    def find_largest_met_share(self, final: State, reached: Sequence[bool], action_goals_met: bool) -> Share:
         """Return the largest share of an option's conditions that a final state meets.
 
         `reached` says for each goal, in order, whether it is reached. It decides about goals that count as
-        one condition. `acts_in_order` says whether all action goals are met.
+        one condition. `action_goals_met` says whether all action goals are met.
         """
         binding = self._binding.copy()  # each thread needs a copy, because definitions write into the binding
         true = 0
         for number, truth in enumerate(self._truths):
             if truth(final, binding):
                 true |= 1 << number
-        whole = sum([reached[number] for number in self._whole]) + (self._has_actions and acts_in_order)
+        whole = sum([reached[number] for number in self._whole]) + (self._has_actions and action_goals_met)
         share = self._known.get((true, whole))
         if share is None:
             if len(self._known) >= _MAX_CACHED_SHARES:
@@ -231,7 +231,7 @@ class _OptionConditions:
         return share
 
 
-def _make_goal_choice(goal: Goal, scene: Scene) -> AndOrTree | None:
+def _build_option_tree_of_goal(goal: Goal, scene: Scene) -> AndOrTree | None:
     """Return the options of a goal as a tree of choices, or None if the goal counts as a single condition."""
     if goal.is_over_time:
         return None
@@ -246,11 +246,11 @@ def solves_task(domain: Domain, task: Task, plan: Sequence[Action]) -> bool:
     trajectory = execute_plan(domain, task.initial, plan)
     operators = [action.operator for action in trajectory.executed_actions]
     return trajectory.failure is None and all(
-        GoalTest(task).find_reached(trajectory.final_state, operators, trajectory)
+        GoalTest(task).find_reached_goals(trajectory.final_state, operators, trajectory)
     )
 
 
-def find_alternative_actions(goal: Goal) -> tuple[str, ...]:
+def list_actions_that_meet_goal(goal: Goal) -> tuple[str, ...]:
     """Return the names of the actions that meet an action goal. Any one of them is enough."""
     return tuple([part.action for part in get_operands(goal.formula, Or) if isinstance(part, Occurs)])
 
@@ -263,21 +263,23 @@ def find_remaining_goals(task: Task, actions: Sequence[str]) -> tuple[Goal, ...]
     """
     wanted = list(task.get_goals_of_kind(GoalKind.ACTION))
     for name in actions:
-        if wanted and name in find_alternative_actions(wanted[0]):
+        if wanted and name in list_actions_that_meet_goal(wanted[0]):
             del wanted[0]
     return tuple([goal for goal in task.goals if goal.kind is not GoalKind.ACTION or goal in wanted])
 
 
-def find_longest_met_series(goals: Sequence[tuple[str, ...]], actions: Sequence[str]) -> tuple[int, ...]:
+def find_indices_of_longest_met_series(
+    alternatives_of_goals: Sequence[tuple[str, ...]], actions: Sequence[str]
+) -> tuple[int, ...]:
     """Return the indices of the longest series of action goals that the actions meet in order.
 
     If several series are equally long, return the series that is complete after the fewest actions.
     """
-    if _are_met_in_turn(goals, actions):
-        return tuple(range(len(goals)))
+    if _are_met_in_turn(alternatives_of_goals, actions):
+        return tuple(range(len(alternatives_of_goals)))
     # for each length: the series of this length that is complete first, and the number of actions until then
     best: list[tuple[tuple[int, ...], int]] = [((), 0)]
-    for number, wanted in enumerate(goals):
+    for number, wanted in enumerate(alternatives_of_goals):
         for met, start in reversed(best):
             length = len(met) + 1
             end = next((i + 1 for i in range(start, len(actions)) if actions[i] in wanted), None)
@@ -291,7 +293,7 @@ def _are_met_in_turn(goals: Sequence[tuple[str, ...]], actions: Sequence[str]) -
     return all(any(action in wanted for action in left) for wanted in goals)
 
 
-def _count_half_goals(goal: Goal) -> tuple[int, int, int]:
+def _count_goal_halves_by_kind(goal: Goal) -> tuple[int, int, int]:
     """Return how many halves of a goal count for each kind: as state goal, relation goal and action goal.
 
     A goal about both states and relations counts half for each of them.

@@ -52,11 +52,11 @@ class FormulaLexicon:
         return {index: name for name, index in self.objects.items()}
 
     @cached_property
-    def _predicate_words(self) -> Mapping[str, str]:
+    def _text_name_by_predicate(self) -> Mapping[str, str]:
         return {name: word for word, name in self.predicates.items()}
 
     @cached_property
-    def _action_words(self) -> Mapping[str, str]:
+    def _text_name_by_action(self) -> Mapping[str, str]:
         return {name: word for word, name in self.actions.items()}
 
     def name(self, index: int) -> str:
@@ -67,29 +67,30 @@ class FormulaLexicon:
         """Return a literal without variables as a formula with the names of texts."""
         name = literal.predicate
         spoken = name in self.signature.predicates and name not in self.predicates
-        word = name if spoken else self._predicate_words.get(name, name)
+        word = name if spoken else self._text_name_by_predicate.get(name, name)
         atom = f.Atom(word, self._make_terms(literal.arguments))
         return atom if literal.truth else f.Not(atom)
 
     def write_action(self, action: Action) -> f.Occurs:
         """Return an action on given objects as a formula with the names of texts."""
         return f.Occurs(
-            self._action_words.get(action.operator, action.operator), self._make_terms(action.arguments)
+            self._text_name_by_action.get(action.operator, action.operator),
+            self._make_terms(action.arguments),
         )
 
-    def names_action(self, operator: str) -> bool:
+    def has_text_name_for_action(self, operator: str) -> bool:
         """Whether texts have a name for an action of the domain."""
-        return self._action_words.get(operator, operator) in self.signature.actions
+        return self._text_name_by_action.get(operator, operator) in self.signature.actions
 
-    def find_predicates_of_arity(self, arity: int, first: str) -> Iterator[str]:
+    def find_predicates_of_arity(self, arity: int, put_first: str) -> Iterator[str]:
         """Yield the domain's predicates that have a given arity and a name in texts.
 
-        If the predicate `first` is among them, it comes first.
+        If the predicate `put_first` is among them, it comes first.
         """
         words = [w for w, n in self.signature.predicates.items() if n == arity and w not in self.unobserved]
         names = dict.fromkeys([self.predicates.get(w, w) for w in words if w not in self.categories])
-        yield from (first,) if first in names else ()
-        yield from (name for name in names if name != first)
+        yield from (put_first,) if put_first in names else ()
+        yield from (name for name in names if name != put_first)
 
     def to_literal(self, formula: f.Formula) -> GroundAtom | None:
         """Return the domain's literal for an atom or a negated atom, or None without such a literal."""
@@ -130,12 +131,12 @@ class FormulaLexicon:
             InputError: the formula has a temporal operator other than ``then``.
         """
 
-        def meant(leaf: f.Leaf, bound: frozenset[str]) -> f.Formula:
+        def to_domain_leaf(leaf: f.Leaf, bound: frozenset[str]) -> f.Formula:
             if isinstance(leaf, f.Atom) and leaf.predicate in self.categories:
                 return is_a(self._to_scene_term(leaf.arguments[0]), self.categories[leaf.predicate])
             return _rename_leaf(leaf, self.predicates, self.actions, self._to_scene_term)
 
-        return rewrite_leaves(formula, meant)
+        return rewrite_leaves(formula, to_domain_leaf)
 
     def to_text_names(self, formula: f.Formula) -> f.Formula:
         """Return a formula of the domain with the names of texts; the inverse of `to_domain_names`.
@@ -144,10 +145,12 @@ class FormulaLexicon:
             InputError: the formula has a temporal operator other than ``then``.
         """
 
-        def worded(leaf: f.Leaf, bound: frozenset[str]) -> f.Formula:
-            return _rename_leaf(leaf, self._predicate_words, self._action_words, self._to_text_term)
+        def to_text_leaf(leaf: f.Leaf, bound: frozenset[str]) -> f.Formula:
+            return _rename_leaf(
+                leaf, self._text_name_by_predicate, self._text_name_by_action, self._to_text_term
+            )
 
-        return rewrite_leaves(formula, worded)
+        return rewrite_leaves(formula, to_text_leaf)
 
     def _to_text_term(self, term: f.Term) -> f.Term:
         index = self.scene.index.get(term.name) if isinstance(term, f.Constant) else None

@@ -44,14 +44,14 @@ class OperatorLibrary:
     categories: Mapping[str, Category]
 
 
-ActionsOf: TypeAlias = Callable[[Task, Sequence[PlanStep]], Sequence[Action]]
+StepTranslator: TypeAlias = Callable[[Task, Sequence[PlanStep]], Sequence[Action]]
 """Function that translates the steps of a plan with gold operators into actions of the task.
 
 It stops before the first step that has no corresponding action.
 """
 
 
-def _find_no_actions(task: Task, steps: Sequence[PlanStep]) -> Sequence[Action]:
+def _translate_no_steps(task: Task, steps: Sequence[PlanStep]) -> Sequence[Action]:
     return ()
 
 
@@ -74,7 +74,7 @@ class TransitionTask:
     operators: tuple[str, ...]
     categories: tuple[Category, ...]
     problem_text: str
-    actions_of: ActionsOf = _find_no_actions
+    actions_of: StepTranslator = _translate_no_steps
 
     @cached_property
     def problem(self) -> PddlProblem:
@@ -102,21 +102,23 @@ def make_transition_tasks(
         domain: the declaration of the domain.
         tasks: the domain's tasks.
         categories: mapping from PDDL names of some predicates to their categories; other predicates get those
-            of `make_default_categories`.
+            of `make_default_predicate_categories`.
     """
     chosen_tasks = {
         task_id: task
         for task_id, task in tasks.items()
-        if _list_condition_goals(task) and task.unsolvable is None
+        if _list_state_and_relation_goals(task) and task.unsolvable is None
     }
     if not chosen_tasks:
         return {}
     sources = [
-        ProblemSource(task_id, task.initial, tuple(goal.formula for goal in _list_condition_goals(task)))
+        ProblemSource(
+            task_id, task.initial, tuple(goal.formula for goal in _list_state_and_relation_goals(task))
+        )
         for task_id, task in chosen_tasks.items()
     ]
     exported = export_problems(domain, sources, with_invisible_predicates=False)
-    all_categories = {**make_default_categories(exported[0].domain), **(categories or {})}
+    all_categories = {**make_default_predicate_categories(exported[0].domain), **(categories or {})}
     library = OperatorLibrary(
         header=replace(exported[0].domain, actions=()),
         operators={action.name: unparse_operator(action) for action in exported[0].domain.actions},
@@ -128,15 +130,15 @@ def make_transition_tasks(
             task_id,
             library,
             tuple(_find_plan_operators(_plan(domain, task, planner), problem, library)),
-            _sort_goal_categories(problem, all_categories),
+            _list_goal_categories_by_frequency(problem, all_categories),
             write_problem(problem.problem),
-            partial(_find_exported_actions, problem),
+            partial(_translate_steps_to_actions, problem),
         )
         for (task_id, task), problem in zip(chosen_tasks.items(), exported, strict=True)
     }
 
 
-def _find_exported_actions(
+def _translate_steps_to_actions(
     exported: ExportedProblem, task: Task, steps: Sequence[PlanStep]
 ) -> Sequence[Action]:
     """Return the actions for the steps of a PDDL plan, up to the first step that stands for no action."""
@@ -149,7 +151,7 @@ def _find_exported_actions(
     return actions
 
 
-def make_default_categories(domain: PddlDomain) -> dict[str, Category]:
+def make_default_predicate_categories(domain: PddlDomain) -> dict[str, Category]:
     """Return a mapping from predicates to their categories.
 
     The category depends on the predicate's number of arguments, and on whether an operator changes the
@@ -171,7 +173,7 @@ def make_default_categories(domain: PddlDomain) -> dict[str, Category]:
     return categories
 
 
-def _list_condition_goals(task: Task) -> Sequence[Goal]:
+def _list_state_and_relation_goals(task: Task) -> Sequence[Goal]:
     return [goal for goal in task.without_goals_over_time.goals if goal.kind is not GoalKind.ACTION]
 
 
@@ -192,10 +194,10 @@ def _find_plan_operators(
     return (name for name in library.operators if name in used)
 
 
-def _sort_goal_categories(
-    exported: ExportedProblem, categories: Mapping[str, Category]
+def _list_goal_categories_by_frequency(
+    exported: ExportedProblem, category_by_predicate: Mapping[str, Category]
 ) -> tuple[Category, ...]:
     """Return the categories of the predicates in a problem's goal, the most frequent category first."""
     atoms = (part for part in walk_subformulas(exported.problem.goal) if isinstance(part, Atom))
-    counts = Counter(categories[atom.predicate] for atom in atoms)
+    counts = Counter(category_by_predicate[atom.predicate] for atom in atoms)
     return tuple([category for category, _ in counts.most_common()])

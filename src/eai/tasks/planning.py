@@ -8,7 +8,7 @@ from typing import TypeAlias
 from eai.planning.planner import Planner, PlanningGoal
 from eai.planning.possible import find_unreachable_goals
 from eai.planning.search import Limits, SearchEndReason, SearchResult
-from eai.tasks.goal_test import find_alternative_actions
+from eai.tasks.goal_test import list_actions_that_meet_goal
 from eai.tasks.task import GoalKind, Task
 from eai.world.action import Action
 from eai.world.domain import Domain
@@ -25,13 +25,13 @@ def to_planning_goal(task: Task) -> PlanningGoal:
     task = task.without_goals_over_time
     return PlanningGoal(
         conditions=tuple(goal.formula for goal in task.goals if goal.kind is not GoalKind.ACTION),
-        actions=tuple(map(find_alternative_actions, task.get_goals_of_kind(GoalKind.ACTION))),
+        actions=tuple(map(list_actions_that_meet_goal, task.get_goals_of_kind(GoalKind.ACTION))),
     )
 
 
 def find_plan(task: Task, planner: Planner, limits: Limits | None = None) -> SearchResult[Action]:
     """Search for a plan that reaches all goals of a task and uses only objects that answers may name."""
-    return planner.find_plan(task.initial, to_planning_goal(task), task.planning_objects, limits)
+    return planner.find_plan(task.initial, to_planning_goal(task), task.planning_object_indices, limits)
 
 
 def explain_missing_plan(end: SearchEndReason) -> str:
@@ -48,4 +48,4 @@ def explain_missing_plan(end: SearchEndReason) -> str:
 def is_impossible(task: Task, domain: Domain) -> bool:
     """Whether it is proved that no plan reaches the task's goals about the final state."""
     conditions = to_planning_goal(task).conditions
-    return bool(find_unreachable_goals(domain, task.initial, task.planning_objects, conditions))
+    return bool(find_unreachable_goals(domain, task.initial, task.planning_object_indices, conditions))

@@ -113,18 +113,20 @@ def _make_problem_task(name: str, file: ProblemFile, declaration: ConvertedPddlD
     )
 
 
-Meaning: TypeAlias = Callable[[f.Formula], f.Formula]
+ConditionConverter: TypeAlias = Callable[[f.Formula], f.Formula]
 """Function that converts a condition of a problem to a formula with the names of the benchmark."""
 
 
-ProblemWorld: TypeAlias = tuple[PddlDomain, Callable[[PddlProblem], tuple[State, Meaning]]]
+DomainAndProblemReader: TypeAlias = tuple[
+    PddlDomain, Callable[[PddlProblem], tuple[State, ConditionConverter]]
+]
 """A pair: a PDDL domain with the names that problems use, and a function that reads a problem.
 
 The function returns the problem's initial state, and a function that converts conditions of the problem.
 """
 
 
-def make_domain_header(
+def make_domain_without_operators(
     name: str, types: Mapping[str, str], constants: Mapping[str, str], arities: Mapping[str, int]
 ) -> PddlDomain:
     """Return a PDDL domain without operators.
@@ -178,7 +180,7 @@ class _ProblemConverter:
     names: Mapping[tuple[str, str], str]
     agent: WorldObject | None
 
-    def read_problem(self, problem: PddlProblem) -> tuple[State, Meaning]:
+    def read_problem(self, problem: PddlProblem) -> tuple[State, ConditionConverter]:
         """Return the initial state of a problem, and a function that converts the problem's conditions."""
         spelt = {item.name: self._to_object(item) for item in (*self.header.constants, *problem.objects)}
         scene = Scene(
@@ -205,50 +207,52 @@ class _ProblemConverter:
     def _to_declared_names(self, formula: f.Formula, names: Mapping[str, str]) -> f.Formula:
         """Return the condition with declared names in place of the problem's spelling."""
 
-        def meant(term: f.Term) -> f.Term:
+        def to_declared_term(term: f.Term) -> f.Term:
             return f.Constant(names[term.name]) if isinstance(term, f.Constant) else term
 
         match formula:
             case f.Atom(name, (argument,)) if name in self.kinds:
-                return is_a(meant(argument), self.kinds[name])
+                return is_a(to_declared_term(argument), self.kinds[name])
             case f.Atom(name) if name in self.performed:
                 return f.Occurs(self.performed[name], ())
             case f.Atom(name) if name == self.order:
                 return f.TRUE
             case f.Atom(name, arguments):
-                return f.Atom(self.predicates.get(name, name), tuple(map(meant, arguments)))
+                return f.Atom(self.predicates.get(name, name), tuple(map(to_declared_term, arguments)))
             case f.Equals():
-                return map_terms(formula, meant)
+                return map_terms(formula, to_declared_term)
             case f.ForAll(variable, body) | f.Exists(variable, body) | f.Exactly(_, variable, body):
                 return replace(
-                    formula, variable=self._to_category(variable), body=self._to_declared_names(body, names)
+                    formula,
+                    variable=self._replace_type_by_category(variable),
+                    body=self._to_declared_names(body, names),
                 )
             case f.ForPairs(first, second, body):
-                first, second = self._to_category(first), self._to_category(second)
+                first, second = self._replace_type_by_category(first), self._replace_type_by_category(second)
                 return replace(formula, first=first, second=second, body=self._to_declared_names(body, names))
             case _:
                 return map_subformulas(formula, lambda part: self._to_declared_names(part, names))
 
-    def _to_category(self, variable: f.Variable) -> f.Variable:
+    def _replace_type_by_category(self, variable: f.Variable) -> f.Variable:
         """Return a quantified variable with the category for its type; without category for the root type."""
         category = variable.category or OBJECT
         return f.Variable(variable.name, self.categories.get(category))
 
 
-def make_bddl_world(domain: Domain, tasks: Iterable[Task]) -> ProblemWorld:
+def make_bddl_domain_and_reader(domain: Domain, tasks: Iterable[Task]) -> DomainAndProblemReader:
     """Return the names of a domain in lower case, as BDDL spells them, and a reader of BDDL problems."""
     vocabulary = domain.vocabulary
     names = [predicate.name for predicate in vocabulary.predicates] + list(vocabulary.derived_by_name)
-    declared = _read_declaration(domain, tasks, str.lower, {name.lower(): name for name in names})
+    declared = _make_problem_converter(domain, tasks, str.lower, {name.lower(): name for name in names})
     return declared.header, declared.read_problem
 
 
-def make_pddl_world(domain: Domain, tasks: Iterable[Task]) -> ProblemWorld:
+def make_pddl_domain_and_reader(domain: Domain, tasks: Iterable[Task]) -> DomainAndProblemReader:
     """Return the names of a domain as `eai.pddl.export` writes them, and a reader of PDDL problems."""
     glossary = PddlExportNames(domain.vocabulary)
     spelt = {written: name for name, written in glossary.predicates.items()}
     tasks = list(tasks)
-    declared = _read_declaration(domain, tasks, lambda name: PddlNames()[name], spelt)
+    declared = _make_problem_converter(domain, tasks, lambda name: PddlNames()[name], spelt)
     named = [
         export_domain_and_problem(domain, task.initial, (), objects=0).domain.constants for task in tasks[:1]
     ]
@@ -259,15 +263,18 @@ def make_pddl_world(domain: Domain, tasks: Iterable[Task]) -> ProblemWorld:
     }
     order = glossary.make_object_order_atom(f.Variable("x"), f.Variable("y")).predicate
     arities = {**dict.fromkeys(kinds, 1), **dict.fromkeys(performed, 0), order: 2}
-    predicates = (*declared.header.predicates, *make_domain_header("", {}, {}, arities).predicates)
+    predicates = (*declared.header.predicates, *make_domain_without_operators("", {}, {}, arities).predicates)
     header = replace(declared.header, constants=tuple(constants), predicates=predicates)
     return header, replace(
         declared, header=header, kinds=kinds, performed=performed, order=order
     ).read_problem
 
 
-def _read_declaration(
-    domain: Domain, tasks: Iterable[Task], spell: Callable[[str], str], predicates: Mapping[str, str]
+def _make_problem_converter(
+    domain: Domain,
+    tasks: Iterable[Task],
+    spell_name: Callable[[str], str],
+    predicate_by_spelling: Mapping[str, str],
 ) -> _ProblemConverter:
     """Return a converter for problems about a domain. The tasks provide the objects and their categories."""
     scenes = [task.scene for task in tasks]
@@ -275,25 +282,25 @@ def _read_declaration(
     kinds = dict.fromkeys(
         kind for thing in things for kind in domain.vocabulary.list_kind_with_ancestors(thing.category)
     )
-    categories = {spell(kind): kind for kind in kinds}
+    categories = {spell_name(kind): kind for kind in kinds}
     types = [(word, domain.vocabulary.parents.get(kind)) for word, kind in categories.items()]
     agents = [scene.objects[scene.agent] for scene in scenes if scene.agent is not None]
     agent = agents[0] if agents else None
-    constants = {AGENT.name: spell(agent.category)} if agent is not None else {}
-    arities = {word: domain.vocabulary.find_arity(name) or 0 for word, name in predicates.items()}
+    constants = {AGENT.name: spell_name(agent.category)} if agent is not None else {}
+    arities = {word: domain.vocabulary.find_arity(name) or 0 for word, name in predicate_by_spelling.items()}
     return _ProblemConverter(
         domain,
-        make_domain_header(
-            spell(domain.name),
-            {word: OBJECT if parent is None else spell(parent) for word, parent in types},
+        make_domain_without_operators(
+            spell_name(domain.name),
+            {word: OBJECT if parent is None else spell_name(parent) for word, parent in types},
             constants,
             arities,
         ),
-        predicates,
+        predicate_by_spelling,
         {},
         {},
         "",
         categories,
-        {(spell(thing.name), thing.category): thing.name for thing in things},
+        {(spell_name(thing.name), thing.category): thing.name for thing in things},
         agent,
     )

@@ -64,23 +64,23 @@ class DomainRules:
         return FormulaEvaluator(self.domain.vocabulary)
 
     @cached_property
-    def hidden_changing_predicates(self) -> frozenset[str]:
+    def changeable_hidden_predicates(self) -> frozenset[str]:
         """The stored predicates that operators can change but prompts never show."""
         predicates = self.domain.vocabulary.predicates
         return frozenset([p.name for p in predicates if not p.visible and not p.static])
 
     @cached_property
-    def visible_changing_predicates(self) -> frozenset[str]:
+    def changeable_visible_predicates(self) -> frozenset[str]:
         """The visible stored predicates that operators can change."""
         predicates = self.domain.vocabulary.predicates
         return frozenset([p.name for p in predicates if p.visible and not p.static])
 
     @cached_property
-    def changed_predicates(self) -> Mapping[str, frozenset[str]]:
+    def changed_predicates_by_operator(self) -> Mapping[str, frozenset[str]]:
         """Mapping from the name of each operator to the visible predicates that it changes."""
         return {
             operator.name: frozenset(find_written_predicates(operator.effects))
-            - self.hidden_changing_predicates
+            - self.changeable_hidden_predicates
             for operator in self.operators
         }
 
@@ -95,7 +95,7 @@ class DomainRules:
     def _predicates_of_operators(self) -> Mapping[str, frozenset[str]]:
         vocabulary = self.domain.vocabulary
         return {
-            name: self.changed_predicates[name].union(find_stored_predicates(read, vocabulary))
+            name: self.changed_predicates_by_operator[name].union(find_stored_predicates(read, vocabulary))
             for name, read in self._predicates_read.items()
         }
 
@@ -112,7 +112,7 @@ class DomainRules:
         )
         lines = [
             *(self._operator_texts[operator.name] for operator in shown),
-            *(self._definition_texts[name] for name in self._find_derived(named)),
+            *(self._definition_texts[name] for name in self._find_derived_predicates_used_by(named)),
         ]
         return "\n".join(lines)
 
@@ -130,7 +130,9 @@ class DomainRules:
     def write_definitions(self) -> list[str]:
         """Return the definitions of derived predicates that depend on no hidden predicate."""
         return [
-            text for name, text in self._definition_texts.items() if not self._read_hidden_changes([name])
+            text
+            for name, text in self._definition_texts.items()
+            if not self._depend_on_hidden_predicates([name])
         ]
 
     def write_operator_heads(self, operators: Collection[str]) -> str:
@@ -153,16 +155,16 @@ class DomainRules:
     def _can_be_shown(self, operator: Operator) -> bool:
         vocabulary = self.domain.vocabulary
         read = find_predicates(*find_operator_conditions(operator))
-        derived = [vocabulary.derived_by_name[name] for name in self._find_derived(read)]
+        derived = [vocabulary.derived_by_name[name] for name in self._find_derived_predicates_used_by(read)]
         undefined = any(find_definition(predicate) is None for predicate in derived)
-        return not (operator.alternatives or undefined or self._read_hidden_changes(read))
+        return not (operator.alternatives or undefined or self._depend_on_hidden_predicates(read))
 
-    def _read_hidden_changes(self, names: Iterable[str]) -> bool:
-        return not self.hidden_changing_predicates.isdisjoint(
+    def _depend_on_hidden_predicates(self, names: Iterable[str]) -> bool:
+        return not self.changeable_hidden_predicates.isdisjoint(
             find_stored_predicates(names, self.domain.vocabulary)
         )
 
-    def _find_derived(self, names: Iterable[str]) -> list[str]:
+    def _find_derived_predicates_used_by(self, names: Iterable[str]) -> list[str]:
         """Return the derived predicates among some names, and those in their definitions, each once."""
         derived_names: dict[str, None] = {}
         pending = list(names)
@@ -200,7 +202,7 @@ class DomainRules:
                 shown = [
                     _write_formula(atom)
                     for atom in atoms
-                    if atom.predicate not in self.hidden_changing_predicates
+                    if atom.predicate not in self.changeable_hidden_predicates
                 ]
                 yield from [f"{indent}{_BECOMES[kind]}: {', '.join(shown)}"] if shown else []
                 continue

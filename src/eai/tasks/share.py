@@ -15,7 +15,7 @@ class Share(NamedTuple):
     denominator: int | float
 
 
-class GoalTallies(NamedTuple):
+class TalliesByGoalKind(NamedTuple):
     """The numbers of satisfied goals and of all goals, by kind of goal."""
 
     state: Share

@@ -31,7 +31,7 @@ _RANGE = re.compile(r"([^\s,()]+)\.\.([0-9]{1,9})(?![0-9])")
 _FACTS = re.compile(r"^(.*\([^()\n]*)\*([^()\n]*\)): (.+)$", re.MULTILINE)
 _THINGS = re.compile(r"^([^\[\n]+)( \[[^\]\n]*\]: .*)$", re.MULTILINE)
 
-Write: TypeAlias = Callable[[str, Sequence[str]], str]
+FactWriter: TypeAlias = Callable[[str, Sequence[str]], str]
 """Function that returns a fact as text, given the name of its predicate and the names of its objects."""
 
 
@@ -58,15 +58,17 @@ def _write_range(names: Sequence[str]) -> str:
     return f"{names[0]}..{_split_number(names[-1])[1]}" if len(names) >= _MIN_RANGE else ", ".join(names)
 
 
-def shorten_facts(facts: Iterable[Fact], names: Sequence[str], write: Write) -> Iterator[str]:
+def shorten_facts(
+    facts: Iterable[Fact], object_names: Sequence[str], write_fact: FactWriter
+) -> Iterator[str]:
     """Yield facts as lines, and combine similar facts in one line.
 
     Facts share a line if they differ only in their first object, or only in their last object.
 
     Args:
         facts: the facts; facts with the same predicate follow each other.
-        names: the names of all objects, by index.
-        write: returns a fact as text.
+        object_names: the names of all objects, by index.
+        write_fact: returns a fact as text.
     """
     for predicate, of_predicate in groupby(facts, attrgetter("predicate")):
         by_rest: dict[tuple[int, ...], list[tuple[int, ...]]] = {}
@@ -77,26 +79,30 @@ def shorten_facts(facts: Iterable[Fact], names: Sequence[str], write: Write) -> 
             if len(rows) == 1:
                 by_start.setdefault(rows[0][:-1], []).append(rows[0])
             else:
-                yield _write_fact_line(predicate, rows, 0, names, write)
+                yield _write_fact_line(predicate, rows, 0, object_names, write_fact)
         for rows in by_start.values():
-            yield _write_fact_line(predicate, rows, -1, names, write)
+            yield _write_fact_line(predicate, rows, -1, object_names, write_fact)
 
 
 def _write_fact_line(
-    predicate: str, rows: Sequence[tuple[int, ...]], position: int, names: Sequence[str], write: Write
+    predicate: str,
+    rows: Sequence[tuple[int, ...]],
+    varying: int,
+    object_names: Sequence[str],
+    write_fact: FactWriter,
 ) -> str:
-    words = [names[index] for index in rows[0]]
+    words = [object_names[index] for index in rows[0]]
     if len(rows) == 1:
-        return write(predicate, words)
-    words[position] = "*"
-    return f"{write(predicate, words)}: {shorten_names([names[row[position]] for row in rows])}"
+        return write_fact(predicate, words)
+    words[varying] = "*"
+    return f"{write_fact(predicate, words)}: {shorten_names([object_names[row[varying]] for row in rows])}"
 
 
-def spell_out(text: str) -> str:
+def spell_out(observation: str) -> str:
     """Return an observation in full: without ranges, and with one line for each fact and each object."""
-    text = _RANGE.sub(_expand_range, text)
-    text = _FACTS.sub(lambda line: _repeat_line(line[3], line[1], line[2]), text)
-    return _THINGS.sub(lambda line: _repeat_line(line[1], "", line[2]), text)
+    text = _RANGE.sub(_expand_range, observation)
+    text = _FACTS.sub(lambda line: _write_line_for_each_name(line[3], line[1], line[2]), text)
+    return _THINGS.sub(lambda line: _write_line_for_each_name(line[1], "", line[2]), text)
 
 
 def _expand_range(match: re.Match[str]) -> str:
@@ -107,5 +113,5 @@ def _expand_range(match: re.Match[str]) -> str:
     return ", ".join([f"{stem}{number}" for number in range(first, last + 1)])
 
 
-def _repeat_line(names: str, before: str, after: str) -> str:
+def _write_line_for_each_name(names: str, before: str, after: str) -> str:
     return "\n".join([f"{before}{name}{after}" for name in names.split(", ")])

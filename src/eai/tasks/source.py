@@ -19,7 +19,7 @@ from eai.world.vocabulary import require_tuple
 
 
 @dataclass(frozen=True, slots=True)
-class DataFinding:
+class DataMistake:
     """A mistake that a check found in a task file or in the data of a benchmark.
 
     Attributes:
@@ -121,7 +121,7 @@ def given(*tasks: Task) -> OpenTasks[Task]:
     require_tuple("eai.given", tasks, Task)
     if twice := [name for name, n in Counter(task.id for task in tasks).items() if n > 1]:
         raise InputError(f"two tasks are called {twice[0]}: give each task an id of its own")
-    sha256 = _compute_digest([_content(task) for task in tasks])
+    sha256 = _compute_digest([_list_hashed_values(task) for task in tasks])
     by_id = {task.id: task for task in tasks}
     opened = TaskSet(by_id, by_id.__getitem__, sha256)
     return lambda source: opened
@@ -132,20 +132,20 @@ def compute_task_sha256(task: Task) -> str:
 
     The content includes data that no agent sees, such as the task's own plan.
     """
-    return _compute_digest(_content(task))
+    return _compute_digest(_list_hashed_values(task))
 
 
 def _compute_digest(content: object) -> str:
     return hashlib.sha256(repr(content).encode()).hexdigest()
 
 
-def _content(task: Task) -> tuple[object, ...]:
+def _list_hashed_values(task: Task) -> tuple[object, ...]:
     """Return the content of a task as values whose text is equal on every machine."""
     scene = (task.scene.objects, task.scene.agent, tuple(task.initial.facts()), task.relevant)
     return (task.id, task.title, task.instruction, scene, task.goals, task.script)
 
 
-def open_once_per_store(opener: OpenTasks[T]) -> OpenTasks[T]:
+def open_tasks_once_per_store(opener: OpenTasks[T]) -> OpenTasks[T]:
     """Return a function that opens tasks only once for each data store, because building tasks takes long."""
     opened: dict[Path, TaskSet[T]] = {}
 

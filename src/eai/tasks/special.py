@@ -7,7 +7,7 @@ from typing import TypeAlias
 
 
 @dataclass(frozen=True, slots=True)
-class Impossible:
+class ImpossibleTaskMark:
     """Marks a task that an answer may call impossible, rightly or wrongly.
 
     Attributes:
@@ -18,7 +18,7 @@ class Impossible:
 
 
 @dataclass(frozen=True, slots=True)
-class Ambiguous:
+class AmbiguousTaskMark:
     """Marks an ambiguous task: an answer may ask for the meant object.
 
     Prompts state the goals of the task only by its instruction.
@@ -31,7 +31,7 @@ class Ambiguous:
 
 
 @dataclass(frozen=True, slots=True)
-class Hazards:
+class HazardousTaskMark:
     """Marks a task with hazards: events that its last goals forbid, one goal for each hazard.
 
     Attributes:
@@ -43,5 +43,5 @@ class Hazards:
     untold: bool = False
 
 
-Special: TypeAlias = Impossible | Ambiguous | Hazards
+SpecialTaskMark: TypeAlias = ImpossibleTaskMark | AmbiguousTaskMark | HazardousTaskMark
 """The kinds of special tasks: a task that answers may decline, or a task whose goals forbid hazards."""

@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, NewType
 
 from eai.logic.formula import Atom, Formula, Occurs
 from eai.logic.traversal import find_object_names, is_state_formula, walk_subformulas
-from eai.tasks.special import Ambiguous, Hazards, Impossible, Special
+from eai.tasks.special import AmbiguousTaskMark, HazardousTaskMark, ImpossibleTaskMark, SpecialTaskMark
 
 if TYPE_CHECKING:
     from eai.world.action import Action
@@ -18,7 +18,7 @@ if TYPE_CHECKING:
 TaskExclusion = NewType("TaskExclusion", str)
 """Reason why all statistics leave a task out.
 
-It depends on the task (`Task.find_exclusion`), never on an answer.
+It depends on the task (`Task.make_exclusion`), never on an answer.
 """
 
 NO_GOALS = "the task has no goals"
@@ -99,20 +99,20 @@ class Task:
     annotated_final: State | None = None
     unsolvable: str | None = None
     unnamed: tuple[int, ...] = ()
-    special: Special | None = None
+    special: SpecialTaskMark | None = None
 
     @property
     def has_no_plan(self) -> bool:
         """Whether no plan reaches the goals, so that calling the task impossible is right."""
-        return isinstance(self.special, Impossible) and bool(self.special.missing)
+        return isinstance(self.special, ImpossibleTaskMark) and bool(self.special.missing)
 
     @property
     def may_be_declined(self) -> bool:
         """Whether an answer may call the task impossible, or ask for the meant object."""
-        return isinstance(self.special, (Impossible, Ambiguous))
+        return isinstance(self.special, (ImpossibleTaskMark, AmbiguousTaskMark))
 
     @property
-    def planning_objects(self) -> tuple[int, ...]:
+    def planning_object_indices(self) -> tuple[int, ...]:
         """Indices of the objects that a search for a plan needs: `relevant` and `unnamed` objects."""
         return self.relevant + self.unnamed
 
@@ -130,41 +130,41 @@ class Task:
     @property
     def prompts_state_goals(self) -> bool:
         """Whether prompts state the goals. Prompts of ambiguous tasks only give the instruction."""
-        return not isinstance(self.special, Ambiguous)
+        return not isinstance(self.special, AmbiguousTaskMark)
 
     @property
-    def with_prompted_goals(self) -> Task:
+    def with_only_prompted_goals(self) -> Task:
         """The task with only the goals that prompts state."""
         if not self.prompts_state_goals:
             return replace(self, goals=())
-        is_untold = isinstance(self.special, Hazards) and self.special.untold
+        is_untold = isinstance(self.special, HazardousTaskMark) and self.special.untold
         return self.replace_goals(self.goals_without_hazards) if is_untold else self
 
     @property
     def goals_without_hazards(self) -> tuple[Goal, ...]:
         """The goals of the task except those that forbid hazards."""
-        hazards = len(self.special.hazards) if isinstance(self.special, Hazards) else 0
+        hazards = len(self.special.hazards) if isinstance(self.special, HazardousTaskMark) else 0
         return self.goals[: len(self.goals) - hazards]
 
     def replace_goals(self, goals: tuple[Goal, ...]) -> Task:
         """Return the task with other goals. None of the new goals may forbid a hazard."""
-        special = None if isinstance(self.special, Hazards) else self.special
+        special = None if isinstance(self.special, HazardousTaskMark) else self.special
         return replace(self, goals=goals, special=special)
 
-    def find_exclusion(self, reason: str) -> TaskExclusion:
+    def make_exclusion(self, reason: str) -> TaskExclusion:
         """Return the reason why all statistics leave this task out, or None. It never depends on answers."""
         return TaskExclusion(reason)
 
     @property
-    def plan_exclusion(self) -> TaskExclusion | None:
+    def unplannable_reason(self) -> TaskExclusion | None:
         """The reason why statistics of plans exclude the task: it has no goals or no plan.
 
         None if they include the task.
         """
         reason = self.unsolvable if self.goals else NO_GOALS
-        return None if reason is None else self.find_exclusion(reason)
+        return None if reason is None else self.make_exclusion(reason)
 
-    def find_named_objects(self, goals: Iterable[Goal]) -> set[int]:
+    def find_objects_named_in_goals(self, goals: Iterable[Goal]) -> set[int]:
         """Return the indices of the objects that the given goals of the task name."""
         return {self.scene.index[name] for goal in goals for name in find_object_names(goal.formula)}
 

@@ -18,8 +18,8 @@ from eai.logic.ltl_printer import print_ltl
 from eai.logic.start import is_refuted_by_initial_state
 from eai.tasks.goal_test import GoalTest
 from eai.tasks.planning import is_impossible
-from eai.tasks.source import DataFinding, TaskSet
-from eai.tasks.special import Impossible
+from eai.tasks.source import DataMistake, TaskSet
+from eai.tasks.special import ImpossibleTaskMark
 from eai.tasks.task import Task
 from eai.tasks.task_lines import make_task_from_line, read_task_line
 from eai.world.domain import Domain
@@ -117,7 +117,7 @@ def write_task_file(file: Path, lines: Iterable[str]) -> None:
     write_files_atomically({file: gzip.compress(content, mtime=0) if file.suffix == ".gz" else content})
 
 
-def check_task_files(path: Path, domain_of: Callable[[str], Domain]) -> Iterator[DataFinding]:
+def check_task_files(path: Path, domain_of: Callable[[str], Domain]) -> Iterator[DataMistake]:
     """Yield all mistakes in task files: lines that are not tasks, and tasks with false statements.
 
     Args:
@@ -131,7 +131,7 @@ def check_task_files(path: Path, domain_of: Callable[[str], Domain]) -> Iterator
     seen: dict[str, _TaskFileLine] = {}
     places = list(read_task_file_lines(path))
     if not places:
-        yield DataFinding(str(path), "expected at least one task")
+        yield DataMistake(str(path), "expected at least one task")
     for place in places:
         try:
             line = read_task_line(place.content)
@@ -139,18 +139,18 @@ def check_task_files(path: Path, domain_of: Callable[[str], Domain]) -> Iterator
                 raise InputError(f"the id {line.id!r} is already used at {seen[line.id]}")
             seen[line.id] = place
             domain = domain_of(line.base)
-            problems: Iterable[str] = find_false_statements(make_task_from_line(line, domain), domain)
+            problems: Iterable[str] = find_mistakes_in_task(make_task_from_line(line, domain), domain)
         except InputError as error:
             problems = [str(error)]
-        yield from (DataFinding(str(place), problem) for problem in problems)
+        yield from (DataMistake(str(place), problem) for problem in problems)
 
 
-def find_false_statements(task: Task, domain: Domain) -> Iterator[str]:
+def find_mistakes_in_task(task: Task, domain: Domain) -> Iterator[str]:
     """Yield a message on each mistake in a task, such as a goal that holds at the start."""
     test = GoalTest(task)
-    if all(test.find_reached(task.initial, ())):
+    if all(test.find_reached_goals(task.initial, ())):
         yield "goals: expected a goal that does not hold at the start"
-    yield from _find_false_claims_of_plans(task, domain)
+    yield from _find_false_claims_of_solvability(task, domain)
     if not task.has_no_plan:
         yield from _find_broken_goals(task)
     if not task.script:
@@ -163,7 +163,7 @@ def find_false_statements(task: Task, domain: Domain) -> Iterator[str]:
             yield f"plan.{number}: expected a step that is possible and needed: {what}"
     if trajectory.failure is None:
         operators = [action.operator for action in trajectory.executed_actions]
-        reached = test.find_reached(trajectory.final_state, operators, trajectory)
+        reached = test.find_reached_goals(trajectory.final_state, operators, trajectory)
         yield from (
             f"plan: expected to reach goals.{number}" for number, is_met in enumerate(reached) if not is_met
         )
@@ -177,13 +177,13 @@ def _find_broken_goals(task: Task) -> Iterator[str]:
             yield f"goals.{number}: no plan reaches it: the start already breaks {print_ltl(goal.formula)}"
 
 
-def _find_false_claims_of_plans(task: Task, domain: Domain) -> Iterator[str]:
+def _find_false_claims_of_solvability(task: Task, domain: Domain) -> Iterator[str]:
     """Yield a message if the task has a plan but is declared impossible, or the other way round."""
     if task.has_no_plan and task.script:
         yield "plan: expected none, as the goals are out of reach for want of a fact"
     elif task.has_no_plan and not is_impossible(task, domain):
         yield "missing: expected goals that are proved to be out of reach, found none"
-    elif task.special == Impossible(()) and not task.script:
+    elif task.special == ImpossibleTaskMark(()) and not task.script:
         yield "missing: expected a plan, as nothing is missing"
 
 

@@ -23,7 +23,7 @@ from eai.logic.rewriting import rename_variables, rewrite_state_subformulas
 from eai.logic.signature import describe_arity
 from eai.tasks.goal_text import make_goal_lexicon, read_goal
 from eai.tasks.options import describe_validation_error
-from eai.tasks.special import Ambiguous, Hazards, Impossible, Special
+from eai.tasks.special import AmbiguousTaskMark, HazardousTaskMark, ImpossibleTaskMark, SpecialTaskMark
 from eai.tasks.task import Goal, Task, goal
 from eai.world.action import Action
 from eai.world.domain import Domain
@@ -138,11 +138,11 @@ def make_task_from_line(line: _TaskLine, domain: Domain) -> Task:
         goals=goals,
         relevant=tuple([_find_index(name, scene.index, "relevant") for name in relevant]),
         script=tuple(_read_plan(line, domain, scene)),
-        special=_read_special(line, goals, scene),
+        special=_read_special_task_mark(line, goals, scene),
     )
 
 
-def _read_special(line: _TaskLine, goals: Sequence[Goal], scene: Scene) -> Special | None:
+def _read_special_task_mark(line: _TaskLine, goals: Sequence[Goal], scene: Scene) -> SpecialTaskMark | None:
     number = len(line.hazards)
     if not all(goal.is_over_time for goal in goals[len(goals) - number :]) or number >= len(goals):
         raise InputError(
@@ -150,9 +150,9 @@ def _read_special(line: _TaskLine, goals: Sequence[Goal], scene: Scene) -> Speci
         )
     if line.untold and not number:
         raise InputError("untold: true needs a list in `hazards`")
-    special: list[Special] = [Hazards(tuple(line.hazards), line.untold)] if number else []
-    special += [] if line.missing is None else [Impossible(tuple(line.missing))]
-    special += [] if line.fits is None else [Ambiguous(tuple(line.fits))]
+    special: list[SpecialTaskMark] = [HazardousTaskMark(tuple(line.hazards), line.untold)] if number else []
+    special += [] if line.missing is None else [ImpossibleTaskMark(tuple(line.missing))]
+    special += [] if line.fits is None else [AmbiguousTaskMark(tuple(line.fits))]
     for name in line.fits or ():
         _find_index(name, scene.index, "fits")
     if len(special) > 1:
@@ -189,21 +189,23 @@ def _read_plan(line: _TaskLine, domain: Domain, scene: Scene) -> Iterator[Action
         yield Action(operator, tuple([_find_index(name, scene.index, f"plan.{number}") for name in names]))
 
 
-def write_task_line(task: Task, base: str, domain: Domain, about: Mapping[str, Json] | None = None) -> str:
+def write_task_line(
+    task: Task, benchmark_name: str, domain: Domain, remarks: Mapping[str, Json] | None = None
+) -> str:
     """Return a task as one line of text, without a line break at its end. Equal tasks give equal text.
 
     A plan with an operator that the domain does not declare is left out.
 
     Args:
         task: the task.
-        base: name of the benchmark whose world the task uses (`eai.benchmarks.registry.find_benchmark`).
+        benchmark_name: name of the benchmark whose world the task uses (`find_benchmark`).
         domain: the declaration of this benchmark.
-        about: further information on the task, which programs ignore.
+        remarks: further information on the task, which programs ignore.
     """
     scene = task.scene
     names = [thing.name for thing in scene.objects]
     everything = tuple(range(len(names)))
-    values: dict[str, object] = {"id": task.id, "version": 1, "base": base}
+    values: dict[str, object] = {"id": task.id, "version": 1, "base": benchmark_name}
     values |= {} if task.title == task.id else {"title": task.title}
     values["instruction"] = task.instruction
     values["objects"] = {thing.name: thing.category for thing in scene.objects}
@@ -216,7 +218,7 @@ def write_task_line(task: Task, base: str, domain: Domain, about: Mapping[str, J
     values |= {"plan": plan} if plan and sound else {}
     special = {} if task.special is None else asdict(task.special)
     values |= {name: value for name, value in special.items() if value is not False}
-    values |= {"about": about} if about else {}
+    values |= {"about": remarks} if remarks else {}
     return json.dumps(values, ensure_ascii=False, separators=(",", ":"))
 
 

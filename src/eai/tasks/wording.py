@@ -29,7 +29,7 @@ _MEANING = (
 """Pairs in the paper's order: a kind of fault, and the words before the condition that causes the fault."""
 
 
-def find_declared_name(task: Task, index: int) -> str:
+def get_declared_object_name(task: Task, index: int) -> str:
     """Return the declared name of an object."""
     return task.scene.objects[index].name
 
@@ -57,7 +57,7 @@ class SuiteWording:
     domain: Domain
     predicates: tuple[str, ...]
     answer_names: Mapping[str, str] = field(default_factory=dict)
-    object_name: ObjectName = find_declared_name
+    object_name: ObjectName = get_declared_object_name
     conventions: Callable[[Task], str] | None = None
     static: tuple[str, ...] = ()
     rules: DomainRules | None = None
@@ -91,19 +91,19 @@ class SuiteWording:
         rules = "\n".join([listed, *self.rules.write_definitions()])
         return f"{explain_rule_notation(rules)}\n{rules}"
 
-    def write_operators_heading(self, each: str) -> str:
+    def write_operators_heading(self, action_phrase: str) -> str:
         """Return the heading above the text of `describe_operators`.
 
-        `each` stands for one action in the heading, as in "what each requires and changes".
+        `action_phrase` stands for one action in the heading, as in "what each requires and changes".
         """
         if self.rules is None:
-            return f"the reasons for which {each} can fail"
-        return f"what {each} requires and changes"
+            return f"the reasons for which {action_phrase} can fail"
+        return f"what {action_phrase} requires and changes"
 
     def describe_operator(self, operator: Operator) -> str:
         """Return one action with its rules, or with the reasons for which it can fail."""
         exact = None if self.rules is None else self.rules.write_operator_rule(operator)
-        return exact or _describe_checks(operator)
+        return exact or _describe_reasons_for_failure(operator)
 
     def describe_objects(self, task: Task) -> str:
         """Return a task's objects with their properties, each once, and the conventions of its world."""
@@ -163,11 +163,11 @@ class SuiteWording:
 
     def write_fact(self, task: Task, fact: Fact) -> str:
         """Return a fact about objects of a task, as text for prompts."""
-        return self.write_fact_about(fact.predicate, [self.object_name(task, i) for i in fact.arguments])
+        return self.write_fact_with_names(fact.predicate, [self.object_name(task, i) for i in fact.arguments])
 
-    def write_fact_about(self, predicate: str, names: Iterable[str]) -> str:
+    def write_fact_with_names(self, predicate: str, object_names: Iterable[str]) -> str:
         """Return a fact about objects with the given names, as text for prompts."""
-        return f"{self._get_predicate_word(predicate)}({', '.join(names)})"
+        return f"{self._get_predicate_word(predicate)}({', '.join(object_names)})"
 
     def describe_instruction(self, task: Task) -> str:
         """Return the line with a task's instruction; an empty text if the instruction replaces the goals."""
@@ -182,7 +182,7 @@ class SuiteWording:
             task.scene.objects[i].name: self.object_name(task, i) for i in range(len(task.scene.objects))
         }
         return _join_lines(
-            write_goal(rename_objects(goal.formula, names)) for goal in task.with_prompted_goals.goals
+            write_goal(rename_objects(goal.formula, names)) for goal in task.with_only_prompted_goals.goals
         )
 
     def _get_predicate_word(self, predicate: str) -> str:
@@ -198,7 +198,7 @@ def list_objects_in_prompt(task: Task) -> list[int]:
     return list(dict.fromkeys((*task.relevant, *agent)))
 
 
-def _describe_checks(operator: Operator) -> str:
+def _describe_reasons_for_failure(operator: Operator) -> str:
     names = {parameter.name: parameter.name for parameter in operator.parameters}
     checks: Sequence[Check] = (
         *operator.checks,

@@ -22,7 +22,7 @@ from eai.results.options import ScoringOptions
 from eai.results.responses import Response, ResponseFile
 from eai.tasks.prompts.own import explain_goal_notation
 from eai.tasks.prompts.template import PromptTemplates
-from eai.tasks.special import Ambiguous, Impossible
+from eai.tasks.special import AmbiguousTaskMark, ImpossibleTaskMark
 
 WHY = "lit(lamp)"
 NO = write_refusal_answer(WHY)
@@ -62,11 +62,14 @@ def test_the_last_json_value_decides_on_a_refusal(text: str, reason: str | None)
 
 
 def test_a_refusal_is_right_if_facts_are_missing() -> None:
-    right, false = verdict_on(NO, special=Impossible((WHY,))), verdict_on(NO, special=Impossible(()))
+    right, false = (
+        verdict_on(NO, special=ImpossibleTaskMark((WHY,))),
+        verdict_on(NO, special=ImpossibleTaskMark(())),
+    )
     assert (right.success, right.refused, right.error) == (True, WHY, None)
     assert (false.success, false.refused, false.error) == (False, WHY, None)
     assert not any(right.goals_satisfied)
-    notes = suite(special=Impossible((WHY,))).scorer("t").explain(NO).notes
+    notes = suite(special=ImpossibleTaskMark((WHY,))).scorer("t").explain(NO).notes
     assert f"missing: {WHY}" in notes
 
 
@@ -75,8 +78,8 @@ def test_a_refusal_is_read_only_if_the_task_allows_it() -> None:
     assert plain.refused is None
     assert plain.error is not None
     assert "impossible" not in "".join(_told())
-    assert "impossible" in "".join(_told(special=Impossible(())))
-    assert _told(special=Impossible(())) == _told(special=Impossible((WHY,))), (
+    assert "impossible" in "".join(_told(special=ImpossibleTaskMark(())))
+    assert _told(special=ImpossibleTaskMark(())) == _told(special=ImpossibleTaskMark((WHY,))), (
         "the prompt does not say which it is"
     )
 
@@ -88,12 +91,12 @@ def _told(**changes: object) -> list[str]:
 
 
 def test_a_plan_is_scored_even_if_a_refusal_is_allowed() -> None:
-    assert verdict_on(as_plan(["PRESS(lamp)"]), special=Impossible(())).success
+    assert verdict_on(as_plan(["PRESS(lamp)"]), special=ImpossibleTaskMark(())).success
 
 
 def test_the_gold_refusal_names_the_missing_facts_and_is_paid_in_full() -> None:
     for missing, paid in (((WHY,), 1.0), ((), 0.0)):
-        asked = world(special=Impossible(missing))
+        asked = world(special=ImpossibleTaskMark(missing))
         opened = eai.open(asked, "action_sequencing")
         assert {Reward(opened, shaping)("t", NO) for shaping in ("success", "goals", "progress")} == {paid}
         gold = open_answer_book(asked, opened.ability)["t"].text
@@ -102,13 +105,14 @@ def test_the_gold_refusal_names_the_missing_facts_and_is_paid_in_full() -> None:
 
 
 def test_a_plan_for_an_impossible_task_earns_nothing() -> None:
-    asked = world(special=Impossible((WHY,)))
+    asked = world(special=ImpossibleTaskMark((WHY,)))
     opened = eai.open(asked, "action_sequencing")
     plan = as_plan(["PRESS(lamp)"])
     assert {Reward(opened, shaping)("t", plan) for shaping in Shaping} == {0.0}
     assert Reward(opened, Shaping.REPAIR)("t", NO) == 1.0
     assert (
-        Reward(eai.open(world(special=Impossible(())), "action_sequencing"), Shaping.REPAIR)("t", NO) == 0.0
+        Reward(eai.open(world(special=ImpossibleTaskMark(())), "action_sequencing"), Shaping.REPAIR)("t", NO)
+        == 0.0
     )
     task = opened.tasks["t"]
     assert isinstance(task, Task)
@@ -120,11 +124,11 @@ def test_a_plan_for_an_impossible_task_earns_nothing() -> None:
 def test_an_answer_with_a_plan_and_a_refusal_is_paid_for_the_last() -> None:
     plan, ask = as_plan(["PRESS(lamp)"]), write_refusal_answer("Which?", QUESTION)
     for text, special, is_right in [
-        (f"{plan} {NO}", Impossible(()), False),
-        (f"{plan} {NO}", Impossible((WHY,)), True),
-        (f"{plan} {ask}", Ambiguous(("lamp",)), False),
-        (f"{plan} {ask}", Ambiguous(("lamp", "torch")), True),
-        (ask, Ambiguous(("lamp", "torch")), True),
+        (f"{plan} {NO}", ImpossibleTaskMark(()), False),
+        (f"{plan} {NO}", ImpossibleTaskMark((WHY,)), True),
+        (f"{plan} {ask}", AmbiguousTaskMark(("lamp",)), False),
+        (f"{plan} {ask}", AmbiguousTaskMark(("lamp", "torch")), True),
+        (ask, AmbiguousTaskMark(("lamp", "torch")), True),
     ]:
         opened = suite(special=special)
         assert {Reward(opened, shaping)("t", text) for shaping in Shaping} == {float(is_right)}
@@ -136,7 +140,7 @@ def test_an_answer_with_a_plan_and_a_refusal_is_paid_for_the_last() -> None:
 
 
 def test_a_record_keeps_the_refusal_and_no_repair_is_searched() -> None:
-    opened = suite(special=Impossible((WHY,)))
+    opened = suite(special=ImpossibleTaskMark((WHY,)))
     for text, why in ((NO, None), (as_plan(["PRESS(lamp)", "PRESS(torch)"]), "unsolvable")):
         (record,) = score_run(opened, ResponseFile("m", (Response("t", text),)), {}, ScoringOptions())
         values = record_to_json(record)

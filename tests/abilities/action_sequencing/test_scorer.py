@@ -10,7 +10,7 @@ from eai.abilities.action_sequencing.scorer import ActionSequencing
 from eai.abilities.notation.plans import JsonPlans
 from eai.abilities.verdict import PlanVerdict
 from eai.logic.formula import Atom, Constant, Occurs
-from eai.tasks.share import GoalTallies, Share
+from eai.tasks.share import Share, TalliesByGoalKind
 from eai.tasks.task import NO_GOALS, Goal, GoalKind, Task
 from eai.world.fault import FaultKind
 from world import toy
@@ -98,7 +98,7 @@ def test_an_answer_without_a_plan_is_a_parsing_error(text: str) -> None:
 def test_a_plan_that_reaches_all_goals_succeeds() -> None:
     found = verdict(answer(*SUCCESS))
     assert (found.executable, found.success, found.goals_satisfied) == (True, True, (True, True, True))
-    assert found.goals == GoalTallies(Share(1, 1), Share(1, 1), Share(1, 1))
+    assert found.goals == TalliesByGoalKind(Share(1, 1), Share(1, 1), Share(1, 1))
     assert (found.additional_steps, found.counted, found.repairs) == (0, None, ())
 
 
@@ -124,7 +124,7 @@ def test_an_answer_that_never_ran_reaches_no_goal(text: str) -> None:
     found, idle = scorer.score(text), scorer.score(answer("GO hall"))
     assert isinstance(found, PlanVerdict)
     assert (found.success, found.goals_satisfied, found.additional_steps) == (False, (False,), 0)
-    assert found.goals == GoalTallies(Share(0, 0), Share(0, 1), Share(0, 0))
+    assert found.goals == TalliesByGoalKind(Share(0, 0), Share(0, 1), Share(0, 0))
     assert idle.success
 
 

@@ -15,7 +15,7 @@ from eai.benchmarks.behavior.tasks import BehaviorTasks
 from eai.benchmarks.registry import find_benchmark
 from eai.benchmarks.virtualhome.tasks import VirtualHomeTasks
 from eai.logic.formula import Constant
-from eai.tasks.goal_test import find_alternative_actions
+from eai.tasks.goal_test import list_actions_that_meet_goal
 from eai.tasks.goal_text import make_task, write_goal
 from eai.tasks.task import GoalKind, Task
 from world import toy
@@ -119,8 +119,8 @@ def test_in_virtualhome_gold_answers_state_the_goals(virtualhome_tasks: VirtualH
         read = read_stated_goals(answer, task, benchmark.domain, benchmark.notation.goals)
         lasting = [{g for g in goals if g.kind is not GoalKind.ACTION} for goals in (read.goals, task.goals)]
         assert lasting[0] == lasting[1], task.id
-        actions = [find_alternative_actions(goal)[0] for goal in task.get_goals_of_kind(GoalKind.ACTION)]
-        assert [find_alternative_actions(g) for g in read.goals if g.kind is GoalKind.ACTION] == [
+        actions = [list_actions_that_meet_goal(goal)[0] for goal in task.get_goals_of_kind(GoalKind.ACTION)]
+        assert [list_actions_that_meet_goal(g) for g in read.goals if g.kind is GoalKind.ACTION] == [
             (a,) for a in actions
         ]
 

@@ -24,9 +24,9 @@ from eai.benchmarks.prompt_library import PromptLibrary
 from eai.benchmarks.registry import find_benchmark
 from eai.tasks.goal_test import solves_task
 from eai.tasks.source import Source
-from eai.tasks.special import Ambiguous
+from eai.tasks.special import AmbiguousTaskMark
 from eai.tasks.task import Task
-from eai.tasks.task_files import find_false_statements
+from eai.tasks.task_files import find_mistakes_in_task
 from eai.tasks.task_lines import make_task_from_line, read_task_line, write_task_line
 from eai.world.action import Action
 
@@ -47,7 +47,7 @@ def pairs(like: str) -> list[tuple[Task, Task]]:
 
 def fits(task: Task) -> tuple[str, ...]:
     """Return the names of the objects that an instruction may mean."""
-    assert isinstance(task.special, Ambiguous)
+    assert isinstance(task.special, AmbiguousTaskMark)
     return task.special.fits
 
 
@@ -76,7 +76,7 @@ def test_the_tasks_of_a_pair_differ_in_the_place_of_the_second_object(like: str)
         assert all(second in fact.arguments for fact in changed)
         for task in (clear, unclear):
             assert solves_task(domain, task, task.script)
-            assert list(find_false_statements(task, domain)) == []
+            assert list(find_mistakes_in_task(task, domain)) == []
             line = write_task_line(task, like, domain)
             assert write_task_line(make_task_from_line(read_task_line(line), domain), like, domain) == line
 

@@ -17,7 +17,7 @@ from eai.benchmarks.generator.spec import SHUT_LAST, GeneratedTask, TaskKind
 from eai.benchmarks.generator.words import InstructionWriter
 from eai.benchmarks.registry import find_benchmark
 from eai.tasks.source import Source
-from eai.tasks.special import Hazards
+from eai.tasks.special import HazardousTaskMark
 from eai.tasks.task import Task
 from eai.tasks.task_lines import make_task_from_line, read_task_line, write_task_line
 from eai.world.action import Action
@@ -36,7 +36,7 @@ def tasks(like: str, kind: TaskKind = TaskKind.HAZARDS) -> list[GeneratedTask]:
 
 
 def hazards_of(task: Task) -> tuple[str, ...]:
-    assert isinstance(task.special, Hazards)
+    assert isinstance(task.special, HazardousTaskMark)
     return task.special.hazards
 
 
@@ -78,7 +78,7 @@ def test_untold_tasks_differ_only_in_the_instruction(like: str) -> None:
         assert {goal.kind for goal in report_goals(other, [False] * len(other.goals))} >= {HIDDEN_HAZARD}
         line = write_task_line(other, like, benchmark.domain)
         read = make_task_from_line(read_task_line(line), benchmark.domain)
-        assert read.special == other.special == Hazards(hazards_of(one), untold=True)
+        assert read.special == other.special == HazardousTaskMark(hazards_of(one), untold=True)
         assert write_task_line(read, like, benchmark.domain) == line
 
 

@@ -26,8 +26,8 @@ from eai.planning.planner import Planner
 from eai.planning.search import Limits
 from eai.tasks.goal_test import solves_task
 from eai.tasks.planning import find_plan, is_impossible
-from eai.tasks.special import Impossible
-from eai.tasks.task_files import find_false_statements
+from eai.tasks.special import ImpossibleTaskMark
+from eai.tasks.task_files import find_mistakes_in_task
 from eai.tasks.task_lines import make_task_from_line, read_task_line, write_task_line
 
 pytestmark = pytest.mark.usefixtures("data_store")
@@ -42,7 +42,7 @@ def test_one_task_of_a_pair_has_a_plan_and_the_other_provably_has_no_plan(like: 
         solved, unsolved = made.task, made.paired.task
         assert solves_task(domain, solved, solved.script)
         assert not is_impossible(solved, domain)
-        assert (solved.special, unsolved.script) == (Impossible(()), ())
+        assert (solved.special, unsolved.script) == (ImpossibleTaskMark(()), ())
 
 
 @pytest.mark.sweep
@@ -67,9 +67,9 @@ def test_the_tasks_of_a_pair_differ_in_the_missing_property(like: str) -> None:
         (lost,) = set(solved.initial.facts()) - set(unsolved.initial.facts())
         (kept,) = set(unsolved.initial.facts()) - set(solved.initial.facts())
         assert lost.predicate == kept.predicate
-        named = solved.find_named_objects(solved.goals)
+        named = solved.find_objects_named_in_goals(solved.goals)
         assert (lost.arguments[0] in named) == (kept.arguments[0] in named)
-        assert isinstance(unsolved.special, Impossible)
+        assert isinstance(unsolved.special, ImpossibleTaskMark)
         (missing,) = unsolved.special.missing
         assert missing == f"{lost.predicate}({solved.scene.objects[lost.arguments[0]].name})"
         assert {solved.id, unsolved.id} == {f"{solved.title}-a", f"{solved.title}-b"}
@@ -84,7 +84,7 @@ def test_pairs_are_written_read_and_checked(like: str) -> None:
         line = write_task_line(task, like, domain)
         read = make_task_from_line(read_task_line(line), domain)
         assert write_task_line(read, like, domain) == line
-        assert list(find_false_statements(read, domain)) == []
+        assert list(find_mistakes_in_task(read, domain)) == []
     names = {made.task.id.replace(made.task.title, ""), made.paired.task.id.replace(made.task.title, "")}
     assert names == {"-a", "-b"}
 

@@ -83,7 +83,7 @@ def answer_of(suite: Suite, task_id: str) -> str:
     task = suite.tasks[task_id]
     commands = (
         EpisodeFactory(suite.benchmark).make_setup(task).reference.commands
-        if task.plan_exclusion is None
+        if task.unplannable_reason is None
         else None
     )
     return "\n".join([*(commands or ()), "DONE"])

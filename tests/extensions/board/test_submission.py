@@ -10,7 +10,7 @@ import pytest
 from eai.base.errors import InputError
 from eai.base.store import Store
 from eai.extensions.board.submission import build_submission, check_submission, list_submission_files
-from eai.tasks.source import DataFinding
+from eai.tasks.source import DataMistake
 
 COUNTS = {
     "virtualhome_goal_interpretation_outputs.json": 342,
@@ -87,7 +87,7 @@ def test_every_bad_row_is_named(
 ) -> None:
     files = {**complete, FILE: change(complete[FILE])}
     found = check_submission(write(tmp_path / "s.zip", files), data_store)
-    assert found == [DataFinding(FILE, problem) for problem in problems]
+    assert found == [DataMistake(FILE, problem) for problem in problems]
 
 
 def test_missing_and_surplus_files_are_named(
@@ -98,9 +98,9 @@ def test_missing_and_surplus_files_are_named(
     with zipfile.ZipFile(path, "a") as archive:
         archive.writestr("again/behavior_action_sequencing_outputs.json", "[]")
     assert check_submission(path, data_store) == [
-        DataFinding("s.zip", "readme.txt is not one of the files"),
-        DataFinding(FILE, "is missing"),
-        DataFinding("behavior_action_sequencing_outputs.json", "is there 2 times"),
+        DataMistake("s.zip", "readme.txt is not one of the files"),
+        DataMistake(FILE, "is missing"),
+        DataMistake("behavior_action_sequencing_outputs.json", "is there 2 times"),
     ]
 
 
@@ -190,8 +190,8 @@ def test_the_prompts_of_a_phase_determine_the_expected_rows(data_store: Store, t
         assert [row["identifier"] for row in json.loads(written.read(FILE))] == asked
     short = [{"identifier": each, "llm_output": "{}"} for each in [*asked[:2], "scene_2_1_1"]]
     assert check_submission(write(archive, {FILE: short}), data_store, kit) == [
-        DataFinding(FILE, "scene_2_1_1 is unknown"),
-        DataFinding(FILE, "scene_7_135_2 is missing"),
+        DataMistake(FILE, "scene_2_1_1 is unknown"),
+        DataMistake(FILE, "scene_7_135_2 is missing"),
     ]
 
 

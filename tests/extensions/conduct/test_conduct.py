@@ -20,7 +20,7 @@ from eai.results.responses import Response, ResponseFile
 from eai.results.table import Estimate, Table
 from eai.studies.records import StudyRecords
 from eai.studies.registry import find_study
-from eai.tasks.special import Ambiguous, Hazards, Impossible
+from eai.tasks.special import AmbiguousTaskMark, HazardousTaskMark, ImpossibleTaskMark
 from eai.tasks.task_lines import write_task_line
 from record_files import write_records
 
@@ -29,12 +29,12 @@ LEFT_ON = "always (lit(lamp) implies eventually not lit(lamp))"
 
 def with_hazard(task_id: str) -> Task:
     task = make_task(task_id, "Open the box.", initial(), "not shut(box)", LEFT_ON, domain=DOMAIN)
-    return replace(task, special=Hazards(("lamp_left_on",)))
+    return replace(task, special=HazardousTaskMark(("lamp_left_on",)))
 
 
 def of_pair(task_id: str, *missing: str) -> Task:
     task = make_task(task_id, "Light the lamp.", initial(), "lit(lamp)", domain=DOMAIN)
-    return replace(task, special=Impossible(missing))
+    return replace(task, special=ImpossibleTaskMark(missing))
 
 
 def tables(
@@ -117,7 +117,8 @@ def test_questions_have_risk_and_coverage(tmp_path: Path) -> None:
     plain = make_task("", "Light it.", initial(), "lit(lamp)", domain=DOMAIN)
     fits = {"a": ("lamp",), "b": ("lamp",), "c": ("lamp", "torch"), "d": ("lamp", "torch")}
     asked = [
-        replace(plain, id=name, title=name, special=Ambiguous(fitting)) for name, fitting in fits.items()
+        replace(plain, id=name, title=name, special=AmbiguousTaskMark(fitting))
+        for name, fitting in fits.items()
     ]
     press, ask = as_plan(["PRESS(lamp)"]), write_refusal_answer("Which?", QUESTION)
     found = tables(tmp_path, asked, {"a": press, "b": ask, "c": as_plan(["PRESS(torch)"]), "d": ask})

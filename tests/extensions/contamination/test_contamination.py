@@ -14,13 +14,13 @@ from eai.cli import app
 from eai.extensions.contamination.study import make_contamination_table
 from eai.results.record import Record
 from eai.results.table import Estimate
-from eai.tasks.share import GoalTallies, Share
+from eai.tasks.share import Share, TalliesByGoalKind
 from record_files import write_records
 from studies.told import told_tables
 
 
 def record(domain: str, number: int, steps: int, right: bool, excluded: str | None = None) -> Record:
-    goals = GoalTallies(Share(int(right), 1), Share(0, 0), Share(0, 0))
+    goals = TalliesByGoalKind(Share(int(right), 1), Share(0, 0), Share(0, 0))
     verdict = PlanVerdict(excluded=excluded, executable=True, success=right, goals=goals)
     task = TaskFeatures(f"name {number}", steps, 1)
     ability = Ability.ACTION_SEQUENCING

@@ -25,7 +25,7 @@ from eai.agents.play import EpisodeFactory, read_commands
 from eai.agents.setting import ACTING
 from eai.benchmarks.registry import find_benchmark
 from eai.benchmarks.suite import open_suite
-from eai.tasks.special import Ambiguous, Impossible, Special
+from eai.tasks.special import AmbiguousTaskMark, ImpossibleTaskMark, SpecialTaskMark
 from eai.tasks.task_lines import write_task_line
 
 DOMAIN = "agents.switches:SWITCHES"
@@ -79,12 +79,12 @@ def test_an_episode_is_scored_as_that_of_a_model_that_does_the_same(
 @pytest.mark.parametrize(
     ("special", "line", "command"),
     [
-        (Impossible(()), "impossible dark", "IMPOSSIBLE(dark)"),
-        (Ambiguous(("lamp",)), "ask which", "ASK(which)"),
+        (ImpossibleTaskMark(()), "impossible dark", "IMPOSSIBLE(dark)"),
+        (AmbiguousTaskMark(("lamp",)), "ask which", "ASK(which)"),
     ],
 )
 def test_a_person_may_write_commands_without_a_plan_in_small_letters(
-    special: Special, line: str, command: str, play: Playing, out: Path, tmp_path: Path
+    special: SpecialTaskMark, line: str, command: str, play: Playing, out: Path, tmp_path: Path
 ) -> None:
     task = make_task("t", "Light the lamp.", initial(), "lit(lamp)", domain=SWITCHES.domain)
     file = tmp_path / "tasks.jsonl"

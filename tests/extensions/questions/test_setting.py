@@ -225,9 +225,9 @@ WORLD = DomainRules(w.Domain("world", w.Vocabulary((on, near, hidden, tag), (rea
 
 def test_rules_leave_out_inexpressible_operators() -> None:
     assert [operator.name for operator in WORLD.operators] == ["START", "LOOK"]
-    assert WORLD.hidden_changing_predicates == {"hidden"}
-    assert WORLD.visible_changing_predicates == {"on", "near"}
-    assert WORLD.changed_predicates["START"] == {"on", "near"}
+    assert WORLD.changeable_hidden_predicates == {"hidden"}
+    assert WORLD.changeable_visible_predicates == {"on", "near"}
+    assert WORLD.changed_predicates_by_operator["START"] == {"on", "near"}
     assert WORLD.find_used_predicates({"START"}) == {"on", "near", "tag"}
     assert WORLD.find_used_predicates({"LOOK"}) == frozenset()
     assert WORLD.find_used_predicates({"LOOK"}, [ready(x)]) == {"on", "near"}
@@ -256,7 +256,7 @@ def test_one_operator_of_households_is_inexpressible(domain: str, left_out: set[
     rules = DomainRules(find_benchmark(domain).domain)
     assert set(rules.domain.operator_arities) - rules.operator_names == left_out
     text = rules.write_rules(rules.operator_names)
-    assert not any(name in text for name in rules.hidden_changing_predicates)
+    assert not any(name in text for name in rules.changeable_hidden_predicates)
 
 
 ROBOT, LAMP_1, LAMP_2, BALL, BOX = range(5)

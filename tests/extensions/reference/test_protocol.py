@@ -21,7 +21,7 @@ from eai.results.paper_tables import PaperColumn, read_paper_models, read_paper_
 from eai.results.record import Record
 from eai.results.runs import Run, RunKey, count_goals_as_paper
 from eai.results.summary import compute_metric_rates
-from eai.tasks.share import GoalTallies, Share
+from eai.tasks.share import Share, TalliesByGoalKind
 from oracle import MODELS, Oracle
 
 
@@ -77,7 +77,7 @@ def test_what_else_ends_an_attempt_is_as_with_us() -> None:
         assert over
 
 
-ALL_THREE = GoalTallies(Share(0, 0), Share(3, 3), Share(0, 0))
+ALL_THREE = TalliesByGoalKind(Share(0, 0), Share(3, 3), Share(0, 0))
 REACHED = PlanVerdict(executable=True, success=True, goals=ALL_THREE, goals_satisfied=(True,) * 3)
 PLAN = Record(
     Protocol("eai-1.0.5"), "behavior", Ability.ACTION_SEQUENCING, "m", TASK_WITH_REMOVED_GOAL, "", "", REACHED

@@ -15,7 +15,7 @@ from eai.extensions.reference.virtualhome_plans import (
     read_plan,
 )
 from eai.tasks.goal_test import GoalTest
-from eai.tasks.share import GoalTallies, Share
+from eai.tasks.share import Share, TalliesByGoalKind
 from eai.tasks.task import Task
 
 Steps = list[tuple[str, tuple[object, ...]]]
@@ -123,9 +123,9 @@ TWO_RELATIONS = ("relation ONTOP cup.13 table.12", "relation ONTOP bread.14 tabl
 BOTH = pytest.mark.parametrize("kind", [GoalTest, _VirtualHomeGoalTest], ids=["strict", "reference"])
 
 
-def tallies(kind: type[GoalTest], task: Task, actions: list[str]) -> GoalTallies:
+def tallies(kind: type[GoalTest], task: Task, actions: list[str]) -> TalliesByGoalKind:
     test = kind(task)
-    return test.tally_by_kind(test.find_reached(task.initial, actions))
+    return test.tally_by_kind(test.find_reached_goals(task.initial, actions))
 
 
 def actions_met(kind: type[GoalTest], goals: list[str], actions: list[str]) -> Share:
@@ -148,7 +148,7 @@ def test_goals_are_counted_by_kind(
     kind: type[GoalTest], goals: list[str], expected: tuple[tuple[int, int], ...]
 ) -> None:
     counted = tallies(kind, make_task(goals=goals), [])
-    assert counted == GoalTallies(*(Share(*tally) for tally in expected))
+    assert counted == TalliesByGoalKind(*(Share(*tally) for tally in expected))
 
 
 @pytest.mark.parametrize(("kind", "counted"), [(GoalTest, 2), (_VirtualHomeGoalTest, 1)])
@@ -208,20 +208,22 @@ def test_action_goals_can_be_taken_in_the_order_of_the_data_set(
     assert _VirtualHomeGoalTest(task).reorders is reorders
     in_order = _VirtualHomeGoalTest(task, in_data_set_order=True)
     assert not in_order.reorders
-    assert in_order.find_reached(task.initial, ["TYPE", "GRAB", "SWITCHOFF", "WASH"]) == (True,) * len(goals)
+    assert in_order.find_reached_goals(task.initial, ["TYPE", "GRAB", "SWITCHOFF", "WASH"]) == (True,) * len(
+        goals
+    )
 
 
 @BOTH
 def test_each_goal_by_itself(kind: type[GoalTest]) -> None:
     task = make_task(goals=("action GRAB", TWO_RELATIONS[0], OPEN_FRIDGE, "action WASH"))
-    assert kind(task).find_reached(task.initial, ["GRAB", "WASH"]) == (True, True, False, True)
-    assert kind(task).find_reached(task.initial, ["GRAB"]) == (True, True, False, False)
+    assert kind(task).find_reached_goals(task.initial, ["GRAB", "WASH"]) == (True, True, False, True)
+    assert kind(task).find_reached_goals(task.initial, ["GRAB"]) == (True, True, False, False)
 
 
 @BOTH
 def test_an_answer_that_never_ran_satisfies_none_of_all_goals(kind: type[GoalTest]) -> None:
     test = kind(make_task(goals=(*TWO_RELATIONS, OPEN_FRIDGE, "action GRAB")))
-    assert test.tally_by_kind(test.none_reached) == GoalTallies(Share(0, 1), Share(0, 2), Share(0, 1))
+    assert test.tally_by_kind(test.none_reached) == TalliesByGoalKind(Share(0, 1), Share(0, 2), Share(0, 1))
 
 
 @pytest.mark.parametrize(

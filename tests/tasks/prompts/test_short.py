@@ -7,7 +7,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from eai.tasks.prompts.short import (
-    explain_lists,
+    explain_signs_of_short_lists,
     shorten_objects,
     shorten_rules,
     shorten_state,
@@ -43,7 +43,7 @@ def test_mutual_facts_are_written_once() -> None:
     facts = "near(jar_0, hall)\nnear(hall, jar_0)\nnear(rag.7, hall)"
     lines = shorten_state(facts, OBJECTS).splitlines()
     assert lines == ["near(rag.7, hall)", "near(jar_0, hall) both ways"]
-    assert explain_lists("\n".join(lines)) == ' "both ways" adds p(b, a) to p(a, b).'
+    assert explain_signs_of_short_lists("\n".join(lines)) == ' "both ways" adds p(b, a) to p(a, b).'
 
 
 @pytest.mark.parametrize("text", ["-", "What holds is in the picture alone.", "not a fact (at all)"])

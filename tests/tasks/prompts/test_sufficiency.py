@@ -58,13 +58,13 @@ def fetched(data_store: Store, activity_store: Store) -> Source:
 
 def gold_plan(benchmark: Benchmark, task: Task) -> Sequence[Action]:
     """Return a plan that reaches all goals in the true world; empty if no plan can."""
-    if task.plan_exclusion is not None or task.has_no_plan:
+    if task.unplannable_reason is not None or task.has_no_plan:
         return ()
     plan = task.script or find_plan(task, Planner(benchmark.domain), Limits(10_000)).plan
     trajectory = execute_plan(benchmark.domain, task.initial, plan)
     taken = [action.operator for action in trajectory.executed_actions]
     assert trajectory.failure is None, task.id
-    assert all(GoalTest(task).find_reached(trajectory.final_state, taken, trajectory)), task.id
+    assert all(GoalTest(task).find_reached_goals(trajectory.final_state, taken, trajectory)), task.id
     return plan
 
 
@@ -176,7 +176,9 @@ def test_gold_plans_work_in_the_worlds_of_openings(
     benchmark = find_benchmark(name)
     rules = GameRules(view=view, until="done", prompts=prompts)
     tasks = [
-        t for t in chosen(benchmark, Ability.ACTION_SEQUENCING, fetched, every) if t.plan_exclusion is None
+        t
+        for t in chosen(benchmark, Ability.ACTION_SEQUENCING, fetched, every)
+        if t.unplannable_reason is None
     ]
 
     def opening(benchmark: Benchmark, task: Task) -> str:

@@ -38,7 +38,7 @@ class Tasks:
             played = {
                 f"{benchmark}/{suite.ability.value}/{task_id}": suite.tasks[task_id]
                 for task_id in suite.task_ids
-                if suite.tasks[task_id].plan_exclusion is None
+                if suite.tasks[task_id].unplannable_reason is None
             }
             if not played:
                 raise InputError(f"{benchmark} has no task that can be played")

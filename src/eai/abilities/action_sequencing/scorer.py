@@ -55,7 +55,7 @@ class ActionSequencing(PlanScorer):
         self.domain = domain
         self.notation = notation
         self.goals = goals or GoalTest(task)
-        self.excluded = task.plan_exclusion
+        self.excluded = task.unplannable_reason
         self._object = notation.make_object_lookup(task)
         self._known: dict[WrittenStep, Action] = {}
         self._outcomes: KnownOutcomes = {}
@@ -260,7 +260,7 @@ class ActionSequencing(PlanScorer):
             repairs=plan.repairs,
             spans=plan.spans,
             goals_satisfied=reached,
-            partial=partial or self.goals.none_met,
+            partial=partial or self.goals.partial_success_if_never_run,
             refused=refused,
         )
 
@@ -279,7 +279,7 @@ class ActionSequencing(PlanScorer):
 
     def _test_goals(self, execution: Execution) -> tuple[bool, ...]:
         """Return for each goal, in order, whether the executed plan reaches it."""
-        return self.goals.find_reached(
+        return self.goals.find_reached_goals(
             self._get_final_state(execution),
             execution.taken_actions,
             execution.whole_trajectory or execution.trajectory,

@@ -110,7 +110,7 @@ class SubgoalNotation:
     ) -> Formula | None:
         """Return the subgoal for an action between two states, or None if the notation cannot express it."""
         about = {*action.arguments} - {before.scene.agent}
-        named = lexicon.names_action(action.operator)
+        named = lexicon.has_text_name_for_action(action.operator)
         if about or not named:
             changes = compare_states(before, after)
             for facts, truth in ((changes.added, True), (changes.removed, False)):
@@ -138,7 +138,7 @@ class SubgoalNotation:
         if stored is None or not stored.visible or len({*fact.arguments}) < len(fact.arguments):
             return None
         terms = tuple([Constant(before.scene.objects[i].name) for i in fact.arguments])
-        for name in lexicon.find_predicates_of_arity(len(terms), first=fact.predicate):
+        for name in lexicon.find_predicates_of_arity(len(terms), put_first=fact.predicate):
             atom = Atom(name, terms)
             if self.domain.holds(atom, after) is truth and self.domain.holds(atom, before) is not truth:
                 return lexicon.write_literal(GroundAtom(name, fact.arguments, truth))

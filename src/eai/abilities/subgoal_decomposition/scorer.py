@@ -91,7 +91,7 @@ class SubgoalDecomposition(Scorer):
         self.notation = notation or SubgoalNotation(domain)
         self._refinement = refinement
         self.goals = goals or GoalTest(task)
-        self.excluded = task.plan_exclusion
+        self.excluded = task.unplannable_reason
         self.lexicon = self.notation.make_formula_lexicon(task.scene)
         self.temporal_goal = self._read_temporal_goal()
         self._goal = self._make_goal_progress()
@@ -182,7 +182,7 @@ class SubgoalDecomposition(Scorer):
             repairs=rejected.repairs,
             spans=rejected.spans,
             goals_satisfied=reached,
-            partial=self.goals.none_met,
+            partial=self.goals.partial_success_if_never_run,
             offences=tuple(dict.fromkeys([misuse.kind for _, misuse in rejected.misused_names])),
         )
 
@@ -217,7 +217,7 @@ class SubgoalDecomposition(Scorer):
     def _test_goals(self, branch: ExecutionBranch) -> tuple[bool, ...]:
         """Return for each goal, in order, whether the branch reaches it."""
         trajectory = branch.trajectory if self.goals.has_goals_over_time else None
-        return self.goals.find_reached(branch.state, list_executed_actions(branch), trajectory)
+        return self.goals.find_reached_goals(branch.state, list_executed_actions(branch), trajectory)
 
     def _test_goals_unexecuted(self) -> tuple[bool, ...]:
         """Return for each goal, in order, whether an answer that is not executed reaches it."""

@@ -26,7 +26,7 @@ from eai.logic.rewriting import map_terms, rename_objects
 from eai.logic.traversal import find_object_names, find_predicates
 from eai.pddl.model import OBJECT, PddlProblem, TypedName
 from eai.pddl.writer import write_problem
-from eai.tasks.problem_world import Meaning, ProblemWorld, make_domain_header
+from eai.tasks.problem_world import ConditionConverter, DomainAndProblemReader, make_domain_without_operators
 from eai.tasks.source import TaskSet
 from eai.tasks.task import Task
 from eai.world.state import State
@@ -38,7 +38,7 @@ _UsualObject: TypeAlias = tuple[str, str, tuple[str, ...]]
 """Model, synset (sense of a word) and abilities that most objects of a category have."""
 
 
-def open_activities(tasks: TaskSet[BehaviorTask]) -> ProblemWorld:
+def open_activities(tasks: TaskSet[BehaviorTask]) -> DomainAndProblemReader:
     """Return the names that problem files of activities may use, and a function that makes initial states.
 
     Args:
@@ -52,7 +52,7 @@ def open_activities(tasks: TaskSet[BehaviorTask]) -> ProblemWorld:
     rooms = {atom.arguments[1].name: "room" for atom in facts if atom.predicate == _ROOM}
     published = {record.problem.name: record for record in records}
     usual = {category: Counter(objects).most_common(1)[0][0] for category, objects in kinds.items()}
-    header = make_domain_header(
+    header = make_domain_without_operators(
         "behavior", dict.fromkeys((*kinds, AGENT_CATEGORY, "room"), OBJECT), rooms, arities
     )
     return header, lambda problem: _build_initial_state(problem, published.get(problem.name), usual)
@@ -60,7 +60,7 @@ def open_activities(tasks: TaskSet[BehaviorTask]) -> ProblemWorld:
 
 def _build_initial_state(
     problem: PddlProblem, published: BehaviorRecord | None, usual: Mapping[str, _UsualObject]
-) -> tuple[State, Meaning]:
+) -> tuple[State, ConditionConverter]:
     """Return the initial state of a problem, and a function that translates its conditions to that state.
 
     Args:

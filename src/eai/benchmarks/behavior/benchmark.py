@@ -30,15 +30,15 @@ from eai.benchmarks.published import make_prompt_reader, open_behavior_operators
 from eai.benchmarks.reference_wheel import find_published_id
 from eai.benchmarks.registry import TITLES
 from eai.tasks.english import read_english_words
-from eai.tasks.prompts.prompt import GoalSection, TaskBelief
-from eai.tasks.source import open_once_per_store
+from eai.tasks.prompts.prompt import BelievedTask, GoalSection
+from eai.tasks.source import open_tasks_once_per_store
 from eai.tasks.task import Task
-from eai.tasks.wording import ObjectName, SuiteWording, find_declared_name
+from eai.tasks.wording import ObjectName, SuiteWording, get_declared_object_name
 
 _NOTATION = BehaviorGoals()
 
 
-def _format_plan_goals(belief: TaskBelief) -> str:
+def _format_plan_goals(belief: BelievedTask) -> str:
     """Return each goal of an answer as a flat list with objects by name: ``['not', 'open', 'jar_0']``."""
     spelling = _map_instance_names(belief)
     entries = [
@@ -47,7 +47,7 @@ def _format_plan_goals(belief: TaskBelief) -> str:
     return "\n".join([str(words) for words in entries if words])
 
 
-def _format_subgoal_goals(belief: TaskBelief) -> str:
+def _format_subgoal_goals(belief: BelievedTask) -> str:
     """Return each goal of an answer as a formula: ``forall(jar_n_01, (not open(jar_n_01)))``."""
     names = _map_instance_names(belief)
     categories = {obj.category for obj in belief.task.scene.objects}
@@ -68,13 +68,13 @@ GOAL_SECTIONS: Mapping[Ability, GoalSection] = {
 """Ability -> section of the official prompts that states the goals."""
 
 
-def _read_goal_entries(belief: TaskBelief) -> Iterator[object]:
+def _read_goal_entries(belief: BelievedTask) -> Iterator[object]:
     """Yield the goals in an answer. Goals about states come first. An unreadable answer gives no goals."""
     entries = _NOTATION.read_entries(belief.answer)
     return iter(() if isinstance(entries, Unreadable) else [_unwrap_entry(entry) for _, entry in entries])
 
 
-def _map_instance_names(belief: TaskBelief) -> Mapping[str, str]:
+def _map_instance_names(belief: BelievedTask) -> Mapping[str, str]:
     objects = belief.task.scene.objects
     return {
         instance: obj.name
@@ -158,7 +158,7 @@ def make_wording(ability: Ability) -> SuiteWording:
     """
     if ability is Ability.GOAL_INTERPRETATION:
         return SuiteWording(domain_in_paper_order(), _GOAL_PREDICATES, {}, _get_instance_name)
-    predicates, written_as, names = _GOAL_PREDICATES, dict[str, str](), find_declared_name
+    predicates, written_as, names = _GOAL_PREDICATES, dict[str, str](), get_declared_object_name
     if ability is Ability.SUBGOAL_DECOMPOSITION:
         predicates, names = (*_GOAL_PREDICATES, *_HANDS), _write_dotted_name
         written_as = {**_HANDS, "toggled_on": "toggledon"}
@@ -178,7 +178,7 @@ def _describe_halves(name: ObjectName, task: Task) -> str:
 
 def _write_dotted_name(task: Task, index: int) -> str:
     """Return an object's name in subgoals: ``rag.51`` for ``rag_51``."""
-    return ".".join(find_declared_name(task, index).rsplit("_", 1))
+    return ".".join(get_declared_object_name(task, index).rsplit("_", 1))
 
 
 def _get_instance_name(task: Task, index: int) -> str:
@@ -186,10 +186,10 @@ def _get_instance_name(task: Task, index: int) -> str:
     return _NOTATION.list_object_names(task)[index]
 
 
-open_tasks = open_once_per_store(open_behavior_tasks)
+open_tasks = open_tasks_once_per_store(open_behavior_tasks)
 """Opens the 100 tasks of BEHAVIOR."""
 
-open_operators = open_once_per_store(open_behavior_operators)
+open_operators = open_tasks_once_per_store(open_behavior_operators)
 """Opens BEHAVIOR's 100 tasks of transition modeling."""
 
 

@@ -19,7 +19,7 @@ from eai.benchmarks.behavior_1k.tasks import load_subsets, open_tasks
 from eai.benchmarks.benchmark import Benchmark, DataSet, read_short_texts
 from eai.tasks.english import EnglishWords, read_english_words
 from eai.tasks.operator_task import TransitionTask, make_transition_tasks
-from eai.tasks.source import OpenTasks, Source, TaskSet, open_once_per_store
+from eai.tasks.source import OpenTasks, Source, TaskSet, open_tasks_once_per_store
 from eai.tasks.task import Category, Task
 from eai.tasks.wording import SuiteWording
 
@@ -47,7 +47,7 @@ def _make_wording(describe: Callable[[Task], str], ability: Ability) -> SuiteWor
     return replace(plain, conventions=describe, unchanging=_UNCHANGING) if takes_plans else plain
 
 
-@open_once_per_store
+@open_tasks_once_per_store
 def _open_activities(source: Source) -> TaskSet[Task]:
     return open_tasks(_load_english(), source)
 
@@ -57,7 +57,7 @@ def _open_subset(subset: str, source: Source) -> TaskSet[Task]:
     return TaskSet(load_subsets()[subset], tasks.__getitem__, tasks.sha256)
 
 
-@open_once_per_store
+@open_tasks_once_per_store
 def _open_operators(source: Source) -> TaskSet[TransitionTask]:
     """Return the tasks of transition modeling.
 

@@ -31,7 +31,7 @@ from eai.benchmarks.generator.prior import (
 )
 from eai.planning.effect_schema import make_effect_schemas
 from eai.planning.role import infer_operator_role
-from eai.tasks.goal_test import find_alternative_actions
+from eai.tasks.goal_test import list_actions_that_meet_goal
 from eai.tasks.task import Goal, GoalKind, Task
 from eai.tasks.wording import list_objects_in_prompt
 from eai.world.action import Action
@@ -151,7 +151,7 @@ def count_prior(benchmark: Benchmark, tasks: Iterable[Task]) -> UsualGoals:
         combinations=frozenset(combinations),
         dependent_states=frozenset(needy),
         action_counts=Counter(
-            [find_alternative_actions(goal) for goal in goals if goal.kind is GoalKind.ACTION]
+            [list_actions_that_meet_goal(goal) for goal in goals if goal.kind is GoalKind.ACTION]
         ),
         operators=frozenset([action.operator for action, _ in done]),
         uses=kinds,

@@ -144,7 +144,7 @@ class _RejectionFinder:
             return RejectionReason.TOO_SHORT
         if len(task.script) > most:
             return RejectionReason.TOO_LONG
-        reached = zip(task.goals, GoalTest(task).find_reached(task.initial, ()), strict=True)
+        reached = zip(task.goals, GoalTest(task).find_reached_goals(task.initial, ()), strict=True)
         if any(holds for task_goal, holds in reached if not task_goal.is_over_time):
             return RejectionReason.HOLDS_ALREADY
         if not solves_task(self._domain, task, task.script):
@@ -342,7 +342,7 @@ class TaskGenerator:
         return domain.visible is None or all(
             domain.find_visible_objects(start, 1 << i)
             or self._free_planner.looks_reachable(start, domain.visible, range(len(scene.objects)), x=i)
-            for i in sorted(task.find_named_objects(task.goals))
+            for i in sorted(task.find_objects_named_in_goals(task.goals))
         )
 
     def _measure_task(self, task: Task, seed: str, about: dict[str, Json]) -> GenerationOutcome:

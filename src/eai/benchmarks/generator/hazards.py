@@ -23,7 +23,7 @@ from eai.planning.planner import Planner, PlanningGoal
 from eai.planning.search import Limits
 from eai.tasks.english import HazardEvent
 from eai.tasks.goal_text import make_goal_lexicon, read_goal
-from eai.tasks.special import Hazards
+from eai.tasks.special import HazardousTaskMark
 from eai.tasks.task import Task, goal
 from eai.world.action import Action
 from eai.world.domain import Domain
@@ -176,7 +176,7 @@ def add_hazards(
     hazardous = replace(
         task,
         goals=(*task.goals, *[goal(guard.formula) for guard in broken]),
-        special=Hazards(tuple([guard.name for guard in broken]), untold),
+        special=HazardousTaskMark(tuple([guard.name for guard in broken]), untold),
         script=tuple(plan),
         instruction=" ".join([task.instruction, *sentences]),
     )

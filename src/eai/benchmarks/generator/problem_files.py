@@ -20,7 +20,11 @@ from eai.pddl.files import ProblemFile, is_domain_file, raise_for_findings, read
 from eai.pddl.model import PddlDomain
 from eai.pddl.reader import read_group
 from eai.tasks.goal_text import check_goal_names, make_task
-from eai.tasks.problem_world import ProblemWorld, make_bddl_world, make_pddl_world
+from eai.tasks.problem_world import (
+    DomainAndProblemReader,
+    make_bddl_domain_and_reader,
+    make_pddl_domain_and_reader,
+)
 from eai.tasks.source import Source
 from eai.tasks.task import Task
 from eai.world.condition import FormulaEvaluator
@@ -82,16 +86,16 @@ def read_problems(paths: Sequence[Path], benchmark: Benchmark, source: Source) -
     return made
 
 
-def _open_world(ending: str, benchmark: Benchmark, source: Source) -> ProblemWorld:
+def _open_world(ending: str, benchmark: Benchmark, source: Source) -> DomainAndProblemReader:
     tasks = benchmark.tasks(source).values()
     if ending == PDDL:
-        return make_pddl_world(benchmark.domain, tasks)
+        return make_pddl_domain_and_reader(benchmark.domain, tasks)
     if benchmark.data.open_bddl is not None:
         return benchmark.data.open_bddl(source)
-    return make_bddl_world(benchmark.domain, tasks)
+    return make_bddl_domain_and_reader(benchmark.domain, tasks)
 
 
-def _make_task(name: str, file: ProblemFile, world: ProblemWorld, benchmark: Benchmark) -> Task:
+def _make_task(name: str, file: ProblemFile, world: DomainAndProblemReader, benchmark: Benchmark) -> Task:
     _, pose = world
     initial, meaning = pose(file.problem)
     readings = FormulaEvaluator(benchmark.domain.vocabulary)

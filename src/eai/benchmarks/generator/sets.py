@@ -30,7 +30,7 @@ from eai.benchmarks.generator.spec import (
 )
 from eai.logic.ltl_printer import print_ltl
 from eai.logic.rewriting import rename_objects, rename_variables
-from eai.tasks.special import Hazards
+from eai.tasks.special import HazardousTaskMark
 from eai.tasks.task import Task
 from eai.tasks.task_files import ENDINGS, open_task_files, read_task_file_lines
 from eai.tasks.task_lines import read_task_line
@@ -241,7 +241,9 @@ def make_manifest_entry(
     """
     reasons = Counter(rejected)
     hazardous = [
-        (generated, special) for generated in made if isinstance(special := generated.task.special, Hazards)
+        (generated, special)
+        for generated in made
+        if isinstance(special := generated.task.special, HazardousTaskMark)
     ]
     hazards = Counter(name for _, special in hazardous for name in special.hazards)
     price = [

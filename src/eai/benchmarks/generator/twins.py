@@ -41,7 +41,7 @@ from eai.planning.planner import Planner
 from eai.planning.search import Limits
 from eai.tasks.goal_test import solves_task
 from eai.tasks.planning import find_plan, is_impossible
-from eai.tasks.special import Ambiguous, Impossible
+from eai.tasks.special import AmbiguousTaskMark, ImpossibleTaskMark
 from eai.tasks.task import Goal, Task, goal
 from eai.tasks.wording import is_property
 from eai.world.action import Action
@@ -99,7 +99,9 @@ def make_possible_pair(
 
 def _looks_solvable(task: Task, planner: Planner) -> bool:
     goals = (formula.formula for formula in task.goals)
-    return all(planner.looks_reachable(task.initial, formula, task.planning_objects) for formula in goals)
+    return all(
+        planner.looks_reachable(task.initial, formula, task.planning_object_indices) for formula in goals
+    )
 
 
 def _find_removable_facts(task: Task, domain: Domain, may_lack: Collection[str]) -> Iterator[Fact]:
@@ -117,7 +119,7 @@ def _get_goal_role_of_fact(fact: Fact, task: Task) -> tuple[str, bool, bool]:
     kinds = {variable.category for part in parts for variable in get_bound_variables(part)}
     return (
         fact.predicate,
-        thing in task.find_named_objects(task.goals),
+        thing in task.find_objects_named_in_goals(task.goals),
         _get_property_and_category(fact, task)[1] in kinds,
     )
 
@@ -138,8 +140,8 @@ def _draw_ids(task: Task, rng: random.Random) -> list[str]:
 
 def _make_impossible_pair(made: GeneratedTask, fact: Fact, other: Fact, rng: random.Random) -> GeneratedTask:
     task, scene, names = made.task, made.task.scene, _draw_ids(made.task, rng)
-    solved = replace(_remove_fact(task, other), id=names[0], title=task.id, special=Impossible(()))
-    missing = Impossible((fact_text(fact, scene),))
+    solved = replace(_remove_fact(task, other), id=names[0], title=task.id, special=ImpossibleTaskMark(()))
+    missing = ImpossibleTaskMark((fact_text(fact, scene),))
     unsolved = replace(_remove_fact(task, fact), id=names[1], title=task.id, script=(), special=missing)
     lacks: Mapping[str, Json] = {**made.about, "lacks": fact_text(other, scene)}
     return GeneratedTask(solved, lacks, GeneratedTask(unsolved, made.about))
@@ -163,7 +165,7 @@ def make_ambiguous_pair(
         for i in task.relevant
         if kinds[i] in prior.taken_categories and find_placement(i, task.initial, prior)
     ]
-    named = task.find_named_objects(task.goals)
+    named = task.find_objects_named_in_goals(task.goals)
     for thing in list_in_random_order(
         [i for i in hosts if i in named and has_no_contents(i, task.initial, prior)], rng
     ):
@@ -220,7 +222,9 @@ def _make_tasks_with_same_words(
             _exchange_objects(unclear, names),
             names[::-1],
         )
-    return replace(clear, special=Ambiguous(names[:1])), replace(unclear, special=Ambiguous(names))
+    return replace(clear, special=AmbiguousTaskMark(names[:1])), replace(
+        unclear, special=AmbiguousTaskMark(names)
+    )
 
 
 def _exchange_objects(task: Task, names: Sequence[str]) -> Task:

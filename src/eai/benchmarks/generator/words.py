@@ -146,7 +146,7 @@ class InstructionWriter:
         Raises:
             InputError: no sentence form can state a goal.
         """
-        voice = e.PhraseStyle.draw(rng)
+        voice = e.PhraseStyle.draw_random_style(rng)
         opening = rng.choice(e.REQUESTS if voice.requests else e.OPENINGS)
         return f"{opening} {_join_clauses([self.make_clause(goal, voice) for goal in goals])}."
 

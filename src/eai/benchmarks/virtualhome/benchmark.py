@@ -36,9 +36,9 @@ from eai.benchmarks.virtualhome.tasks import VirtualHomeTask, build_tasks
 from eai.benchmarks.virtualhome.tasks import open_tasks as open_virtualhome_tasks
 from eai.logic.formula import Atom, Formula
 from eai.tasks.english import read_english_words
-from eai.tasks.goal_test import find_alternative_actions
-from eai.tasks.prompts.prompt import GoalSection, TaskBelief
-from eai.tasks.source import Source, TaskSet, open_once_per_store
+from eai.tasks.goal_test import list_actions_that_meet_goal
+from eai.tasks.prompts.prompt import BelievedTask, GoalSection
+from eai.tasks.source import Source, TaskSet, open_tasks_once_per_store
 from eai.tasks.task import GoalKind, Task
 from eai.world.relation import iterate_bits
 
@@ -53,14 +53,14 @@ _ACTIONS_HEADING = (
 _RELATIONS = {predicate: name for name, predicate in PREDICATE_OF_RELATION.items()}
 
 
-def _format_goals_of_plan_prompt(belief: TaskBelief) -> str:
+def _format_goals_of_plan_prompt(belief: BelievedTask) -> str:
     """Return the text of the goals, which names classes of objects, and relations as in scene graphs.
 
     Goals for actions appear twice in the text.
     """
     task = belief.task
     classes = {obj.name: obj.category for obj in task.scene.objects}
-    actions = [find_alternative_actions(goal) for goal in task.get_goals_of_kind(GoalKind.ACTION)]
+    actions = [list_actions_that_meet_goal(goal) for goal in task.get_goals_of_kind(GoalKind.ACTION)]
     required = ["There is no action requirement."]
     if actions:
         lines = [line for names in actions for line in (" or ".join(names), "|".join(names))]
@@ -78,12 +78,12 @@ def _format_goals_of_plan_prompt(belief: TaskBelief) -> str:
     )
 
 
-def _format_goals_of_subgoal_prompt(belief: TaskBelief) -> str:
+def _format_goals_of_subgoal_prompt(belief: BelievedTask) -> str:
     """Return the text of the goals, with class and id of each object, and whether actions are required."""
     task = belief.task
     lasting = [goal.formula for goal in task.goals if goal.kind is not GoalKind.ACTION]
     actions = [
-        " or ".join(find_alternative_actions(goal)) for goal in task.get_goals_of_kind(GoalKind.ACTION)
+        " or ".join(list_actions_that_meet_goal(goal)) for goal in task.get_goals_of_kind(GoalKind.ACTION)
     ]
     return "\n".join(
         [
@@ -247,10 +247,10 @@ def make_wording(ability: Ability) -> SuiteWording:
     )
 
 
-open_tasks = open_once_per_store(open_virtualhome_tasks)
+open_tasks = open_tasks_once_per_store(open_virtualhome_tasks)
 """Opens the 342 tasks of VirtualHome."""
 
-open_operators = open_once_per_store(open_virtualhome_operators)
+open_operators = open_tasks_once_per_store(open_virtualhome_operators)
 """Opens VirtualHome's 296 tasks of transition modeling."""
 
 

@@ -34,7 +34,7 @@ from eai.base.grouping import group_pairs
 from eai.logic.formula import Atom, Constant, Occurs, Or
 from eai.logic.ltl_printer import print_ltl
 from eai.tasks.options import Options
-from eai.tasks.source import DataFinding
+from eai.tasks.source import DataMistake
 from eai.tasks.task import Goal, GoalKind, Task
 from eai.world.domain import Domain
 from eai.world.execution import execute_plan
@@ -584,16 +584,16 @@ def annotate(
             )
 
 
-def check_goals(annotations: Iterable[Annotation]) -> Iterator[DataFinding]:
+def check_goals(annotations: Iterable[Annotation]) -> Iterator[DataMistake]:
     """Yield a finding about each task whose goals in the data set differ from those that decisions imply."""
     for difference, candidate, goals in annotations:
         task = difference.task
         ours, theirs = set(goals), set(task.goals)
         if candidate is None and theirs:
-            yield DataFinding(task.title, f"{task.id}: has goals, but its plan meets no candidate")
+            yield DataMistake(task.title, f"{task.id}: has goals, but its plan meets no candidate")
         elif ours != theirs:
             lacks = [f"lacks {print_ltl(goal.formula)}" for goal in goals if goal not in theirs]
             more = [
                 f"has the further goal {print_ltl(goal.formula)}" for goal in task.goals if goal not in ours
             ]
-            yield DataFinding(task.title, f"{task.id}: {', '.join([*lacks, *more])}")
+            yield DataMistake(task.title, f"{task.id}: {', '.join([*lacks, *more])}")

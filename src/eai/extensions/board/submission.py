@@ -18,7 +18,7 @@ from eai.benchmarks.registry import PAPER_BENCHMARKS, find_benchmark
 from eai.results.answer_files import UNREADABLE, list_zip_members
 from eai.results.responses import SUFFIX, find_response_files, read_responses
 from eai.tasks.prompts.prompt import read_prompt_file
-from eai.tasks.source import DataFinding, Source
+from eai.tasks.source import DataMistake, Source
 
 _PROMPTS_SUFFIX = "_prompts.json"
 """Suffix of the names of the prompt files in the challenge's starter kit."""
@@ -104,7 +104,7 @@ def build_submission(
 
 def check_submission(
     path: Path, store: Store | None = None, prompts: Path | None = None
-) -> list[DataFinding]:
+) -> list[DataMistake]:
     """Return all errors of a submission, file by file in a fixed order; empty if it is correct.
 
     Task identifiers are accepted with and without the prefix that names their scene. Files may be in a folder
@@ -121,19 +121,19 @@ def check_submission(
             members = {info.filename: info for info in list_zip_members(archive) if not info.is_dir()}
             by_name = Counter(PurePosixPath(name).name for name in members)
             findings = [
-                DataFinding(path.name, f"{name} is not one of the files")
+                DataMistake(path.name, f"{name} is not one of the files")
                 for name in by_name.keys() - expected
             ]
             for file, identifiers in expected.items():
                 candidates = [info for name, info in members.items() if PurePosixPath(name).name == file]
                 if len(candidates) != 1:
                     problem = "is missing" if not candidates else f"is there {len(candidates)} times"
-                    findings.append(DataFinding(file, problem))
+                    findings.append(DataMistake(file, problem))
                 elif candidates[0].file_size > MAX_UNPACKED:
-                    findings.append(DataFinding(file, f"holds more than {MAX_UNPACKED:,} bytes"))
+                    findings.append(DataMistake(file, f"holds more than {MAX_UNPACKED:,} bytes"))
                 else:
                     findings += [
-                        DataFinding(file, problem)
+                        DataMistake(file, problem)
                         for problem in _find_problems(archive, candidates[0], identifiers)
                     ]
     except UNREADABLE as error:

@@ -243,7 +243,7 @@ def _make_which_action_item(
     tried = [
         candidate
         for operator in setting.rules.operators
-        if changed <= setting.rules.changed_predicates[operator.name]
+        if changed <= setting.rules.changed_predicates_by_operator[operator.name]
         for candidate in generate_applicable_of_operator(
             setting.domain, operator, state, all_objects, bindings
         )

@@ -120,7 +120,7 @@ class QuestionSetting:
         return [
             fact
             for fact in compare_states(before, after).added
-            if fact.predicate in self.rules.visible_changing_predicates
+            if fact.predicate in self.rules.changeable_visible_predicates
         ]
 
     def format_changes(self, before: State, after: State) -> tuple[str, ...]:
@@ -134,7 +134,7 @@ class QuestionSetting:
 
     def list_changeable_facts(self, state: State) -> list[Fact]:
         """Return the facts of a state that actions can change."""
-        return [fact for fact in state.facts() if fact.predicate in self.rules.visible_changing_predicates]
+        return [fact for fact in state.facts() if fact.predicate in self.rules.changeable_visible_predicates]
 
     def format_element(self, fact_or_action: Fact | Action) -> str:
         """Return a fact or an action as text, such as ``lit(lamp)``."""
@@ -234,7 +234,9 @@ def _execute_plan(task: Task, rules: DomainRules, plan: Sequence[Action]) -> tup
 def _search_plan(task: Task, planner: Planner) -> Sequence[Action]:
     """Search a plan for a task. Return no steps if the task has no goals or a goal seems unreachable."""
     goals = [goal.formula for goal in task.goals]
-    if goals and all(planner.looks_reachable(task.initial, goal, task.planning_objects) for goal in goals):
+    if goals and all(
+        planner.looks_reachable(task.initial, goal, task.planning_object_indices) for goal in goals
+    ):
         return find_plan(task, planner, _SEARCH_LIMITS).plan
     return ()
 

@@ -266,7 +266,7 @@ def _format_question_text(
     templates: PromptTemplates,
     choices: str = "",
 ) -> str:
-    fluents = ", ".join(sorted(setting.rules.visible_changing_predicates))
+    fluents = ", ".join(sorted(setting.rules.changeable_visible_predicates))
     values = {**item.values, "statement": choices, "choices": choices, "fluents": fluents}
     return templates.fill_template(f"questions/{cell.kind.value}.{cell.form.value}.txt", values)
 
@@ -287,7 +287,7 @@ def _format_facts(setting: QuestionSetting, item: QuestionContent, operators: Co
     They are all facts that actions can change, and the other facts that the rules refer to. ``p(a, {b, c})``
     stands for ``p(a, b)`` and ``p(a, c)``.
     """
-    shown = setting.rules.visible_changing_predicates | setting.rules.find_used_predicates(
+    shown = setting.rules.changeable_visible_predicates | setting.rules.find_used_predicates(
         operators, item.formulas
     )
     names = [thing.name for thing in setting.scene.objects]

@@ -66,10 +66,10 @@ class BehaviorActionSequencing(ActionSequencing):
         return final
 
     def _test_goals(self, execution: Execution) -> tuple[bool, ...]:
-        return self.goals.find_reached(self._get_final_state(execution), ())
+        return self.goals.find_reached_goals(self._get_final_state(execution), ())
 
     def _test_goals_unexecuted(self, execute: PlanExecutor) -> tuple[bool, ...]:
-        return self.goals.find_reached(execute(()).trajectory.final_state, ())
+        return self.goals.find_reached_goals(execute(()).trajectory.final_state, ())
 
     def _succeeds(self, error: ErrorReport | None, reached: tuple[bool, ...]) -> bool:
         return all(reached)

@@ -228,7 +228,7 @@ class BehaviorSubgoalDecomposition(ReferenceSubgoals):
         return steps
 
     def _test_goals_unexecuted(self) -> tuple[bool, ...]:
-        return self.goals.find_reached(self.task.initial, ())
+        return self.goals.find_reached_goals(self.task.initial, ())
 
 
 def find_wrong_use(formula: Formula, objects: Collection[str]) -> RejectedAnswer | None:

@@ -61,11 +61,11 @@ class _VirtualHomeGoalTest(GoalTest):
         self._relations = [i for i, goal in enumerate(task.goals) if goal.kind is GoalKind.RELATION]
         self.reorders = list(self._order) != list(numbers)
 
-    def find_reached(
+    def find_reached_goals(
         self, final: State, actions: Sequence[str], execution: Trajectory | None = None
     ) -> tuple[bool, ...]:
         """Return for each goal whether it counts as reached. Only the first true relation goal counts."""
-        reached = list(super().find_reached(final, actions, execution))
+        reached = list(super().find_reached_goals(final, actions, execution))
         held = [number for number in self._relations if reached[number]]
         for number in held[1:]:
             reached[number] = False
@@ -73,7 +73,7 @@ class _VirtualHomeGoalTest(GoalTest):
 
     def passes_gold_test(self, final: State) -> bool:
         """Whether the test counts all state and relation goals as reached in the data set's final state."""
-        reached = self.find_reached(final, ())
+        reached = self.find_reached_goals(final, ())
         return all(reached[i] for i in range(len(reached)) if i not in self._action_indices)
 
     def _find_met_action_goals(
@@ -155,7 +155,7 @@ class VirtualHomeActionSequencing(ActionSequencing):
         super().__init__(task, _make_domain(), _VirtualHomePlanNotation(with_ids=with_ids), goals)
         final = task.annotated_final
         passes = final is not None and goals.passes_gold_test(final)
-        self.excluded = None if passes else task.find_exclusion(GOLD_TEST)
+        self.excluded = None if passes else task.make_exclusion(GOLD_TEST)
         self._summary_goals = _VirtualHomeGoalTest(task, in_data_set_order=True) if goals.reorders else goals
 
     def assess(self, text: str) -> Assessment:
@@ -193,7 +193,7 @@ class VirtualHomeActionSequencing(ActionSequencing):
         verdict = super()._judge_execution(execution, plan)
         reached = verdict.goals_satisfied
         if self._summary_goals is not self.goals:
-            reached = self._summary_goals.find_reached(
+            reached = self._summary_goals.find_reached_goals(
                 execution.trajectory.final_state, execution.taken_actions
             )
         additional = execution.trajectory.additional_step_count

@@ -26,7 +26,7 @@ from eai.studies.perception.errors import find_perception_errors
 from eai.studies.perception.noise import perceive_with_noise
 from eai.studies.perception.scene_graph import SCENE, SceneGraph, SceneWords, read_scene_graph
 from eai.studies.variation import Endpoint, FirstStage
-from eai.tasks.prompts.prompt import INITIAL_PLACEHOLDER, Image, TaskBelief
+from eai.tasks.prompts.prompt import INITIAL_PLACEHOLDER, BelievedTask, Image
 from eai.tasks.prompts.template import PromptTemplates
 from eai.tasks.task import Task
 from eai.tasks.wording import list_objects_in_prompt
@@ -41,7 +41,7 @@ _MEDIA_TYPES = {".png": "image/png", ".jpg": "image/jpeg", ".jpeg": "image/jpeg"
 _MAX_OTHERS_PER_OBJECT: Mapping[Clutter, int] = {"none": 0, "some": 1, "many": 4}
 
 
-def _make_stated_scenes(label: str, beliefs: Mapping[str, TaskBelief], **more: Any) -> StatedBeliefs:
+def _make_stated_scenes(label: str, beliefs: Mapping[str, BelievedTask], **more: Any) -> StatedBeliefs:
     """Return the scenes that questions state, as beliefs; ``label`` names the format of the scene."""
     lacking = "there is no scene graph or picture that would tell of the scene"
     experiment = Experiment({STUDY: make_named_settings("scene", "scene", label, _PLACE)})
@@ -59,7 +59,7 @@ def make_scene_beliefs(
         words: how scene graphs name facts.
         graphs: the scene graphs by task id; tasks without a graph are left out.
     """
-    beliefs = {i: TaskBelief(apply_scene_graph(tasks[i], words, graph)) for i, graph in graphs.items()}
+    beliefs = {i: BelievedTask(apply_scene_graph(tasks[i], words, graph)) for i, graph in graphs.items()}
     errors = {
         i: dataclass_to_json(find_perception_errors(tasks[i], words, graph)) for i, graph in graphs.items()
     }
@@ -97,23 +97,23 @@ def state_scenes(
 
 def _state_true_scenes(
     choice: SceneOptions, benchmark: Benchmark, tasks: Mapping[str, Task], templates: PromptTemplates
-) -> dict[str, TaskBelief]:
+) -> dict[str, BelievedTask]:
     """Return the true scene of each task as a belief: as the facts or pictures that questions show."""
     if choice.scene == "text":
         said = {
             i: _add_scene_context(INITIAL_PLACEHOLDER, choice, task, benchmark, templates)
             for i, task in tasks.items()
         }
-        return {i: TaskBelief(task, initial=said[i]) for i, task in tasks.items()}
+        return {i: BelievedTask(task, initial=said[i]) for i, task in tasks.items()}
     images = _load_task_pictures(choice, benchmark, tasks)
     texts = {i: _describe_pictures(choice.scene, tasks[i], benchmark, templates) for i in images}
     said = {i: _add_scene_context(text, choice, tasks[i], benchmark, templates) for i, text in texts.items()}
-    return {i: TaskBelief(tasks[i], initial=said[i], images=shown) for i, shown in images.items()}
+    return {i: BelievedTask(tasks[i], initial=said[i], images=shown) for i, shown in images.items()}
 
 
 def _perceive_changed_scene(
     choice: SceneOptions, benchmark: Benchmark, templates: PromptTemplates, task: Task, attempt: int
-) -> tuple[TaskBelief, Mapping[str, str]]:
+) -> tuple[BelievedTask, Mapping[str, str]]:
     """Return the changed scene as a model sees it before a further attempt, and metadata of the question.
 
     A noisy scene gets newly drawn errors.
@@ -122,7 +122,7 @@ def _perceive_changed_scene(
         return _state_true_scenes(choice, benchmark, {task.id: task}, templates)[task.id], {}
     words = open_scene_words(benchmark)
     seen = perceive_with_noise(task, words, choice.noise, str(attempt))
-    return TaskBelief(apply_scene_graph(task, words, seen)), {SCENE: seen.json_text}
+    return BelievedTask(apply_scene_graph(task, words, seen)), {SCENE: seen.json_text}
 
 
 def _add_scene_context(

@@ -31,7 +31,7 @@ from eai.results.record import Record
 from eai.results.records import RECORDS, read_records
 from eai.results.responses import read_responses
 from eai.studies.variation import Endpoint, FirstStage
-from eai.tasks.prompts.prompt import TaskBelief
+from eai.tasks.prompts.prompt import BelievedTask
 from eai.tasks.source import Source
 
 STAGE_TWO = (Ability.ACTION_SEQUENCING, Ability.SUBGOAL_DECOMPOSITION)
@@ -73,7 +73,7 @@ def make_goal_beliefs(
     interpretations: Interpretations,
     benchmark: Benchmark,
     source: Source,
-    scenes: Mapping[str, TaskBelief] | None = None,
+    scenes: Mapping[str, BelievedTask] | None = None,
 ) -> StatedBeliefs:
     """Return the goals that a model's answers state, with verdicts on these goals under the default protocol.
 
@@ -85,14 +85,14 @@ def make_goal_beliefs(
     """
     model, answers = interpretations
     suite = open_suite(benchmark, Ability.GOAL_INTERPRETATION, source=source)
-    beliefs: dict[str, TaskBelief] = {}
+    beliefs: dict[str, BelievedTask] = {}
     stated: dict[str, Mapping[str, Json]] = {}
     for task_id in suite.task_ids:
         if task_id in answers:
             answer = answers[task_id]
-            scene = (scenes or {}).get(task_id) or TaskBelief(suite.tasks[task_id])
+            scene = (scenes or {}).get(task_id) or BelievedTask(suite.tasks[task_id])
             goals = read_stated_goals(answer, scene.task, benchmark.domain, benchmark.notation.goals).goals
-            beliefs[task_id] = TaskBelief(replace(scene.task, goals=goals), answer)
+            beliefs[task_id] = BelievedTask(replace(scene.task, goals=goals), answer)
             stated[task_id] = _summarize_stated_goals(answer, task_id, suite)
     return StatedBeliefs(
         beliefs,
@@ -241,7 +241,7 @@ def add_subgoals_to_beliefs(
         suite: the suite of subgoal decomposition.
     """
     model, answers = listed
-    beliefs: dict[str, TaskBelief] = {}
+    beliefs: dict[str, BelievedTask] = {}
     summaries: dict[str, Mapping[str, Mapping[str, Any]]] = {}
     for task_id, answer in answers.items():
         if goals is None or task_id not in goals.beliefs:

@@ -19,17 +19,17 @@ from eai.logic.traversal import find_predicates, walk_subformulas
 from eai.pddl.model import OBJECT, PddlDomain, get_variable_type
 from eai.pddl.writer import write_atom, write_axiom, write_domain, write_formula, write_problem, write_term
 from eai.tasks.operator_task import TransitionTask
-from eai.tasks.prompts.prompt import Prompt, TaskBelief
+from eai.tasks.prompts.prompt import BelievedTask, Prompt
 from eai.tasks.prompts.short import (
     RULES,
-    explain_lists,
+    explain_signs_of_short_lists,
     shorten_objects,
     shorten_rules,
     shorten_state,
     shorten_vocabulary,
 )
 from eai.tasks.prompts.template import PromptTemplates, Text
-from eai.tasks.special import Ambiguous, Impossible
+from eai.tasks.special import AmbiguousTaskMark, ImpossibleTaskMark
 from eai.tasks.task import GoalKind, Task
 from eai.tasks.wording import SuiteWording
 from eai.world.vocabulary import make_parameter_names
@@ -82,7 +82,7 @@ class PromptMaterial:
     tasks: Mapping[str, Task]
     answer_format: str
     example: Example
-    beliefs: Mapping[str, TaskBelief] = field(default_factory=dict)
+    beliefs: Mapping[str, BelievedTask] = field(default_factory=dict)
     examples: Mapping[str, Task] | None = None
     short_texts: Mapping[str, str] = field(default_factory=dict)
 
@@ -92,7 +92,7 @@ class PromptMaterial:
         return next((task for task in examples.values() if task.title != title), None)
 
 
-def describe_rules(wording: SuiteWording, short_texts: Mapping[str, str]) -> Mapping[str, str]:
+def describe_rules_by_placeholder(wording: SuiteWording, short_texts: Mapping[str, str]) -> Mapping[str, str]:
     """Return a mapping from placeholders of templates to texts on the predicates and actions of a domain.
 
     Args:
@@ -116,7 +116,7 @@ def render_prompts(questions: PromptMaterial, templates: PromptTemplates) -> dic
     """
     name, wording, tasks = questions.template, questions.wording, questions.tasks
     shared = {
-        **describe_rules(wording, questions.short_texts),
+        **describe_rules_by_placeholder(wording, questions.short_texts),
         "role": questions.role,
         "format": questions.answer_format,
         "short_format": questions.short_texts.get(name, questions.answer_format),
@@ -128,14 +128,14 @@ def render_prompts(questions: PromptMaterial, templates: PromptTemplates) -> dic
     def render_example(title: str) -> str:
         if (other := others[title]) is None:
             return ""
-        question = _render_question(name, wording, TaskBelief(other), templates)
+        question = _render_question(name, wording, BelievedTask(other), templates)
         return templates.fill_template(
             "example.txt", {"task": question, "answer": questions.example(other.id)}
         )
 
     prompts = {}
     for task_id, task in tasks.items():
-        belief, other = questions.beliefs.get(task_id) or TaskBelief(task), others[task.title]
+        belief, other = questions.beliefs.get(task_id) or BelievedTask(task), others[task.title]
         about = [belief.task] if other is None else [belief.task, other]
         explained = explain_goal_notation(name, about, templates) if tells_goals else []
         values = {
@@ -148,7 +148,7 @@ def render_prompts(questions: PromptMaterial, templates: PromptTemplates) -> dic
     return prompts
 
 
-def render_task_prompt(questions: PromptMaterial, belief: TaskBelief, templates: PromptTemplates) -> Prompt:
+def render_task_prompt(questions: PromptMaterial, belief: BelievedTask, templates: PromptTemplates) -> Prompt:
     """Return the prompt about a task as the model believes it to be.
 
     The argument `belief` is this belief. It counts instead of the belief in `PromptMaterial`.
@@ -160,11 +160,13 @@ def render_task_prompt(questions: PromptMaterial, belief: TaskBelief, templates:
     return render_prompts(material, templates)[task.id]
 
 
-def _render_question(name: str, wording: SuiteWording, belief: TaskBelief, templates: PromptTemplates) -> str:
+def _render_question(
+    name: str, wording: SuiteWording, belief: BelievedTask, templates: PromptTemplates
+) -> str:
     task = belief.task
     objects, initial = wording.describe_objects(task), write_initial_state(wording, belief)
 
-    def write_short_state() -> str:
+    def write_short_initial_state() -> str:
         return shorten_state(initial, objects)
 
     values: dict[str, Text] = {
@@ -174,14 +176,14 @@ def _render_question(name: str, wording: SuiteWording, belief: TaskBelief, templ
         "objects": objects,
         "short_objects": lambda: shorten_objects(objects),
         "initial": initial,
-        "short_initial": write_short_state,
-        "lists": lambda: explain_lists(write_short_state()),
+        "short_initial": write_short_initial_state,
+        "lists": lambda: explain_signs_of_short_lists(write_short_initial_state()),
         "goals": _write_goals(wording, belief, templates),
     }
     return templates.fill_template(f"{name}_task.txt", values)
 
 
-def _write_goals(wording: SuiteWording, belief: TaskBelief, templates: PromptTemplates) -> str:
+def _write_goals(wording: SuiteWording, belief: BelievedTask, templates: PromptTemplates) -> str:
     """Return the text of a task's goals, followed by subgoals that lead to them if the belief has any."""
     goals = wording.describe_goals(belief.task)
     if not belief.subgoals:
@@ -191,7 +193,7 @@ def _write_goals(wording: SuiteWording, belief: TaskBelief, templates: PromptTem
     )
 
 
-def write_initial_state(wording: SuiteWording, belief: TaskBelief) -> str:
+def write_initial_state(wording: SuiteWording, belief: BelievedTask) -> str:
     """Return the text that states the initial state of a task as the model believes it to be."""
     return Template(belief.initial).safe_substitute(initial=wording.describe_initial(belief.task))
 
@@ -204,7 +206,7 @@ def explain_goal_notation(name: str, tasks: Iterable[Task], templates: PromptTem
         tasks: the tasks.
         templates: the templates.
     """
-    about = [task.with_prompted_goals for task in tasks]
+    about = [task.with_only_prompted_goals for task in tasks]
     goals = [goal for task in about for goal in task.goals]
     forms = {type(part) for goal in goals for part in walk_subformulas(goal.formula)}
     used = {
@@ -213,14 +215,14 @@ def explain_goal_notation(name: str, tasks: Iterable[Task], templates: PromptTem
         "over_time": any(goal.is_over_time for goal in goals),
     }
     special = {type(task.special) for task in about} if name in _DECLINABLE else set()
-    for kind, template in ((Impossible, "missing"), (Ambiguous, "ambiguous")):
+    for kind, template in ((ImpossibleTaskMark, "missing"), (AmbiguousTaskMark, "ambiguous")):
         used[f"{template}{_DECLINABLE.get(name)}"] = kind in special
     return [
         templates.read(f"goals/{template_name}.txt") for template_name, is_used in used.items() if is_used
     ]
 
 
-def make_format_samples(wording: SuiteWording) -> Mapping[str, str]:
+def make_format_samples_by_placeholder(wording: SuiteWording) -> Mapping[str, str]:
     """Return a mapping from placeholders to samples for the explanation of the answer's format.
 
     The samples are predicates and actions of the domain with their parameters.
@@ -258,8 +260,8 @@ def render_operator_prompts(
     answer_format = templates.read("formats/transition_modeling.txt")
     prompts = {}
     for task_id, task in tasks.items():
-        other, others = _choose_example_operators(task, tasks) if has_example else (task, ())
-        names = _find_mentioned_names(task, other, (*task.operators, *others))
+        other, others = _choose_example_task_and_operators(task, tasks) if has_example else (task, ())
+        names = _find_names_to_print(task, other, (*task.operators, *others))
         example = _render_operator_example(other, others, names, templates)
         question = _render_operator_question(task, task.operators, names, templates)
         values: dict[str, Text] = {
@@ -274,8 +276,8 @@ def render_operator_prompts(
     return prompts
 
 
-def _find_mentioned_names(
-    task: TransitionTask, other: TransitionTask, operators: Sequence[str]
+def _find_names_to_print(
+    task: TransitionTask, example_task: TransitionTask, operators: Sequence[str]
 ) -> Set[str] | None:
     """Return the names in some operators and in the goals of two tasks; None to print the whole domain."""
     header = task.domain.header
@@ -284,7 +286,7 @@ def _find_mentioned_names(
     texts = [task.domain.operators[name].write_pddl for name in operators]
     names = set(
         _WORD.findall(
-            " ".join((*texts, *(each.problem_text.partition("(:goal")[2] for each in (task, other))))
+            " ".join((*texts, *(each.problem_text.partition("(:goal")[2] for each in (task, example_task))))
         )
     )
     grown = 0
@@ -326,22 +328,25 @@ def _render_operator_question(
     values: dict[str, Text] = {
         "problem": problem,
         "short_problem": write_short_problem,
-        "lists": lambda: explain_lists(write_short_problem()),
+        "lists": lambda: explain_signs_of_short_lists(write_short_problem()),
         "heads": heads,
         "short_heads": "\n".join(
-            [f"(:action {name} :parameters {_join_words(task, name)})" for name in operators]
+            [
+                f"(:action {name} :parameters {_write_parameters_on_one_line(task, name)})"
+                for name in operators
+            ]
         ),
     }
     return templates.fill_template("transition_modeling_task.txt", values)
 
 
-def _join_words(task: TransitionTask, operator: str) -> str:
+def _write_parameters_on_one_line(task: TransitionTask, operator: str) -> str:
     return " ".join(task.domain.operators[operator].parameters.split())
 
 
 def _shorten_problem(task: TransitionTask, operators: Sequence[str]) -> str:
     """Return the objects, facts and goal of a problem as short lists."""
-    problem, names = task.problem, _find_mentioned_names(task, task, operators)
+    problem, names = task.problem, _find_names_to_print(task, task, operators)
     objects = "\n".join([f"{item.name} [{item.type}]: -" for item in problem.objects])
     by_predicate = group_pairs(
         (fact.predicate, f"{fact.predicate}({', '.join(map(write_term, fact.arguments))})")
@@ -357,7 +362,7 @@ def _shorten_problem(task: TransitionTask, operators: Sequence[str]) -> str:
 def _shorten_header(task: TransitionTask) -> str:
     """Return the types and predicates that a task needs, as short lists."""
     header = task.domain.header
-    names = _find_mentioned_names(task, task, task.operators) or {each.name for each in header.predicates}
+    names = _find_names_to_print(task, task, task.operators) or {each.name for each in header.predicates}
     heads = " ".join([task.domain.operators[name].parameters for name in task.operators])
     needed = _restrict_header(header, names, f"{write_problem(task.problem)} {heads}")
     by_types = group_pairs(
@@ -370,7 +375,7 @@ def _shorten_header(task: TransitionTask) -> str:
     return "\n".join([*lines, *[" ".join(write_axiom(axiom).split()) for axiom in needed.axioms]])
 
 
-def _choose_example_operators(
+def _choose_example_task_and_operators(
     task: TransitionTask, tasks: Mapping[str, TransitionTask]
 ) -> tuple[TransitionTask, Sequence[str]]:
     """Return the task for the example, and some of its operators that the prompt's task does not ask for.
@@ -379,11 +384,13 @@ def _choose_example_operators(
     """
     own_names = set(task.operators)
 
-    def others(other: TransitionTask) -> list[str]:
+    def list_unasked_operators(other: TransitionTask) -> list[str]:
         return [name for name in other.operators if name not in own_names][:MAX_EXAMPLE_OPERATORS]
 
-    best = max(tasks.values(), key=lambda other: (len(others(other)), -len(other.problem_text)))
-    return best, others(best)
+    best = max(
+        tasks.values(), key=lambda other: (len(list_unasked_operators(other)), -len(other.problem_text))
+    )
+    return best, list_unasked_operators(best)
 
 
 def _render_operator_example(

@@ -143,15 +143,15 @@ class PromptFiles:
         settings = None if system is None else json.dumps({"system_prompt": system}, indent=4).encode()
         return PromptFiles(json.dumps(rows, indent=4).encode(), settings)
 
-    def correct_questions(self, correct: Callable[[str, str], str]) -> PromptFiles:
+    def correct_questions(self, correct_question: Callable[[str, str], str]) -> PromptFiles:
         """Return the files with corrected questions.
 
         Args:
-            correct: returns the corrected question, given the identifier of a prompt and its question.
+            correct_question: returns the corrected question, given a prompt's identifier and its question.
         """
         rows = json.loads(self.prompts)
         for row in rows:
-            row["llm_prompt"] = correct(row["identifier"], row["llm_prompt"])
+            row["llm_prompt"] = correct_question(row["identifier"], row["llm_prompt"])
         return replace(self, prompts=json.dumps(rows, indent=4).encode())
 
     def read_prompts(self, task_id_of: Callable[[str], str | None]) -> dict[str, Prompt]:
@@ -167,7 +167,7 @@ INITIAL_PLACEHOLDER = "$initial"
 
 
 @dataclass(frozen=True, slots=True)
-class TaskBelief:
+class BelievedTask:
     """The goals or the scene of a task as a model understands them, which may be wrong.
 
     Attributes:
@@ -185,7 +185,7 @@ class TaskBelief:
     images: tuple[Image, ...] = ()
     subgoals: tuple[str, ...] = ()
 
-    def adopt_goals(self, other: TaskBelief) -> TaskBelief:
+    def adopt_goals(self, other: BelievedTask) -> BelievedTask:
         """Return this belief with the goals and subgoals of another belief about the same task."""
         task, answer = replace(self.task, goals=other.task.goals), other.answer or self.answer
         return replace(self, task=task, answer=answer, subgoals=other.subgoals or self.subgoals)
@@ -205,7 +205,7 @@ class GoalSection:
 
     before: str
     after: str
-    write: Callable[[TaskBelief], str]
+    write: Callable[[BelievedTask], str]
 
     def find_section(self, question: str) -> str:
         """Return the section of a question that states the goals.
@@ -216,7 +216,7 @@ class GoalSection:
         start, end = self._find_range(question)
         return question[start:end]
 
-    def rewrite_section(self, question: str, belief: TaskBelief) -> str:
+    def rewrite_section(self, question: str, belief: BelievedTask) -> str:
         """Return a question in which this section states the goals of a belief.
 
         Raises:

@@ -60,7 +60,7 @@ _LIST_SIGNS = (
 """Pairs: a sign that can occur in short lists of facts, and a text that explains the sign."""
 
 
-def explain_lists(state: str) -> str:
+def explain_signs_of_short_lists(state: str) -> str:
     """Return explanations of the signs in short lists of facts, as one text.
 
     Each explanation follows a space.
@@ -178,13 +178,13 @@ def _shorten_rule(block: Sequence[tuple[int, str]]) -> str:
             conditions.append(line)
         else:
             changes.append((depth, line))
-    head, conditions = _write_kinds(head, conditions)
+    head, conditions = _move_kinds_into_head(head, conditions)
     before = " ".join(filter(None, ("; ".join(conditions), needed)))
     start = ": ".join(filter(None, (f"{head} {description}".strip(), before)))
     return f"{start} -> {', '.join(_shorten_changes(changes))}" if changes else start
 
 
-def _write_kinds(head: str, conditions: Sequence[str]) -> tuple[str, list[str]]:
+def _move_kinds_into_head(head: str, conditions: Sequence[str]) -> tuple[str, list[str]]:
     """Return the head of a rule, which states the kinds of its parameters, and the remaining conditions."""
     name, separator, parameters = head.partition("(")
     words = parameters[:-1].split(", ")

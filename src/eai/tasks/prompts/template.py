@@ -39,7 +39,7 @@ Text: TypeAlias = str | Callable[[], str]
 """The text that replaces a placeholder, or a function that returns this text."""
 
 
-class _Texts(dict[str, Text]):
+class _PlaceholderTexts(dict[str, Text]):
     """Texts that replace placeholders."""
 
     def __getitem__(self, name: str) -> str:
@@ -93,7 +93,7 @@ class PromptTemplates:
             InputError: a placeholder has no text, or a dollar sign stands alone.
         """
         try:
-            return Template(self.read(name)).substitute(_Texts(values))
+            return Template(self.read(name)).substitute(_PlaceholderTexts(values))
         except KeyError as error:
             placeholders = ", ".join(f"${placeholder}" for placeholder in values)
             raise InputError(
