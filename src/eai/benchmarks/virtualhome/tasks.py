@@ -176,7 +176,9 @@ def _find_changed_predicates(before: frozenset[str], after: frozenset[str]) -> S
 
 def _make_relation(rows: Sequence[int], columns: Sequence[int], end_masks: tuple[int, int]) -> Relation:
     return (
-        Relation(InitialRelation(rows, columns, *end_masks)) if end_masks[0] else _make_empty_relation(len(rows))
+        Relation(InitialRelation(rows, columns, *end_masks))
+        if end_masks[0]
+        else _make_empty_relation(len(rows))
     )
 
 
