@@ -13,7 +13,8 @@ from eai.benchmarks.benchmark import Benchmark
 from eai.benchmarks.generator.census import count_prior
 from eai.benchmarks.generator.generator import TaskGenerator
 from eai.benchmarks.generator.prior import UsualGoals
-from eai.benchmarks.generator.spec import GenerationOutcome
+from eai.benchmarks.generator.seeds import JudgedSeed
+from eai.benchmarks.generator.spec import RejectionReason
 from eai.pddl.val import VALID
 from eai.tasks.task import Task
 
@@ -121,7 +122,7 @@ def test_compressed_files_hold_the_same(eai: Command, tmp_path: Path) -> None:
 def test_a_world_that_has_no_more_tasks_says_so(
     eai: Command, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    monkeypatch.setattr("eai.benchmarks.generator.generator._MAX_FAILED_SEEDS", FEW)
+    monkeypatch.setattr("eai.benchmarks.generator.seeds._MAX_FAILED_SEEDS", FEW)
     monkeypatch.syspath_prepend(ROOT / "examples" / "lamps")
     outcome = eai("generate", "--like", "lamps:lamps", "--n", 1000, "--out", tmp_path)
     assert outcome.status == 2
@@ -140,16 +141,16 @@ def test_a_world_that_has_no_more_tasks_says_so(
 def test_an_interrupt_keeps_what_was_found_unless_something_stands_there(
     eai: Command, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    whole = TaskGenerator.generate_task
+    whole = TaskGenerator.judge_seed
     calls = [0]
 
-    def task(generator: TaskGenerator, seed: str, known: Collection[tuple[str, str]]) -> GenerationOutcome:
+    def judge(generator: TaskGenerator, seed: str, known: Collection[tuple[str, str]]) -> JudgedSeed:
         calls[0] += 1
         if calls[0] > 6:
             raise KeyboardInterrupt
         return whole(generator, seed, known)
 
-    monkeypatch.setattr(TaskGenerator, "generate_task", task)
+    monkeypatch.setattr(TaskGenerator, "judge_seed", judge)
     for first in (True, False):
         calls[0] = 0
         outcome = eai("generate", "--like", "behavior", "--n", 100, "--out", tmp_path)
@@ -224,3 +225,41 @@ def test_the_order_of_a_pair_does_not_say_which_has_a_plan(eai: Command, tmp_pat
     assert [line["id"] for line in (first, second)] == sorted([str(first["id"]), str(second["id"])])
     assert first["missing"], "the one that was made first has a plan"
     assert not second["missing"]
+
+
+def read_files(folder: Path) -> dict[str, bytes]:
+    return {path.name: path.read_bytes() for path in sorted(folder.iterdir())}
+
+
+@pytest.mark.parametrize(
+    "sets",
+    [
+        [["--split", "test"], ["--split", "train"]],
+        [["--kind", "order"], ["--kind", "hazards", "--split", "train"]],
+        [["--kind", "pairs"]],
+    ],
+)
+def test_any_number_of_workers_writes_the_same_bytes(
+    eai: Command, tmp_path: Path, sets: list[list[str]]
+) -> None:
+    for workers in (1, 2):
+        for options in sets:
+            number = 4 if "--kind" not in options else 1
+            made(eai, tmp_path / str(workers), *options, "--seed", 8, "--workers", workers, n=number)
+    assert read_files(tmp_path / "1") == read_files(tmp_path / "2")
+
+
+def test_any_number_of_workers_refuses_the_same_copies(
+    eai: Command, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr("eai.benchmarks.generator.seeds._MAX_FAILED_SEEDS", FEW)
+    monkeypatch.syspath_prepend(ROOT / "examples" / "lamps")
+    messages = set()
+    for workers in (1, 2):
+        out = tmp_path / str(workers)
+        outcome = eai("generate", "--like", "lamps:lamps", "--n", 1000, "--out", out, "--workers", workers)
+        messages.add(outcome.err.splitlines()[-1].replace(str(out), ""))
+    assert len(messages) == 1
+    assert read_files(tmp_path / "1") == read_files(tmp_path / "2")
+    rejected = json.loads((tmp_path / "2" / "generated.json").read_text())["sets"]["tasks"]["rejected"]
+    assert rejected[RejectionReason.COPY.value]

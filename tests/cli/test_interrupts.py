@@ -1,12 +1,14 @@
-"""Scoring that is interrupted, asked to end or killed: no planner and no folder of one stays."""
+"""Commands that are interrupted, asked to end or killed: no process and no temporary folder stays."""
 
 from __future__ import annotations
 
 import json
 import os
+import re
 import signal
 import subprocess
 import sys
+import time
 from pathlib import Path
 
 import pytest
@@ -19,6 +21,9 @@ from run.hindrances import search_forever
 from suites import answer_book
 
 SUITE = ("behavior", Ability.TRANSITION_MODELING)
+
+_SECONDS_TO_END = 10
+"""Maximum seconds from a signal to the end of a command: 2 on an idle machine."""
 
 
 @pytest.mark.skipif(sys.platform != "linux", reason="looks for processes in /proc")
@@ -76,3 +81,33 @@ def test_a_run_is_interrupted_while_the_built_in_planner_searches(
         assert done.status == 128 + number
     finally:
         run.end()
+
+
+@pytest.mark.parametrize("number", [signal.SIGINT, signal.SIGTERM])
+def test_workers_that_generate_end_quickly_and_their_tasks_are_written(
+    data_store: Store, tmp_path: Path, tmp_path_factory: pytest.TempPathFactory, number: signal.Signals
+) -> None:
+    scratch = tmp_path_factory.mktemp("s")  # a short path, because sockets lie in it
+    folders, errors = [tmp_path / name for name in ("ended", "again")], tmp_path / "errors"
+    command = [sys.executable, "-c", "from eai.cli import main; main()", "generate", "--like", "behavior"]
+    with errors.open("w") as file:
+        process = subprocess.Popen(
+            [*command, "--n", "100000", "--workers", "2", "--out", str(folders[0])],
+            env={**os.environ, "TMPDIR": str(scratch)},
+            stderr=file,
+            start_new_session=True,
+        )
+    try:
+        assert wait_until(lambda: re.search(r"generating behavior: [1-9]", errors.read_text()))
+        begun = time.monotonic()
+        os.killpg(process.pid, number) if number is signal.SIGINT else process.send_signal(number)
+        assert process.wait(600) == 128 + number
+        assert time.monotonic() - begun < _SECONDS_TO_END
+    finally:
+        process.kill()
+    assert list(scratch.iterdir()) == []
+    written = re.search(r"eai: interrupted; (\d+) tasks? written to", errors.read_text())
+    assert written is not None, errors.read_text()
+    subprocess.run([*command, "--n", written[1], "--out", str(folders[1])], check=True, capture_output=True)
+    for name in ("tasks.jsonl", "generated.json"):
+        assert (folders[0] / name).read_bytes() == (folders[1] / name).read_bytes()

@@ -13,6 +13,7 @@ from eai.cli.progress import (
     LONGEST_SILENCE,
     PATIENCE,
     show_data_progress,
+    show_making_progress,
     show_run_progress,
     show_scoring_progress,
 )
@@ -161,3 +162,37 @@ def test_each_step_of_fetching_has_a_bar_on_a_terminal(monkeypatch: pytest.Monke
     assert [title for title in titles if title not in printed] == []
     assert "27/27" in printed
     assert "1/342" in printed
+
+
+def test_without_a_terminal_lines_show_what_is_made_and_refused_and_how_fast(
+    monkeypatch: pytest.MonkeyPatch, clock: Clock
+) -> None:
+    screen = make_screen(monkeypatch)
+    with show_making_progress("generating behavior", 40, quiet=False) as report:
+        for made, refused, clock.seconds in (
+            (0, 3, 101),
+            (2, 8, 110),
+            (2, 9, 169),
+            (2, 90, 170),
+            (3, 90, 171),
+        ):
+            report(made, refused)
+    assert screen.getvalue().splitlines() == [
+        "generating behavior: 2/40, 8 refused, 0.2/s, about 3 min left",
+        "generating behavior: 2/40, 90 refused, 0.0/s, about 22 min left",
+    ]
+    with show_making_progress("generating behavior", 40, quiet=True) as report:
+        report(40, 0)
+    assert screen.getvalue().count("\n") == 2
+
+
+@pytest.mark.parametrize("width", [80, 150])
+def test_a_terminal_shows_what_is_made_and_refused(width: int, monkeypatch: pytest.MonkeyPatch) -> None:
+    screen = io.StringIO()
+    console = Console(file=screen, width=width, force_terminal=True, color_system=None)
+    monkeypatch.setattr(progress, "get_error_console", lambda: console)
+    with show_making_progress("generating behavior-1k-challenge-2025", 1000, quiet=False) as report:
+        report(1, 0)
+        report(1000, 12_345)
+    assert "1000/1000" in screen.getvalue()
+    assert "12345 refused" in screen.getvalue()

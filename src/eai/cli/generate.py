@@ -2,12 +2,11 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping, Sequence
-from itertools import chain
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
+from functools import partial
 from pathlib import Path
 from typing import Annotated, Any
 
-from rich.progress import Progress
 from rich.table import Table
 
 from eai.base.errors import EaiError, InputError, InterruptError, did_you_mean
@@ -15,6 +14,8 @@ from eai.base.files import convert_write_errors
 from eai.benchmarks.generator import sets
 from eai.benchmarks.generator.generator import TaskGenerator, generate_from_seeds
 from eai.benchmarks.generator.measures import TaskMeasure
+from eai.benchmarks.generator.seed_batches import judge_seed_batch, load_judged_seed, open_generator
+from eai.benchmarks.generator.seeds import select_tasks
 from eai.benchmarks.generator.spec import (
     Forms,
     GeneratedTask,
@@ -27,15 +28,20 @@ from eai.benchmarks.generator.spec import (
     TaskSplit,
 )
 from eai.benchmarks.registry import find_benchmark
-from eai.cli.console import DOMAIN_HELP, format_count, get_error_console, get_output_console, print_result
-from eai.cli.options import AsJson, DataFolder, Seed, make_flag, open_data_source
+from eai.cli.console import DOMAIN_HELP, format_count, get_output_console, print_result
+from eai.cli.options import AsJson, DataFolder, Seed, Workers, make_flag, open_data_source
+from eai.cli.progress import show_making_progress, show_scoring_progress
 from eai.pddl.export import export_domain_and_problem
 from eai.pddl.val import VALID, find_val_program, run_val
+from eai.results.workers import WorkerPool
 from eai.tasks.task import Task
-from eai.tasks.task_files import make_task_file_content, open_task_files, write_task_file
+from eai.tasks.task_files import make_task_file_content, write_task_file
 from eai.tasks.task_lines import write_task_line
 from eai.world.action import Action
 from eai.world.domain import Domain
+
+_MAX_BATCH_SEEDS = 4
+"""Maximum number of seeds in a batch of a worker. A seed may take seconds, and seeds in progress are lost."""
 
 
 def validate_with_val(val: Path, domain: Domain, task: Task, plan: Sequence[Action]) -> str:
@@ -73,6 +79,7 @@ def generate_tasks(
         ),
     ] = None,
     val: bool = False,
+    workers: Workers = 1,
     compress: Annotated[bool, make_flag("--gzip")] = False,
     as_json: AsJson = False,
     data: DataFolder = None,
@@ -126,43 +133,32 @@ def generate_tasks(
         held_out=held_out,
     )
     file = out / f"{split.value}.jsonl{'.gz' if compress else ''}"
-    others = sets.read_other_sets(out, like, benchmark.domain, without=file)
-    earlier = {name: made for name, made in others.items() if sets.is_earlier_split(name, split.value)}
-    later = {name: made for name, made in others.items() if sets.is_earlier_split(split.value, name)}
+    others = sets.find_other_sets(out, like, without=file)
+    earlier = {name: path for name, path in others.items() if sets.is_earlier_split(name, split.value)}
+    later = {name: path for name, path in others.items() if sets.is_earlier_split(split.value, name)}
     for path in against or ():
-        others[str(path)] = earlier[str(path)] = list(
-            open_task_files(path).open_tasks(benchmark.domain).values()
-        )
-    known = {sets.fingerprint_task(task) for tasks in others.values() for task in tasks}
-    rivals = sets.make_leak_test(benchmark.domain, chain(*earlier.values()), chain(*later.values()))
+        others[str(path)] = earlier[str(path)] = path
+    other_tasks = {name: sets.read_set(path, benchmark.domain) for name, path in others.items()}
+    known = {sets.fingerprint_task(task) for tasks in other_tasks.values() for task in tasks}
     with convert_write_errors(out):  # generating takes long, so check first that the folder can be written
         out.mkdir(parents=True, exist_ok=True)
-    generator = TaskGenerator(benchmark, spec, source, rivals)
-    outcomes, stopped = _collect_generated_tasks(
-        generate_from_seeds(generator, sets.make_seeds(split.value, seed, secret), n, known), n
-    )
+    generator = open_generator(spec, source, tuple(earlier.values()), tuple(later.values()))
+    seeds = sets.make_seeds(split.value, seed, secret)
+    with WorkerPool(workers) as pool:
+        generated = _generate(generator, seeds, n, known, pool if workers > 1 else None)
+        write_lines = partial(_write_task_lines, like=like, domain=benchmark.domain)
+        outcomes, lines, stopped = _collect_generated_tasks(generated, n, like, write_lines, quiet=as_json)
     made = [each for each in outcomes if isinstance(each, GeneratedTask)]
     rejected = [each for each in outcomes if isinstance(each, RejectionReason)]
     if stopped is not None and (not made or file.exists()):
         raise stopped
     if validator is not None:
-        _validate_certificates(validator, benchmark.domain, [each.task for each in made])
-    lines = [
-        write_task_line(one.task, like, benchmark.domain, one.about)
-        for each in made
-        for one in sorted(
-            [one for one in (each, each.paired) if one is not None], key=lambda one: one.task.id
-        )
-    ]
+        _validate_certificates(validator, benchmark.domain, [each.task for each in made], quiet=as_json)
     write_task_file(file, lines)
     entry = sets.make_manifest_entry(spec, seed, secret, make_task_file_content(lines), made, rejected)
     new, domain = [each.task for each in made], benchmark.domain
-    overlap = {
-        (split.value, name): sets.measure_overlap(new, known, domain) for name, known in earlier.items()
-    }
-    overlap |= {
-        (name, split.value): sets.measure_overlap(known, new, domain) for name, known in later.items()
-    }
+    overlap = {(split.value, name): sets.measure_overlap(new, other_tasks[name], domain) for name in earlier}
+    overlap |= {(name, split.value): sets.measure_overlap(other_tasks[name], new, domain) for name in later}
     sets.write_manifest(out, split.value, entry, overlap)
     if stopped is not None:
         kept = f"{format_count(len(made), 'task')} written to {file}, those that --n {len(made)} gives"
@@ -180,42 +176,76 @@ def generate_tasks(
     )
 
 
-def _collect_generated_tasks(
-    generated: Iterator[GenerationOutcome], number: int
-) -> tuple[Sequence[GenerationOutcome], InputError | InterruptError | None]:
-    """Return the outcomes of seeds until enough tasks are made, and the error if fewer tasks were made.
+def _generate(
+    generator: TaskGenerator,
+    seeds: Iterator[str],
+    number: int,
+    known: set[tuple[str, str]],
+    pool: WorkerPool | None,
+) -> Iterator[GenerationOutcome]:
+    """Yield the outcomes of seeds until there are enough tasks. They are equal for any number of workers."""
+    if pool is None:
+        return generate_from_seeds(generator, seeds, number, known)
+    judge, vocabulary = partial(judge_seed_batch, generator), generator.benchmark.domain.vocabulary
+    judged = (
+        load_judged_seed(content, vocabulary)
+        for content in pool.map_batches(judge, seeds, batch_sizes=(1, _MAX_BATCH_SEEDS))
+    )
+    return select_tasks(judged, generator.spec, number, known)
 
-    The outcome of a seed is a task, or a reason why the seed gave no task.
+
+def _collect_generated_tasks(
+    generated: Iterator[GenerationOutcome],
+    number: int,
+    like: str,
+    write_lines: Callable[[GeneratedTask], Iterable[str]],
+    *,
+    quiet: bool,
+) -> tuple[Sequence[GenerationOutcome], Sequence[str], InputError | InterruptError | None]:
+    """Return the outcomes of seeds and the lines of their tasks, and the error if there are too few tasks.
+
+    The outcome of a seed is a task, or a reason why the seed gave no task. Lines are written at once, so that
+    an interrupted command ends quickly.
     """
     outcomes: list[GenerationOutcome] = []
+    lines: list[str] = []
+    made = 0
     try:
-        with Progress(
-            console=get_error_console(), transient=True, disable=not get_error_console().is_terminal
-        ) as bar:
-            shown = bar.add_task("generating", total=number)
+        with show_making_progress(f"generating {like}", number, quiet=quiet) as report:
             for outcome in generated:
+                new_lines = write_lines(outcome) if isinstance(outcome, GeneratedTask) else ()
                 outcomes.append(outcome)
-                bar.update(shown, advance=isinstance(outcome, GeneratedTask))
+                lines += new_lines
+                made += isinstance(outcome, GeneratedTask)
+                report(made, len(outcomes) - made)
     except (InputError, KeyboardInterrupt) as error:
         while outcomes and isinstance(outcomes[-1], RejectionReason):
             outcomes.pop()
-        return outcomes, error if isinstance(error, InputError) else InterruptError("interrupted")
-    return outcomes, None
+        return outcomes, lines, error if isinstance(error, InputError) else InterruptError("interrupted")
+    return outcomes, lines, None
 
 
-def _validate_certificates(val: Path, domain: Domain, tasks: Sequence[Task]) -> None:
+def _write_task_lines(made: GeneratedTask, like: str, domain: Domain) -> list[str]:
+    """Return the line of a task, or the lines of a pair of tasks, sorted by task id."""
+    pair = [one for one in (made, made.paired) if one is not None]
+    return [
+        write_task_line(one.task, like, domain, one.about)
+        for one in sorted(pair, key=lambda one: one.task.id)
+    ]
+
+
+def _validate_certificates(val: Path, domain: Domain, tasks: Sequence[Task], *, quiet: bool) -> None:
     """Check the certificates (plans that solve the tasks) with the plan validator VAL.
 
     Raises:
         EaiError: VAL rejects a certificate that the engine accepts, so no task can be trusted.
     """
-    with Progress(
-        console=get_error_console(), transient=True, disable=not get_error_console().is_terminal
-    ) as bar:
-        for task in bar.track(tasks, description="validating"):
+    with show_scoring_progress("validating", len(tasks), quiet=quiet) as report:
+        for number, task in enumerate(tasks, 1):
             verdict = validate_with_val(val, domain, task, task.script)
             if verdict != VALID:
                 raise EaiError(f"{task.id}: VAL rejects the task's own plan: {verdict}; nothing is written")
+            report(number)
 
 
 def _parse_range(text: str) -> tuple[float, float]:

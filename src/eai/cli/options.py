@@ -46,6 +46,9 @@ def make_flag(*names: str, panel: str | None = None, **more: Any) -> Any:
 OfDomain = Annotated[str, make_flag("--domain", help=DOMAIN_HELP)]
 OfAbility = Annotated[Ability, make_flag("--ability", help=f"{ABILITIES}.", parser=Ability.from_name)]
 Seed = Annotated[int, make_flag("--seed", help="Of all that is random.")]
+Workers = Annotated[
+    int, make_flag("--workers", help="Number of processes. Any number writes the same bytes.", min=1)
+]
 
 
 def make_option_flag(options: type[Options], option: str, panel: str, *names: str, **more: Any) -> Any:

@@ -10,7 +10,7 @@ from collections.abc import Callable, Iterator
 from contextlib import AbstractContextManager, ExitStack, contextmanager, nullcontext
 from functools import wraps
 from threading import Event, Lock, Thread
-from typing import TYPE_CHECKING, TypeAlias
+from typing import TYPE_CHECKING, Protocol, TypeAlias
 
 from rich.console import Console
 from typing_extensions import ParamSpec
@@ -37,8 +37,18 @@ BESIDE_THE_TITLE = 42
 
 P = ParamSpec("P")
 
-_WorkWatch: TypeAlias = Callable[[int, int], None]
-"""Function that is called with the numbers of finished parts and of all parts of some local work."""
+BESIDE_A_MAKER = 20
+"""Further columns next to the title if refused attempts are shown."""
+
+MakingCallback: TypeAlias = Callable[[int, int], None]
+"""Function that is called with the numbers of things made and of refused attempts to make one."""
+
+
+class _WorkWatch(Protocol):
+    """Function that is called with the numbers of finished parts and of all parts of some local work."""
+
+    def __call__(self, done: int, total: int, refused: int | None = None) -> None:
+        """Show the numbers, with the number of refused attempts if attempts can be refused."""
 
 
 def make_resumable(command: Callable[P, None]) -> Callable[P, None]:
@@ -92,18 +102,30 @@ def show_scoring_progress(title: str, total: int, *, quiet: bool) -> Iterator[Pr
         yield lambda scored: watch(scored, total)
 
 
-def _show_work_progress(title: str, first: float = 0, unit: str = "") -> AbstractContextManager[_WorkWatch]:
+@contextmanager
+def show_making_progress(title: str, total: int, *, quiet: bool) -> Iterator[MakingCallback]:
+    """Show how many things are made, how fast, and how many attempts to make one were refused."""
+    if quiet:
+        yield lambda made, refused: None
+        return
+    with _show_work_progress(title, PATIENCE, beside=BESIDE_THE_TITLE + BESIDE_A_MAKER) as watch:
+        yield lambda made, refused: watch(made, total, refused)
+
+
+def _show_work_progress(
+    title: str, first: float = 0, unit: str = "", beside: int = BESIDE_THE_TITLE
+) -> AbstractContextManager[_WorkWatch]:
     """Show the progress of local work by a bar on a terminal, or by lines in other output."""
     console = get_error_console()
     return (
-        _show_progress_bar(title, console)
+        _show_progress_bar(title, console, beside)
         if console.is_terminal
         else nullcontext(_make_line_printer(title, console, first, unit))
     )
 
 
 @contextmanager
-def _show_progress_bar(title: str, console: Console) -> Iterator[_WorkWatch]:
+def _show_progress_bar(title: str, console: Console, beside: int) -> Iterator[_WorkWatch]:
     from rich.progress import BarColumn, MofNCompleteColumn, Progress, TextColumn, TimeRemainingColumn
 
     columns = (
@@ -114,18 +136,15 @@ def _show_progress_bar(title: str, console: Console) -> Iterator[_WorkWatch]:
         TimeRemainingColumn(),
     )
     # a narrower column would cut counts and times off
-    title = _cut_start(title, console.width - BESIDE_THE_TITLE)
+    title = _cut_start(title, console.width - beside)
     with Progress(*columns, console=console, transient=True) as bar:
         task = bar.add_task(title, total=None, rate="")
 
-        def update_bar(done: int, total: int) -> None:
+        def update_bar(done: int, total: int, refused: int | None = None) -> None:
             speed = bar.tasks[0].speed
-            bar.update(
-                task,
-                total=total or None,
-                completed=done,
-                rate="" if speed is None else f"{speed:.1f}/s",
-            )
+            parts = [] if refused is None else [f"{refused} refused"]
+            parts += [] if speed is None else [f"{speed:.1f}/s"]
+            bar.update(task, total=total or None, completed=done, rate=", ".join(parts))
 
         yield update_bar
 
@@ -245,9 +264,13 @@ def _make_line_printer(title: str, console: Console, first: float, unit: str) ->
     """Return a function that prints lines about local work, with the estimated time left if it is slow."""
     began, lines = time.monotonic(), _SpacedLinePrinter(console, first)
 
-    def print_if_due(done: int, total: int) -> None:
-        left = (time.monotonic() - began) / done * (total - done) if done else 0
+    def print_if_due(done: int, total: int, refused: int | None = None) -> None:
+        seconds = time.monotonic() - began
+        left = seconds / done * (total - done) if done else 0
+        pace = "" if refused is None or not seconds else f", {refused} refused, {done / seconds:.1f}/s"
         about = f", about {round(left / 60)} min left" if left >= LONGEST_SILENCE else ""
-        lines.print_line_if_due(f"{title}{f': {done}/{total}{unit}' if total else ''}{about}", done, total)
+        lines.print_line_if_due(
+            f"{title}{f': {done}/{total}{unit}' if total else ''}{pace}{about}", done, total
+        )
 
     return print_if_due

@@ -12,6 +12,7 @@ from eai.benchmarks.benchmark import Benchmark
 from eai.benchmarks.generator import sets
 from eai.benchmarks.generator.generator import TaskGenerator, generate_from_seeds
 from eai.benchmarks.generator.goals import GoalProposals
+from eai.benchmarks.generator.seeds import JudgedSeed
 from eai.benchmarks.generator.sets import make_seeds
 from eai.benchmarks.generator.spec import PlanLengthTier, RejectionReason, TaskSpecification, TaskSplit
 from eai.benchmarks.generator.walk import GoalByGoalPlan
@@ -92,8 +93,8 @@ def test_generation_fails_after_many_rejected_seeds(
     tried: list[str] = []
     monkeypatch.setattr(
         TaskGenerator,
-        "generate_task",
-        lambda self, seed, known: tried.append(seed) or RejectionReason.COPY,
+        "judge_seed",
+        lambda self, seed, known: tried.append(seed) or JudgedSeed(RejectionReason.COPY),
     )
     monkeypatch.setattr(sets, "select_base_tasks", lambda tasks, split, held_out: tasks)
     generator = made(lamps, PlanLengthTier.DATA, split=split)
@@ -111,7 +112,9 @@ def test_seeds_in_a_row_are_counted_from_the_last_task_on(
     *_, task = generate_from_seeds(generator, make_seeds("train", 0), 1, set())
     outcomes = iter([RejectionReason.COPY, task])
     monkeypatch.setattr(
-        TaskGenerator, "generate_task", lambda self, seed, known: next(outcomes, RejectionReason.COPY)
+        TaskGenerator,
+        "judge_seed",
+        lambda self, seed, known: JudgedSeed(next(outcomes, RejectionReason.COPY)),
     )
     tried = generate_from_seeds(generator, make_seeds("train", 0), 2, set())
     assert [next(tried), next(tried)] == [RejectionReason.COPY, task]

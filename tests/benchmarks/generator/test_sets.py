@@ -17,9 +17,10 @@ from eai.benchmarks.generator.sets import (
     MANIFEST,
     check_secret_set,
     compute_set_statistics,
+    find_other_sets,
     make_manifest_entry,
     make_seeds,
-    read_other_sets,
+    read_set,
     write_manifest,
 )
 from eai.benchmarks.generator.spec import (
@@ -189,9 +190,9 @@ def test_only_nonempty_sets_of_the_same_world_are_read(lamps: Benchmark, tmp_pat
     write("theirs.jsonl", "virtualhome")
     (tmp_path / "empty.jsonl").touch()
     (tmp_path / "notes.txt").write_text("nothing")
-    found = read_other_sets(tmp_path, "lamps:lamps", lamps.domain, without=tmp_path / "mine.jsonl")
-    assert {name: [task.id for task in tasks] for name, tasks in found.items()} == {
+    files = find_other_sets(tmp_path, "lamps:lamps", without=tmp_path / "mine.jsonl")
+    assert {name: [task.id for task in read_set(file, lamps.domain)] for name, file in files.items()} == {
         "test": ["test.jsonl.gz"],
         "train": ["train.jsonl"],
     }
-    assert read_other_sets(tmp_path / "none", "lamps:lamps", lamps.domain, without=tmp_path) == {}
+    assert find_other_sets(tmp_path / "none", "lamps:lamps", without=tmp_path) == {}

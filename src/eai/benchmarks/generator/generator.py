@@ -38,6 +38,7 @@ from eai.benchmarks.generator.scene import (
     make_closed_scene,
     make_hiding_place_finder,
 )
+from eai.benchmarks.generator.seeds import JudgedSeed, select_tasks
 from eai.benchmarks.generator.spec import (
     CANARY,
     LENGTHS,
@@ -51,7 +52,12 @@ from eai.benchmarks.generator.spec import (
     TaskSplit,
     get_tier_of_length,
 )
-from eai.benchmarks.generator.twins import Balance, make_ambiguous_pair, make_possible_pair
+from eai.benchmarks.generator.twins import (
+    Balance,
+    PairChoice,
+    make_ambiguous_pair,
+    make_pair_choice,
+)
 from eai.benchmarks.generator.walk import (
     GoalByGoalPlan,
     TemporalGoalFinder,
@@ -102,12 +108,6 @@ It is added again if objects share a category.
 
 _HIDING_PROBABILITY = 0.7
 """Probability of hiding an object, if the task allows this and the data set has no quantified goals."""
-
-_MAX_FAILED_SEEDS = 300
-"""Number of rejected seeds in a row after which generation fails. The limit is higher for splits of a set."""
-
-_PAIRS_FACTOR = 4
-"""Factor by which `_MAX_FAILED_SEEDS` is multiplied for pairs of tasks, because few seeds give a pair."""
 
 _TASKS_PER_PLANNER = 200
 """Number of tasks after which planners are replaced, because planners keep every formula in memory."""
@@ -184,6 +184,7 @@ class TaskGenerator:
         source: the source of the benchmark's data.
         is_given_away: function that tells whether a task and a task of another split have a plan in common
             (`eai.benchmarks.generator.sets.make_leak_test`).
+        reopen: opens an equal generator, for example in another process.
 
     Raises:
         InputError: the specification limits the difficulty, but no difficulties are known for this benchmark.
@@ -193,9 +194,16 @@ class TaskGenerator:
     spec: TaskSpecification
     source: Source
     is_given_away: Callable[[Task], bool] | None = None
+    reopen: Callable[[], TaskGenerator] | None = None
+
+    def __reduce__(self) -> tuple[Callable[[], TaskGenerator], tuple[()]]:
+        """Pickle a generator as the call that opens it again; functions of domains cannot be pickled."""
+        if self.reopen is None:
+            raise InputError(f"{self.spec.like}: only a generator from open_generator can be pickled")
+        return self.reopen, ()
 
     def __post_init__(self) -> None:
-        self._made, self._balance = 0, Balance()
+        self._made = 0
         self._difficulty = get_difficulty_model(self.benchmark.name)
         if self._difficulty is None and self.spec.difficulty is not None:
             raise InputError(
@@ -242,6 +250,25 @@ class TaskGenerator:
         The result is equal on every machine. A task is rejected as a copy if its
         fingerprints (digests of goals and scene) are in ``known``.
         """
+        return self.judge_seed(seed, known).compare_with_earlier_tasks(known, Balance())
+
+    def judge_seed(self, seed: str, known: Collection[tuple[str, str]] = ()) -> JudgedSeed:
+        """Return the outcome of a seed and the fingerprint of its task, for a comparison with earlier tasks.
+
+        Fingerprints of earlier tasks in ``known`` are optional. They save the work on copies.
+        """
+        compared: list[tuple[str, str]] = []
+
+        def is_copy(fingerprint: tuple[str, str]) -> bool:
+            compared.append(fingerprint)
+            return fingerprint in known
+
+        outcome = self._make_task(seed, is_copy)
+        return JudgedSeed(outcome, compared[0] if compared else None)
+
+    def _make_task(
+        self, seed: str, is_copy: Callable[[tuple[str, str]], bool]
+    ) -> GenerationOutcome | PairChoice:
         self._made += 1
         if self._made % _TASKS_PER_PLANNER == 0:
             self._renew_planners()
@@ -260,7 +287,7 @@ class TaskGenerator:
         split = sets.choose_split_of_goals(goals, start.scene, self.spec.held_out)
         if self.spec.split not in (TaskSplit.ALL, split):
             return RejectionReason.OTHER_SPLIT
-        if not self.spec.kind.is_over_time and sets.fingerprint_goals_and_scene(goals, start) in known:
+        if not self.spec.kind.is_over_time and is_copy(sets.fingerprint_goals_and_scene(goals, start)):
             return RejectionReason.COPY
         words = InstructionWriter.make_for_benchmark(self.benchmark, start, by_place=self.spec.by_place)
         name = f"{self.benchmark.name}-{self.spec.sha256[:6]}-{seed}"
@@ -276,7 +303,7 @@ class TaskGenerator:
             task = timed.task
             about |= timed.about
             reason = self._objections.find_rejection_reason(task, words, least, most + _MAX_EXTRA_STEPS)
-            if reason is None and sets.fingerprint_task(task) in known:
+            if reason is None and is_copy(sets.fingerprint_task(task)):
                 reason = RejectionReason.COPY
         if reason is None and self.is_given_away is not None and self.is_given_away(task):
             reason = RejectionReason.KNOWN_PLAN
@@ -285,15 +312,15 @@ class TaskGenerator:
         outcome = self._measure_task(task, seed, about) if reason is None else reason
         return outcome if isinstance(outcome, RejectionReason) else self._add_paired_task(outcome, rng)
 
-    def _add_paired_task(self, made: GeneratedTask, rng: random.Random) -> GenerationOutcome:
+    def _add_paired_task(self, made: GeneratedTask, rng: random.Random) -> GenerationOutcome | PairChoice:
         """Return the task.
 
-        If the specification asks for pairs, return a pair of tasks made from this task.
+        If the specification asks for pairs, return a pair, or the choice of a pair, made from this task.
         """
         planner = self._free_planner
         if self.spec.kind is TaskKind.PAIRS:
             may_lack = self.benchmark.notation.english.may_lack
-            return make_possible_pair(made, planner, may_lack, self._balance, rng) or RejectionReason.NO_TWIN
+            return make_pair_choice(made, planner, may_lack, rng)
         if self.spec.kind is TaskKind.AMBIGUOUS:
             return (
                 make_ambiguous_pair(made, self.benchmark, self.prior, planner, rng)
@@ -530,7 +557,7 @@ class TaskGenerator:
 def generate_from_seeds(
     generator: TaskGenerator, seeds: Iterator[str], number: int, known: set[tuple[str, str]]
 ) -> Iterator[GenerationOutcome]:
-    """Yield, for each seed, the generated task or the reason for rejection, until there are `number` tasks.
+    """Yield the outcomes of seeds in this process, until there are `number` tasks (`select_tasks`).
 
     Args:
         generator: the generator.
@@ -541,23 +568,5 @@ def generate_from_seeds(
     Raises:
         InputError: too many seeds in a row give no task.
     """
-    generated = failures = 0
-    reasons = Counter[str]()
-    limit = _MAX_FAILED_SEEDS * (_PAIRS_FACTOR if generator.spec.kind is TaskKind.PAIRS else 1)
-    if generator.spec.split is not TaskSplit.ALL:
-        limit = round(limit / min(sets.SHARES.values()))
-    while generated < number:
-        if failures == limit:
-            why = ", ".join(f"{reason} ({n})" for reason, n in reasons.most_common(2))
-            given = f"the last {failures} seeds gave no task: {why}"
-            raise InputError(f"only {generated} of {number} tasks generated; {given}")
-        outcome = generator.generate_task(next(seeds), known)
-        if isinstance(outcome, GeneratedTask):
-            known.add(sets.fingerprint_task(outcome.task))
-            generated += 1
-            failures = 0
-            reasons.clear()
-        else:
-            failures += 1
-            reasons[outcome.value] += 1
-        yield outcome
+    judged = (generator.judge_seed(seed, known) for seed in seeds)
+    return select_tasks(judged, generator.spec, number, known)

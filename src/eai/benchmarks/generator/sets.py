@@ -211,20 +211,27 @@ def _find_quartiles(numbers: list[int]) -> list[int]:
     return [min(numbers), *map(round, statistics.quantiles(numbers, n=4, method="inclusive")), max(numbers)]
 
 
-def read_other_sets(folder: Path, base: str, domain: Domain, *, without: Path) -> dict[str, Sequence[Task]]:
-    """Return a mapping from file name to tasks, for all task files in a folder except the file `without`.
+def find_other_sets(folder: Path, base: str, *, without: Path) -> dict[str, Path]:
+    """Return a mapping from set name to task file, for all sets in a folder that are made like a benchmark.
+
+    Empty files and the file `without` are left out.
 
     Raises:
         InputError: a line of a file is not a task.
     """
     files = sorted(folder.iterdir()) if folder.is_dir() else []
     others = [file for file in files if file.name.endswith(ENDINGS) and file != without]
-    read = [open_task_files(file) for file in others if file.stat().st_size]
-    return {
-        task_file.name: list(task_file.open_tasks(domain).values())
-        for task_file in read
-        if task_file.base == base
-    }
+    opened = {file: open_task_files(file) for file in others if file.stat().st_size}
+    return {task_file.name: file for file, task_file in opened.items() if task_file.base == base}
+
+
+def read_set(path: Path, domain: Domain) -> list[Task]:
+    """Return the tasks of a task file, or of all task files in a folder.
+
+    Raises:
+        InputError: a line of a file is not a task.
+    """
+    return list(open_task_files(path).open_tasks(domain).values())
 
 
 def make_manifest_entry(

@@ -17,8 +17,9 @@ from __future__ import annotations
 
 import random
 from collections import Counter
-from collections.abc import Collection, Iterable, Iterator, Mapping, Sequence
-from dataclasses import replace
+from collections.abc import Callable, Collection, Iterable, Iterator, Mapping, Sequence
+from dataclasses import dataclass, replace
+from functools import partial
 from typing import TypeAlias
 
 import eai.logic.formula as f
@@ -57,18 +58,56 @@ _LIMITS = Limits(300)
 Balance: TypeAlias = Counter[tuple[str, str]]
 """Pair of missing property and object category -> impossible tasks minus possible tasks with this pair."""
 
+PairChoice: TypeAlias = Callable[[Balance], "GeneratedTask | None"]
+"""Function that returns a pair of tasks, or None if no pair is balanced. It adds the pair to the balance."""
 
-def make_possible_pair(
-    made: GeneratedTask, planner: Planner, may_lack: Collection[str], balance: Balance, rng: random.Random
+
+@dataclass(frozen=True, slots=True)
+class _PairCandidate:
+    """A fact without which a task has no plan, and the facts that the other task of the pair may lack.
+
+    Attributes:
+        fact: the fact.
+        same: facts about objects of the same category.
+        similar: facts about objects that goals mention in the same way, if `same` is empty.
+    """
+
+    fact: Fact
+    same: Sequence[Fact]
+    similar: Sequence[Fact]
+
+
+def _choose_pair(
+    made: GeneratedTask, candidates: Sequence[_PairCandidate], rng: random.Random, balance: Balance
 ) -> GeneratedTask | None:
-    """Return a pair of a task with a plan and a task without a plan, or None if no such pair is found.
+    """Return a pair, or None if each pair would reveal by its categories which task has no plan."""
+    for candidate in candidates:
+        kind = _get_property_and_category(candidate.fact, made.task)
+        partners = candidate.same or [
+            other
+            for other in candidate.similar
+            if balance[kind] <= 0 <= balance[_get_property_and_category(other, made.task)]
+        ]
+        if partners:
+            other = rng.choice(partners)
+            balance[kind] += 1
+            balance[_get_property_and_category(other, made.task)] -= 1
+            return _make_impossible_pair(made, candidate.fact, other, rng)
+    return None
+
+
+def make_pair_choice(
+    made: GeneratedTask, planner: Planner, may_lack: Collection[str], rng: random.Random
+) -> PairChoice:
+    """Return a function that chooses a pair of a task with a plan and a task without a plan.
+
+    The search for candidates ends with a fact for which every balance allows a pair.
 
     Args:
         made: a generated task with a plan.
         planner: a planner for the domain. A task counts as impossible only if the planner's heuristic finds
             the goals unreachable.
         may_lack: properties that objects of the impossible task may lack; any property if empty.
-        balance: counts of the earlier pairs. The new pair is added to them.
         rng: the random generator.
     """
     task, domain = made.task, planner.domain
@@ -78,23 +117,18 @@ def make_possible_pair(
     rng.shuffle(facts)
     needed = [fact for fact in facts if not solves_task(domain, _remove_fact(task, fact), task.script)]
     others = [fact for fact in facts if fact not in needed]
-    sorts = {fact: _get_goal_role_of_fact(fact, task) for fact in facts}
+    roles = {fact: _get_goal_role_of_fact(fact, task) for fact in facts}
+    candidates: list[_PairCandidate] = []
     for fact in needed:
-        kind = _get_property_and_category(fact, task)
-        similar = [other for other in others if sorts[other] == sorts[fact]]
+        kind, lacking = _get_property_and_category(fact, task), _remove_fact(task, fact)
+        similar = [other for other in others if roles[other] == roles[fact]]
+        if not similar or _looks_solvable(lacking, planner) or not is_impossible(lacking, domain):
+            continue
         same = [other for other in similar if _get_property_and_category(other, task) == kind]
-        partners = same or [
-            other
-            for other in similar
-            if balance[kind] <= 0 <= balance[_get_property_and_category(other, task)]
-        ]
-        lacking = _remove_fact(task, fact)
-        if partners and not _looks_solvable(lacking, planner) and is_impossible(lacking, domain):
-            other = rng.choice(partners)
-            balance[kind] += 1
-            balance[_get_property_and_category(other, task)] -= 1
-            return _make_impossible_pair(made, fact, other, rng)
-    return None
+        candidates.append(_PairCandidate(fact, same, [] if same else similar))
+        if same:
+            break
+    return partial(_choose_pair, made, candidates, rng)
 
 
 def _looks_solvable(task: Task, planner: Planner) -> bool:

@@ -1,0 +1,89 @@
+"""Judge seeds in worker processes, and send the results to the process that chooses the tasks."""
+
+from __future__ import annotations
+
+import io
+import pickle
+from collections.abc import Sequence
+from dataclasses import replace
+from functools import partial
+from itertools import chain
+from pathlib import Path
+
+from eai.base.store import ignore_progress
+from eai.benchmarks.generator import sets
+from eai.benchmarks.generator.generator import TaskGenerator
+from eai.benchmarks.generator.seeds import JudgedSeed
+from eai.benchmarks.generator.spec import TaskSpecification
+from eai.benchmarks.registry import find_benchmark
+from eai.tasks.source import Source
+from eai.world.vocabulary import Vocabulary
+
+
+def open_generator(
+    spec: TaskSpecification, source: Source, earlier: tuple[Path, ...] = (), later: tuple[Path, ...] = ()
+) -> TaskGenerator:
+    """Return a generator that can be pickled: another process opens the benchmark and the files again.
+
+    Args:
+        spec: the specification of the tasks.
+        source: the source of the benchmark's data.
+        earlier: task files of earlier splits.
+        later: task files of later splits.
+
+    Raises:
+        InputError: a line of a file is not a task, or the benchmark cannot meet the specification.
+    """
+    benchmark, source = find_benchmark(spec.like), replace(source, report=ignore_progress)
+    known, held_out = (
+        chain.from_iterable(sets.read_set(file, benchmark.domain) for file in files)
+        for files in (earlier, later)
+    )
+    is_given_away = sets.make_leak_test(benchmark.domain, known, held_out)
+    reopen = partial(open_generator, spec, source, earlier, later)
+    return TaskGenerator(benchmark, spec, source, is_given_away, reopen)
+
+
+def judge_seed_batch(generator: TaskGenerator, seeds: Sequence[str]) -> list[bytes]:
+    """Return the outcomes of seeds, pickled for `load_judged_seed`."""
+    vocabulary = generator.benchmark.domain.vocabulary
+    return [_dump_judged_seed(generator.judge_seed(seed), vocabulary) for seed in seeds]
+
+
+class _TaskPickler(pickle.Pickler):
+    """Pickles tasks without their vocabulary, whose functions cannot be pickled."""
+
+    def __init__(self, file: io.BytesIO, vocabulary: Vocabulary) -> None:
+        super().__init__(file, pickle.HIGHEST_PROTOCOL)
+        self._vocabulary = vocabulary
+
+    def persistent_id(self, value: object) -> str | None:
+        return "vocabulary" if value is self._vocabulary else None
+
+
+class _TaskUnpickler(pickle.Unpickler):
+    """Reads tasks that `_TaskPickler` pickled."""
+
+    def __init__(self, file: io.BytesIO, vocabulary: Vocabulary) -> None:
+        super().__init__(file)
+        self._vocabulary = vocabulary
+
+    def persistent_load(self, name: str) -> Vocabulary:
+        return self._vocabulary
+
+
+def _dump_judged_seed(judged: JudgedSeed, vocabulary: Vocabulary) -> bytes:
+    file = io.BytesIO()
+    _TaskPickler(file, vocabulary).dump(judged)
+    return file.getvalue()
+
+
+def load_judged_seed(content: bytes, vocabulary: Vocabulary) -> JudgedSeed:
+    """Return the outcome of a seed that another process pickled (`judge_seed_batch`).
+
+    Args:
+        content: the pickled outcome.
+        vocabulary: the vocabulary of the benchmark.
+    """
+    judged: JudgedSeed = _TaskUnpickler(io.BytesIO(content), vocabulary).load()
+    return judged
