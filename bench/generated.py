@@ -27,7 +27,7 @@ from collections.abc import Iterator, Sequence
 from pathlib import Path
 
 from eai.base.errors import DataError
-from eai.benchmarks.generator.census import count_prior
+from eai.benchmarks.generator.census import count_usual_goals
 from eai.benchmarks.generator.generator import TaskGenerator, generate_from_seeds
 from eai.benchmarks.generator.prior import UsualGoals, find_argument_uses
 from eai.benchmarks.generator.sets import fingerprint_task, make_seeds
@@ -112,7 +112,7 @@ def measure_opening(file: Path, domain: Domain) -> dict[str, object]:
 def find_set_faults(file: Path, like: str) -> dict[str, object]:
     """Return the faults of a set's tasks, read from its file."""
     benchmark = find_benchmark(like)
-    domain, prior = benchmark.domain, count_prior(benchmark, benchmark.tasks(Source()).values())
+    domain, prior = benchmark.domain, count_usual_goals(benchmark, benchmark.tasks(Source()).values())
     prints, wrong, steps = Counter[tuple[str, str]](), Counter[str](), 0
     for task in _tasks(file, domain):
         prints[fingerprint_task(task)] += 1

@@ -22,7 +22,7 @@ from policy import Choice, Reader, Table
 
 from eai.agents.gym import TextEnvironment, make
 from eai.benchmarks.generator.generator import TaskGenerator, generate_from_seeds
-from eai.benchmarks.generator.sets import make_leak_test, make_seeds
+from eai.benchmarks.generator.sets import make_seeds, make_shared_plan_test
 from eai.benchmarks.generator.spec import GeneratedTask, PlanLengthTier, TaskSpecification, TaskSplit
 from eai.benchmarks.registry import find_benchmark
 from eai.tasks.source import Source
@@ -64,7 +64,7 @@ def make_tasks(like: str, folder: Path, sizes: dict[TaskSplit, int]) -> None:
     digest, earlier = base.tasks(source).sha256, list[Task]()
     for split, size in sizes.items():
         spec = TaskSpecification(like, digest, PlanLengthTier.S, most_objects=OBJECTS, split=split)
-        generator = TaskGenerator(base, spec, source, make_leak_test(base.domain, earlier))
+        generator = TaskGenerator(base, spec, source, make_shared_plan_test(base.domain, earlier))
         made = generate_from_seeds(generator, make_seeds(split.value, 0), size, set())
         tasks = [each for each in made if isinstance(each, GeneratedTask)]
         earlier += [each.task for each in tasks]

@@ -10,7 +10,7 @@ import pytest
 from by_path import ROOT
 from command_line import Command
 from eai.benchmarks.benchmark import Benchmark
-from eai.benchmarks.generator.census import count_prior
+from eai.benchmarks.generator.census import count_usual_goals
 from eai.benchmarks.generator.generator import TaskGenerator
 from eai.benchmarks.generator.prior import UsualGoals
 from eai.benchmarks.generator.seeds import JudgedSeed
@@ -35,10 +35,10 @@ def counted_once(priors: dict[str, UsualGoals], monkeypatch: pytest.MonkeyPatch)
 
     def prior(benchmark: Benchmark, tasks: Sequence[Task]) -> UsualGoals:
         if benchmark.name not in priors:
-            priors[benchmark.name] = count_prior(benchmark, tasks)
+            priors[benchmark.name] = count_usual_goals(benchmark, tasks)
         return priors[benchmark.name]
 
-    monkeypatch.setattr("eai.benchmarks.generator.generator.count_prior", prior)
+    monkeypatch.setattr("eai.benchmarks.generator.generator.count_usual_goals", prior)
 
 
 def made(eai: Command, out: Path, *options: object, n: int = 3) -> list[dict[str, object]]:

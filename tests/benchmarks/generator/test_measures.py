@@ -19,10 +19,10 @@ from eai.benchmarks.generator.measures import (
     FILE,
     TaskMeasure,
     _DifficultyModel,
-    _VisibilityState,
-    find_visibility_states,
+    _VisibilityPredicate,
+    find_visibility_predicates,
     get_difficulty_model,
-    make_presence_condition,
+    make_existence_condition,
     measure_task,
 )
 from eai.benchmarks.generator.spec import TaskSpecification
@@ -36,23 +36,23 @@ _MEASURED = (TaskMeasure.CONTAINERS, TaskMeasure.HIDDEN, TaskMeasure.TOOL_STEPS,
 
 
 def test_absent_objects_are_distinguished_from_hidden_ones() -> None:
-    household = {like: make_presence_condition(find_benchmark(like).domain) for like in HOUSEHOLDS}
+    household = {like: make_existence_condition(find_benchmark(like).domain) for like in HOUSEHOLDS}
     part, sliced = f.Atom("part", (f.Variable("x"),)), f.Atom("is_sliced", (f.Variable("x"),))
     assert household == {"behavior": f.And((~part | sliced,)), "virtualhome": f.TRUE}
     near = replace(SWITCHES.domain, visible=f.Atom("beside", (f.Variable("x"),)))
     assert (
-        make_presence_condition(near)
-        == make_presence_condition(SWITCHES.domain)
-        == make_presence_condition(replace(near, visible=None))
+        make_existence_condition(near)
+        == make_existence_condition(SWITCHES.domain)
+        == make_existence_condition(replace(near, visible=None))
         == f.TRUE
     )
 
 
 def test_lids_follow_from_the_declared_visibility() -> None:
-    told = {like: set(find_visibility_states(find_benchmark(like).domain)) for like in HOUSEHOLDS}
+    told = {like: set(find_visibility_predicates(find_benchmark(like).domain)) for like in HOUSEHOLDS}
     assert told == {
-        "virtualhome": {_VisibilityState("CLOSED", False)},
-        "behavior": {_VisibilityState("is_open", True)},
+        "virtualhome": {_VisibilityPredicate("CLOSED", False)},
+        "behavior": {_VisibilityPredicate("is_open", True)},
     }
 
 

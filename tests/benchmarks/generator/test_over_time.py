@@ -23,7 +23,7 @@ from eai.benchmarks.generator.walk import (
     GoalByGoalPlan,
     TemporalGoalFinder,
     _have_no_common_object,
-    _make_goal_if_distinguishing,
+    _make_goal_if_only_first_fulfils,
     reach_all_goals,
 )
 from eai.benchmarks.random_answers import random_walk
@@ -144,7 +144,7 @@ def test_new_facts_are_about_movable_objects_and_not_the_agent(
     way = execute_plan(lamps.domain, task.initial, steps)
     assert way.failure is None
     prior = replace(NOTHING_IS_USUAL, **{"goal_counts": WANTED, **changes})
-    became = seeker(lamps, task, prior)._find_new_facts(way.states)
+    became = seeker(lamps, task, prior)._find_states_of_new_facts(way.states)
     assert {print_ltl(atom): when for atom, when in became.items()} == expected
 
 
@@ -191,7 +191,7 @@ BOX = "GO box; OPEN box"
 def test_a_plan_is_cut_at_steps_after_which_one_more_goal_lasts(
     lamps: Benchmark, way: str, cuts: list[int]
 ) -> None:
-    assert seeker(lamps, asked(lamps, way), USUAL)._goal_steps == cuts
+    assert seeker(lamps, asked(lamps, way), USUAL)._steps_reaching_goals == cuts
 
 
 def test_order_and_overlap_of_facts_distinguish_two_plans(lamps: Benchmark) -> None:
@@ -206,20 +206,20 @@ def test_order_and_overlap_of_facts_distinguish_two_plans(lamps: Benchmark) -> N
     ]
     assert ours.becomes_true_first(ONE, ONE)
     assert ours.have_held_together(is_open, OTHER)
-    goals = {print_ltl(goal): apart for apart, goal in found._list_candidates(other)}
+    goals = {print_ltl(goal): apart for apart, goal in found._yield_sort_keys_and_goals(other)}
     assert goals == {
         "not lit(lamp_2) until lit(lamp_1)": True,
         "not lit(lamp_2) until is_open(box)": True,
     }
     for text in goals:
-        (goal,) = [each for _, each in found._list_candidates(other) if print_ltl(each) == text]
-        kept = _make_goal_if_distinguishing(goal, ours, other)
+        (goal,) = [each for _, each in found._yield_sort_keys_and_goals(other) if print_ltl(each) == text]
+        kept = _make_goal_if_only_first_fulfils(goal, ours, other)
         assert kept is not None
         assert (kept.plan, kept.temptation) == (ours.plan, other.plan)
-        assert _make_goal_if_distinguishing(goal, other, ours) is None
-        assert _make_goal_if_distinguishing(goal, ours, ours) is None
+        assert _make_goal_if_only_first_fulfils(goal, other, ours) is None
+        assert _make_goal_if_only_first_fulfils(goal, ours, ours) is None
     pressing = seeker(lamps, task, replace(USUAL, action_counts={("PRESS",): 1}))
-    pressed = pressing._list_candidates(pressing._solving_plan)
+    pressed = pressing._yield_sort_keys_and_goals(pressing._solving_plan)
     told = [print_ltl(goal) for _, goal in pressed]
     assert len(told) == 2 * 3
     assert "not is_open(box) until PRESS(lamp_1)" in told
@@ -231,8 +231,8 @@ def test_goals_are_reached_in_another_order_where_there_are_several(
 ) -> None:
     task, reached = asked(lamps, f"{FIRST}; {SECOND}", *goals), []
     monkeypatch.setattr(module, "reach_all_goals", lambda walk, goals: reached.append(goals))
-    monkeypatch.setattr(TemporalGoalFinder, "_find_goal_excluding", lambda *asked: None)
-    assert seeker(lamps, task, USUAL)._find_goal_of_order() is None
+    monkeypatch.setattr(TemporalGoalFinder, "_find_goal_that_plan_fails", lambda *asked: None)
+    assert seeker(lamps, task, USUAL)._find_goal_about_order() is None
     assert len(reached) == walks
 
 

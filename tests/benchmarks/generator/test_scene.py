@@ -16,7 +16,7 @@ from eai.benchmarks.generator.scene import (
     _order_by_category,
     add_objects_of_other_tasks,
     add_similar_objects,
-    make_closed_scene,
+    make_reduced_scene,
     restrict_state,
 )
 from eai.tasks.goal_text import make_task
@@ -97,7 +97,7 @@ def test_guests_fit_the_scene_and_keep_their_placement(
     home: Any, here: Any, changes: dict[str, Any], most: int, guests: list[str]
 ) -> None:
     prior, place = usual(**changes), task(*here)
-    closed = make_closed_scene(place, replace(prior, taken_categories=frozenset()), random.Random(0), 9)
+    closed = make_reduced_scene(place, replace(prior, taken_categories=frozenset()), random.Random(0), 9)
     home_task = task(*home, relevant=["cup.1"])
     found = add_objects_of_other_tasks(closed, [home_task], prior, random.Random(0), most)
     names = [thing.name for thing in found.scene.objects]
@@ -122,7 +122,9 @@ def test_added_objects_are_placed_like_one_of_their_category(
     changes: dict[str, Any], kinds: set[str], most: int, number: set[int]
 ) -> None:
     prior = usual(**{"countable_categories": frozenset({"cup"}), **changes})
-    closed = make_closed_scene(task(*HOME), replace(prior, taken_categories=frozenset()), random.Random(0), 9)
+    closed = make_reduced_scene(
+        task(*HOME), replace(prior, taken_categories=frozenset()), random.Random(0), 9
+    )
     seen = set()
     for seed in range(40):
         found = add_similar_objects(closed, prior, random.Random(seed), most, kinds)
@@ -156,7 +158,7 @@ def test_the_number_of_objects_in_a_scene_is_limited(most: int, rich: bool, size
     things = [f"kind{n}.{n}" for n in range(40)] if rich else CROWD
     crowded = replace(task(things), relevant=())
     found = {
-        len(make_closed_scene(crowded, prior, random.Random(seed), most, rich=rich).scene.objects)
+        len(make_reduced_scene(crowded, prior, random.Random(seed), most, leaves_room=rich).scene.objects)
         for seed in range(150)
     }
     assert found == sizes
@@ -177,7 +179,7 @@ def test_an_object_comes_with_its_support_and_its_parts() -> None:
     ]
     asked = task(things, *facts, relevant=["lid.1"])
     prior = usual(taken_categories=frozenset({"nothing"}))
-    found = make_closed_scene(asked, prior, random.Random(0), 5)
+    found = make_reduced_scene(asked, prior, random.Random(0), 5)
     assert [thing.name for thing in found.scene.objects] == things[:5]
     assert found.scene.agent == 4
     assert told(found.facts(), found.scene) == {
@@ -189,16 +191,16 @@ def test_an_object_comes_with_its_support_and_its_parts() -> None:
         "clean lid.1",
         "night",
     }
-    assert [thing.name for thing in make_closed_scene(asked, prior, random.Random(0), 4).scene.objects] == [
+    assert [thing.name for thing in make_reduced_scene(asked, prior, random.Random(0), 4).scene.objects] == [
         "me.0"
     ]
-    there = make_closed_scene(asked, prior, random.Random(0), 2, with_=[5])
+    there = make_reduced_scene(asked, prior, random.Random(0), 2, required_objects=[5])
     assert [thing.name for thing in there.scene.objects] == ["me.0", "sink.1"]
 
 
 def test_two_objects_in_each_other_lose_both_facts() -> None:
     asked = task(["cup.1", "pan.1"], ("on", "cup.1", "pan.1"), ("on", "pan.1", "cup.1"), ("clean", "pan.1"))
-    assert told(make_closed_scene(asked, usual(), random.Random(0), 9).facts(), asked.scene) == {
+    assert told(make_reduced_scene(asked, usual(), random.Random(0), 9).facts(), asked.scene) == {
         "clean pan.1"
     }
     assert {fact.predicate for fact in restrict_state(asked.initial, [1]).facts()} == {"clean"}

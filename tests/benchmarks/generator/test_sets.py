@@ -15,9 +15,9 @@ from eai.base.errors import InputError
 from eai.benchmarks.benchmark import Benchmark
 from eai.benchmarks.generator.sets import (
     MANIFEST,
-    check_secret_set,
     compute_set_statistics,
     find_other_sets,
+    list_doubts_about_secret_set,
     make_manifest_entry,
     make_seeds,
     read_set,
@@ -134,7 +134,7 @@ def test_false_claims_about_a_secret_are_reported(
     write_set(tmp_path, lamps, [seeds[number] for number in chosen])
     file = tmp_path / "test.jsonl"
     file.write_bytes(file.read_bytes().replace(b"Switch", b"Turn") if content else file.read_bytes())
-    problems = list(check_secret_set(tmp_path, "test", secret))
+    problems = list(list_doubts_about_secret_set(tmp_path, "test", secret))
     assert len(problems) == len(found)
     assert all(problem.startswith(start) for problem, start in zip(problems, found, strict=True))
 
@@ -144,10 +144,10 @@ def test_without_a_secret_or_a_file_nothing_can_be_proved(lamps: Benchmark, tmp_
     write_manifest(tmp_path, "open", make_manifest_entry(SPEC, 3, None, b"", [], []), {})
     for split in ("open", "train"):
         with pytest.raises(InputError, match="that was made with a secret"):
-            list(check_secret_set(tmp_path, split, SECRET))
+            list(list_doubts_about_secret_set(tmp_path, split, SECRET))
     (tmp_path / "test.jsonl").unlink()
     with pytest.raises(InputError, match=r"expected test\.jsonl or test\.jsonl\.gz"):
-        list(check_secret_set(tmp_path, "test", SECRET))
+        list(list_doubts_about_secret_set(tmp_path, "test", SECRET))
 
 
 def test_a_manifest_keeps_other_sets_and_their_overlap(tmp_path: Path) -> None:

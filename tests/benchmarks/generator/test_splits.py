@@ -16,14 +16,14 @@ from eai.benchmarks.generator.generator import TaskGenerator
 from eai.benchmarks.generator.prior import LiteralPattern, find_patterns
 from eai.benchmarks.generator.sets import (
     SHARES,
+    _get_predicate_and_category,
     _get_split_at_share,
-    _make_split_pair,
     choose_split,
     choose_split_of_goals,
     fingerprint_task,
     is_earlier_split,
-    make_leak_test,
     make_seeds,
+    make_shared_plan_test,
     measure_overlap,
     select_base_tasks,
 )
@@ -124,13 +124,15 @@ def test_a_task_solved_by_lookup_in_another_split_is_rejected() -> None:
     made = tasks("behavior")[0]
     domain = find_benchmark("behavior").domain
     copy = replace(made.task, id="copy")
-    assert make_leak_test(domain, known=[copy])(made.task)
-    assert make_leak_test(domain, held_out=[copy])(made.task)
-    assert not make_leak_test(domain)(made.task)
+    assert make_shared_plan_test(domain, earlier_tasks=[copy])(made.task)
+    assert make_shared_plan_test(domain, later_tasks=[copy])(made.task)
+    assert not make_shared_plan_test(domain)(made.task)
     benchmark, source = find_benchmark("behavior"), Source()
     spec = TaskSpecification("behavior", benchmark.tasks(source).sha256)
     seed = str(made.about["seed"])
-    again = TaskGenerator(benchmark, spec, source, make_leak_test(domain, known=[copy])).generate_task(seed)
+    again = TaskGenerator(
+        benchmark, spec, source, make_shared_plan_test(domain, earlier_tasks=[copy])
+    ).generate_task(seed)
     assert again == RejectionReason.KNOWN_PLAN
 
 
@@ -202,7 +204,7 @@ def test_a_pair_has_a_predicate_and_the_first_category_other_than_the_agents(
     lamps: Benchmark, categories: tuple[str, ...], pair: tuple[str, ...]
 ) -> None:
     scene = lamps.tasks(Source())["light"].scene
-    assert _make_split_pair(LiteralPattern("p", categories, True), scene) == pair
+    assert _get_predicate_and_category(LiteralPattern("p", categories, True), scene) == pair
 
 
 @pytest.mark.parametrize(

@@ -63,7 +63,7 @@ def test_a_walk_reaches_one_more_goal_and_returns_to_a_mark(lamps: Benchmark) ->
     assert walk.reach_goal(lit("lamp_1"))
     assert not walk.reach_goal(lit("lamp_1")), "it holds"
     assert names(walk) == ["GO", "PRESS"]
-    mark, state = walk.get_position(), walk.state
+    mark, state = walk.get_checkpoint(), walk.state
     taken = Or((Occurs("TAKE"), Occurs("OPEN")))
     assert walk.reach_goal(taken)
     assert not walk.goal_holds(taken, walk.state)

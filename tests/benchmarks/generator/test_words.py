@@ -227,7 +227,11 @@ def test_objects_are_described_by_facts_true_of_no_other_object() -> None:
     scene = WORDS.scene
     seen = [Fact("inside", (1, 4)), Fact("is_clean", (2,)), Fact("ON", (1,)), Fact("ON", (2,))]
     words = replace(WORDS, initial_facts=[Fact("on_top", (1, 3)), *seen])
-    assert [words.is_described(thing.name) for thing in scene.objects] == [True] * 4 + [False, False, True]
+    assert [words.can_be_described_without_name(thing.name) for thing in scene.objects] == [True] * 4 + [
+        False,
+        False,
+        True,
+    ]
     said = words.make_clause(formula("inside(cup_1, box_1) or not is_clean(cup_2)"))
     assert said == (
         "either the cup that is on top of the shelf is inside box_1 or the cup that is clean now is not clean"
@@ -241,14 +245,14 @@ def test_categories_with_equal_nouns_keep_their_names() -> None:
     things = ["gift_box.n.01", "gift_box", "cup.n.01", "cup.n.01", "can__of__soda"]
     objects = [WorldObject(f"thing_{n}", kind) for n, kind in enumerate(things)]
     scene = Scene(WORDS.scene.vocabulary, objects)
-    assert replace(WORDS, scene=scene).nouns == {
+    assert replace(WORDS, scene=scene).noun_by_category == {
         "gift_box.n.01": "gift box",
         "gift_box": "gift_box",
         "cup.n.01": "cup",
         "can__of__soda": "can of soda",
     }
     called = replace(WORDS, scene=scene, english=EnglishWords(nouns={"gift_box": "case"}))
-    assert called.nouns["gift_box"] == "case"
+    assert called.noun_by_category["gift_box"] == "case"
 
 
 def test_an_action_is_read_only_with_objects_of_the_scene() -> None:

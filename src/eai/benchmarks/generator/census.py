@@ -18,12 +18,12 @@ import eai.logic.formula as f
 from eai.abilities.protocol import Ability
 from eai.base.grouping import group_pairs
 from eai.benchmarks.benchmark import Benchmark
-from eai.benchmarks.generator.measures import find_needed_objects
+from eai.benchmarks.generator.measures import find_objects_of_goals_and_plan
 from eai.benchmarks.generator.prior import (
     LiteralPattern,
     Patterns,
-    TitleTheme,
     UsualGoals,
+    UsualGoalsOfTitle,
     filter_patterns,
     find_argument_uses,
     find_patterns,
@@ -44,7 +44,7 @@ from eai.world.state import Fact, Scene, State
 from eai.world.vocabulary import Predicate
 
 
-class UsualDomain:
+class DomainOfUsualActions:
     """A domain restricted to usual actions, or the original domain if the data set has no plans.
 
     Attributes:
@@ -54,21 +54,23 @@ class UsualDomain:
     def __init__(self, domain: Domain, prior: UsualGoals) -> None:
         self.domain, self._original = domain, domain.vocabulary
         self._kinds = group_pairs(
-            (_make_usual_predicate(name, place), kind) for name, place, kind in sorted(prior.uses)
+            (_make_usual_argument_predicate(name, place), kind) for name, place, kind in sorted(prior.uses)
         )
         if self._kinds:
             vocabulary = replace(self._original, predicates=(*self._original.predicates, *self._kinds))
             used = [operator for operator in domain.operators if operator.name in prior.operators]
             self.domain = replace(
-                domain, vocabulary=vocabulary, operators=tuple(map(_restrict_to_usual_arguments, used))
+                domain,
+                vocabulary=vocabulary,
+                operators=tuple(map(_restrict_to_arguments_seen_in_plans, used)),
             )
 
     def make_state(self, scene: Scene, facts: Iterable[Fact]) -> State:
         """Return a state of the restricted domain, with the objects of a scene and these facts."""
         own = Scene(self.domain.vocabulary, scene.objects, scene.agent)
-        return own.state((*self._select_declared_facts(facts), *self._make_usual_facts(own)))
+        return own.state((*self._select_declared_facts(facts), *self._make_usual_argument_facts(own)))
 
-    def restore_state(self, state: State) -> State:
+    def convert_state_to_original(self, state: State) -> State:
         """Return the state of the original domain that equals a state of the restricted domain."""
         scene = Scene(self._original, state.scene.objects, state.scene.agent)
         return scene.state(self._select_declared_facts(state.facts()))
@@ -76,20 +78,23 @@ class UsualDomain:
     def _select_declared_facts(self, facts: Iterable[Fact]) -> Iterator[Fact]:
         return (fact for fact in facts if self._original.find_stored(fact.predicate) is not None)
 
-    def _make_usual_facts(self, scene: Scene) -> Iterator[Fact]:
+    def _make_usual_argument_facts(self, scene: Scene) -> Iterator[Fact]:
         for predicate, kinds in self._kinds.items():
             for kind in kinds:
                 yield from (Fact(predicate.name, (i,)) for i in iterate_bits(scene.get_category_mask(kind)))
 
 
-def _make_usual_predicate(operator: str, place: int) -> Predicate:
+def _make_usual_argument_predicate(operator: str, argument_index: int) -> Predicate:
     """Return the predicate that holds for objects that are usual as this argument of an operator."""
-    return Predicate(f"usual {operator} {place}", 1, static=True)
+    return Predicate(f"usual {operator} {argument_index}", 1, static=True)
 
 
-def _restrict_to_usual_arguments(operator: Operator) -> Operator:
+def _restrict_to_arguments_seen_in_plans(operator: Operator) -> Operator:
     checks = [
-        affordance(_make_usual_predicate(operator.name, place)(parameter), f"{{{parameter.name}}} is unusual")
+        affordance(
+            _make_usual_argument_predicate(operator.name, place)(parameter),
+            f"{{{parameter.name}}} is unusual",
+        )
         for place, parameter in enumerate(operator.parameters)
     ]
     return replace(operator, checks=(*checks, *operator.checks))
@@ -109,7 +114,7 @@ _GOAL_WEIGHT, _EFFECT_WEIGHT, _FACT_WEIGHT = 4.0, 1.0, 0.05
 """Weights of a fact's pattern: if a goal states it, if a plan makes it true, and if it holds in a scene."""
 
 
-def count_prior(benchmark: Benchmark, tasks: Iterable[Task]) -> UsualGoals:
+def count_usual_goals(benchmark: Benchmark, tasks: Iterable[Task]) -> UsualGoals:
     """Return the usual goals, places of objects and actions, counted in tasks of a benchmark."""
     tasks, domain = list(tasks), benchmark.domain
     listings = benchmark.wording(Ability.ACTION_SEQUENCING).goal_fact_listers
@@ -118,13 +123,13 @@ def count_prior(benchmark: Benchmark, tasks: Iterable[Task]) -> UsualGoals:
     done = [(action, course.final_state.scene) for course in courses for action in course.executed_actions]
     kinds = frozenset([use for action, scene in done for use in find_argument_uses(action, scene)])
     goals = [goal for task in tasks for goal in task.goals]
-    forms = Counter([_get_goal_shape(goal) for goal in goals])
+    forms = Counter([_get_goal_formula_class(goal) for goal in goals])
     is_plain = not any(forms[form] for form in _QUANTIFIED)
     asked = [
         (formula, pattern, task.scene) for task in tasks for formula, pattern in _find_goal_patterns(task)
     ]
     wanted = Counter([(p.predicate, p.truth) for _, p, scene in asked if not _is_about_agent(p, scene)])
-    weights = _weigh_patterns(tasks, courses, listings)
+    weights = _weigh_literal_patterns(tasks, courses, listings)
     if not kinds:
         wanted.update(product([listing.predicate for listing in listings], (True, False)))
         for pattern in _make_all_possible_patterns(wanted, states):
@@ -136,14 +141,14 @@ def count_prior(benchmark: Benchmark, tasks: Iterable[Task]) -> UsualGoals:
     )  # the negation of a literal that makes no sense as a goal does make sense
     sound = filter_patterns(patterns, lambda p: not (p.truth and is_odd(p.predicate, p.categories)))
     roles = {operator.name: infer_operator_role(operator) for operator in domain.operators}
-    nestings, combinations, needy = _find_known_combinations(tasks)
-    places, parts = _find_place_and_part_relations(domain, states)
+    nestings, combinations, needy = _find_goal_combinations(tasks)
+    places, parts = _find_location_and_part_of_relations(domain, states)
     several = {kind for task in tasks for kind, number in _count_categories(task).items() if number > 1}
     return UsualGoals(
         patterns=patterns,
         goal_counts=wanted,
-        themes=_make_themes(tasks, sound),
-        shape_counts=_weigh_shapes(forms) if is_plain else forms,
+        themes=_make_themes_by_title(tasks, sound),
+        shape_counts=_weigh_goal_shapes(forms) if is_plain else forms,
         pair_patterns=frozenset(
             [pattern for formula, pattern, _ in asked if isinstance(formula, f.ForPairs)]
         ),
@@ -169,7 +174,7 @@ def count_prior(benchmark: Benchmark, tasks: Iterable[Task]) -> UsualGoals:
     )
 
 
-def _get_goal_shape(goal: Goal) -> str:
+def _get_goal_formula_class(goal: Goal) -> str:
     return "Occurs" if goal.kind is GoalKind.ACTION else type(goal.formula).__name__
 
 
@@ -183,21 +188,21 @@ def _find_goal_patterns(task: Task) -> Iterator[tuple[f.Formula, LiteralPattern]
             yield from ((goal.formula, pattern) for pattern in find_patterns(goal.formula, task.scene))
 
 
-def _weigh_patterns(
-    tasks: Sequence[Task], courses: Sequence[Trajectory], listings: Sequence[FactLister]
+def _weigh_literal_patterns(
+    tasks: Sequence[Task], executions: Sequence[Trajectory], fact_listers: Sequence[FactLister]
 ) -> defaultdict[LiteralPattern, float]:
     """Return a mapping from patterns of literals to weights, given tasks and executions of their plans."""
     weights: defaultdict[LiteralPattern, float] = defaultdict(float)
     initial_patterns: dict[LiteralPattern, None] = {}
     crowds: Counter[str] = Counter()
-    for task, course in zip(tasks, courses, strict=True):
-        objects = _find_concerned_objects(task)
-        before = _find_fact_patterns(task.initial, objects, listings)
+    for task, course in zip(tasks, executions, strict=True):
+        objects = _find_mentioned_or_used_objects(task)
+        before = _find_fact_patterns(task.initial, objects, fact_listers)
         initial_patterns |= before
-        crowds.update(_count_excess_pairs(task.initial, objects, listings))
+        crowds.update(_count_pairs_above_maximum(task.initial, objects, fact_listers))
         afterwards = [course.final_state, *([] if task.annotated_final is None else [task.annotated_final])]
         came_about = [
-            _find_changed_patterns(before, _find_fact_patterns(state, objects, listings))
+            _find_changed_patterns(before, _find_fact_patterns(state, objects, fact_listers))
             for state in afterwards
         ]
         for pattern in dict.fromkeys(chain(*came_about)):
@@ -212,7 +217,7 @@ def _weigh_patterns(
 _Triples: TypeAlias = set[tuple[str, str, str]]
 
 
-def _find_known_combinations(tasks: Iterable[Task]) -> tuple[_Triples, _Triples, set[tuple[str, str]]]:
+def _find_goal_combinations(tasks: Iterable[Task]) -> tuple[_Triples, _Triples, set[tuple[str, str]]]:
     """Return values of three fields of `UsualGoals`: `nestings`, `combinations` and `dependent_states`."""
     nestings, combinations = _Triples(), _Triples()
     alone, accompanied = Counter[tuple[str, str]](), Counter[tuple[str, str]]()
@@ -234,29 +239,33 @@ def _find_known_combinations(tasks: Iterable[Task]) -> tuple[_Triples, _Triples,
 
 def _count_categories(task: Task) -> Counter[str]:
     """Return a mapping from categories to the number of objects that a task mentions or its plan uses."""
-    return Counter([task.scene.objects[i].category for i in _find_concerned_objects(task)])
+    return Counter([task.scene.objects[i].category for i in _find_mentioned_or_used_objects(task)])
 
 
-def _make_themes(tasks: Iterable[Task], usual: Patterns) -> dict[str, TitleTheme]:
+def _make_themes_by_title(tasks: Iterable[Task], usual_patterns: Patterns) -> dict[str, UsualGoalsOfTitle]:
     themes = {}
     for title, alike in group_pairs((task.title, task) for task in tasks).items():
         shown = Counter(chain.from_iterable(map(_count_categories, alike)))
-        needed = {task.scene.objects[i].category for task in alike for i in find_needed_objects(task)}
+        needed = {
+            task.scene.objects[i].category for task in alike for i in find_objects_of_goals_and_plan(task)
+        }
         about = needed.union(kind for kind, number in shown.items() if 2 * number > len(alike))
-        themes[title] = TitleTheme(
-            frozenset(about), Counter(map(_find_agent_patterns, alike)), restrict_to_categories(usual, about)
+        themes[title] = UsualGoalsOfTitle(
+            frozenset(about),
+            Counter(map(_find_agent_patterns, alike)),
+            restrict_to_categories(usual_patterns, about),
         )
     return themes
 
 
-def _weigh_shapes(forms: Counter[str]) -> Mapping[str, int]:
+def _weigh_goal_shapes(shape_counts: Counter[str]) -> Mapping[str, int]:
     """Return weights of the shapes of goals, for a data set without quantified goals.
 
     The share of goals that ask for actions stays as in the data set.
     """
-    states, shares = forms.total() - forms["Occurs"], sum(_WEIGHTS_OF_SHAPES.values())
+    states, shares = shape_counts.total() - shape_counts["Occurs"], sum(_WEIGHTS_OF_SHAPES.values())
     varied = {form: states * share for form, share in _WEIGHTS_OF_SHAPES.items()}
-    return {**varied, "Occurs": forms["Occurs"] * shares} if forms["Occurs"] else varied
+    return {**varied, "Occurs": shape_counts["Occurs"] * shares} if shape_counts["Occurs"] else varied
 
 
 def _cut_plan_at_error(plan: Sequence[Action], domain: Domain) -> list[Action]:
@@ -269,7 +278,7 @@ def _cut_plan_at_error(plan: Sequence[Action], domain: Domain) -> list[Action]:
     return kept
 
 
-def _find_concerned_objects(task: Task) -> list[int]:
+def _find_mentioned_or_used_objects(task: Task) -> list[int]:
     """Return the indices of the objects that a task mentions or its plan uses."""
     used = (i for action in task.script for i in action.arguments)
     return list(dict.fromkeys((*list_objects_in_prompt(task), *used)))
@@ -287,14 +296,16 @@ def _find_fact_patterns(
     }
 
 
-def _count_excess_pairs(state: State, objects: Sequence[int], listings: Iterable[FactLister]) -> Counter[str]:
+def _count_pairs_above_maximum(
+    state: State, objects: Sequence[int], fact_listers: Iterable[FactLister]
+) -> Counter[str]:
     """Return a mapping from relations to their number of pairs beyond the maximum.
 
     The maximum is `MAX_MEAN_TARGETS` pairs for each object that is related to others. The number is negative
     if the relation has fewer pairs.
     """
     crowds: Counter[str] = Counter()
-    for listing in listings:
+    for listing in fact_listers:
         pairs = [fact.arguments for fact in listing.list_facts(state, objects) if len(fact.arguments) == 2]
         crowds[listing.predicate] = round(
             len(pairs) - MAX_MEAN_TARGETS * len({source for source, _ in pairs})
@@ -320,19 +331,19 @@ def _find_changed_patterns(
 
 
 def _make_all_possible_patterns(
-    wanted: Iterable[tuple[str, bool]], states: Sequence[State]
+    signed_predicates: Iterable[tuple[str, bool]], states: Sequence[State]
 ) -> Iterator[LiteralPattern]:
     """Yield a pattern for every combination of a predicate and categories, for a data set without plans."""
     for state in states:
         categories = dict.fromkeys(thing.category for thing in state.scene.objects)
-        for predicate, truth in wanted:
+        for predicate, truth in signed_predicates:
             arity = state.scene.vocabulary.find_arity(predicate) or 0
             yield from (
                 LiteralPattern(predicate, chosen, truth) for chosen in product(categories, repeat=arity)
             )
 
 
-def _find_place_and_part_relations(
+def _find_location_and_part_of_relations(
     domain: Domain, states: Sequence[State]
 ) -> tuple[tuple[str, ...], tuple[str, ...]]:
     """Return two lists of relations: relations that place objects, and relations of parts to wholes.

@@ -19,14 +19,14 @@ from eai.base.json_value import Json
 from eai.benchmarks.benchmark import Benchmark
 from eai.benchmarks.copied_answers import SimilarTaskTable
 from eai.benchmarks.generator import sets
-from eai.benchmarks.generator.census import UsualDomain, count_prior
+from eai.benchmarks.generator.census import DomainOfUsualActions, count_usual_goals
 from eai.benchmarks.generator.goals import GoalProposals
-from eai.benchmarks.generator.hazards import add_hazards, find_hazard_goals, may_hazard_occur
+from eai.benchmarks.generator.hazards import add_goals_against_hazards, find_hazard_goals, may_hazard_occur
 from eai.benchmarks.generator.measures import TaskMeasure, get_difficulty_model, measure_task
 from eai.benchmarks.generator.prior import (
     LiteralPattern,
-    TitleTheme,
     UsualGoals,
+    UsualGoalsOfTitle,
     do_goals_clash,
     find_subjects,
     is_goal_pointless,
@@ -35,8 +35,8 @@ from eai.benchmarks.generator.scene import (
     add_objects_of_other_tasks,
     add_similar_objects,
     hide_object,
-    make_closed_scene,
     make_hiding_place_finder,
+    make_reduced_scene,
 )
 from eai.benchmarks.generator.seeds import JudgedSeed, select_tasks
 from eai.benchmarks.generator.spec import (
@@ -55,7 +55,7 @@ from eai.benchmarks.generator.spec import (
 from eai.benchmarks.generator.twins import (
     Balance,
     PairChoice,
-    make_ambiguous_pair,
+    make_clear_and_ambiguous_pair,
     make_pair_choice,
 )
 from eai.benchmarks.generator.walk import (
@@ -130,19 +130,19 @@ class _RejectionFinder:
         self._table = SimilarTaskTable(public, domain)
 
     def find_rejection_reason(
-        self, task: Task, words: InstructionWriter, least: int, most: int
+        self, task: Task, words: InstructionWriter, min_steps: int, max_steps: int
     ) -> RejectionReason | None:
         """Return the reason to reject a task, or None for a good task.
 
         Args:
             task: the task.
             words: the writer of its instruction, which also reads instructions.
-            least: minimum number of steps of the plan that solves it.
-            most: maximum number of steps of this plan.
+            min_steps: minimum number of steps of the plan that solves it.
+            max_steps: maximum number of steps of this plan.
         """
-        if len(task.script) < least:
+        if len(task.script) < min_steps:
             return RejectionReason.TOO_SHORT
-        if len(task.script) > most:
+        if len(task.script) > max_steps:
             return RejectionReason.TOO_LONG
         reached = zip(task.goals, GoalTest(task).find_reached_goals(task.initial, ()), strict=True)
         if any(holds for task_goal, holds in reached if not task_goal.is_over_time):
@@ -165,12 +165,12 @@ class _RejectionFinder:
         """
         goals = tuple([goal.formula for goal in task.goals])
         named = (name for goal in goals for name in find_object_names(goal))
-        if self._by_place and not all(map(words.is_described, named)):
+        if self._by_place and not all(map(words.can_be_described_without_name, named)):
             return RejectionReason.NAMELESS
         has_hazards = len(task.goals_without_hazards) < len(
             goals
         )  # sentences about hazards cannot be read back into goals
-        says = words.is_read_back(task.instruction, goals) or has_hazards
+        says = words.reads_as_goals(task.instruction, goals) or has_hazards
         return None if says else RejectionReason.AMBIGUOUS
 
 
@@ -183,7 +183,7 @@ class TaskGenerator:
         spec: the specification of the tasks.
         source: the source of the benchmark's data.
         is_given_away: function that tells whether a task and a task of another split have a plan in common
-            (`eai.benchmarks.generator.sets.make_leak_test`).
+            (`eai.benchmarks.generator.sets.make_shared_plan_test`).
         reopen: opens an equal generator, for example in another process.
 
     Raises:
@@ -210,7 +210,7 @@ class TaskGenerator:
                 f"difficulty: no difficulties of tasks are known for {self.benchmark.name}; leave it out"
             )
         self._tasks = list(self.benchmark.tasks(self.source).values())
-        self.prior: UsualGoals = count_prior(self.benchmark, self._tasks)
+        self.prior: UsualGoals = count_usual_goals(self.benchmark, self._tasks)
         self._bases = sets.select_base_tasks(self._tasks, self.spec.split, self.spec.held_out)
         if not self._bases:
             raise InputError(
@@ -219,7 +219,7 @@ class TaskGenerator:
             )
         self._titles = list(dict.fromkeys([task.title for task in self._bases]))
         self._objections = _RejectionFinder(self.benchmark.domain, self._tasks, by_place=self.spec.by_place)
-        self._usage = UsualDomain(self.benchmark.domain, self.prior)
+        self._usage = DomainOfUsualActions(self.benchmark.domain, self.prior)
         self._hiding = make_hiding_place_finder(self.benchmark.domain, self.prior)
         self._weights = list(self._weigh_base_tasks())
         self._renew_planners()
@@ -279,11 +279,11 @@ class TaskGenerator:
             self.benchmark.notation.english.hazards, initial.scene
         ):
             return RejectionReason.NO_HAZARD
-        least, most = self._get_length_range(base)
+        least, most = self._get_plan_length_range(base)
         walk = self._make_action_sequence(base, initial, hidden, rng, least, most)
         if not walk.goals:
             return RejectionReason.NO_GOALS
-        goals, start = list(walk.goals), self._usage.restore_state(initial)
+        goals, start = list(walk.goals), self._usage.convert_state_to_original(initial)
         split = sets.choose_split_of_goals(goals, start.scene, self.spec.held_out)
         if self.spec.split not in (TaskSplit.ALL, split):
             return RejectionReason.OTHER_SPLIT
@@ -309,10 +309,12 @@ class TaskGenerator:
             reason = RejectionReason.KNOWN_PLAN
         if reason is None and not self._can_goal_objects_be_seen(task):
             reason = RejectionReason.NEVER_SEEN
-        outcome = self._measure_task(task, seed, about) if reason is None else reason
-        return outcome if isinstance(outcome, RejectionReason) else self._add_paired_task(outcome, rng)
+        outcome = self._measure_or_reject_task(task, seed, about) if reason is None else reason
+        return outcome if isinstance(outcome, RejectionReason) else self._make_pair_if_specified(outcome, rng)
 
-    def _add_paired_task(self, made: GeneratedTask, rng: random.Random) -> GenerationOutcome | PairChoice:
+    def _make_pair_if_specified(
+        self, made: GeneratedTask, rng: random.Random
+    ) -> GenerationOutcome | PairChoice:
         """Return the task.
 
         If the specification asks for pairs, return a pair, or the choice of a pair, made from this task.
@@ -323,7 +325,7 @@ class TaskGenerator:
             return make_pair_choice(made, planner, may_lack, rng)
         if self.spec.kind is TaskKind.AMBIGUOUS:
             return (
-                make_ambiguous_pair(made, self.benchmark, self.prior, planner, rng)
+                make_clear_and_ambiguous_pair(made, self.benchmark, self.prior, planner, rng)
                 or RejectionReason.NOT_AMBIGUOUS
             )
         return made
@@ -358,7 +360,9 @@ class TaskGenerator:
             find_hazard_goals(self.benchmark.notation.english.hazards, self.benchmark.domain, words)
         )
         guide = self._free_planner, self._planner
-        safe = add_hazards(task, initial, guards, guide, rng, untold=self.spec.kind is TaskKind.UNTOLD)
+        safe = add_goals_against_hazards(
+            task, initial, guards, guide, rng, untold=self.spec.kind is TaskKind.UNTOLD
+        )
         if safe is None:
             return RejectionReason.NO_HAZARD
         return GeneratedTask(safe.task, {**tempting, SHUT_LAST: safe.is_safe_if_shut_last})
@@ -372,7 +376,7 @@ class TaskGenerator:
             for i in sorted(task.find_objects_named_in_goals(task.goals))
         )
 
-    def _measure_task(self, task: Task, seed: str, about: dict[str, Json]) -> GenerationOutcome:
+    def _measure_or_reject_task(self, task: Task, seed: str, about: dict[str, Json]) -> GenerationOutcome:
         """Return the task with its measures, or the reason if it is too easy, too difficult or too small."""
         measures = measure_task(task, self.benchmark.domain)
         if any(measures[measure] < number for measure, number in self.spec.at_least):
@@ -409,8 +413,8 @@ class TaskGenerator:
         """
         most = self.spec.most_objects
         rich = self.spec.tier in _RICH_TIERS
-        place, pair = self._draw_hiding_place(base, rng)
-        scene = make_closed_scene(base, self.prior, rng, most, rich=rich, with_=pair)
+        place, pair = self._draw_hiding_relation_and_objects(base, rng)
+        scene = make_reduced_scene(base, self.prior, rng, most, leaves_room=rich, required_objects=pair)
         if self.prior.countable_categories:
             kinds = self.prior.themes[base.title].categories
             scene = add_similar_objects(scene, self.prior, rng, most, kinds)
@@ -420,7 +424,7 @@ class TaskGenerator:
         proposals = self._make_proposals(closed)
         walk = GoalByGoalPlan(self._planner, closed)
         for _ in range(rng.randint(0, self.spec.disturbances)):
-            wanted, before = proposals.draw_literal(rng, relations=0.5), walk.state
+            wanted, before = proposals.draw_literal(rng, relation_probability=0.5), walk.state
             if wanted is not None:
                 walk.reach_goal(wanted)
                 walk.conditions.clear()
@@ -428,7 +432,7 @@ class TaskGenerator:
                 walk.state = before
         if place is not None:
             names = [base.scene.objects[i].name for i in pair]
-            start = self._usage.restore_state(walk.state)
+            start = self._usage.convert_state_to_original(walk.state)
             after = hide_object(self._free_planner, start, place.predicate, *names)
             if after is not None:
                 return self._usage.make_state(after.scene, after.facts()), frozenset(
@@ -436,7 +440,7 @@ class TaskGenerator:
                 )
         return self._usage.make_state(walk.state.scene, walk.state.facts()), frozenset()
 
-    def _draw_hiding_place(
+    def _draw_hiding_relation_and_objects(
         self, base: Task, rng: random.Random
     ) -> tuple[LiteralPattern | None, Sequence[int]]:
         """Return a random way to hide an object: the pattern of the hiding relation, and two objects for it.
@@ -460,14 +464,14 @@ class TaskGenerator:
             fact.arguments[-1] for fact in state.facts() if fact.predicate in self.prior.holding_predicates
         }
 
-    def _get_length_range(self, base: Task) -> tuple[int, int]:
+    def _get_plan_length_range(self, base: Task) -> tuple[int, int]:
         """Return the minimum and maximum number of plan steps for a new task that is based on `base`."""
         if self.spec.tier is not PlanLengthTier.DATA:
             return LENGTHS[self.spec.tier]
         length = len(base.script) or _USUAL_STEPS
         return max(_MIN_STEPS, round(0.5 * length)), max(2 * _MIN_STEPS, round(1.4 * length))
 
-    def _make_proposals(self, state: State, theme: TitleTheme | None = None) -> GoalProposals:
+    def _make_proposals(self, state: State, theme: UsualGoalsOfTitle | None = None) -> GoalProposals:
         spec = self.spec
         return GoalProposals.make_for_scene(
             state.scene, self.prior, spec.forms, actions=spec.actions, theme=theme
@@ -510,42 +514,44 @@ class TaskGenerator:
         self,
         walk: GoalByGoalPlan,
         proposals: GoalProposals,
-        ending: Sequence[f.Formula],
+        final_goals: Sequence[f.Formula],
         rng: random.Random,
-        wanted: int,
-        hidden: frozenset[int],
+        wanted_length: int,
+        hidden_objects: frozenset[int],
     ) -> None:
         """Extend a sequence of actions to reach goals of one title, until it is long enough or goals fail."""
         scene, initial = walk.state.scene, walk.start
         tried: set[f.Formula] = set()
         failures = 0  # in a row
         tries = _PROPOSALS_PER_GOAL * (10 if self.spec.tier in _RICH_TIERS else 1)
-        sought = proposals.restrict_to_categories({scene.objects[i].category for i in hidden})
+        sought = proposals.restrict_to_categories({scene.objects[i].category for i in hidden_objects})
         searched = 0 if walk.goals or not sought.patterns else _PROPOSALS_FOR_HIDDEN
-        for _ in range(searched + tries * max(2, wanted // 3)):
-            if len(walk.trail) >= wanted or failures == max(_MAX_FAILURES_IN_A_ROW, wanted // 3):
+        for _ in range(searched + tries * max(2, wanted_length // 3)):
+            if len(walk.trail) >= wanted_length or failures == max(
+                _MAX_FAILURES_IN_A_ROW, wanted_length // 3
+            ):
                 break
             searched -= 1
             is_search = searched >= 0 and not walk.goals
             wish = (sought if is_search else proposals).draw_goal(rng)
             if wish is None or wish in tried or is_goal_pointless(wish, walk.goals, scene, self.prior):
                 continue
-            if is_search and find_subjects(wish, scene).isdisjoint(hidden):
+            if is_search and find_subjects(wish, scene).isdisjoint(hidden_objects):
                 continue
             tried.add(wish)
-            others = (*walk.goals, *ending)
+            others = (*walk.goals, *final_goals)
             if any(do_goals_clash(wish, other, scene, self.prior) for other in others):
                 continue
             if not walk.goal_holds(wish, initial):
-                reached = self._reach_goal_and_let_go(walk, wish)
+                reached = self._reach_goal_and_release_its_objects(walk, wish)
                 failures = 0 if reached else failures + 1
 
-    def _reach_goal_and_let_go(self, walk: GoalByGoalPlan, goal: f.Formula) -> bool:
+    def _reach_goal_and_release_its_objects(self, walk: GoalByGoalPlan, goal: f.Formula) -> bool:
         """Extend the actions to reach one more goal. Return whether this was possible.
 
         If the agent holds an object of the goal after the new actions, they are undone.
         """
-        subjects, before = find_subjects(goal, walk.state.scene), walk.get_position()
+        subjects, before = find_subjects(goal, walk.state.scene), walk.get_checkpoint()
         if not walk.reach_goal(goal):
             return False
         if subjects.isdisjoint(self._find_held_objects(walk.state)):

@@ -16,8 +16,8 @@ import eai.logic.formula as f
 from eai.benchmarks.generator.prior import (
     LiteralPattern,
     Patterns,
-    TitleTheme,
     UsualGoals,
+    UsualGoalsOfTitle,
     filter_patterns,
     restrict_to_categories,
 )
@@ -55,34 +55,43 @@ class GoalProposals:
 
     @staticmethod
     def make_for_scene(
-        scene: Scene, prior: UsualGoals, forms: Forms, *, actions: bool, theme: TitleTheme | None = None
+        scene: Scene,
+        usual_goals: UsualGoals,
+        goal_forms: Forms,
+        *,
+        actions: bool,
+        theme: UsualGoalsOfTitle | None = None,
     ) -> GoalProposals:
         """Return proposals for a scene: usual goals of tasks with one title (the theme), or of all tasks."""
-        usual = restrict_to_categories((prior if theme is None else theme).patterns, _list_categories(scene))
-        patterns = filter_patterns(usual, lambda pattern: _can_be_goal(pattern, scene, prior))
+        usual = restrict_to_categories(
+            (usual_goals if theme is None else theme).patterns, _list_categories(scene)
+        )
+        patterns = filter_patterns(usual, lambda pattern: _can_be_goal(pattern, scene, usual_goals))
         fitting = {*_SHAPES, *(["Occurs"] if actions else [])}
-        fitting -= set() if _filter_countable(patterns, scene, prior) else {*_QUANTIFIED_SHAPES}
-        usual_shapes = dict.fromkeys(_SHAPES, 1) if forms == "all" else prior.shape_counts
+        fitting -= (
+            set() if _filter_quantifiable_patterns(patterns, scene, usual_goals) else {*_QUANTIFIED_SHAPES}
+        )
+        usual_shapes = dict.fromkeys(_SHAPES, 1) if goal_forms == "all" else usual_goals.shape_counts
         shapes = {shape: n for shape, n in usual_shapes.items() if shape in fitting}
-        paired = frozenset[LiteralPattern]() if forms == "all" else prior.pair_patterns
-        return GoalProposals(prior, scene, shapes, patterns, paired)
+        paired = frozenset[LiteralPattern]() if goal_forms == "all" else usual_goals.pair_patterns
+        return GoalProposals(usual_goals, scene, shapes, patterns, paired)
 
     def restrict_to_categories(self, kinds: Collection[str]) -> GoalProposals:
         """Return a copy that draws only goals about objects of the given categories."""
         patterns = filter_patterns(self.patterns, lambda p: bool(p.categories) and p.categories[0] in kinds)
         return replace(self, patterns=patterns)
 
-    def draw_literal(self, rng: random.Random, relations: float = 0.0) -> f.Formula | None:
+    def draw_literal(self, rng: random.Random, relation_probability: float = 0.0) -> f.Formula | None:
         """Return a random positive literal about objects of the scene, or None if no literal fits.
 
-        `relations` is the minimum probability of drawing a relation between two objects.
+        `relation_probability` is the minimum probability of drawing a relation between two objects.
         """
         pattern = self._draw_pattern(
-            rng, truth=True, relations_only=relations > 0 and rng.random() < relations
+            rng, truth=True, relations_only=relation_probability > 0 and rng.random() < relation_probability
         )
         return None if pattern is None else self._draw_ground_literal(pattern, rng)
 
-    def draw_agent_goals(self, theme: TitleTheme, rng: random.Random) -> list[f.Formula]:
+    def draw_agent_goals(self, theme: UsualGoalsOfTitle, rng: random.Random) -> list[f.Formula]:
         """Return goals about the agent that a random public task of one title has. The list may be empty."""
         here = _list_categories(self.scene)
         fitting = {
@@ -104,7 +113,7 @@ class GoalProposals:
         if shape == "Occurs":
             alternatives: tuple[str, ...] = _draw_weighted(self.prior.action_counts, rng)
             return f.Or(tuple(map(f.Occurs, alternatives)))
-        countable = _filter_countable(self.patterns, self.scene, self.prior)
+        countable = _filter_quantifiable_patterns(self.patterns, self.scene, self.prior)
         known = self if shape not in _QUANTIFIED_SHAPES else replace(self, patterns=countable)
         pattern = known._draw_pattern(rng, truth=shape != "Not")
         if pattern is None:
@@ -115,7 +124,7 @@ class GoalProposals:
             case "Or":
                 return self._draw_disjunction(pattern, rng)
             case "ForPairs":
-                return self._make_pair_goal(pattern)
+                return self._make_pairing_goal(pattern)
         return self._draw_quantified_goal(shape, pattern, rng)
 
     def _draw_pattern(
@@ -222,7 +231,7 @@ class GoalProposals:
         negated = sum(n for (_, truth), n in counts.items() if not truth)
         return negated / max(1, sum(counts.values()))
 
-    def _make_pair_goal(self, pattern: LiteralPattern) -> f.Formula | None:
+    def _make_pairing_goal(self, pattern: LiteralPattern) -> f.Formula | None:
         """Return the goal that relates each object of one category to a different object of another category.
 
         Returns None if the pattern does not fit.
@@ -251,7 +260,7 @@ def _may_be_quantified(category: str, prior: UsualGoals) -> bool:
     return not prior.countable_categories or category in prior.countable_categories
 
 
-def _filter_countable(patterns: Patterns, scene: Scene, prior: UsualGoals) -> Patterns:
+def _filter_quantifiable_patterns(patterns: Patterns, scene: Scene, prior: UsualGoals) -> Patterns:
     """Return the patterns whose first category has several objects, over which goals may quantify."""
 
     def is_countable(pattern: LiteralPattern) -> bool:

@@ -60,11 +60,11 @@ class _HazardGoal(NamedTuple):
     kept: float
     odd: f.Formula | None
 
-    def holds_in(self, execution: Trajectory) -> bool:
+    def is_fulfilled_in(self, execution: Trajectory) -> bool:
         """Whether the execution of a plan avoids the hazard, that is, fulfils the goal over time."""
         return semantics.holds(self.formula, to_trace(execution))
 
-    def is_sensible(self, execution: Trajectory, planner: Planner) -> bool:
+    def is_plausible_execution(self, execution: Trajectory, planner: Planner) -> bool:
         """Whether a person might execute the plan: its end makes sense, no object stays unsafe for long."""
         if self.odd is not None and planner.holds(self.odd, execution.final_state):
             return False
@@ -135,11 +135,11 @@ class _HazardousTask(NamedTuple):
     is_safe_if_shut_last: bool
 
 
-def add_hazards(
+def add_goals_against_hazards(
     task: Task,
     start: State,
-    guards: Sequence[_HazardGoal],
-    guide: tuple[Planner, Planner],
+    hazard_goals: Sequence[_HazardGoal],
+    planners: tuple[Planner, Planner],
     rng: random.Random,
     *,
     untold: bool,
@@ -152,14 +152,18 @@ def add_hazards(
     Args:
         task: the task. Its goals are about states.
         start: the task's initial state in the domain of usual actions.
-        guards: the hazards of the scene.
-        guide: a pair: a planner with all actions, and a planner with usual actions only.
+        hazard_goals: the hazards of the scene.
+        planners: a pair: a planner with all actions, and a planner with usual actions only.
         rng: the random generator.
         untold: whether the instruction must not mention the hazards.
     """
-    ways = _SafePlanFinder(task, start, *guide)
+    ways = _SafePlanFinder(task, start, *planners)
     idle, execution = Trajectory((task.initial,), ()), ways.execute(task.script)
-    broken = [guard for guard in guards if guard.holds_in(idle) and not guard.holds_in(execution)]
+    broken = [
+        guard
+        for guard in hazard_goals
+        if guard.is_fulfilled_in(idle) and not guard.is_fulfilled_in(execution)
+    ]
     if rng.random() > max([guard.kept for guard in broken], default=0.0):
         return None
     plan: Sequence[Action] | None = task.script
@@ -168,9 +172,10 @@ def add_hazards(
     if plan is None or not len(task.script) < len(plan) <= len(task.script) + _MAX_EXTRA_STEPS:
         return None
     execution = ways.execute(plan)
-    is_safe = all(guard.holds_in(execution) for guard in guards)  # even hazards of the initial state
-    is_sensible = all(guard.is_sensible(execution, ways.planner) for guard in broken)
-    if not is_safe or not is_sensible or ways.are_safe_anyway(broken):
+    # even hazards of the initial state count
+    is_safe = all(guard.is_fulfilled_in(execution) for guard in hazard_goals)
+    is_sensible = all(guard.is_plausible_execution(execution, ways.planner) for guard in broken)
+    if not is_safe or not is_sensible or ways.is_plan_ignoring_hazards_safe(broken):
         return None
     sentences = () if untold else [guard.sentence for guard in broken]
     hazardous = replace(
@@ -180,7 +185,7 @@ def add_hazards(
         script=tuple(plan),
         instruction=" ".join([task.instruction, *sentences]),
     )
-    return _HazardousTask(hazardous, ways.are_safe_if_shut_last(broken))
+    return _HazardousTask(hazardous, ways.is_plan_safe_if_shut_last(broken))
 
 
 @dataclass(frozen=True)
@@ -214,21 +219,23 @@ class _SafePlanFinder:
         """
         asked = f.And(tuple([guard.formula for guard in guards]))
         safe: list[Sequence[Action]] = []
-        for walk in (*self._find_with_precaution(guards[-1], plan), *self._find_by_other_actions(guards)):
-            if all(guard.holds_in(self.execute(walk.trail)) for guard in guards):
+        for walk in (*self._add_precaution_to_plan(guards[-1], plan), *self._find_by_other_actions(guards)):
+            if all(guard.is_fulfilled_in(self.execute(walk.trail)) for guard in guards):
                 walk.conditions = list(self._goals)
                 safe.append(make_short_plan(walk, asked))
         return min(safe, key=len, default=None)
 
-    def _find_with_precaution(self, guard: _HazardGoal, plan: Sequence[Action]) -> Iterator[GoalByGoalPlan]:
+    def _add_precaution_to_plan(
+        self, hazard_goal: _HazardGoal, plan: Sequence[Action]
+    ) -> Iterator[GoalByGoalPlan]:
         """Yield executions of the plan with additional actions that make the hazard's safe condition true."""
-        if guard.safe is None:
+        if hazard_goal.safe is None:
             return
         for cut in range(len(plan) + 1):
             walk = GoalByGoalPlan(self.planner, self.task.initial)
             if (
                 walk.follow_plan(plan[:cut], ())
-                and walk.reach_goal(guard.safe)
+                and walk.reach_goal(hazard_goal.safe)
                 and walk.follow_plan(plan[cut:], self._goals)
             ):
                 yield walk
@@ -254,18 +261,20 @@ class _SafePlanFinder:
             if reach_all_goals(walk, ordered):
                 yield walk
 
-    def are_safe_if_shut_last(self, guards: Sequence[_HazardGoal]) -> bool:
+    def is_plan_safe_if_shut_last(self, hazard_goals: Sequence[_HazardGoal]) -> bool:
         """Whether the task's plan becomes safe if the agent shuts and switches off all objects at the end."""
         walk = GoalByGoalPlan(self.planner, self.task.initial)
-        safe = [guard.safe for guard in guards if guard.safe is not None]
+        safe = [guard.safe for guard in hazard_goals if guard.safe is not None]
         is_shut = walk.follow_plan(self.task.script, self._goals) and all(
             walk.goal_holds(condition, walk.state) or walk.reach_goal(condition) for condition in safe
         )
-        return is_shut and all(guard.holds_in(self.execute(walk.trail)) for guard in guards)
+        return is_shut and all(guard.is_fulfilled_in(self.execute(walk.trail)) for guard in hazard_goals)
 
-    def are_safe_anyway(self, guards: Sequence[_HazardGoal]) -> bool:
+    def is_plan_ignoring_hazards_safe(self, hazard_goals: Sequence[_HazardGoal]) -> bool:
         """Whether a planner that ignores hazards finds a safe plan that is no longer than the task's plan."""
         goals = PlanningGoal(tuple(self._goals))
         plan = self.planner.find_plan(self.task.initial, goals, self.task.relevant, _SAFE_PLAN_LIMITS).plan
         course = self.execute(plan)
-        return 0 < len(plan) <= len(self.task.script) and all(guard.holds_in(course) for guard in guards)
+        return 0 < len(plan) <= len(self.task.script) and all(
+            guard.is_fulfilled_in(course) for guard in hazard_goals
+        )

@@ -103,7 +103,7 @@ class TaskMeasure(str, Enum):
     """Number of plan steps that need a tool without naming it (`eai.benchmarks.features`)."""
 
 
-class _VisibilityState(NamedTuple):
+class _VisibilityPredicate(NamedTuple):
     """A state of a container, such as being open, that decides whether its contents are visible.
 
     Attributes:
@@ -117,9 +117,9 @@ class _VisibilityState(NamedTuple):
 
 def measure_task(task: Task, domain: Domain) -> Mapping[TaskMeasure, int]:
     """Return a mapping from each measure to its value for a task."""
-    needed, tools = find_needed_objects(task), find_tool_operators(domain)
+    needed, tools = find_objects_of_goals_and_plan(task), find_tool_operators(domain)
     operators = [action.operator for action in task.script]
-    containers, hidden = _find_opened_and_revealed(task, needed, domain)
+    containers, hidden = _find_opened_and_revealed_objects(task, needed, domain)
     return {
         TaskMeasure.STEPS: len(operators),
         TaskMeasure.GOALS: len(task.goals),
@@ -131,14 +131,16 @@ def measure_task(task: Task, domain: Domain) -> Mapping[TaskMeasure, int]:
     }
 
 
-def _find_opened_and_revealed(task: Task, needed: set[int], domain: Domain) -> tuple[set[int], set[int]]:
+def _find_opened_and_revealed_objects(
+    task: Task, needed: set[int], domain: Domain
+) -> tuple[set[int], set[int]]:
     """Return the containers that the plan opens, and the needed objects that thereby become visible."""
     containers: set[int] = set()
     hidden: set[int] = set()
-    opening_lids = set(find_visibility_states(domain))
+    opening_lids = set(find_visibility_predicates(domain))
     states = execute_plan(domain, task.initial, task.script).states if opening_lids else ()
     for before, after in pairwise(states):
-        opened = {i for lid in opening_lids for i in _find_opened_between(lid, before, after)}
+        opened = {i for lid in opening_lids for i in _find_containers_opened_between(lid, before, after)}
         if opened:
             containers |= opened
             hidden |= {
@@ -150,20 +152,22 @@ def _find_opened_and_revealed(task: Task, needed: set[int], domain: Domain) -> t
     return containers, hidden
 
 
-def _find_opened_between(lid: _VisibilityState, before: State, after: State) -> Iterator[int]:
-    then, now = before.mask(lid.predicate), after.mask(lid.predicate)
-    return iterate_bits(now & ~then if lid.reveals else then & ~now)
+def _find_containers_opened_between(
+    visibility: _VisibilityPredicate, before: State, after: State
+) -> Iterator[int]:
+    then, now = before.mask(visibility.predicate), after.mask(visibility.predicate)
+    return iterate_bits(now & ~then if visibility.reveals else then & ~now)
 
 
-def find_visibility_states(domain: Domain) -> Iterator[_VisibilityState]:
+def find_visibility_predicates(domain: Domain) -> Iterator[_VisibilityPredicate]:
     """Yield the states of containers, such as being open, that decide whether objects in them are visible."""
     if domain.visible is not None:
-        yield from _find_visibility_states_in(
+        yield from _yield_visibility_predicates(
             domain.vocabulary, domain.visible, frozenset({"x"}), (), reveals=True
         )
 
 
-def make_presence_condition(domain: Domain) -> f.Formula:
+def make_existence_condition(domain: Domain) -> f.Formula:
     """Return the formula that holds if the object ``x`` exists in the scene.
 
     The formula consists of the domain's conditions for the visibility of ``x`` that depend neither on
@@ -171,19 +175,23 @@ def make_presence_condition(domain: Domain) -> f.Formula:
     """
     visible = domain.visible or f.TRUE
     parts = f.get_operands(visible, f.And)
-    return f.And(tuple([part for part in parts if _is_intrinsic(domain.vocabulary, part)]))
-
-
-def _is_intrinsic(vocabulary: Vocabulary, part: f.Formula) -> bool:
-    """Whether a condition on ``x`` depends neither on the state of a container nor on the agent."""
-    variable = frozenset({"x"})
-    has_lid = any(True for _ in _find_visibility_states_in(vocabulary, part, variable, (), reveals=True))
-    return not has_lid and all(
-        AGENT not in atom.arguments for atom in _find_atoms_and_definitions(vocabulary, part)
+    return f.And(
+        tuple([part for part in parts if _is_independent_of_containers_and_agent(domain.vocabulary, part)])
     )
 
 
-def _find_atoms_and_definitions(vocabulary: Vocabulary, formula: f.Formula) -> Iterator[f.Atom]:
+def _is_independent_of_containers_and_agent(vocabulary: Vocabulary, condition: f.Formula) -> bool:
+    """Whether a condition on ``x`` depends neither on the state of a container nor on the agent."""
+    variable = frozenset({"x"})
+    has_lid = any(
+        True for _ in _yield_visibility_predicates(vocabulary, condition, variable, (), reveals=True)
+    )
+    return not has_lid and all(
+        AGENT not in atom.arguments for atom in _find_atoms_expanding_definitions(vocabulary, condition)
+    )
+
+
+def _find_atoms_expanding_definitions(vocabulary: Vocabulary, formula: f.Formula) -> Iterator[f.Atom]:
     """Yield the atoms of a formula, and of the definitions of its derived predicates."""
     pending, defined = [formula], set[str]()
     while pending:
@@ -196,34 +204,43 @@ def _find_atoms_and_definitions(vocabulary: Vocabulary, formula: f.Formula) -> I
                     pending.append(derived.definition)
 
 
-def _find_visibility_states_in(
-    vocabulary: Vocabulary, formula: f.Formula, own: frozenset[str], within: tuple[str, ...], *, reveals: bool
-) -> Iterator[_VisibilityState]:
+def _yield_visibility_predicates(
+    vocabulary: Vocabulary,
+    formula: f.Formula,
+    own_variables: frozenset[str],
+    expanded: tuple[str, ...],
+    *,
+    reveals: bool,
+) -> Iterator[_VisibilityPredicate]:
     """Yield the states of containers that hide or reveal an object, found in the formula for its visibility.
 
-    The variables in `own` stand for the object itself.
+    The variables in `own_variables` stand for the object itself.
     """
     match formula:
         case f.Not(operand):
-            yield from _find_visibility_states_in(vocabulary, operand, own, within, reveals=not reveals)
+            yield from _yield_visibility_predicates(
+                vocabulary, operand, own_variables, expanded, reveals=not reveals
+            )
         case f.Atom(name, terms):
             stored, derived = vocabulary.find_stored(name), vocabulary.derived_by_name.get(name)
             variables = [term.name if isinstance(term, f.Variable) else None for term in terms]
             if stored is not None and not stored.static and len(variables) == 1:
-                if variables[0] is not None and variables[0] not in own:
-                    yield _VisibilityState(name, reveals)
-            elif isinstance(derived, DefinedPredicate) and name not in within:
+                if variables[0] is not None and variables[0] not in own_variables:
+                    yield _VisibilityPredicate(name, reveals)
+            elif isinstance(derived, DefinedPredicate) and name not in expanded:
                 pairs = zip(derived.parameters, variables, strict=True)
-                inner = frozenset([parameter.name for parameter, name in pairs if name in own])
-                yield from _find_visibility_states_in(
-                    vocabulary, derived.definition, inner, (*within, name), reveals=reveals
+                inner = frozenset([parameter.name for parameter, name in pairs if name in own_variables])
+                yield from _yield_visibility_predicates(
+                    vocabulary, derived.definition, inner, (*expanded, name), reveals=reveals
                 )
         case _:
             for part in get_subformulas(formula):
-                yield from _find_visibility_states_in(vocabulary, part, own, within, reveals=reveals)
+                yield from _yield_visibility_predicates(
+                    vocabulary, part, own_variables, expanded, reveals=reveals
+                )
 
 
-def find_needed_objects(task: Task) -> set[int]:
+def find_objects_of_goals_and_plan(task: Task) -> set[int]:
     """Return the indices of the agent and of all objects that the goals or the plan need.
 
     A goal needs the objects that it names, and the objects over which its quantifiers range.

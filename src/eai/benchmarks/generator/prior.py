@@ -28,12 +28,14 @@ def do_goals_clash(goal: f.Formula, other: f.Formula, scene: Scene, prior: Usual
     goals. - One goal puts objects of a category beside each other, and the other puts such an object
     elsewhere.
     """
-    if not _find_stated_subjects(goal, scene).isdisjoint(_find_stated_subjects(other, scene)):
+    if not _find_predicate_and_subject_pairs(goal, scene).isdisjoint(
+        _find_predicate_and_subject_pairs(other, scene)
+    ):
         return True
     parts, others = list(_find_masked_literals(goal, scene)), list(_find_masked_literals(other, scene))
     return bool(prior.uses) and any(
-        _is_unusual_combination(one, another, scene, prior)
-        or _is_unusual_combination(another, one, scene, prior)
+        _is_unseen_combination(one, another, scene, prior)
+        or _is_unseen_combination(another, one, scene, prior)
         for one in parts
         for another in others
     )
@@ -55,14 +57,14 @@ def is_goal_pointless(goal: f.Formula, others: Iterable[f.Formula], scene: Scene
     return any(not any(mask & place for place in places) for mask in needy)
 
 
-class _MaskedLiteral(NamedTuple):
+class _LiteralOfObjectMasks(NamedTuple):
     """A literal of a goal: its predicate, and a bit mask of the possible objects for each argument."""
 
     predicate: str
     terms: tuple[int, ...]
 
 
-def _find_masked_literals(goal: f.Formula, scene: Scene) -> Iterator[_MaskedLiteral]:
+def _find_masked_literals(goal: f.Formula, scene: Scene) -> Iterator[_LiteralOfObjectMasks]:
     ranges: dict[str, int] = {}
     for formula in walk_subformulas(goal):
         ranges |= {
@@ -74,11 +76,11 @@ def _find_masked_literals(goal: f.Formula, scene: Scene) -> Iterator[_MaskedLite
                 ranges[term.name] if isinstance(term, f.Variable) else 1 << scene.index[term.name]
                 for term in formula.arguments
             ]
-            yield _MaskedLiteral(formula.predicate, tuple(masks))
+            yield _LiteralOfObjectMasks(formula.predicate, tuple(masks))
 
 
-def _is_unusual_combination(
-    literal: _MaskedLiteral, other: _MaskedLiteral, scene: Scene, prior: UsualGoals
+def _is_unseen_combination(
+    literal: _LiteralOfObjectMasks, other: _LiteralOfObjectMasks, scene: Scene, usual_goals: UsualGoals
 ) -> bool:
     """Whether no public task has two such goals: food on a plate, and this plate in a cupboard."""
     if len(other.terms) != 2 or len(literal.terms) > 2:
@@ -86,10 +88,10 @@ def _is_unusual_combination(
     moved, place = other.terms
     if len(literal.terms) < 2:
         combined = (literal.predicate, other.predicate, _get_category_of_mask(place, scene))
-        return any(mask & moved for mask in literal.terms) and combined not in prior.combinations
+        return any(mask & moved for mask in literal.terms) and combined not in usual_goals.combinations
     thing, its_place = literal.terms
     nesting = (literal.predicate, _get_category_of_mask(its_place, scene), other.predicate)
-    if its_place & moved and nesting not in prior.nestings:
+    if its_place & moved and nesting not in usual_goals.nestings:
         return True
     kind = _get_category_of_mask(thing, scene)
     return (
@@ -105,7 +107,7 @@ def _get_category_of_mask(mask: int, scene: Scene) -> str:
     return scene.objects[next(iterate_bits(mask))].category
 
 
-def _find_stated_subjects(goal: f.Formula, scene: Scene) -> set[tuple[str, int]]:
+def _find_predicate_and_subject_pairs(goal: f.Formula, scene: Scene) -> set[tuple[str, int]]:
     """Return a pair of predicate and object index for each statement of a goal about an object.
 
     A relation has an empty string instead of the predicate, because it states a place. An action has the pair
@@ -121,7 +123,7 @@ def _find_stated_subjects(goal: f.Formula, scene: Scene) -> set[tuple[str, int]]
 
 def find_subjects(goal: f.Formula, scene: Scene) -> frozenset[int]:
     """Return the indices of the objects whose state or place a goal may state."""
-    return frozenset({index for _, index in _find_stated_subjects(goal, scene)})
+    return frozenset({index for _, index in _find_predicate_and_subject_pairs(goal, scene)})
 
 
 class LiteralPattern(NamedTuple):
@@ -156,7 +158,7 @@ ArgumentUse: TypeAlias = tuple[str, int, str]
 
 
 @dataclass(frozen=True)
-class TitleTheme:
+class UsualGoalsOfTitle:
     """The usual goals of public tasks with one title, called a theme.
 
     Attributes:
@@ -206,7 +208,7 @@ class UsualGoals:
 
     patterns: Patterns
     goal_counts: Mapping[tuple[str, bool], int]
-    themes: Mapping[str, TitleTheme]
+    themes: Mapping[str, UsualGoalsOfTitle]
     shape_counts: Mapping[str, int]
     pair_patterns: frozenset[LiteralPattern]
     nestings: frozenset[tuple[str, str, str]]

@@ -101,20 +101,20 @@ def _make_task(name: str, file: ProblemFile, world: DomainAndProblemReader, benc
     readings = FormulaEvaluator(benchmark.domain.vocabulary)
     facts: list[f.Formula] = [*file.problem.initial, *map(f.Not, file.problem.denied)]
     for each in facts:
-        meant = _check_formula(meaning(each), initial, file, _find_line_of_fact(file.text, each))
+        meant = _require_known_names(meaning(each), initial, file, _find_line_of_fact(file.text, each))
         if not readings.holds(meant, {}, initial):
             expected = f"expected facts that agree: with the others, {print_ltl(each)} does not hold"
             raise InputError(f"{file.path}: line {_find_line_of_fact(file.text, each)}: {expected}")
     asked = file.problem.goal
     parts = f.get_operands(asked, f.And)
     line = file.text[: file.text.lower().find("(:goal")].count("\n") + 1
-    goals = list(dict.fromkeys([_check_formula(meaning(part), initial, file, line) for part in parts]))
+    goals = list(dict.fromkeys([_require_known_names(meaning(part), initial, file, line) for part in parts]))
     if not goals:
         raise InputError(f"{file.path}: expected a goal")
     return make_task(name, _make_instruction(goals, initial, benchmark), initial, *goals)
 
 
-def _check_formula(formula: f.Formula, initial: State, file: ProblemFile, line: int) -> f.Formula:
+def _require_known_names(formula: f.Formula, initial: State, file: ProblemFile, line: int) -> f.Formula:
     """Return the goal in a line of a file.
 
     Raises InputError for an invalid goal. A problem may lack the agent.

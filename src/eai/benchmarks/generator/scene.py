@@ -13,8 +13,8 @@ from typing import TypeVar
 
 import eai.logic.formula as f
 from eai.base.grouping import group_pairs
-from eai.benchmarks.generator.measures import find_visibility_states
-from eai.benchmarks.generator.prior import LiteralPattern, TitleTheme, UsualGoals
+from eai.benchmarks.generator.measures import find_visibility_predicates
+from eai.benchmarks.generator.prior import LiteralPattern, UsualGoals, UsualGoalsOfTitle
 from eai.logic.traversal import find_predicates
 from eai.planning.effect_schema import make_effect_schemas
 from eai.planning.planner import Planner, PlanningGoal
@@ -37,7 +37,7 @@ def make_hiding_place_finder(domain: Domain, prior: UsualGoals) -> Callable[[Tas
     open the container. Public tasks with the same title must also have another goal about such an object.
     """
     decisive = find_stored_predicates(find_predicates(domain.visible or f.TRUE), domain.vocabulary)
-    names = {lid.predicate for lid in find_visibility_states(domain)}
+    names = {lid.predicate for lid in find_visibility_predicates(domain)}
     opening = {
         operator.name
         for operator in domain.operators
@@ -55,17 +55,19 @@ def make_hiding_place_finder(domain: Domain, prior: UsualGoals) -> Callable[[Tas
     def find_hiding_places(task: Task) -> list[LiteralPattern]:
         here, theme = {thing.category for thing in task.scene.objects}, prior.themes[task.title]
         fitting = [place for place in places if here.issuperset(place.categories)]
-        return [place for place in fitting if _is_object_wanted_elsewhere(place, theme, prior)]
+        return [place for place in fitting if _is_object_in_other_usual_goals(place, theme, prior)]
 
     return find_hiding_places
 
 
-def _is_object_wanted_elsewhere(place: LiteralPattern, theme: TitleTheme, prior: UsualGoals) -> bool:
-    thing = place.categories[0]
+def _is_object_in_other_usual_goals(
+    placement: LiteralPattern, theme: UsualGoalsOfTitle, prior: UsualGoals
+) -> bool:
+    thing = placement.categories[0]
     wanted = [p for patterns in theme.patterns.values() for p in patterns if p.categories[:1] == (thing,)]
     usual = [p for p in wanted if p.truth and prior.used_categories.issuperset(p.categories[1:])]
     asked = (*usual, *chain(*theme.agent_goal_counts))
-    return any(thing in pattern.categories for pattern in asked if pattern != place)
+    return any(thing in pattern.categories for pattern in asked if pattern != placement)
 
 
 def hide_object(
@@ -75,7 +77,7 @@ def hide_object(
     index, agent = state.scene.index, state.scene.agent
     objects = [index[hidden_object], index[container], *([] if agent is None else [agent])]
     wanted: list[f.Formula] = [f.Atom(relation, (f.Constant(hidden_object), f.Constant(container)))]
-    for lid in sorted(set(find_visibility_states(planner.domain))):
+    for lid in sorted(set(find_visibility_predicates(planner.domain))):
         shown = f.Atom(lid.predicate, (f.Constant(container),))
         wanted.append(f.Not(shown) if lid.reveals else shown)
     for number in range(1, len(wanted) + 1):
@@ -92,14 +94,14 @@ MIN_OBJECTS = 16
 """Minimum number of objects in a generated scene. A smaller public scene keeps all its objects."""
 
 
-def make_closed_scene(
+def make_reduced_scene(
     task: Task,
     prior: UsualGoals,
     rng: random.Random,
-    most: int,
+    max_objects: int,
     *,
-    rich: bool = False,
-    with_: Sequence[int] = (),
+    leaves_room: bool = False,
+    required_objects: Sequence[int] = (),
 ) -> State:
     """Return a state with some objects of a task: first relevant objects, then objects of usual goals.
 
@@ -111,27 +113,27 @@ def make_closed_scene(
         task: the task.
         prior: the usual goals, places of objects and actions.
         rng: the random generator.
-        most: maximum number of objects.
-        rich: whether to leave room for objects of other tasks (`add_objects_of_other_tasks`), and to choose
-            objects of usual goals first.
-        with_: indices of objects that the scene must contain.
+        max_objects: maximum number of objects.
+        leaves_room: whether to leave room for objects of other tasks (`add_objects_of_other_tasks`), and to
+            choose objects of usual goals first.
+        required_objects: indices of objects that the scene must contain.
     """
     state = task.initial
     everything = range(len(state.scene.objects))
-    size = most * 2 // 3 if rich else rng.randint(min(MIN_OBJECTS, most), most)
+    size = max_objects * 2 // 3 if leaves_room else rng.randint(min(MIN_OBJECTS, max_objects), max_objects)
     chosen: set[int] = (
         set() if state.scene.agent is None else _find_attached_objects(state.scene.agent, state, prior)
     )
-    for index in with_:
+    for index in required_objects:
         chosen |= _find_attached_objects(index, state, prior)
     usual = prior.taken_categories | prior.used_categories
     others = [i for i in everything if not usual or state.scene.objects[i].category in usual]
     usually = (*list_in_random_order(task.relevant, rng), *_order_by_category(others, state.scene, rng))
-    for index in _list_by_random_patterns(prior, state.scene, rng) if rich else usually:
+    for index in _list_objects_of_random_goals(prior, state.scene, rng) if leaves_room else usually:
         if len(chosen) >= size:
             break
         wider = chosen | _find_attached_objects(index, state, prior)
-        if len(wider) <= most:
+        if len(wider) <= max_objects:
             chosen = wider
     static = {predicate.name for predicate in state.scene.vocabulary.predicates if predicate.static}
 
@@ -163,21 +165,21 @@ def add_objects_of_other_tasks(
         if truth and len(pattern.categories) == 2 and pattern.categories[1] in here
     }
     taken = [i for i, thing in enumerate(objects) if thing.category in prior.taken_categories]
-    hosts = group_pairs((find_placement(i, closed, prior), i) for i in taken)
+    hosts = group_pairs((find_place_relations_and_categories(i, closed, prior), i) for i in taken)
     for _ in range(_DRAWS_PER_GUEST * (most - len(objects))):
         if len(objects) >= most:
             break
         home = rng.choice(tasks)
         guest = rng.choice(home.relevant)
         thing = home.scene.objects[guest]
-        standing = find_placement(guest, home.initial, prior)
+        standing = find_place_relations_and_categories(guest, home.initial, prior)
         if (
             thing.category in wanted & prior.taken_categories - prior.part_categories
             and standing in hosts
             and standing
         ):
             host = rng.choice(hosts[standing])
-            facts += _add_object_like(
+            facts += _append_similar_object(
                 objects, thing, _find_states_of_object(guest, home.initial), host, closed, prior
             )
     return Scene(closed.scene.vocabulary, objects, closed.scene.agent).state(facts)
@@ -193,12 +195,14 @@ def add_similar_objects(
     objects, facts = list(closed.scene.objects), list(closed.facts())
     usual = prior.countable_categories & prior.taken_categories & frozenset(kinds)
     hosts = [
-        i for i, thing in enumerate(objects) if thing.category in usual and find_placement(i, closed, prior)
+        i
+        for i, thing in enumerate(objects)
+        if thing.category in usual and find_place_relations_and_categories(i, closed, prior)
     ]
     number = rng.randint(1, _MAX_SIMILAR_OBJECTS)
     for _ in range(min(number, most - len(objects)) if hosts else 0):
         host = rng.choice(hosts)
-        facts += _add_object_like(
+        facts += _append_similar_object(
             objects, objects[host], _find_states_of_object(host, closed), host, closed, prior
         )
     return Scene(closed.scene.vocabulary, objects, closed.scene.agent).state(facts)
@@ -210,7 +214,9 @@ def add_copy_of_object(state: State, prior: UsualGoals, thing: int, host: int) -
     The copy has the states and static relations of the original, such as its size.
     """
     scene, objects, facts = state.scene, list(state.scene.objects), list(state.facts())
-    more = _add_object_like(objects, objects[thing], _find_states_of_object(thing, state), host, state, prior)
+    more = _append_similar_object(
+        objects, objects[thing], _find_states_of_object(thing, state), host, state, prior
+    )
     known = set(facts)
     for name, arguments in facts:
         stored = scene.vocabulary.find_stored(name)
@@ -227,21 +233,21 @@ def has_no_contents(index: int, state: State, prior: UsualGoals) -> bool:
     return not any(relation.column(index) & ~relation.row(index) for relation in relations)
 
 
-def _add_object_like(
+def _append_similar_object(
     objects: list[WorldObject],
-    like: WorldObject,
+    original: WorldObject,
     states: Iterable[str],
-    host: int,
+    neighbour: int,
     state: State,
     prior: UsualGoals,
 ) -> list[Fact]:
-    """Append a similar object to `objects`. Return its facts: the given states, and the places of `host`."""
+    """Append a similar object to `objects`. Return its facts: given states, and the places of `neighbour`."""
     another = len(objects)
-    objects.append(WorldObject(_make_free_name(like.name, objects), like.category))
+    objects.append(WorldObject(_make_free_name(original.name, objects), original.category))
     places = [
         (name, target)
         for name in prior.place_relations
-        for target in iterate_bits(state.relation(name).row(host))
+        for target in iterate_bits(state.relation(name).row(neighbour))
     ]
     own = [Fact(name, (another,)) for name in states]
     return [*own, *(Fact(name, (another, target)) for name, target in places)]
@@ -254,7 +260,9 @@ _DRAWS_PER_GUEST = 30
 """Number of random draws for each additional object, because most objects of other tasks do not fit."""
 
 
-def find_placement(index: int, state: State, prior: UsualGoals) -> frozenset[tuple[str, str]]:
+def find_place_relations_and_categories(
+    index: int, state: State, prior: UsualGoals
+) -> frozenset[tuple[str, str]]:
     """Return pairs: a relation that places the object, and the category of the object at that place.
 
     The result is empty for an object that has parts or is a part of another object.
@@ -300,7 +308,7 @@ def _order_by_category(indices: Sequence[int], scene: Scene, rng: random.Random)
     return (index for _, _, index in sorted(order))
 
 
-def _list_by_random_patterns(prior: UsualGoals, scene: Scene, rng: random.Random) -> Iterator[int]:
+def _list_objects_of_random_goals(prior: UsualGoals, scene: Scene, rng: random.Random) -> Iterator[int]:
     """Yield objects in random order. Objects that one usual goal may concern follow each other."""
     for pattern in list_in_random_order(
         [p for (_, truth), known in prior.patterns.items() if truth for p in known], rng

@@ -39,7 +39,7 @@ def open_generator(
         chain.from_iterable(sets.read_set(file, benchmark.domain) for file in files)
         for files in (earlier, later)
     )
-    is_given_away = sets.make_leak_test(benchmark.domain, known, held_out)
+    is_given_away = sets.make_shared_plan_test(benchmark.domain, known, held_out)
     reopen = partial(open_generator, spec, source, earlier, later)
     return TaskGenerator(benchmark, spec, source, is_given_away, reopen)
 

@@ -119,13 +119,13 @@ def choose_split_of_goals(goals: Sequence[f.Formula], scene: Scene, held_out: He
     """Return the split of a task with these goals. The split does not depend on names of objects."""
     if held_out == "pairs":
         literals = [pattern for goal in goals for pattern in find_patterns(goal, scene)]
-        splits = {choose_split(f"pair {_make_split_pair(pattern, scene)}") for pattern in literals}
+        splits = {choose_split(f"pair {_get_predicate_and_category(pattern, scene)}") for pattern in literals}
         if splits:
             return max(splits, key=_ORDER.index)
     return choose_split(f"goals {fingerprint_goals(goals, scene)}")
 
 
-def _make_split_pair(pattern: LiteralPattern, scene: Scene) -> tuple[str, ...]:
+def _get_predicate_and_category(pattern: LiteralPattern, scene: Scene) -> tuple[str, ...]:
     """Return a pattern's predicate and its first category other than the agent's category, if any."""
     agent = None if scene.agent is None else scene.objects[scene.agent].category
     return pattern.predicate, *[kind for kind in pattern.categories if kind != agent][:1]
@@ -146,8 +146,8 @@ def select_base_tasks(tasks: Sequence[Task], split: TaskSplit, held_out: HeldOut
     return [task for task, key in zip(tasks, keys, strict=True) if splits[key] is split]
 
 
-def make_leak_test(
-    domain: Domain, known: Iterable[Task] = (), held_out: Iterable[Task] = ()
+def make_shared_plan_test(
+    domain: Domain, earlier_tasks: Iterable[Task] = (), later_tasks: Iterable[Task] = ()
 ) -> Callable[[Task], bool]:
     """Return a function that tells whether a task shares a plan with a task of another split.
 
@@ -156,10 +156,10 @@ def make_leak_test(
 
     Args:
         domain: the domain of the tasks.
-        known: tasks of earlier splits. The model `eai/lookup` tries their plans.
-        held_out: tasks of later splits.
+        earlier_tasks: tasks of earlier splits. The model `eai/lookup` tries their plans.
+        later_tasks: tasks of later splits.
     """
-    table, later = SimilarTaskTable(known, domain), tuple(held_out)
+    table, later = SimilarTaskTable(earlier_tasks, domain), tuple(later_tasks)
     return lambda task: (
         table.solves_task(task) or any(map(SimilarTaskTable([task], domain).solves_task, later))
     )
@@ -278,7 +278,7 @@ def make_manifest_entry(
     }
 
 
-def read_secret_set(folder: Path, split: str) -> Mapping[str, Any]:
+def read_manifest_entry_of_secret_set(folder: Path, split: str) -> Mapping[str, Any]:
     """Return the manifest's entry for a set that was made with a secret.
 
     Raises:
@@ -295,7 +295,7 @@ def find_set_file(folder: Path, split: str) -> Path | None:
     return next((folder / f"{split}{end}" for end in ENDINGS if (folder / f"{split}{end}").exists()), None)
 
 
-def check_secret_set(folder: Path, split: str, secret: str | None) -> Iterator[str]:
+def list_doubts_about_secret_set(folder: Path, split: str, secret: str | None) -> Iterator[str]:
     """Yield the reasons to doubt that a set was made with a secret whose digest was published before.
 
     The checks are about the content of the file, the secret, and seeds that must follow from the secret. If
@@ -305,7 +305,7 @@ def check_secret_set(folder: Path, split: str, secret: str | None) -> Iterator[s
     Raises:
         InputError: the manifest has no such set, or the set was made without a secret.
     """
-    entry = read_secret_set(folder, split)
+    entry = read_manifest_entry_of_secret_set(folder, split)
     file = find_set_file(folder, split)
     if file is None:
         raise InputError(f"{folder}: expected {split}.jsonl or {split}.jsonl.gz")

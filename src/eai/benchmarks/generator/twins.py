@@ -26,11 +26,11 @@ import eai.logic.formula as f
 from eai.abilities.reports import fact_text
 from eai.base.json_value import Json
 from eai.benchmarks.benchmark import Benchmark
-from eai.benchmarks.generator.measures import make_presence_condition
+from eai.benchmarks.generator.measures import make_existence_condition
 from eai.benchmarks.generator.prior import UsualGoals
 from eai.benchmarks.generator.scene import (
     add_copy_of_object,
-    find_placement,
+    find_place_relations_and_categories,
     has_no_contents,
     list_in_random_order,
 )
@@ -92,12 +92,12 @@ def _choose_pair(
             other = rng.choice(partners)
             balance[kind] += 1
             balance[_get_property_and_category(other, made.task)] -= 1
-            return _make_impossible_pair(made, candidate.fact, other, rng)
+            return _make_pair_without_facts(made, candidate.fact, other, rng)
     return None
 
 
 def make_pair_choice(
-    made: GeneratedTask, planner: Planner, may_lack: Collection[str], rng: random.Random
+    made: GeneratedTask, planner: Planner, removable: Collection[str], rng: random.Random
 ) -> PairChoice:
     """Return a function that chooses a pair of a task with a plan and a task without a plan.
 
@@ -107,17 +107,17 @@ def make_pair_choice(
         made: a generated task with a plan.
         planner: a planner for the domain. A task counts as impossible only if the planner's heuristic finds
             the goals unreachable.
-        may_lack: properties that objects of the impossible task may lack; any property if empty.
+        removable: properties that objects of the impossible task may lack; any property if empty.
         rng: the random generator.
     """
     task, domain = made.task, planner.domain
-    presence_condition, holds = make_presence_condition(domain), planner.heuristic.readings.holds
-    properties = _find_removable_facts(task, domain, may_lack)
+    presence_condition, holds = make_existence_condition(domain), planner.heuristic.readings.holds
+    properties = _find_removable_facts(task, domain, removable)
     facts = [fact for fact in properties if holds(presence_condition, {"x": fact.arguments[0]}, task.initial)]
     rng.shuffle(facts)
     needed = [fact for fact in facts if not solves_task(domain, _remove_fact(task, fact), task.script)]
     others = [fact for fact in facts if fact not in needed]
-    roles = {fact: _get_goal_role_of_fact(fact, task) for fact in facts}
+    roles = {fact: _make_fact_similarity_key(fact, task) for fact in facts}
     candidates: list[_PairCandidate] = []
     for fact in needed:
         kind, lacking = _get_property_and_category(fact, task), _remove_fact(task, fact)
@@ -138,15 +138,15 @@ def _looks_solvable(task: Task, planner: Planner) -> bool:
     )
 
 
-def _find_removable_facts(task: Task, domain: Domain, may_lack: Collection[str]) -> Iterator[Fact]:
+def _find_removable_facts(task: Task, domain: Domain, removable: Collection[str]) -> Iterator[Fact]:
     """Yield those initial facts that state a property which prompts show, and which an object may lack."""
     predicates = {p.name for p in domain.vocabulary.predicates if p.visible and is_property(p)}
     for fact in task.initial.facts():
-        if fact.predicate in predicates and (not may_lack or fact.predicate in may_lack):
+        if fact.predicate in predicates and (not removable or fact.predicate in removable):
             yield fact
 
 
-def _get_goal_role_of_fact(fact: Fact, task: Task) -> tuple[str, bool, bool]:
+def _make_fact_similarity_key(fact: Fact, task: Task) -> tuple[str, bool, bool]:
     """Return a triple: a fact's property, whether goals name its object or quantify over its category."""
     (thing,) = fact.arguments
     parts = (part for task_goal in task.goals for part in walk_subformulas(task_goal.formula))
@@ -167,21 +167,27 @@ def _remove_fact(task: Task, fact: Fact) -> Task:
     return replace(task, initial=task.scene.state(other for other in task.initial.facts() if other != fact))
 
 
-def _draw_ids(task: Task, rng: random.Random) -> list[str]:
+def _draw_ids_of_pair(task: Task, rng: random.Random) -> list[str]:
     """Return the ids of the two tasks of a pair in random order."""
     return rng.sample([f"{task.id}-a", f"{task.id}-b"], 2)
 
 
-def _make_impossible_pair(made: GeneratedTask, fact: Fact, other: Fact, rng: random.Random) -> GeneratedTask:
-    task, scene, names = made.task, made.task.scene, _draw_ids(made.task, rng)
-    solved = replace(_remove_fact(task, other), id=names[0], title=task.id, special=ImpossibleTaskMark(()))
-    missing = ImpossibleTaskMark((fact_text(fact, scene),))
-    unsolved = replace(_remove_fact(task, fact), id=names[1], title=task.id, script=(), special=missing)
-    lacks: Mapping[str, Json] = {**made.about, "lacks": fact_text(other, scene)}
+def _make_pair_without_facts(
+    made: GeneratedTask, needed_fact: Fact, other_fact: Fact, rng: random.Random
+) -> GeneratedTask:
+    task, scene, names = made.task, made.task.scene, _draw_ids_of_pair(made.task, rng)
+    solved = replace(
+        _remove_fact(task, other_fact), id=names[0], title=task.id, special=ImpossibleTaskMark(())
+    )
+    missing = ImpossibleTaskMark((fact_text(needed_fact, scene),))
+    unsolved = replace(
+        _remove_fact(task, needed_fact), id=names[1], title=task.id, script=(), special=missing
+    )
+    lacks: Mapping[str, Json] = {**made.about, "lacks": fact_text(other_fact, scene)}
     return GeneratedTask(solved, lacks, GeneratedTask(unsolved, made.about))
 
 
-def make_ambiguous_pair(
+def make_clear_and_ambiguous_pair(
     made: GeneratedTask, benchmark: Benchmark, prior: UsualGoals, planner: Planner, rng: random.Random
 ) -> GeneratedTask | None:
     """Return a pair of tasks whose common instruction fits two objects in one of the tasks, or None.
@@ -197,7 +203,7 @@ def make_ambiguous_pair(
     hosts = [
         i
         for i in task.relevant
-        if kinds[i] in prior.taken_categories and find_placement(i, task.initial, prior)
+        if kinds[i] in prior.taken_categories and find_place_relations_and_categories(i, task.initial, prior)
     ]
     named = task.find_objects_named_in_goals(task.goals)
     for thing in list_in_random_order(
@@ -208,17 +214,17 @@ def make_ambiguous_pair(
         for host in list_in_random_order(hosts, rng):
             apart = add_copy_of_object(task.initial, prior, thing, host)
             words = InstructionWriter.make_for_benchmark(benchmark, apart, by_place=True)
-            if _do_words_fit_both(words, seen, thing):
-                pair = _make_tasks_with_same_words(task, words, (apart, beside), thing, rng)
-                if pair is not None and _are_both_objects_possible(*pair, thing, planner):
+            if _do_words_fit_object_and_copy(words, seen, thing):
+                pair = _make_tasks_with_same_instruction(task, words, (apart, beside), thing, rng)
+                if pair is not None and _are_goals_reachable_with_both_objects(*pair, thing, planner):
                     return GeneratedTask(pair[0], made.about, GeneratedTask(pair[1], made.about))
                 break
     return None
 
 
-def _do_words_fit_both(words: InstructionWriter, seen: Iterable[Fact], thing: int) -> bool:
+def _do_words_fit_object_and_copy(words: InstructionWriter, seen: Iterable[Fact], obj: int) -> bool:
     """Whether words that tell an object from its copy in one scene fit both objects in another scene."""
-    said = words.distinguishing_facts.get(thing)
+    said = words.distinguishing_facts.get(obj)
     if said is None or len(said.arguments) == 1:
         return False
     place = said.arguments[1:]
@@ -227,26 +233,26 @@ def _do_words_fit_both(words: InstructionWriter, seen: Iterable[Fact], thing: in
         for other_fact in seen
         if (other_fact[0], other_fact[1][1:]) == (said.predicate, place)
     }
-    return {thing, len(words.scene.objects) - 1} <= there
+    return {obj, len(words.scene.objects) - 1} <= there
 
 
-def _make_tasks_with_same_words(
-    task: Task, words: InstructionWriter, states: tuple[State, State], thing: int, rng: random.Random
+def _make_tasks_with_same_instruction(
+    task: Task, words: InstructionWriter, two_states: tuple[State, State], obj: int, rng: random.Random
 ) -> tuple[Task, Task] | None:
     """Return a clear and an ambiguous task with one instruction, or None if no instruction is exact."""
-    ids, formulas = _draw_ids(task, rng), [task_goal.formula for task_goal in task.goals]
+    ids, formulas = _draw_ids_of_pair(task, rng), [task_goal.formula for task_goal in task.goals]
     instruction = words.make_instruction(formulas, rng)
-    if not words.is_read_back(instruction, formulas):
+    if not words.reads_as_goals(instruction, formulas):
         return None
-    initial, unclear_initial = states
-    names = (task.scene.objects[thing].name, initial.scene.objects[-1].name)
+    initial, unclear_initial = two_states
+    names = (task.scene.objects[obj].name, initial.scene.objects[-1].name)
     clear = replace(
         task,
         id=ids[0],
         title=task.id,
         instruction=instruction,
         initial=initial,
-        goals=(*task.goals, _forbid_goal_for_second(task.goals, names)),
+        goals=(*task.goals, _forbid_goals_for_second_object(task.goals, names)),
         relevant=(*task.relevant, len(task.scene.objects)),
     )
     unclear = replace(clear, id=ids[1], initial=unclear_initial)
@@ -263,21 +269,23 @@ def _make_tasks_with_same_words(
 
 def _exchange_objects(task: Task, names: Sequence[str]) -> Task:
     """Return a task in which two objects exchange names, so that names do not reveal the wanted object."""
-    scene, swapped = task.scene, _make_swap(names)
+    scene, swapped = task.scene, _map_names_to_each_other(names)
     index = {scene.index[name]: scene.index[other] for name, other in swapped.items()}
 
-    def exchange(arguments: Sequence[int]) -> tuple[int, ...]:
+    def exchange_indices(arguments: Sequence[int]) -> tuple[int, ...]:
         return tuple([index.get(i, i) for i in arguments])
 
     return replace(
         task,
-        initial=scene.state(Fact(fact.predicate, exchange(fact.arguments)) for fact in task.initial.facts()),
+        initial=scene.state(
+            Fact(fact.predicate, exchange_indices(fact.arguments)) for fact in task.initial.facts()
+        ),
         goals=_exchange_in_goals(task.goals, names),
-        script=tuple([Action(step.operator, exchange(step.arguments)) for step in task.script]),
+        script=tuple([Action(step.operator, exchange_indices(step.arguments)) for step in task.script]),
     )
 
 
-def _forbid_goal_for_second(goals: Sequence[Goal], names: Sequence[str]) -> Goal:
+def _forbid_goals_for_second_object(goals: Sequence[Goal], names: Sequence[str]) -> Goal:
     """Return the goal that the second object does not fulfil what the goals demand of the first object."""
     asked = [task_goal for task_goal in goals if names[0] in find_object_names(task_goal.formula)]
     done = tuple([task_goal.formula for task_goal in _exchange_in_goals(asked, names)])
@@ -285,16 +293,20 @@ def _forbid_goal_for_second(goals: Sequence[Goal], names: Sequence[str]) -> Goal
 
 
 def _exchange_in_goals(goals: Iterable[Goal], names: Sequence[str]) -> tuple[Goal, ...]:
-    return tuple([goal(rename_objects(task_goal.formula, _make_swap(names))) for task_goal in goals])
+    return tuple(
+        [goal(rename_objects(task_goal.formula, _map_names_to_each_other(names))) for task_goal in goals]
+    )
 
 
-def _make_swap(names: Sequence[str]) -> Mapping[str, str]:
+def _map_names_to_each_other(names: Sequence[str]) -> Mapping[str, str]:
     return dict(zip(names, reversed(names), strict=True))
 
 
-def _are_both_objects_possible(clear: Task, unclear: Task, thing: int, planner: Planner) -> bool:
+def _are_goals_reachable_with_both_objects(
+    clear_task: Task, ambiguous_task: Task, obj: int, planner: Planner
+) -> bool:
     """Whether the plan solves both tasks, and a plan for the second object exists in the ambiguous task."""
-    names = [unclear.scene.objects[i].name for i in (thing, -1)]
-    other = replace(unclear, goals=_exchange_in_goals(unclear.goals, names))
-    each_solves = (solves_task(planner.domain, task, task.script) for task in (clear, unclear))
+    names = [ambiguous_task.scene.objects[i].name for i in (obj, -1)]
+    other = replace(ambiguous_task, goals=_exchange_in_goals(ambiguous_task.goals, names))
+    each_solves = (solves_task(planner.domain, task, task.script) for task in (clear_task, ambiguous_task))
     return all(each_solves) and bool(find_plan(other, planner, _LIMITS).plan)

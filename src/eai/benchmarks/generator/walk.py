@@ -77,7 +77,7 @@ class GoalByGoalPlan:
         """Indices of all objects of the scene, as possible arguments of actions."""
         return tuple(range(len(self.state.scene.objects)))
 
-    def get_position(self) -> tuple[State, int, int, int, int]:
+    def get_checkpoint(self) -> tuple[State, int, int, int, int]:
         """Return the position of the current end of the walk, to which `go_back_to` can return."""
         return self.state, len(self.conditions), len(self.actions), len(self.goals), len(self.trail)
 
@@ -254,7 +254,11 @@ class TemporalGoalFinder:
         """Return a goal over time with a solving plan and a temptation, or None if no such goal is found."""
         if self.task.get_goals_of_kind(GoalKind.ACTION):
             return None
-        ways = [self._find_goal_of_detour, self._find_goal_of_tidiness, self._find_goal_of_order]
+        ways = [
+            self._find_goal_requiring_detour,
+            self._find_goal_requiring_tidying,
+            self._find_goal_about_order,
+        ]
         candidates = (way() for way in self.rng.sample(ways, len(ways)))
         return next((candidate for candidate in candidates if candidate is not None), None)
 
@@ -268,9 +272,9 @@ class TemporalGoalFinder:
 
     def _execute_plan(self, plan: Sequence[Action]) -> _ExecutedPlan:
         trajectory = execute_plan(self.domain, self.task.initial, plan)
-        return _ExecutedPlan(plan, trajectory, self._find_new_facts(trajectory.states))
+        return _ExecutedPlan(plan, trajectory, self._find_states_of_new_facts(trajectory.states))
 
-    def _find_goal_of_detour(self) -> _TemporalGoal | None:
+    def _find_goal_requiring_detour(self) -> _TemporalGoal | None:
         """Return the goal that a fact becomes true before another goal is reached.
 
         The fact is false at the end.
@@ -283,10 +287,10 @@ class TemporalGoalFinder:
         if not reached or walk.goal_holds(seen, walk.state):
             return None
         goal = f.Then((seen, last))
-        kept = _make_goal_if_distinguishing(goal, self._execute_plan(walk.trail), self._solving_plan)
+        kept = _make_goal_if_only_first_fulfils(goal, self._execute_plan(walk.trail), self._solving_plan)
         return None if kept is None else replace(kept, plan=make_short_plan(walk, goal))
 
-    def _find_goal_of_tidiness(self) -> _TemporalGoal | None:
+    def _find_goal_requiring_tidying(self) -> _TemporalGoal | None:
         """Return the goal that two facts never hold together.
 
         After the solving plan, one fact is true.
@@ -301,7 +305,7 @@ class TemporalGoalFinder:
         if not left:
             return None
         never = rng.choice(left)
-        cuts = [cut for cut in self._goal_steps if cut >= untidy.new_facts[never][0]]
+        cuts = [cut for cut in self._steps_reaching_goals if cut >= untidy.new_facts[never][0]]
         for cut in cuts[:_MAX_TIDY_POSITIONS]:
             walk = self.begin()
             if (
@@ -312,27 +316,27 @@ class TemporalGoalFinder:
                 tidy = self._execute_plan(walk.trail)
                 for other in rng.sample(list(untidy.new_facts), len(untidy.new_facts)):
                     goal = f.Always(f.Not(f.And((never, other))))
-                    kept = _make_goal_if_distinguishing(goal, tidy, untidy) if other != never else None
+                    kept = _make_goal_if_only_first_fulfils(goal, tidy, untidy) if other != never else None
                     if kept is not None:
                         walk.conditions = list(goals)
                         return replace(kept, plan=make_short_plan(walk, goal))
         return None
 
-    def _find_goal_of_order(self) -> _TemporalGoal | None:
+    def _find_goal_about_order(self) -> _TemporalGoal | None:
         """Return a goal about the order of facts that the solving plan fulfils and a reordered plan fails."""
         ours, goals, rng = self._solving_plan, self._goals, self.rng
-        parts = [ours.plan[i:j] for i, j in pairwise([0, *self._goal_steps])]
+        parts = [ours.plan[i:j] for i, j in pairwise([0, *self._steps_reaching_goals])]
         for _ in range(_MAX_ORDERS if len(parts) > 1 else 0):
-            temporal = self._find_goal_excluding(list(chain(*rng.sample(parts, len(parts)))))
+            temporal = self._find_goal_that_plan_fails(list(chain(*rng.sample(parts, len(parts)))))
             if temporal is not None:
                 return temporal
         walk = self.begin()
         if len(goals) > 1 and reach_all_goals(walk, rng.sample(goals, len(goals))):
-            return self._find_goal_excluding(make_short_plan(walk))
+            return self._find_goal_that_plan_fails(make_short_plan(walk))
         return None
 
     @cached_property
-    def _goal_steps(self) -> list[int]:
+    def _steps_reaching_goals(self) -> list[int]:
         """Numbers of steps of the solving plan by which a goal becomes true for good."""
         states = list(enumerate(self._solving_plan.trajectory.states))[::-1]
         missed = (
@@ -340,7 +344,7 @@ class TemporalGoalFinder:
         )
         return sorted({i + 1 for i in missed})
 
-    def _find_goal_excluding(self, plan: Sequence[Action]) -> _TemporalGoal | None:
+    def _find_goal_that_plan_fails(self, plan: Sequence[Action]) -> _TemporalGoal | None:
         """Return a goal over time that the solving plan fulfils and another plan fails, or None.
 
         Goals whose facts share an object come first.
@@ -349,13 +353,13 @@ class TemporalGoalFinder:
         final = other.trajectory.final_state
         if other.trajectory.failure is not None or not all(self.domain.holds(g, final) for g in self._goals):
             return None
-        candidates = list(self._list_candidates(other))
+        candidates = list(self._yield_sort_keys_and_goals(other))
         self.rng.shuffle(candidates)
         candidates.sort(key=itemgetter(0))
-        kept = (_make_goal_if_distinguishing(goal, self._solving_plan, other) for _, goal in candidates)
+        kept = (_make_goal_if_only_first_fulfils(goal, self._solving_plan, other) for _, goal in candidates)
         return next((candidate for candidate in kept if candidate is not None), None)
 
-    def _list_candidates(self, other: _ExecutedPlan) -> Iterator[tuple[bool, f.Formula]]:
+    def _yield_sort_keys_and_goals(self, other: _ExecutedPlan) -> Iterator[tuple[bool, f.Formula]]:
         """Yield goals that only the solving plan may fulfil, each after whether its facts share no object."""
         ours, things = self._solving_plan, self.task.scene.objects
         both = [atom for atom in ours.new_facts if atom in other.new_facts]
@@ -373,7 +377,7 @@ class TemporalGoalFinder:
                 done = f.Occurs(action.operator, tuple(names))
                 yield from ((_have_no_common_object(then, done), f.Until(f.Not(then), done)) for then in both)
 
-    def _find_new_facts(self, states: Sequence[State]) -> Mapping[f.Atom, Sequence[int]]:
+    def _find_states_of_new_facts(self, states: Sequence[State]) -> Mapping[f.Atom, Sequence[int]]:
         """Return a mapping from new facts that may be goals to the numbers of states in which they hold."""
         things, agent, about = self.task.scene.objects, self.task.scene.agent, self.task.relevant
         new_facts: dict[Fact, list[int]] = {}
@@ -387,10 +391,10 @@ class TemporalGoalFinder:
         return {
             f.Atom(fact.predicate, tuple([f.Constant(things[i].name) for i in fact.arguments])): when
             for fact, when in new_facts.items()
-            if agent not in fact.arguments and self._is_movable(fact)
+            if agent not in fact.arguments and self._is_changeable_by_plans(fact)
         }
 
-    def _is_movable(self, fact: Fact) -> bool:
+    def _is_changeable_by_plans(self, fact: Fact) -> bool:
         """Whether a fact states the state of an object, or the place of an object that plans take in hand."""
         if len(fact.arguments) != 2:
             return len(fact.arguments) < 2
@@ -398,12 +402,16 @@ class TemporalGoalFinder:
         return not prior.uses or moved in prior.taken_categories
 
 
-def _make_goal_if_distinguishing(
-    goal: f.Formula, ours: _ExecutedPlan, other: _ExecutedPlan
+def _make_goal_if_only_first_fulfils(
+    goal: f.Formula, first_plan: _ExecutedPlan, second_plan: _ExecutedPlan
 ) -> _TemporalGoal | None:
     """Return a goal over time with its two plans, or None unless only the first plan fulfils the goal."""
-    is_kept, is_kept_by_other = [semantics.holds(goal, course.timeline) for course in (ours, other)]
-    return _TemporalGoal(goal, ours.plan, other.plan) if is_kept and not is_kept_by_other else None
+    is_kept, is_kept_by_other = [
+        semantics.holds(goal, course.timeline) for course in (first_plan, second_plan)
+    ]
+    return (
+        _TemporalGoal(goal, first_plan.plan, second_plan.plan) if is_kept and not is_kept_by_other else None
+    )
 
 
 def reach_all_goals(walk: GoalByGoalPlan, goals: Sequence[f.Formula]) -> bool:

@@ -70,18 +70,18 @@ class InstructionWriter:
         return e.make_predicate_sentences(predicate, self.arities[predicate], self.english)
 
     @cached_property
-    def nouns(self) -> Mapping[str, str]:
+    def noun_by_category(self) -> Mapping[str, str]:
         """Mapping from category to noun.
 
         If another category has the noun already, the category itself is used.
         """
-        nouns_by_category: dict[str, str] = {}
+        nouns: dict[str, str] = {}
         for thing in self.scene.objects:
             made = " ".join(re.sub(r"\.n\.\d+$", "", thing.category).replace("_", " ").split())
             noun = self.english.nouns.get(thing.category, made)
-            taken = any(n == noun and c != thing.category for c, n in nouns_by_category.items())
-            nouns_by_category.setdefault(thing.category, thing.category if taken else noun)
-        return nouns_by_category
+            taken = any(n == noun and c != thing.category for c, n in nouns.items())
+            nouns.setdefault(thing.category, thing.category if taken else noun)
+        return nouns
 
     def name_object(self, name: str) -> str:
         """Return words for an object: ``the lamp`` for the only lamp, a description by place, or its name."""
@@ -92,7 +92,7 @@ class InstructionWriter:
             else self._descriptions.get(index, name)
         )
 
-    def is_described(self, name: str) -> bool:
+    def can_be_described_without_name(self, name: str) -> bool:
         """Whether words other than its name can describe an object."""
         index = self.scene.index[name]
         return self._is_only_one_of_category(index) or index in self._descriptions
@@ -135,7 +135,7 @@ class InstructionWriter:
         return f"the {self._get_object_noun(index)}"
 
     def _get_object_noun(self, index: int) -> str:
-        return self.nouns[self.scene.objects[index].category]
+        return self.noun_by_category[self.scene.objects[index].category]
 
     def _is_only_one_of_category(self, index: int) -> bool:
         return self.scene.get_category_mask(self.scene.objects[index].category).bit_count() == 1
@@ -150,7 +150,7 @@ class InstructionWriter:
         opening = rng.choice(e.REQUESTS if voice.requests else e.OPENINGS)
         return f"{opening} {_join_clauses([self.make_clause(goal, voice) for goal in goals])}."
 
-    def is_read_back(self, instruction: str, goals: Sequence[f.Formula]) -> bool:
+    def reads_as_goals(self, instruction: str, goals: Sequence[f.Formula]) -> bool:
         """Whether the goals read from an instruction are exactly these goals."""
         try:
             return _InstructionReader(self).read_goals(instruction) == tuple(goals)
@@ -165,7 +165,7 @@ class InstructionWriter:
 
     def _make_request(self, goal: f.Formula, voice: e.PhraseStyle) -> str | None:
         """Return a request that states a goal, such as "put ...", or None if no request can state it."""
-        plain = _find_plain_atom(goal)
+        plain = _find_only_atom_and_negation(goal)
         if plain is None:
             return None
         atom, negated = plain
@@ -193,7 +193,7 @@ class InstructionWriter:
                 )
             case f.Exactly(count, _, f.Atom() as atom):
                 return self._make_sentence(atom, self._name_variables(goal, voice), voice, several=count != 1)
-        plain = _find_plain_atom(goal)
+        plain = _find_only_atom_and_negation(goal)
         if plain is None:
             return self._make_temporal_statement(goal, voice)
         atom, negated = plain
@@ -240,7 +240,7 @@ class InstructionWriter:
                 return {}
 
     def _get_variable_noun(self, variable: f.Variable) -> str:
-        return self.nouns[variable.category or ""]
+        return self.noun_by_category[variable.category or ""]
 
     def _make_sentence(
         self, atom: f.Atom, values: Mapping[str, str], voice: e.PhraseStyle, **form: bool
@@ -255,7 +255,7 @@ class InstructionWriter:
         return _fill_sentence(sentence, words)
 
 
-def _find_plain_atom(goal: f.Formula) -> tuple[f.Atom, bool] | None:
+def _find_only_atom_and_negation(goal: f.Formula) -> tuple[f.Atom, bool] | None:
     """Return the only atom of a goal and whether the atom is negated; None for goals of other shapes."""
     match goal:
         case (
@@ -289,8 +289,8 @@ class _InstructionReader:
     def __init__(self, words: InstructionWriter) -> None:
         self._words = words
         self._objects = {words.name_object(thing.name): thing.name for thing in words.scene.objects}
-        self._categories = {noun: category for category, noun in words.nouns.items()}
-        self._plurals = {e.pluralize(noun): category for category, noun in words.nouns.items()}
+        self._categories = {noun: category for category, noun in words.noun_by_category.items()}
+        self._plurals = {e.pluralize(noun): category for category, noun in words.noun_by_category.items()}
         self._counts = {word: number for number, word in e.NUMBERS.items()}
 
     def read_goals(self, instruction: str) -> tuple[f.Formula, ...]:

@@ -28,7 +28,12 @@ from eai.base.errors import InputError
 from eai.base.files import MAX_UNPACKED, find_files_below, parse_toml, read_toml
 from eai.base.grouping import group_pairs
 from eai.benchmarks.benchmark import Benchmark
-from eai.benchmarks.generator.sets import MANIFEST, check_secret_set, find_set_file, read_secret_set
+from eai.benchmarks.generator.sets import (
+    MANIFEST,
+    find_set_file,
+    list_doubts_about_secret_set,
+    read_manifest_entry_of_secret_set,
+)
 from eai.benchmarks.registry import find_benchmark, get_title
 from eai.benchmarks.suite import Suite, open_suite
 from eai.results.answer_files import ZIP, find_suite_files, unpack_answers
@@ -219,10 +224,10 @@ def _read_season(place: Path) -> tuple[Benchmark | None, str]:
         InputError: the tasks differ from the announced tasks, or do not follow from the season's secret.
     """
     chosen = _SeasonDescription.read_file(_require_small_file(place / SEASON))
-    entry, file = read_secret_set(place, chosen.split), find_set_file(place, chosen.split)
+    entry, file = read_manifest_entry_of_secret_set(place, chosen.split), find_set_file(place, chosen.split)
     state, benchmark = "announced; its tasks are not published yet", None
     if file is not None:
-        for problem in check_secret_set(place, chosen.split, chosen.secret or None):
+        for problem in list_doubts_about_secret_set(place, chosen.split, chosen.secret or None):
             raise InputError(f"{place}: {problem}")
         state, benchmark = "open: its tasks are those announced", find_benchmark(str(file))
         if chosen.secret:
