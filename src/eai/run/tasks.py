@@ -11,7 +11,7 @@ from contextlib import contextmanager
 from dataclasses import replace
 from functools import partial
 from pathlib import Path
-from typing import Any
+from typing import Any, TypeAlias
 
 import click
 import inspect_ai
@@ -294,6 +294,12 @@ SUFFIX = ".eval"
 JOB = "job_sha256"
 """Field of a log's metadata: digest of its job."""
 
+InspectLog: TypeAlias = EvalLog
+"""A log of Inspect, for modules that must not import Inspect."""
+
+InspectSample: TypeAlias = EvalSample
+"""A sample in a log of Inspect, for modules that must not import Inspect."""
+
 ANSWER_LIMIT = "answer_limit"
 """Field of a log's metadata: default of the maximum number of tokens of an answer."""
 
@@ -306,7 +312,7 @@ def find_log(job: QuestionJob, folder: Path) -> Path | None:
     # names of logs begin with the time, so the newest comes first
     for path in sorted(folder.glob(f"*{SUFFIX}"), reverse=True):
         try:
-            header = _read_log(path, header_only=True)
+            header = read_inspect_log(path, header_only=True)
         except InputError:  # the run was killed, so its log is incomplete
             continue
         results, metadata = header.results, header.eval.metadata or {}
@@ -327,7 +333,7 @@ def write_scores(path: Path, records: Mapping[AnswerKey, Record], source: Source
     Raises:
         InputError: the log cannot be read or written.
     """
-    log = _read_log(path)
+    log = read_inspect_log(path)
     for sample in log.samples or ():
         record = records[str(sample.id), sample.epoch]
         score = make_score(record, sample.epoch, answered=bool(sample.output.choices))
@@ -350,7 +356,7 @@ def read_answers(path: Path, suite: Suite) -> ResponseFile:
     Raises:
         InputError: the log cannot be read, or is of another suite.
     """
-    log = _read_log(path)
+    log = read_inspect_log(path)
     metadata = log.eval.metadata or {}
     suite_of_log = f"{metadata.get('domain')} {metadata.get('ability')}"
     if suite_of_log != f"{suite.domain} {suite.ability.value}":
@@ -380,7 +386,7 @@ def make_experiment_adder(path: Path, suite: Suite) -> Callable[[Record], Record
     Raises:
         InputError: the log cannot be read.
     """
-    samples = _read_log(path).samples or ()
+    samples = read_inspect_log(path).samples or ()
     experiment = next((s.metadata[EXPERIMENT] for s in samples if EXPERIMENT in s.metadata), None)
     if experiment is None or get_declaration(suite.ability).combine_epochs is not None:
         return None
@@ -403,7 +409,12 @@ def _select_majority_sample(samples: Sequence[EvalSample], ability: Ability) -> 
     return samples[find_majority_index([read_episode_text(sample) for sample in samples], ability)]
 
 
-def _read_log(path: Path, *, header_only: bool = False) -> EvalLog:
+def read_inspect_log(path: Path, *, header_only: bool = False) -> EvalLog:
+    """Read a log of Inspect.
+
+    Raises:
+        InputError: the log cannot be read.
+    """
     require_file(path)
     try:
         return read_eval_log(str(path), header_only=header_only)

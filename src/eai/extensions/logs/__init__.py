@@ -1,6 +1,6 @@
 """Readers of logs of other projects, and an analysis of the episodes in these logs.
 
-Entry points: `logs` (a study) and `eai-v2`, `alfworld-runs` and `embodiedbench` (readers of logs).
+Entry points: `logs` (a study) and `eai-v2`, `alfworld-runs`, `embodiedbench` and `inspect` (readers of logs).
 Extra: none.
 Page: docs/extensions/logs/README.md.
 """

@@ -10,7 +10,6 @@ from __future__ import annotations
 import re
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import replace
-from enum import Enum
 from pathlib import Path
 from typing import NamedTuple
 
@@ -47,22 +46,13 @@ _MAX_TURNS = 49
 """Maximum number of turns, thoughts included, in the programs of ReAct and Reflexion."""
 
 
-class _Status(str, Enum):
-    COMPLETED = "completed"
-    CONTEXT_LIMIT = "agent context limit"
-    VALIDATION_FAILED = "agent validation failed"
-    INVALID_ACTION = "agent invalid action"
-    TASK_LIMIT = "task limit reached"
-    CANCELLED = "cancelled"
-    UNKNOWN = "unknown"
-    TASK_ERROR = "task error"
-
-
 _ENDINGS = {
-    _Status.CONTEXT_LIMIT: Ending.STOPPED,
-    _Status.INVALID_ACTION: Ending.TOO_MANY_ERRORS,
-    _Status.TASK_LIMIT: Ending.OUT_OF_STEPS,
+    "agent context limit": Ending.STOPPED,
+    "agent invalid action": Ending.TOO_MANY_ERRORS,
+    "task limit reached": Ending.OUT_OF_STEPS,
 }
+_NOT_GRADED = ("agent validation failed", "cancelled", "unknown", "task error")
+"""Statuses of AgentBench without a verdict."""
 
 
 class _Turn(BaseModel):
@@ -78,7 +68,7 @@ class _Result(BaseModel):
 
 
 class _Output(BaseModel):
-    status: _Status
+    status: str
     result: _Result
 
 
@@ -108,15 +98,15 @@ def _read_sample(path: Path, number: int, line: bytes) -> LoggedEpisode:
     place = f"{path}, line {number}"
     sample = validate(_Sample, place, parse_json(str(path), line, number))
     status, result = sample.output.status, sample.output.result
+    if status not in (*_ENDINGS, *_NOT_GRADED, "completed"):
+        raise InputError(f"{place}: output.status: expected a status of AgentBench, found {status!r}")
     for expected, turn in enumerate(result.log, 1):
         if turn.round != expected:
             raise InputError(f"{place}: expected round {expected} in output.result.log, found {turn.round}")
     steps = [_make_step(turn.action, turn.observation) for turn in result.log]
     opening = result.init_prompt.partition("AVAILABLE ACTIONS")[0]
-    if status in (_Status.UNKNOWN, _Status.TASK_ERROR, _Status.CANCELLED, _Status.VALIDATION_FAILED):
-        outcome = EpisodeOutcome.NOT_GRADED
-    else:
-        outcome = EpisodeOutcome.WON if result.result else EpisodeOutcome.GOAL_UNMET
+    outcome = EpisodeOutcome.WON if result.result else EpisodeOutcome.GOAL_UNMET
+    outcome = EpisodeOutcome.NOT_GRADED if status in _NOT_GRADED else outcome
     ending = Ending.GOAL if result.result else _ENDINGS.get(status, Ending.CANNOT_TELL)
     return _make_episode(str(sample.index), opening, steps, outcome, ending)
 

@@ -9,6 +9,7 @@ from __future__ import annotations
 
 import re
 from collections.abc import Mapping
+from dataclasses import replace
 from pathlib import Path
 from typing import Annotated, Literal
 
@@ -38,9 +39,10 @@ class _Reward(BaseModel):
     n_actions: _Count | None = None
 
 
-class _Tokens(BaseModel):
+class _Totals(BaseModel):
     input: _Count | None = None
     output: _Count | None = None
+    calls: _Count | None = None
 
 
 class _Trial(BaseModel):
@@ -48,22 +50,18 @@ class _Trial(BaseModel):
     exception: str | None
     reward: _Reward | None
     agent_wall_s: Annotated[float, Field(ge=0)] | None = None
+    progress: Annotated[float, Field(ge=0, le=1)] | None = None
 
 
 class _TrialRecord(_Trial):
     calls: _Count | None = None
-    tokens: _Tokens | None = None
-    progress: Annotated[float, Field(ge=0, le=1)] | None = None
+    tokens: _Totals | None = None
 
 
 class _Run(BaseModel):
     v: Literal[1]
     run: str
     tasks: Mapping[str, Mapping[str, _TrialRecord]]
-
-
-class _Totals(_Tokens):
-    calls: _Count | None = None
 
 
 class _TrialStep(BaseModel):
@@ -89,33 +87,24 @@ def _read(path: Path, content: bytes) -> list[LoggedEpisode]:
     value = parse_json(str(path), content)
     if not isinstance(value, dict) or "tasks" not in value:
         return [_read_trial(path, validate(_TrialLog, str(path), value))]
-    run = validate(_Run, str(path), value)
-    return [
-        _make_episode(
-            f"{path}: tasks.{task}.{mode}", record, run.run, task, mode, record.tokens, record.calls
-        )
-        for task, modes in run.tasks.items()
-        for mode, record in modes.items()
-    ]
+    run, episodes = validate(_Run, str(path), value), list[LoggedEpisode]()
+    for task, modes in run.tasks.items():
+        for mode, record in modes.items():
+            totals = (record.tokens or _Totals()).model_copy(update={"calls": record.calls})
+            place = f"{path}: tasks.{task}.{mode}"
+            episodes.append(_make_episode(place, record, totals, run.run, task, mode))
+    return episodes
 
 
 def _read_trial(path: Path, log: _TrialLog) -> LoggedEpisode:
     setting = f"{log.mode}, replaced" if log.previous else log.mode
     words = next((step.text for step in reversed(log.steps) if step.k == "say"), "")
-    return _make_episode(
-        str(path), log, log.run, log.task, setting, log.totals, log.totals.calls, " ".join(words.split())
-    )
+    episode = _make_episode(str(path), log, log.totals, log.run, log.task, setting)
+    return replace(episode, words=" ".join(words.split()) or episode.words)
 
 
 def _make_episode(
-    place: str,
-    trial: _Trial,
-    agent: str,
-    task: str,
-    setting: str,
-    tokens: _Tokens | None,
-    calls: int | None,
-    words: str = "",
+    place: str, trial: _Trial, totals: _Totals, agent: str, task: str, setting: str
 ) -> LoggedEpisode:
     outcome = _find_outcome(trial.reward)
     expected = {EpisodeOutcome.WON: "success", EpisodeOutcome.NOT_GRADED: "error"}.get(outcome, "failed")
@@ -124,12 +113,12 @@ def _make_episode(
     ending = _ENDINGS.get(trial.exception, Ending.CANNOT_TELL)
     if trial.exception is None and outcome is EpisodeOutcome.NOT_GRADED and trial.reward is None:
         ending = Ending.CANNOT_TELL
-    progress = trial.progress if isinstance(trial, _TrialRecord) else None
+    progress = trial.progress
     if outcome is EpisodeOutcome.WON:
         progress = 1.0
     elif outcome is EpisodeOutcome.NOTHING_SUBMITTED:  # the site writes 0, but nothing was measured
         progress = None
-    counts = [] if tokens is None else [count for count in (tokens.input, tokens.output) if count is not None]
+    counts = [count for count in (totals.input, totals.output) if count is not None]
     return LoggedEpisode(
         agent=agent,
         task=task,
@@ -139,9 +128,9 @@ def _make_episode(
         actions=None if trial.reward is None else trial.reward.n_actions,
         progress=progress,
         seconds=trial.agent_wall_s,
-        calls=calls,
+        calls=totals.calls,
         tokens=sum(counts) if counts else None,
-        words=words or trial.exception or "",
+        words=trial.exception or "",
         unknown=("errors of steps", *(["progress"] if progress is None else [])),
     )
 

@@ -44,6 +44,8 @@ _KINDS = (
     (re.compile(r"openable=False"), FaultKind.AFFORDANCE),
 )
 
+_OUTCOMES = {Ending.GOAL: EpisodeOutcome.WON, Ending.CANNOT_TELL: EpisodeOutcome.CANNOT_TELL}
+
 _Share = Annotated[float, Field(ge=0, le=1)]
 _Count = Annotated[int, Field(ge=0)]
 
@@ -61,7 +63,6 @@ class _StepLine(_PlanLine):
     env_step: _Count
     env_feedback: str
     instruction: str
-    episode_elapsed_seconds: float | tuple[float] | None = None
 
 
 class _Result(BaseModel):
@@ -72,7 +73,6 @@ class _Result(BaseModel):
     num_invalid_actions: _Count
     empty_plan: _Count = 0
     planner_steps: _Count | None = None
-    episode_elapsed_seconds: float | tuple[float] | None = None
 
 
 def _recognize(content: bytes) -> bool:
@@ -91,11 +91,10 @@ def _read(path: Path, content: bytes) -> list[LoggedEpisode]:
             agent="",
             task=result.instruction,
             setting="",
-            outcome=_find_outcome(ending),
+            outcome=_OUTCOMES.get(ending, EpisodeOutcome.GOAL_UNMET),
             ending=ending,
             actions=result.num_steps,
             progress=result.task_progress,
-            seconds=_read_seconds(result.episode_elapsed_seconds),
             calls=result.planner_steps,
             unknown=("errors of steps",),
         )
@@ -131,11 +130,10 @@ def _read_steps(path: Path, content: bytes) -> LoggedEpisode:
         agent="",
         task=last.instruction if last else path.stem,
         setting="",
-        outcome=_find_outcome(ending),
+        outcome=_OUTCOMES.get(ending, EpisodeOutcome.GOAL_UNMET),
         ending=ending,
         steps=tuple(steps),
         progress=last.task_progress if last else None,
-        seconds=_read_seconds(last.episode_elapsed_seconds) if last else None,
         words=steps[-1].feedback if steps else "",
         unknown=() if ending is not Ending.CANNOT_TELL else ("the end",),
     )
@@ -192,15 +190,6 @@ def _find_ending(success: float, errors: int, steps: int, is_empty_plan: bool) -
     if errors >= _MAX_ERRORS:
         return Ending.TOO_MANY_ERRORS
     return Ending.OUT_OF_STEPS if steps >= _MAX_STEPS else Ending.CANNOT_TELL
-
-
-def _find_outcome(ending: Ending) -> EpisodeOutcome:
-    by_ending = {Ending.GOAL: EpisodeOutcome.WON, Ending.CANNOT_TELL: EpisodeOutcome.CANNOT_TELL}
-    return by_ending.get(ending, EpisodeOutcome.GOAL_UNMET)
-
-
-def _read_seconds(value: float | tuple[float] | None) -> float | None:
-    return value[0] if isinstance(value, tuple) else value
 
 
 EMBODIEDBENCH = LogReader("EmbodiedBench", _recognize, _read)

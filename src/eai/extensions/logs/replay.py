@@ -51,13 +51,13 @@ def replay_steps(
 
     Args:
         episode: the episode.
-        commands: the command of each action; None for an action without effect and without proof of a kind.
+        commands: the command of each action; None for an action that changed nothing and is not tried.
         task: the task.
         benchmark: the benchmark of the task.
     """
     replay, steps = _Replay(task, benchmark), list[LoggedStep]()
     for step, command in zip(episode.steps, commands, strict=True):
-        kind = None if command is None else replay.try_command(command)
+        kind = step.kind if command is None else replay.try_command(command)
         if command is not None and step.accepted not in (None, kind is None):
             break
         accepted = step.accepted if command is None else kind is None

@@ -25,6 +25,12 @@ if TYPE_CHECKING:
 _NAMES = ("log", "agent", "setting")
 """Columns of a group of episodes: the form of the log, the agent, and the setting."""
 
+_EPISODE_COLUMNS = (
+    *("task", "outcome", "ending", "kind", "unseen", "actions", "first_error", "best", "best_action", "end"),
+    *("repeats", "seconds", "calls", "tokens", "words"),
+)
+"""Columns of the table of episodes after the names of the group."""
+
 _FILE_ONLY = ("seconds", "calls", "tokens", "words")
 """Columns of episodes that only files have."""
 
@@ -101,25 +107,7 @@ def _make_outcomes_table(groups: _Groups) -> Iterator[Row]:
         )
 
 
-@make_table(
-    "episodes",
-    (
-        *(
-            *_NAMES,
-            "task",
-            "outcome",
-            "ending",
-            "kind",
-            "unseen",
-            "actions",
-            "first_error",
-            "best",
-            "best_action",
-            "end",
-        ),
-        *("repeats", "seconds", "calls", "tokens", "words"),
-    ),
-)
+@make_table("episodes", (*_NAMES, *_EPISODE_COLUMNS))
 def _make_episodes_table(groups: _Groups) -> Iterator[Row]:
     """Episodes.
 
