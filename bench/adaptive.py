@@ -49,7 +49,7 @@ def main() -> None:
     answers = StudyRecords(tuple(arguments.records)).make_plain_tables().answers
     print("suite, standard error: tasks asked (least, most), in random order; distance; within 1.96 errors")
     for suite, of_suite in group_by_suite(answers).items():
-        if get_declaration(Ability(suite.ability)).has_plans:
+        if get_declaration(Ability(suite.ability)).answers_are_plans:
             for target in TARGETS:
                 asked, at_random, distance, within = measure_target(collect_scores(of_suite), target)
                 print(f"{suite}, {target}: {asked}, {at_random}; {distance}; {within}", flush=True)

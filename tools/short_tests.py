@@ -65,7 +65,7 @@ def main() -> None:
         validity = cross_validate(scores)
         name = f"{suite.domain}/{Ability(suite.ability).value}"
         tests[name] = list(choose(scores))
-        if get_declaration(Ability(suite.ability)).has_plans:
+        if get_declaration(Ability(suite.ability)).answers_are_plans:
             difficulties[name] = fit_difficulties(scores)
         models = f"{len(scores.models)} models"
         chosen, drawn = (

@@ -12,7 +12,7 @@ import sys
 def main() -> None:
     """Run the command line."""
     try:
-        atexit.register(_end)
+        atexit.register(_prepare_uninterrupted_exit)
         from eai.results.collector import reduce_garbage_collection
 
         reduce_garbage_collection()
@@ -25,7 +25,7 @@ def main() -> None:
         os._exit(130)  # a half imported library might end otherwise; there is nothing to clean up yet
 
 
-def _end() -> None:
+def _prepare_uninterrupted_exit() -> None:
     """Leave at once, with the exit status that was decided: all is done, and nothing is left to interrupt."""
     signal.signal(signal.SIGINT, signal.SIG_IGN)
     gc.freeze()  # or the collector goes through all that there is, a second after a run of models

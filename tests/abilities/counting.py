@@ -6,16 +6,16 @@ from dataclasses import dataclass
 
 from eai.abilities.declaration import (
     AbilityDeclaration,
-    AbilityWorld,
     AnswerOutcome,
-    Interaction,
+    BenchmarkParts,
     MetricColumn,
+    ModelInteraction,
     QuestionAndAnswer,
 )
 from eai.abilities.explanation import Explanation
 from eai.abilities.protocol import Ability
 from eai.abilities.scorer import Assessment, Scorer
-from eai.abilities.verdict import Credit, Verdict, make_share_of_one
+from eai.abilities.verdict import RewardBasis, Verdict, make_share_of_one
 from eai.tasks.task import Task
 
 
@@ -26,8 +26,8 @@ class CountVerdict(Verdict):
     right: bool = False
     off_by: int | None = None
 
-    def compute_credit(self, at_start: object) -> Credit:
-        return Credit(float(self.right), self.right, ended=False, faults={})
+    def compute_reward_basis(self, goals_at_start: object) -> RewardBasis:
+        return RewardBasis(float(self.right), self.right, ended=False, faults={})
 
 
 class CountScorer(Scorer):
@@ -39,13 +39,13 @@ class CountScorer(Scorer):
         return Assessment(CountVerdict(right=off_by == 0, off_by=off_by), Explanation)
 
 
-def pose(world: AbilityWorld, task: Task) -> QuestionAndAnswer:
+def pose(world: BenchmarkParts, task: Task) -> QuestionAndAnswer:
     return f"How many objects does this task name: {task.title}?", str(len(task.relevant))
 
 
 COUNTING = AbilityDeclaration(
     ability=Ability("counting"),
-    interaction=Interaction(lambda world: CountScorer, pose),
+    interaction=ModelInteraction(lambda world: CountScorer, pose),
     title="Counting",
     short_title="count",
     verdict=CountVerdict,

@@ -14,8 +14,8 @@ from eai.abilities.explanation import (
     GoalReport,
     Statement,
     StepReport,
-    find_near_misses,
     find_predicate_names,
+    map_missed_goals_to_similar_facts,
     parse_statement,
 )
 from eai.abilities.reports import report_goal_parts, report_steps
@@ -128,11 +128,13 @@ def test_parts_of_a_temporal_goal_are_dated_by_step_numbers() -> None:
     closed, opened = Atom("CLOSED", (name,)), Atom("OPEN", (name,))
     near = Atom("NEXT_TO", (Constant("character.65"), name))
     reports = report_goal_parts(Then((closed, near, opened)), course)
-    assert [part.when for part in reports] == ["at the start", "after step 2", "after step 4"]
+    assert [part.time_met_text for part in reports] == ["at the start", "after step 2", "after step 4"]
     reports = report_goal_parts(Then((near, Occurs("OPEN", (name,)), opened)), course)
-    assert [part.when for part in reports] == ["after step 2", "", ""], "it is opened in the state of part 1"
+    assert [part.time_met_text for part in reports] == ["after step 2", "", ""], (
+        "it is opened in the state of part 1"
+    )
     reports = report_goal_parts(Then((closed, Occurs("OPEN", (name,)), Occurs("OPEN") | opened)), course)
-    assert [part.when for part in reports] == ["at the start", "at step 4", "after step 4"]
+    assert [part.time_met_text for part in reports] == ["at the start", "at step 4", "after step 4"]
 
 
 def test_steps_after_a_slip_are_reported_with_their_changes() -> None:
@@ -262,7 +264,7 @@ def test_a_near_miss_is_another_fact_about_the_goals_objects(
         StepReport("B()", "executed", removed=removed, call=parse_statement("B()")),
     )
     missed = Explanation(steps=steps, goals=(GoalReport("relation", goal, False),))
-    assert find_near_misses(missed) == ({goal: near} if near else {})
+    assert map_missed_goals_to_similar_facts(missed) == ({goal: near} if near else {})
 
 
 def test_a_state_that_ended_the_wanted_state_is_a_near_miss() -> None:
@@ -281,7 +283,7 @@ def test_a_state_that_ended_the_wanted_state_is_a_near_miss() -> None:
         StepReport("GRASP(a)", "executed", added=("in_right_hand(a)",), call=parse_statement("GRASP(a)")),
     )
     missed = Explanation(steps=steps, goals=(GoalReport("state", "ON(a)", False),))
-    assert find_near_misses(missed) == {"ON(a)": ("OFF(a)",)}
+    assert map_missed_goals_to_similar_facts(missed) == {"ON(a)": ("OFF(a)",)}
 
 
 def test_a_goal_that_is_reached_has_no_near_miss() -> None:
@@ -289,7 +291,10 @@ def test_a_goal_that_is_reached_has_no_near_miss() -> None:
         StepReport("A()", "executed", added=("INSIDE(a, b)", "ONTOP(a, b)"), call=parse_statement("A()")),
     )
     assert (
-        find_near_misses(Explanation(steps=steps, goals=(GoalReport("relation", "ONTOP(a, b)", True),))) == {}
+        map_missed_goals_to_similar_facts(
+            Explanation(steps=steps, goals=(GoalReport("relation", "ONTOP(a, b)", True),))
+        )
+        == {}
     )
 
 

@@ -204,7 +204,7 @@ def test_feedback_is_about_the_goals_that_the_question_stated(
     assert "lit(lamp)" not in added.partition("relation: ")[2].partition("state: ")[2]
     assert not trial.attempts[0].verdict.success
     assert [report.satisfied for report in trial.goal_reports[0]] == [True, False]
-    assert trial.remaining_task.goals == stated.goals
+    assert trial.next_attempt_task.goals == stated.goals
 
 
 def test_the_question_describes_the_perceived_scene() -> None:

@@ -14,7 +14,7 @@ from abilities import counting
 from agents.switches import SWITCHES
 from by_path import TESTS
 from eai.abilities import declaration, protocol
-from eai.abilities.protocol import PAPER_ABILITIES, Ability, ability_rank
+from eai.abilities.protocol import PAPER_ABILITIES, Ability, get_ability_sort_key
 from eai.base.errors import InputError
 from eai.benchmarks.suite import open_suite
 from eai.results.reward import Reward
@@ -98,8 +98,8 @@ def test_an_ability_is_one_value_for_each_name() -> None:
     assert Ability.from_name("action_sequencing") is Ability.ACTION_SEQUENCING
     assert pickle.loads(pickle.dumps(PAPER_ABILITIES)) == PAPER_ABILITIES  # noqa: S301 - our own
     assert pickle.loads(pickle.dumps(Ability("counting"))) is Ability("counting")  # noqa: S301
-    assert sorted(PAPER_ABILITIES, key=ability_rank) == list(PAPER_ABILITIES)
-    assert ability_rank(Ability("counting")) == len(protocol.find_abilities())
+    assert sorted(PAPER_ABILITIES, key=get_ability_sort_key) == list(PAPER_ABILITIES)
+    assert get_ability_sort_key(Ability("counting")) == len(protocol.find_abilities())
 
 
 def test_an_entry_point_must_hold_the_ability_of_its_name(monkeypatch: pytest.MonkeyPatch) -> None:

@@ -164,15 +164,15 @@ def test_action_goals_count_over_all_attempts_in_a_continued_world() -> None:
 
 def test_the_rest_of_a_task_begins_in_the_present_state() -> None:
     trial = Trial(scorer("greet"), AttemptOptions(2, "continue"))
-    assert trial.remaining_task.goals == trial.task.goals
+    assert trial.next_attempt_task.goals == trial.task.goals
     trial.try_answer(plan("WAVE", SHED))
-    left = trial.remaining_task
+    left = trial.next_attempt_task
     assert left.initial is not trial.task.initial
     assert [goal.kind for goal in left.goals] == [GoalKind.ACTION, GoalKind.STATE]
     assert [action.operator for action in trial.executed_actions] == ["WAVE", "GO"]
     anew = Trial(scorer("greet"), AttemptOptions(2))
     anew.try_answer(plan("WAVE", SHED))
-    assert anew.remaining_task is anew.task
+    assert anew.next_attempt_task is anew.task
     assert anew.executed_actions == ()
 
 

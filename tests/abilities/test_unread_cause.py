@@ -10,7 +10,7 @@ from eai.abilities.answer_text import MAX_LENGTH
 from eai.abilities.explanation import Explanation
 from eai.abilities.notation.plans import JsonPlans
 from eai.abilities.protocol import Ability
-from eai.abilities.unread_cause import find_cause, find_loop, mark_as_cut_off
+from eai.abilities.unread_cause import find_cause_of_unreadability, find_repeated_ending, mark_as_cut_off
 from eai.abilities.verdict import ErrorReport, PlanVerdict
 from eai.world.fault import FaultKind
 
@@ -19,7 +19,7 @@ STEP = '{"action": "WALK", "object": "soap"}'
 
 
 def cause_of(text: str, ability: Ability | None = None) -> str | None:
-    found = find_cause(text, ACTIONS, lambda: ability)
+    found = find_cause_of_unreadability(text, ACTIONS, lambda: ability)
     return None if found is None else found.cause
 
 
@@ -71,7 +71,9 @@ def test_the_cause_is_found_from_the_text(text: str, cause: str | None) -> None:
 
 
 def test_the_form_of_another_ability_is_named() -> None:
-    found = find_cause('{"node goals": [["open", "jar"]]}', ACTIONS, lambda: Ability.GOAL_INTERPRETATION)
+    found = find_cause_of_unreadability(
+        '{"node goals": [["open", "jar"]]}', ACTIONS, lambda: Ability.GOAL_INTERPRETATION
+    )
     assert found == ("other_ability", "the answer has the form of goal interpretation")
 
 
@@ -91,7 +93,7 @@ def test_the_form_of_another_ability_is_named() -> None:
     ],
 )
 def test_a_loop_is_the_same_text_again_and_again(text: str, unit: str) -> None:
-    found = find_loop(text)
+    found = find_repeated_ending(text)
     assert found.split() == unit.split() or sorted(found.split()) == sorted(unit.split())
     assert bool(unit) is (cause_of(text) == "loop")
 
@@ -104,7 +106,7 @@ def test_a_cause_takes_time_in_proportion_to_the_text(piece: str) -> None:
     """A quadratic search would take minutes on a text of the maximum length."""
     text = f"so {piece * (MAX_LENGTH // len(piece) - 3)} it"
     started = process_time()
-    find_cause(text, ACTIONS, lambda: None)
+    find_cause_of_unreadability(text, ACTIONS, lambda: None)
     JsonPlans().read(text, ACTIONS)
     assert process_time() - started < 20
 

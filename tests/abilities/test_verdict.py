@@ -69,7 +69,7 @@ def test_a_missing_answer_reaches_no_goal_and_has_no_error() -> None:
         goals_satisfied=(True, False),
         counted=SummaryCounts(True, TALLIES, {}),
     )
-    nothing = empty.as_missing_answer()
+    nothing = empty.to_verdict_on_missing_answer()
     assert nothing == PlanVerdict(
         repairs=("prose",),
         executable=False,
@@ -78,7 +78,9 @@ def test_a_missing_answer_reaches_no_goal_and_has_no_error() -> None:
         goals=TalliesByGoalKind(Share(0, 2), Share(0, 1.5), Share(0, 0)),
         goals_satisfied=(False, False),
     )
-    assert PlanVerdict(success=True).as_missing_answer() == PlanVerdict(executable=False, success=False)
-    assert Verdict(None, ERROR).as_missing_answer() == Verdict()
+    assert PlanVerdict(success=True).to_verdict_on_missing_answer() == PlanVerdict(
+        executable=False, success=False
+    )
+    assert Verdict(None, ERROR).to_verdict_on_missing_answer() == Verdict()
     left_out = PlanVerdict("left out", ERROR, (), None, None, None, TALLIES, (True, False))
-    assert left_out.as_missing_answer() == replace(left_out, error=None)
+    assert left_out.to_verdict_on_missing_answer() == replace(left_out, error=None)

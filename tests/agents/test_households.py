@@ -13,7 +13,7 @@ import pytest
 from eai.abilities.action_sequencing.scorer import ActionSequencing
 from eai.abilities.protocol import Ability
 from eai.abilities.reports import action_text
-from eai.abilities.verdict import PlanVerdict, Unreadable, compute_gain
+from eai.abilities.verdict import PlanVerdict, Unreadable, compute_goal_gain
 from eai.agents.game_setup import GameSetup
 from eai.agents.gym import TextEnvironment, make
 from eai.agents.reference import make_setup
@@ -122,7 +122,7 @@ def test_the_return_of_progress_is_the_gain_at_the_end(name: str, gamma: float, 
         for commands in (plan.lines, plan.lines[: len(plan.lines) // 2]):
             paid, info = play(environment, plan.task_id, commands)
             returned = math.fsum(gamma**t * reward for t, reward in enumerate(paid))
-            gained = compute_gain(info["goals"], start)
+            gained = compute_goal_gain(info["goals"], start)
             assert gained is not None
             assert returned == pytest.approx(gamma ** len(paid) * gained), plan.task_id
 

@@ -9,7 +9,7 @@ import pytest
 
 from agents.switches import DOMAIN, SWITCHES, initial
 from eai import Benchmark, given, make_task
-from eai.agents.declaration import compute_rate_contributions
+from eai.agents.declaration import compute_share_by_metric
 from eai.agents.setting import ACTING
 from eai.agents.verdict import ActingVerdict, Recoverability, describe_recoverability
 from eai.benchmarks.suite import Suite, open_suite
@@ -46,15 +46,15 @@ def test_the_first_turn_after_which_the_goals_are_lost_is_found(
 ) -> None:
     verdict = looked_back("half", *commands)
     assert (verdict.outlook, verdict.lost_at) == (outlook, lost_at)
-    assert compute_rate_contributions(verdict)["lost_for_good"] == (outlook == "lost", 1)
-    assert compute_rate_contributions(verdict)["outlook_unknown"] == (0, 1)
+    assert compute_share_by_metric(verdict)["lost_for_good"] == (outlook == "lost", 1)
+    assert compute_share_by_metric(verdict)["outlook_unknown"] == (0, 1)
 
 
 def test_a_search_that_is_cut_off_proves_nothing() -> None:
     verdict = looked_back("half", "GO(shed)", "OPEN(box)", states=1)
     assert (verdict.outlook, verdict.lost_at) == ("unknown", None)
-    assert compute_rate_contributions(verdict)["lost_for_good"] == (0, 0)
-    assert compute_rate_contributions(verdict)["outlook_unknown"] == (1, 1)
+    assert compute_share_by_metric(verdict)["lost_for_good"] == (0, 0)
+    assert compute_share_by_metric(verdict)["outlook_unknown"] == (1, 1)
     assert describe_recoverability(verdict).endswith("is not known")
 
 
@@ -73,7 +73,7 @@ def test_records_have_the_loss_if_a_search_was_requested() -> None:
     answers = ResponseFile("model", (Response("half", "GO(shed)\nOPEN(box)"),))
     (plain,) = score_run(SUITE, answers, {}, ScoringOptions())
     assert isinstance(plain.verdict, ActingVerdict)
-    assert (plain.verdict.outlook, compute_rate_contributions(plain.verdict)["lost_for_good"]) == (
+    assert (plain.verdict.outlook, compute_share_by_metric(plain.verdict)["lost_for_good"]) == (
         None,
         (0, 0),
     )

@@ -117,7 +117,9 @@ def test_a_schema_has_only_words_of_the_question_and_not_too_many(
     declared = {operator.name for operator in benchmark(name).domain.operators}
     declared |= {
         spelling
-        for spelling, _ in benchmark(name).notation.goals.map_predicate_spellings(benchmark(name).domain)
+        for spelling, _ in benchmark(name).notation.goals.map_spellings_to_predicate_names(
+            benchmark(name).domain
+        )
     }
     for task_id, form in make_forms(name, ability, data_store, prompts).items():
         assert is_schema_accepted_by_providers(form)
@@ -152,7 +154,7 @@ def test_a_schema_with_too_many_words_accepts_any_object_name(
     tasks = benchmark(name).tasks(Source(data_store))
     forms = make_forms(name, Ability.ACTION_SEQUENCING, data_store, every=1)
     named = [
-        set(benchmark(name).notation.plans.list_object_words(tasks[i])) <= set(list_words(form))
+        set(benchmark(name).notation.plans.list_words_for_objects(tasks[i])) <= set(list_words(form))
         for i, form in forms.items()
     ]
     assert named.count(False) == open_ones

@@ -64,7 +64,7 @@ def check_no_plan_exists(entry: _Erratum, store: Store) -> None:
         suite = open_corrected_suite(store, entry, ability, NONE)
         start, domain = suite.tasks[task_id].initial, suite.benchmark.domain
         if ability is Ability.SUBGOAL_DECOMPOSITION:
-            domain = suite.benchmark.subgoals().acting_domain()
+            domain = suite.benchmark.subgoals().domain_for_execution()
         fill = [
             operator
             for operator in domain.operators

@@ -169,7 +169,7 @@ def test_an_effect_about_a_constant_repairs_a_plan(dock: ActionSequencing, plan:
     assert isinstance(verdict, PlanVerdict)
     assert verdict.repair is not None
     assert (verdict.repair.at_least, verdict.repair.at_most) == (1, 1)
-    assert dock.compute_closeness(plan) == 0.5
+    assert dock.compute_closeness_to_success(plan) == 0.5
 
 
 def test_a_plan_uses_an_effect_about_a_constant(dock: ActionSequencing) -> None:

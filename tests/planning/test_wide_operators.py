@@ -95,7 +95,7 @@ def test_repairs_with_too_many_actions_are_bounded_by_found_plans(wide: Benchmar
         assert repair is not None
         assert repair.at_least <= 1
         assert repair.at_most is None or repair.at_least <= repair.at_most <= at_most
-    assert scorer.compute_closeness("(mk o3)") == 0
+    assert scorer.compute_closeness_to_success("(mk o3)") == 0
 
 
 def test_possible_actions_are_listed_up_to_a_limit(wide: Benchmark) -> None:

@@ -77,7 +77,7 @@ def test_verdicts_of_each_ability_have_their_outcomes() -> None:
 def test_a_task_without_an_answer_is_an_outcome_and_in_no_breakdown() -> None:
     features = TaskFeatures("name", annotated_steps=3, goals=1)
     answered = replace(record("2_1", SUCCEEDED), task=features)
-    verdict = failed(FaultKind.PARSING).as_missing_answer()
+    verdict = failed(FaultKind.PARSING).to_verdict_on_missing_answer()
     lacking = replace(record("1_1", verdict), task=features, unanswered="no row")
     found = break_down_records([answered, lacking], Ability.ACTION_SEQUENCING)
     assert found.outcomes == {AnswerOutcome.NOT_ANSWERED: 1, AnswerOutcome.SUCCESS: 1}

@@ -15,7 +15,15 @@ from eai.abilities.goal_interpretation.verdict import GoalVerdict
 from eai.abilities.protocol import PAPER_ABILITIES, Ability, Protocol
 from eai.abilities.subgoal_decomposition.verdict import SubgoalCategory, SubgoalVerdict
 from eai.abilities.transition_modeling.verdict import OperatorReport, OperatorStatus, OperatorVerdict
-from eai.abilities.verdict import Confusion, ErrorReport, PlanVerdict, Span, SpanKind, SummaryCounts, Verdict
+from eai.abilities.verdict import (
+    Confusion,
+    ErrorReport,
+    PlanVerdict,
+    Span,
+    SpanKind,
+    SummaryCounts,
+    Verdict,
+)
 from eai.base.errors import InputError
 from eai.pddl.check import PddlFinding, PddlViolationKind
 from eai.pddl.matching import ClauseComparison

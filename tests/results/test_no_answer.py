@@ -22,7 +22,10 @@ RUNS = {"actions": action_run, "goals": goal_run, "subgoals": subgoal_run, "oper
 def unanswered_run(name: str) -> list[Record]:
     return [
         replace(
-            record, response="", unanswered="the request failed", verdict=record.verdict.as_missing_answer()
+            record,
+            response="",
+            unanswered="the request failed",
+            verdict=record.verdict.to_verdict_on_missing_answer(),
         )
         for record in RUNS[name]()
     ]

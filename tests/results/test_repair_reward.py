@@ -93,7 +93,9 @@ def test_a_longer_search_never_lowers_the_reward(name: str) -> None:
     for _ in range(examples(6)):
         suite, task, plan = drawn(name, random)
         mender = scorer_of(suite, task.id).repairer
-        paid = [mender._search_closeness((*plan,), limit) for limit in (1, 100, 1_000, DEFAULT_EFFORT)]
+        paid = [
+            mender._search_closeness_to_success((*plan,), limit) for limit in (1, 100, 1_000, DEFAULT_EFFORT)
+        ]
         assert all(before <= after for before, after in pairwise(paid))
 
 
@@ -117,8 +119,12 @@ def test_empty_and_unreadable_plans_earn_nothing(name: str) -> None:
     suite = suite_of(name)
     for task_id in [i for i in suite.task_ids if suite.tasks[i].unplannable_reason is None][::40]:
         scorer, paid = scorer_of(suite, task_id), Reward(suite, "repair")
-        assert scorer.repairer.compute_closeness(()) == scorer.repairer.compute_closeness((None,)) == 0
-        assert scorer.repairer.compute_closeness((None,) * 300) == 0
+        assert (
+            scorer.repairer.compute_closeness_to_success(())
+            == scorer.repairer.compute_closeness_to_success((None,))
+            == 0
+        )
+        assert scorer.repairer.compute_closeness_to_success((None,) * 300) == 0
         assert paid(task_id, "All is done.") == paid(task_id, "x" * (paid.limit + 1)) == 0
 
 
@@ -153,9 +159,9 @@ def test_the_search_for_repairs_is_bounded_and_cached(monkeypatch: pytest.Monkey
 
     monkeypatch.setattr(Repairer, "repair", counted)
     plan = tuple(scorer.task.script)
-    paid = [mender.compute_closeness(plan[:n]) for n in (0, 1, 2, 1, 0)]
+    paid = [mender.compute_closeness_to_success(plan[:n]) for n in (0, 1, 2, 1, 0)]
     assert paid[:2] == paid[:2:-1]
-    assert mender.compute_closeness((*plan, *plan)) is not None
+    assert mender.compute_closeness_to_success((*plan, *plan)) is not None
     assert len(limits) == 4
     assert limits == sorted(limits)
     assert limits[-1] <= DEFAULT_EFFORT / 4

@@ -11,12 +11,12 @@ from eai.abilities.subgoal_decomposition.verdict import SubgoalCategory, Subgoal
 from eai.abilities.transition_modeling.verdict import OperatorReport, OperatorStatus, OperatorVerdict
 from eai.abilities.verdict import (
     Confusion,
-    Credit,
     ErrorReport,
     PlanVerdict,
+    RewardBasis,
     Verdict,
     compute_condition_gain,
-    compute_gain,
+    compute_goal_gain,
 )
 from eai.pddl.check import PddlFinding, PddlViolationKind
 from eai.pddl.matching import ClauseComparison
@@ -52,7 +52,7 @@ ALL: Worth = (1, 1, 1, 1)
 def test_only_goals_that_did_not_hold_at_the_start_are_gained(
     reached: Sequence[bool], at_start: Sequence[bool], gained: float | None
 ) -> None:
-    assert compute_gain(reached, at_start) == gained
+    assert compute_goal_gain(reached, at_start) == gained
 
 
 @pytest.mark.parametrize(
@@ -173,7 +173,7 @@ def test_plans_are_paid_for_the_goals_that_they_gain(
     assert paid(compute_credit(verdict, at_start)) == worth
 
 
-def paid(earned: Credit | None) -> Worth | None:
+def paid(earned: RewardBasis | None) -> Worth | None:
     if earned is None:
         return None
     success, goals, progress, diagnosis = [
@@ -186,7 +186,7 @@ def paid(earned: Credit | None) -> Worth | None:
 
 
 def test_plans_are_paid_for_the_conditions_that_they_gain() -> None:
-    earned = Credit(1 / 4, success=False, ended=True, faults={A: 2}, added_actions=1, conditions=1 / 2)
+    earned = RewardBasis(1 / 4, success=False, ended=True, faults={A: 2}, added_actions=1, conditions=1 / 2)
     assert compute_reward_of_credit(earned, Shaping.PARTIAL) == 1 / 4
 
 
@@ -358,9 +358,9 @@ def test_faults_are_counted_by_kind_as_metrics(verdict: Verdict, faults: Mapping
 
 
 def test_metrics_follow_from_the_credit() -> None:
-    told = make_credit_metrics(Credit(1 / 2, success=False, ended=True, faults={A: 2}))
+    told = make_credit_metrics(RewardBasis(1 / 2, success=False, ended=True, faults={A: 2}))
     assert (told["success"], told["progress"], told["faults"], told["fault.affordance"]) == (0, 1 / 2, 2, 2)
-    assert make_credit_metrics(Credit(1, success=True, ended=False, faults={}))["success"] == 1
+    assert make_credit_metrics(RewardBasis(1, success=True, ended=False, faults={}))["success"] == 1
     assert make_credit_metrics(None) == dict.fromkeys(METRICS, 0)
 
 

@@ -60,7 +60,7 @@ def process() -> Iterator[Executor]:
 def some_tasks(domain: str, ability: Ability, protocol: Protocol) -> tuple[Suite, Asked]:
     """A suite, and some tasks from its whole range."""
     suite = Asked(domain, ability, protocol, ()).suite()
-    count = TASK_COUNT if get_declaration(ability).has_plans else TASK_COUNT // 3
+    count = TASK_COUNT if get_declaration(ability).answers_are_plans else TASK_COUNT // 3
     chosen = suite.task_ids[:: len(suite.task_ids) // count][:count]
     return suite, Asked(domain, ability, protocol, chosen)
 
@@ -90,7 +90,7 @@ def test_all_ways_of_scoring_give_the_same_rates(
     suite, asked = some_tasks(domain, ability, protocol)
     ran = process.submit(run_in_child, asked, NOISY, tmp_path).result()
     kinds = {find_answer_outcome(record) for record in ran.records}
-    assert len(kinds) >= 3 or not get_declaration(ability).has_plans
+    assert len(kinds) >= 3 or not get_declaration(ability).answers_are_plans
     numbers = shares(ran.rates)
     summary = json.loads((tmp_path / "summary.json").read_text())
     assert {name: summary[name]["value"] for name in numbers} == pytest.approx(

@@ -111,19 +111,15 @@ A text is tested for them before it is parsed, which avoids slow exceptions.
 """
 
 
-def _never_looks_like_answer(text: str) -> bool:
+def _return_false(value: object) -> bool:
     return False
 
 
-def _no_repairs(meaning: object) -> tuple[str, ...]:
+def _return_no_repairs(value: object) -> tuple[str, ...]:
     return ()
 
 
-def _is_never_piece(meaning: object) -> bool:
-    return False
-
-
-def _find_no_flaw(value: object) -> str | None:
+def _return_no_flaw(value: object) -> str | None:
     return None
 
 
@@ -154,12 +150,12 @@ class AnswerFormat(Generic[T]):
 
     description: str
     read: Callable[[object], T | None]
-    is_part: Callable[[str], bool] = _never_looks_like_answer
-    is_line_of_answer: Callable[[str], bool] = _never_looks_like_answer
-    flaw: Callable[[object], str | None] = _find_no_flaw
+    is_part: Callable[[str], bool] = _return_false
+    is_line_of_answer: Callable[[str], bool] = _return_false
+    flaw: Callable[[object], str | None] = _return_no_flaw
     join: Callable[[Sequence[T]], T] | None = None
-    is_piece: Callable[[T], bool] = _is_never_piece
-    repairs_of: Callable[[T], tuple[str, ...]] = _no_repairs
+    is_piece: Callable[[T], bool] = _return_false
+    repairs_of: Callable[[T], tuple[str, ...]] = _return_no_repairs
     is_certain: Callable[[T], bool] = bool
     is_single: bool = True
     wrappers: frozenset[str] = frozenset()
@@ -259,7 +255,11 @@ class _AnswerReader(Generic[T]):
         body = self.text.strip()
         start = self.text.find(body) if body else 0
         decoded = _decode_with_repairs(body)
-        whole = None if isinstance(decoded, _JsonProblem) else _read_wrapped_value(decoded.value, self.form)
+        whole = (
+            None
+            if isinstance(decoded, _JsonProblem)
+            else _read_value_or_wrapped_json(decoded.value, self.form)
+        )
         if whole is not None and isinstance(decoded, _DecodedJson):
             value = _ValueInText(start, start + len(body), whole[0], (*decoded.repairs, *whole[1]))
             return self._make_parsed_answer([value], value.meaning, ())
@@ -295,7 +295,9 @@ class _AnswerReader(Generic[T]):
             is_part = self.form.is_part(inside)
             decoded = _decode_with_repairs(inside, stretch.start, repair=is_part)
             meaning = (
-                None if isinstance(decoded, _JsonProblem) else _read_wrapped_value(decoded.value, self.form)
+                None
+                if isinstance(decoded, _JsonProblem)
+                else _read_value_or_wrapped_json(decoded.value, self.form)
             )
             if meaning is not None and isinstance(decoded, _DecodedJson):
                 repairs = (*decoded.repairs, *meaning[1])
@@ -319,8 +321,8 @@ class _AnswerReader(Generic[T]):
 
         Pieces of an answer, such as single steps, are joined to one value.
         """
-        chosen = self._select_relevant(values)
-        line = self._find_stray_line(values)
+        chosen = self._select_values_with_known_names(values)
+        line = self._find_answer_line_outside(values)
         if line is not None:
             return self._report_stray(line)
         if not chosen:
@@ -344,7 +346,7 @@ class _AnswerReader(Generic[T]):
             return self._report_stray(_BracketedText(chosen[-2].start, chosen[-1].end))
         return self._make_parsed_answer(chosen[-1:], chosen[-1].meaning, ())
 
-    def _select_relevant(self, values: list[_ValueInText[T]]) -> list[_ValueInText[T]]:
+    def _select_values_with_known_names(self, values: list[_ValueInText[T]]) -> list[_ValueInText[T]]:
         """Return the values that name something of the task, and values that directly precede or follow them.
 
         If no value names something of the task, return all values.
@@ -361,7 +363,7 @@ class _AnswerReader(Generic[T]):
         ]
         return [value for group in certain or groups for value in group]
 
-    def _find_stray_line(self, values: Sequence[_ValueInText[T]]) -> _BracketedText | None:
+    def _find_answer_line_outside(self, values: Sequence[_ValueInText[T]]) -> _BracketedText | None:
         for start, end in _find_ranges_between(values, len(self.text)):
             for line in re.finditer(r"[^\n]+", self.text[start:end]):
                 if not line[0].isspace() and self.form.is_line_of_answer(line[0]):
@@ -440,7 +442,7 @@ def _format_line_and_column(text: str, position: int) -> str:
     return f"line {text.count(chr(10), 0, position) + 1}, column {position - line_start + 1}"
 
 
-def is_unclosed(text: str) -> bool:
+def has_unclosed_bracket(text: str) -> bool:
     """Whether a text opens a bracket that it never closes."""
     return any(
         stretch.problem is not None and stretch.problem.reason == _UNCLOSED
@@ -480,8 +482,8 @@ def _find_bracketed_text_at(text: str, start: int) -> _BracketedText:
     return _BracketedText(start, len(text), _JsonProblem(_UNCLOSED, opened[0]))
 
 
-def _read_wrapped_value(
-    value: object, form: AnswerFormat[T], depth: int = 3
+def _read_value_or_wrapped_json(
+    value: object, form: AnswerFormat[T], max_depth: int = 3
 ) -> tuple[T, tuple[str, ...]] | None:
     """Return the meaning of a JSON value in an answer, and the names of the repairs that the value needs.
 
@@ -490,21 +492,25 @@ def _read_wrapped_value(
     value.
     """
     meaning = form.read(value)
-    if meaning is not None or depth == 0:
+    if meaning is not None or max_depth == 0:
         return None if meaning is None else (meaning, form.repairs_of(meaning))
     if isinstance(value, str):
         if "{" not in value and "[" not in value:
             return None
         decoded = _decode_with_repairs(value.strip())
         inner = (
-            None if isinstance(decoded, _JsonProblem) else _read_wrapped_value(decoded.value, form, depth - 1)
+            None
+            if isinstance(decoded, _JsonProblem)
+            else _read_value_or_wrapped_json(decoded.value, form, max_depth - 1)
         )
         if inner is None or isinstance(decoded, _JsonProblem):
             return None
         return inner[0], ("json_in_string", *decoded.repairs, *inner[1])
     if not isinstance(value, JsonObject):
         return None
-    inside = [(key, _read_wrapped_value(member, form, depth - 1)) for key, member in value.members]
+    inside = [
+        (key, _read_value_or_wrapped_json(member, form, max_depth - 1)) for key, member in value.members
+    ]
     wrapped = [(key, inner) for key, inner in inside if inner is not None]
     others = [
         member for (key, member), (_, inner) in zip(value.members, inside, strict=True) if inner is None

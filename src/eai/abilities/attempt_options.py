@@ -6,7 +6,7 @@ from collections.abc import Iterator
 from dataclasses import asdict, dataclass, fields
 from typing import Literal, TypeAlias
 
-from eai.abilities.experiment import SEPARATOR, Experiment, StudySettings, make_name_label
+from eai.abilities.experiment import SEPARATOR, Experiment, StudySettings, make_option_label
 from eai.base.errors import InputError
 from eai.base.files import to_file_name
 from eai.world.fault import Notice
@@ -91,7 +91,7 @@ class AttemptOptions:
         )
 
     @property
-    def uses_episodes(self) -> bool:
+    def executes_answers_as_episodes(self) -> bool:
         """Whether answers are executed as episodes: with several attempts, with slips, or up to the goal."""
         return bool(self.replans or self.slip or self.until == "goal")
 
@@ -115,4 +115,4 @@ class AttemptOptions:
         if self.until == "goal":
             yield f"until-{self.until}"
         if self.preset is not None:
-            yield make_name_label("as", self.preset)
+            yield make_option_label("as", self.preset)

@@ -19,7 +19,14 @@ from typing import TYPE_CHECKING, Any, Generic, TypeAlias, TypeVar
 
 from eai.abilities.experiment import Experiment
 from eai.abilities.protocol import PAPER_ABILITIES, Ability, find_abilities
-from eai.abilities.verdict import EMPTY_SHARE, Confusion, PlanVerdict, Shares, Verdict, make_share_of_one
+from eai.abilities.verdict import (
+    EMPTY_SHARE,
+    Confusion,
+    PlanVerdict,
+    ShareByMetric,
+    Verdict,
+    make_share_of_one,
+)
 from eai.base.errors import InputError
 from eai.tasks.share import Share
 from eai.tasks.task import GoalKind
@@ -85,7 +92,7 @@ class MetricColumn:
 
 
 @dataclass(frozen=True, slots=True)
-class AbilityWorld:
+class BenchmarkParts:
     """The parts of a benchmark that abilities need: its declared domain, its notation of answers, and more.
 
     Attributes:
@@ -114,7 +121,7 @@ The question is a text, or a mapping from the placeholders of the ability's temp
 """
 
 
-QuestionMaker: TypeAlias = Callable[[AbilityWorld, Any], QuestionAndAnswer]
+QuestionMaker: TypeAlias = Callable[[BenchmarkParts, Any], QuestionAndAnswer]
 """Function that makes the question about a task in a benchmark's world, and a right answer."""
 
 SchemaMaker: TypeAlias = "Callable[[Sequence[str] | None], Schema | None]"
@@ -125,7 +132,7 @@ It takes the words that may name objects in the answer; None if any text may nam
 
 
 @dataclass(frozen=True, slots=True)
-class Interaction:
+class ModelInteraction:
     """The exchange with a model: one question and one answer for each task. All functions in it are pure.
 
     If a model answers a task several times, its most frequent answer may count. Two answers are the same if
@@ -152,10 +159,10 @@ class Interaction:
             be JSON.
     """
 
-    scorers: Callable[[AbilityWorld], Callable[[Any], Scorer]]
+    scorers: Callable[[BenchmarkParts], Callable[[Any], Scorer]]
     make_question: QuestionMaker | None = None
-    pictures: Callable[[AbilityWorld, Any], Sequence[tuple[str, bytes]]] | None = None
-    answer_form: Callable[[AbilityWorld, Task | None], tuple[Sequence[str], SchemaMaker]] | None = None
+    pictures: Callable[[BenchmarkParts, Any], Sequence[tuple[str, bytes]]] | None = None
+    answer_form: Callable[[BenchmarkParts, Task | None], tuple[Sequence[str], SchemaMaker]] | None = None
     open_file: Callable[[Path], tuple[str, TaskSet[Any]] | None] | None = None
     features: Callable[[Any], TaskFeatures] | None = None
     task_command: str = ""
@@ -166,17 +173,17 @@ class Interaction:
 
 
 @dataclass(frozen=True, slots=True)
-class MultiTurnInteraction(Interaction):
+class MultiTurnInteraction(ModelInteraction):
     """The exchange with a model that plays a game: a first question, then the model's commands in turns.
 
     The answer of the model is the complete episode.
 
     Attributes:
-        read_experiment: returns the harness (the program around the model) and the rules of the game from an
-            episode; None for an empty or unreadable episode, which fails under any rules.
+        read_episode_settings: returns the harness (the program around the model) and the rules of the game
+            from an episode; None for an empty or unreadable episode, which fails under any rules.
     """
 
-    read_experiment: Callable[[str], Experiment | None] = field(kw_only=True)
+    read_episode_settings: Callable[[str], Experiment | None] = field(kw_only=True)
 
 
 @dataclass(frozen=True, slots=True)
@@ -188,7 +195,7 @@ class AbilityDeclaration(Generic[V]):
         interaction: the exchange with a model; a `MultiTurnInteraction` if answers are episodes.
         title: name of the ability for readers.
         short_title: name of the ability for narrow columns.
-        verdict: class of the verdicts. `eai.Reward` uses its method `compute_credit`.
+        verdict: class of the verdicts. `eai.Reward` uses its method `compute_reward_basis`.
         contributions: takes a verdict and returns what the answer adds to each metric. All verdicts have the
             same metrics in the same order.
         outcome: returns the outcome of an answer, given its verdict. The verdict must not be excluded.
@@ -208,11 +215,11 @@ class AbilityDeclaration(Generic[V]):
     """
 
     ability: Ability
-    interaction: Interaction
+    interaction: ModelInteraction
     title: str
     short_title: str
     verdict: type[V]
-    contributions: Callable[[V], Shares]
+    contributions: Callable[[V], ShareByMetric]
     outcome: Callable[[V], AnswerOutcome]
     columns: tuple[MetricColumn, ...]
     terminal_metrics: tuple[str, ...]
@@ -229,20 +236,20 @@ class AbilityDeclaration(Generic[V]):
         """Whether answers are episodes of games."""
         return isinstance(self.interaction, MultiTurnInteraction)
 
-    def read_experiment(self, answer: str) -> Experiment | None:
+    def read_episode_settings(self, answer: str) -> Experiment | None:
         """Return the harness (the program around the model) and the rules of an episode.
 
         If answers are no episodes, return an empty experiment. If the episode is empty or unreadable, return
         None, so that it fails under any rules.
         """
         return (
-            self.interaction.read_experiment(answer)
+            self.interaction.read_episode_settings(answer)
             if isinstance(self.interaction, MultiTurnInteraction)
             else Experiment()
         )
 
     @property
-    def has_plans(self) -> bool:
+    def answers_are_plans(self) -> bool:
         """Whether answers are executed as plans."""
         return issubclass(self.verdict, PlanVerdict)
 
@@ -273,14 +280,14 @@ def find_error_outcome(verdict: Verdict) -> AnswerOutcome | None:
     return None if verdict.error is None else AnswerOutcome(verdict.error.kind.value)
 
 
-def classify_counts(counts: Confusion, *, enough: bool = True) -> AnswerOutcome:
+def classify_answer_by_counts(counts: Confusion, *, all_parts_suffice: bool = True) -> AnswerOutcome:
     """Return the outcome of an answer whose parts are judged separately.
 
     Args:
         counts: numbers of right, wrong and missed parts.
-        enough: whether an answer succeeds if it has all parts and no wrong part.
+        all_parts_suffice: whether an answer succeeds if it has all parts and no wrong part.
     """
-    if enough and not counts.false_positives and counts.false_negatives <= 0:
+    if all_parts_suffice and not counts.false_positives and counts.false_negatives <= 0:
         return AnswerOutcome.SUCCESS
     return AnswerOutcome.PARTLY_RIGHT if counts.true_positives else AnswerOutcome.GOAL_MISSED
 
@@ -354,21 +361,21 @@ P = TypeVar("P", bound=PlanVerdict)
 
 def declare_plan_ability(
     ability: Ability,
-    asked: Interaction,
+    interaction: ModelInteraction,
     title: str,
-    short: str,
+    short_title: str,
     verdict: type[P],
-    contributions: Callable[[P], Shares],
+    compute_shares: Callable[[P], ShareByMetric],
 ) -> AbilityDeclaration[P]:
     """Return the declaration of an ability whose answers are executed as plans."""
     main = {"task_success": "Task", "execution_success": "Execution"}
     return AbilityDeclaration(
         ability=ability,
-        interaction=asked,
+        interaction=interaction,
         title=title,
-        short_title=short,
+        short_title=short_title,
         verdict=verdict,
-        contributions=contributions,
+        contributions=compute_shares,
         outcome=classify_plan_outcome,
         columns=COLUMNS,
         terminal_metrics=tuple(column.metric for column in COLUMNS),
@@ -398,7 +405,7 @@ def count_additional_steps(verdict: PlanVerdict) -> int:
     return int(bool(verdict.additional_steps))
 
 
-def compute_goal_shares(verdict: PlanVerdict) -> Shares:
+def compute_reached_goal_shares(verdict: PlanVerdict) -> ShareByMetric:
     """Return a mapping from metrics to the share that an answer adds to each rate of reached goals.
 
     The share is 0 of 0 if the verdict does not say which goals are reached.

@@ -47,15 +47,15 @@ def read_declining_answer(task: Task, text: str, notation: PlanNotation) -> _Dec
             evidence = f"the instruction fits {' and '.join(fits)}"
         case _:
             return None
-    reason = read_refusal_reason(notation.decode_names(text), member)
+    reason = read_refusal_reason(notation.replace_answer_words_by_domain_names(text), member)
     return None if reason is None else _DecliningAnswer(reason, is_right, (f"{said}: {reason}", evidence))
 
 
-def write_right_declining_answer(task: Task, notation: PlanNotation) -> str | None:
+def write_expected_declining_answer(task: Task, notation: PlanNotation) -> str | None:
     """Return the right answer that declines a task, or None if a plan is right."""
     match task.special:
         case ImpossibleTaskMark(missing) if missing:
-            return write_refusal_answer(notation.encode_names(", ".join(missing)))
+            return write_refusal_answer(notation.replace_domain_names_by_answer_words(", ".join(missing)))
         case AmbiguousTaskMark(fits) if len(fits) > 1:
             return write_refusal_answer(f"{' or '.join(fits)}?", QUESTION)
     return None
@@ -68,7 +68,7 @@ def write_refusal_command(task: Task, notation: PlanNotation) -> str | None:
     """
     match task.special:
         case ImpossibleTaskMark(missing) if missing:
-            return notation.encode_names(f"{REFUSE}({', '.join(missing)})")
+            return notation.replace_domain_names_by_answer_words(f"{REFUSE}({', '.join(missing)})")
     return None
 
 
@@ -105,17 +105,17 @@ def read_refusal_reason(text: str, key: str = IMPOSSIBLE) -> str | None:
     return reasons[0] if len(members) == 1 and reasons else None
 
 
-def is_question(command: str) -> bool:
+def is_clarification_question(command: str) -> bool:
     """Whether an agent's command is a question, such as ``ASK(which one?)``."""
-    return _is_command(ASK, command)
+    return _begins_with(ASK, command)
 
 
 def read_refusal_command(command: str) -> str | None:
     """Return the reason in a command such as ``IMPOSSIBLE(no stove works)``, or None for another command."""
-    if not _is_command(REFUSE, command):
+    if not _begins_with(REFUSE, command):
         return None
     return command.partition(REFUSE)[2].strip().removeprefix("(").removesuffix(")").strip()
 
 
-def _is_command(word: str, command: str) -> bool:
-    return command.split("(")[0].split(maxsplit=1)[:1] == [word]
+def _begins_with(command_word: str, command: str) -> bool:
+    return command.split("(")[0].split(maxsplit=1)[:1] == [command_word]

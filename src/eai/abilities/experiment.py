@@ -76,20 +76,20 @@ class StudySettings:
         return replace(self, label=label, options={**self.options, **other.options})
 
 
-def make_named_settings(
-    kind: str, option: str, name: str, label_position: int = _DEFAULT_POSITION
+def make_settings_with_option(
+    label_prefix: str, option: str, value: str, label_position: int = _DEFAULT_POSITION
 ) -> StudySettings:
     """Return `StudySettings` with one option, whose value is a name. Their label is ``kind-name``."""
-    return StudySettings(make_name_label(kind, name), {option: name}, label_position)
+    return StudySettings(make_option_label(label_prefix, value), {option: value}, label_position)
 
 
-def make_name_label(kind: str, name: str) -> str:
+def make_option_label(label_prefix: str, option_value: str) -> str:
     """Return ``kind-name``, the part of a label that names an option's value.
 
     Raises:
         InputError: the name cannot be part of a file's name.
     """
-    return f"{kind}-{to_file_name(name)}"
+    return f"{label_prefix}-{to_file_name(option_value)}"
 
 
 @dataclass(frozen=True, slots=True)
@@ -164,7 +164,7 @@ class Experiment:
         return None if left == Experiment() else left
 
     @property
-    def rules_text(self) -> str:
+    def game_rules_text(self) -> str:
         """The rules of the game in words; empty for the standard rules."""
         return "" if self.rules is None else f"rules {self.rules.replace(RULES_SEPARATOR, ' ')}"
 
@@ -185,5 +185,5 @@ class Experiment:
 
     def _join_label_parts(self, agent: Mapping[str, str]) -> str:
         order = ("rules", "harness", "effort")
-        parts = [make_name_label(kind, agent[kind]) for kind in order if kind in agent]
+        parts = [make_option_label(kind, agent[kind]) for kind in order if kind in agent]
         return SEPARATOR.join([*(choice.label for choice in self.settings_in_label_order.values()), *parts])

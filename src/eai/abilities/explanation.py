@@ -1,8 +1,8 @@
 """Explanations: why an answer has its verdict, step by step and in words, for people and for reports.
 
 A `Statement` splits the text of an atom, an action or a step into its name and its arguments.
-`find_near_misses` lists the facts that an answer made true instead of a missed goal. `eai.abilities.reports`
-makes explanations.
+`map_missed_goals_to_similar_facts` finds the facts that an answer made true instead of a missed goal.
+`eai.abilities.reports` makes explanations.
 """
 
 from __future__ import annotations
@@ -31,7 +31,7 @@ class Statement(NamedTuple):
     positive: bool = True
 
     @property
-    def signed_name(self) -> str:
+    def name_with_negation(self) -> str:
         """The name, with ``not`` before it if the statement is denied."""
         return self.name if self.positive else f"{_NOT}{self.name}"
 
@@ -126,7 +126,7 @@ class GoalPartReport:
     met_at: int | None = None
 
     @property
-    def when(self) -> str:
+    def time_met_text(self) -> str:
         """The time at which the part was met, in words; empty if it was not met."""
         if self.met_at is not None:
             return f"at step {self.met_at}"
@@ -178,7 +178,7 @@ MAX_NEAR_MISSES = 2
 """Maximum number of near misses for one goal."""
 
 
-def find_near_misses(explanation: Explanation) -> Mapping[str, tuple[str, ...]]:
+def map_missed_goals_to_similar_facts(explanation: Explanation) -> Mapping[str, tuple[str, ...]]:
     """Return a mapping from missed goals to their near misses: facts that the answer reached instead.
 
     Goals and facts are texts. A near miss became true and stayed true. It is one of three kinds of facts:
@@ -187,13 +187,13 @@ def find_near_misses(explanation: Explanation) -> Mapping[str, tuple[str, ...]]:
     directions is no near miss: it only means that two objects are close.
     """
     missed = [goal.goal for goal in explanation.goals if not goal.satisfied]
-    made, ended = _find_made_and_ended_facts(explanation.steps if missed else ())
+    made, ended = _find_added_facts_with_ended_facts(explanation.steps if missed else ())
     near_misses = {}
     for goal in missed:
         wanted = _split_fact(goal)
         if wanted is not None:
             near = sorted(
-                (fact for fact in made if _is_near_miss(wanted, fact, ended)),
+                (fact for fact in made if _is_similar_fact(wanted, fact, ended)),
                 key=lambda fact: fact[1:] != wanted[1:],
             )
             if near:
@@ -201,7 +201,7 @@ def find_near_misses(explanation: Explanation) -> Mapping[str, tuple[str, ...]]:
     return near_misses
 
 
-def _find_made_and_ended_facts(
+def _find_added_facts_with_ended_facts(
     steps: Iterable[StepReport],
 ) -> tuple[list[_FactWords], Mapping[_FactWords, frozenset[_FactWords]]]:
     """Return a pair: the facts that became true and stayed true, and a mapping from facts to ended facts.
@@ -220,12 +220,12 @@ def _find_made_and_ended_facts(
     return [fact for fact in made if len(fact) != 3 or (fact[0], fact[2], fact[1]) not in made], ended
 
 
-def _is_near_miss(
-    wanted: _FactWords, fact: _FactWords, ended: Mapping[_FactWords, frozenset[_FactWords]]
+def _is_similar_fact(
+    wanted: _FactWords, fact: _FactWords, facts_ended_with: Mapping[_FactWords, frozenset[_FactWords]]
 ) -> bool:
     same_objects = fact[1:] == wanted[1:] and fact[0] != wanted[0]
     if same_objects and len(wanted) == 2:
-        return wanted in ended[fact]
+        return wanted in facts_ended_with[fact]
     other_place = len(wanted) == len(fact) == 3 and fact[:2] == wanted[:2] and fact[2] != wanted[2]
     return same_objects or other_place
 

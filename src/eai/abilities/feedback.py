@@ -61,8 +61,8 @@ class QuestionWriter:
     def describe_scene_metadata(self, trial: Trial) -> Mapping[str, str]:
         """Return metadata about the scene in the next question; empty if it describes no new scene."""
         return (
-            self._perceive_scene(trial)[1]
-            if self.perceive is not None and _describes_present_world(trial)
+            self._get_task_belief_and_metadata(trial)[1]
+            if self.perceive is not None and _describes_state_after_attempts(trial)
             else {}
         )
 
@@ -75,7 +75,7 @@ class QuestionWriter:
             return self._write_conversation(prompt, trial)
         feedback = self._write_feedback(trial) if chosen.feedback != "state" else ""
         if chosen.world == "continue" and self.restate is not None:
-            prompt = self.restate(self._perceive_scene(trial)[0])
+            prompt = self.restate(self._get_task_belief_and_metadata(trial)[0])
         elif chosen.world == "continue":
             feedback = "\n\n".join(
                 [self._describe_world(trial), feedback or self._read_template("again_continue")]
@@ -101,7 +101,7 @@ class QuestionWriter:
         }
         if chosen.feedback == "state":
             return " ".join(values.values())
-        return self._fill_template("chat", reasons=self._write_reasons(number, trial), **values)
+        return self._fill_template("chat", reasons=self._write_failure_reasons(number, trial), **values)
 
     def _write_feedback(self, trial: Trial) -> str:
         feedback = [
@@ -109,7 +109,7 @@ class QuestionWriter:
                 "attempt",
                 number=str(number),
                 answer=attempt.response.strip() or self._read_template("nothing_written"),
-                reasons=self._write_reasons(number, trial),
+                reasons=self._write_failure_reasons(number, trial),
             )
             for number, attempt in enumerate(trial.attempts, 1)
         ]
@@ -121,22 +121,22 @@ class QuestionWriter:
             again=self._read_template(f"again_{world}"),
         )
 
-    def _write_reasons(self, number: int, trial: Trial) -> str:
-        attempt, goals = trial.attempts[number - 1], trial.goal_reports[number - 1]
-        reasons = self._list_reasons(attempt, goals, trial.options)
+    def _write_failure_reasons(self, attempt_number: int, trial: Trial) -> str:
+        attempt, goals = trial.attempts[attempt_number - 1], trial.goal_reports[attempt_number - 1]
+        reasons = self._list_failure_reasons(attempt, goals, trial.options)
         lines = "\n".join([f"- {reason}" for reason in reasons])
-        return self._fill_template("reasons", number=str(number), reasons=lines)
+        return self._fill_template("reasons", number=str(attempt_number), reasons=lines)
 
-    def _list_reasons(
-        self, attempt: Attempt, goals: Sequence[GoalReport], chosen: AttemptOptions
+    def _list_failure_reasons(
+        self, attempt: Attempt, goals: Sequence[GoalReport], options: AttemptOptions
     ) -> Iterator[str]:
         """Yield the reasons why an attempt failed: needless and failed steps, the error, and missed goals."""
         error, explanation = attempt.verdict.error, attempt.explanation or Explanation()
-        explains = chosen.feedback == "explained"
+        explains = options.feedback == "explained"
         for number, step in enumerate(explanation.steps):
             if step.outcome == FaultKind.ADDITIONAL_STEP.value:
                 yield self._describe_step(FaultKind.ADDITIONAL_STEP, number, step, explains=explains)
-            elif step.outcome == FaultKind.SLIP.value and chosen.notice == "detected":
+            elif step.outcome == FaultKind.SLIP.value and options.notice == "detected":
                 yield self._describe_step(FaultKind.SLIP, number, step, explains=False)
         if error is not None and error.kind is not FaultKind.SLIP:
             yield self._explain_error(error, explanation.steps, explains=explains)
@@ -166,18 +166,18 @@ class QuestionWriter:
 
     def _describe_world(self, trial: Trial) -> str:
         """Return a text on the present state of the world, and on actions that a plan must still contain."""
-        belief = self._perceive_scene(trial)[0]
+        belief = self._get_task_belief_and_metadata(trial)[0]
         actions = [write_goal(goal.formula) for goal in belief.task.get_goals_of_kind(GoalKind.ACTION)]
         state = write_initial_state(self.wording, belief)
         if not actions:
             return self._fill_template("now", state=state)
         return self._fill_template("now_actions", state=state, actions="\n".join(actions))
 
-    def _perceive_scene(self, trial: Trial) -> tuple[BelievedTask, Mapping[str, str]]:
+    def _get_task_belief_and_metadata(self, trial: Trial) -> tuple[BelievedTask, Mapping[str, str]]:
         """Return the task as the model sees it now, with the remaining goals, and metadata for the record."""
         if self.perceive is None:
-            return BelievedTask(trial.remaining_task), {}
-        return self.perceive(trial.remaining_task, len(trial.attempts) + 1)
+            return BelievedTask(trial.next_attempt_task), {}
+        return self.perceive(trial.next_attempt_task, len(trial.attempts) + 1)
 
     def _read_template(self, name: str) -> str:
         return self.templates.read(f"{_FOLDER}/{name}.txt")
@@ -186,6 +186,6 @@ class QuestionWriter:
         return self.templates.fill_template(f"{_FOLDER}/{name}.txt", values)
 
 
-def _describes_present_world(trial: Trial) -> bool:
+def _describes_state_after_attempts(trial: Trial) -> bool:
     chosen = trial.options
     return bool(trial.attempts) and chosen.world == "continue" and chosen.feedback != "none"

@@ -48,7 +48,7 @@ class _Bounds(NamedTuple):
         return int(self.at_least) if self.at_least == self.at_most else None
 
 
-class _StepLabel(NamedTuple):
+class _StepWithDistance(NamedTuple):
     """The label of one step.
 
     Attributes:
@@ -65,7 +65,7 @@ class _StepLabel(NamedTuple):
     change: int | None
 
 
-StepLabeler: TypeAlias = Callable[[Sequence[Action]], tuple["int | None", tuple[_StepLabel, ...]]]
+StepLabeler: TypeAlias = Callable[[Sequence[Action]], tuple["int | None", tuple[_StepWithDistance, ...]]]
 """Function that returns a pair for a plan: the distance of its initial state, and the labels of its steps."""
 
 
@@ -78,7 +78,7 @@ def make_step_labeler(repairer: PlanRepairer, limit: int) -> StepLabeler:
         repairer: the repairer of plans for the task.
         limit: the approximate limit of the effort for each state, as in `Repairer.repair`.
     """
-    return _DistanceLabeler(repairer, limit).label
+    return _DistanceLabeler(repairer, limit).measure_start_and_step_distances
 
 
 class _DistanceLabeler:
@@ -89,7 +89,9 @@ class _DistanceLabeler:
         )
         self._known: dict[tuple[State, tuple[Goal, ...], tuple[int, ...]], _Bounds] = {}
 
-    def label(self, actions: Sequence[Action]) -> tuple[int | None, tuple[_StepLabel, ...]]:
+    def measure_start_and_step_distances(
+        self, actions: Sequence[Action]
+    ) -> tuple[int | None, tuple[_StepWithDistance, ...]]:
         trajectory = execute_plan(self._domain, self._task.initial, actions)
         named = {index for action in actions for index in action.arguments}
         objects = tuple(dict.fromkeys([*self._task.planning_object_indices, *sorted(named)]))
@@ -101,25 +103,25 @@ class _DistanceLabeler:
             unknown = 0 if bounds[number].exact is not None else unknown + 1
             if unknown == _MAX_UNKNOWN:
                 break
-        distances = [distance.exact for distance in _tighten(bounds)]
+        distances = [distance.exact for distance in _tighten_distance_bounds(bounds)]
         return distances[0], tuple(self._label_steps(actions, trajectory.steps, distances))
 
     def _label_steps(
         self, actions: Sequence[Action], steps: Sequence[Step], distances: Sequence[int | None]
-    ) -> Iterator[_StepLabel]:
+    ) -> Iterator[_StepWithDistance]:
         number = 0
         for place, action in enumerate(actions):
             text, before = action_text(action, self._task.scene), distances[number]
             if place >= len(steps):
-                yield _StepLabel(text, NOT_TRIED, None, None)
+                yield _StepWithDistance(text, NOT_TRIED, None, None)
             elif steps[place].executed:
                 number += 1
                 after = distances[number]
                 change = None if before is None or after is None else after - before
-                yield _StepLabel(text, EXECUTED, after, change)
+                yield _StepWithDistance(text, EXECUTED, after, change)
             else:
                 fault = steps[place].fault
-                yield _StepLabel(text, SLIP if fault is None else fault.kind.value, before, 0)
+                yield _StepWithDistance(text, SLIP if fault is None else fault.kind.value, before, 0)
 
     def _find_bounds(self, state: State, goals: tuple[Goal, ...], objects: tuple[int, ...]) -> _Bounds:
         if not self._has_distances:
@@ -133,7 +135,7 @@ class _DistanceLabeler:
         return self._known[key]
 
 
-def _tighten(bounds: Sequence[_Bounds]) -> list[_Bounds]:
+def _tighten_distance_bounds(bounds: Sequence[_Bounds]) -> list[_Bounds]:
     """Return narrower bounds of the distances of successive states.
 
     One action lowers a distance by at most one, so bounds of one state limit the distances of its neighbours.

@@ -6,7 +6,7 @@ from functools import cached_property, lru_cache
 
 from eai.abilities.notation.plan_form import WrittenPlan, WrittenStep
 from eai.abilities.notation.plans import PlanNotation
-from eai.abilities.repair import DEFAULT_EFFORT, EDIT_KINDS, Edit, EditKind, Repair, find_common_blame
+from eai.abilities.repair import DEFAULT_EFFORT, EDIT_KINDS, Edit, EditKind, Repair, find_blame_kind_and_step
 from eai.abilities.reports import action_text
 from eai.abilities.verdict import PlanVerdict
 from eai.logic.traversal import find_object_names
@@ -49,7 +49,7 @@ class PlanRepairer:
         self.domain = domain
         self._notation = notation
         self._object = notation.make_object_lookup(task)
-        self._cached_closeness = lru_cache(_MAX_CACHED_PLANS)(self._search_closeness)
+        self._cached_closeness = lru_cache(_MAX_CACHED_PLANS)(self._search_closeness_to_success)
 
     def read_steps(self, plan: WrittenPlan) -> tuple[Action | None, ...]:
         """Return the actions of a plan's steps, with None for each step that names something unknown."""
@@ -97,7 +97,7 @@ class PlanRepairer:
             return "order"
         return None
 
-    def compute_closeness(self, steps: PlanSteps) -> float | None:
+    def compute_closeness_to_success(self, steps: PlanSteps) -> float | None:
         """Return the closeness of a plan to success: ``1 - d / n``, or 0 if this is negative.
 
         Here d is the number of edits after which the plan succeeds, and n is a lower bound of the length of
@@ -119,10 +119,10 @@ class PlanRepairer:
         )  # limits are powers of two, because each different limit starts a new search
         return self._cached_closeness(tuple(steps), effort)
 
-    def _search_closeness(self, steps: PlanSteps, limit: int) -> float:
+    def _search_closeness_to_success(self, steps: PlanSteps, max_tried_steps: int) -> float:
         if steps.count(None) >= self._min_plan_steps:
             return 0.0
-        _, edits = self._make_repairer(()).repair(steps, SearchEffort(limit))
+        _, edits = self._make_repairer(()).repair(steps, SearchEffort(max_tried_steps))
         if not edits:
             return float(edits is not None)
         return max(0.0, 1 - len(edits) / self._min_plan_steps)
@@ -138,13 +138,18 @@ class PlanRepairer:
         return _get_cached_repairer(self, tuple(dict.fromkeys([*self.task.relevant, *sorted(named)])))
 
     def _describe_single_edits(
-        self, plan: WrittenPlan, steps: PlanSteps, repairer: Repairer, shown: int | None, effort: int
+        self,
+        plan: WrittenPlan,
+        steps: PlanSteps,
+        repairer: Repairer,
+        failed_step: int | None,
+        search_effort: int,
     ) -> Repair:
         names = [o.name for o in self.domain.operators]
         mentioned = self._find_mentioned_objects(steps)
         single_edits = [*repairer.find_single_edit_repairs(steps)]
         needless = {edit.removed for edit in single_edits if edit.action is None}
-        failed = steps[shown] if shown is not None and shown < len(steps) else None
+        failed = steps[failed_step] if failed_step is not None and failed_step < len(steps) else None
         failing = set() if failed is None else {*failed.arguments}
 
         def rank_edit(edit: PlanEdit) -> tuple[object, ...]:
@@ -163,7 +168,7 @@ class PlanRepairer:
             elsewhere = failing.isdisjoint(arguments)
             return (
                 len(new),
-                _rank_position(edit.step, shown, len(steps)),
+                _rank_edit_position(edit.step, failed_step, len(steps)),
                 cost,
                 -edit.step,
                 elsewhere,
@@ -174,7 +179,7 @@ class PlanRepairer:
         singles = sorted(single_edits, key=rank_edit)
         told = [self._to_edit(edit, plan, steps) for edit in singles]
         kinds = {edit.kind for edit in told}
-        blame, blamed = find_common_blame(told)
+        blame, blamed = find_blame_kind_and_step(told)
         return Repair(
             1,
             1,
@@ -183,7 +188,7 @@ class PlanRepairer:
             kinds=tuple([kind for kind in EDIT_KINDS if kind in kinds]),
             blame=blame,
             blamed=blamed,
-            effort=effort,
+            effort=search_effort,
         )
 
     def _find_mentioned_objects(self, steps: PlanSteps) -> set[int]:
@@ -216,24 +221,29 @@ class PlanRepairer:
             kind,
             edit.step,
             action,
-            "" if edit.removed is None else self._describe_replaced(edit.removed, plan, steps),
+            "" if edit.removed is None else self._write_step_text(edit.removed, plan, steps),
         )
 
-    def _describe_replaced(self, number: int, plan: WrittenPlan, steps: PlanSteps) -> str:
-        step = steps[number]
+    def _write_step_text(self, step_number: int, plan: WrittenPlan, steps: PlanSteps) -> str:
+        step = steps[step_number]
         if step is not None:
             return action_text(step, self.task.scene)
-        written = plan.steps[number]
+        written = plan.steps[step_number]
         return f"{written.action}({', '.join(map(str, written.objects))})"
 
 
 @lru_cache(maxsize=16)
-def _get_cached_repairer(plans: PlanRepairer, usable: tuple[int, ...]) -> Repairer:
-    return Repairer(get_planner(plans.domain), plans.task.initial, to_planning_goal(plans.task), usable)
+def _get_cached_repairer(plan_repairer: PlanRepairer, usable_objects: tuple[int, ...]) -> Repairer:
+    return Repairer(
+        get_planner(plan_repairer.domain),
+        plan_repairer.task.initial,
+        to_planning_goal(plan_repairer.task),
+        usable_objects,
+    )
 
 
-def _rank_position(step: int, shown: int | None, end: int) -> int:
+def _rank_edit_position(step: int, failed_step: int | None, plan_length: int) -> int:
     """Return the rank of an edit by its position: 0 at the failed step, 1 before this step, 2 after it."""
-    if shown is None or step == shown:
+    if failed_step is None or step == failed_step:
         return 0
-    return 1 if step < shown or shown == end else 2
+    return 1 if step < failed_step or failed_step == plan_length else 2

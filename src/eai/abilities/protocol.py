@@ -166,7 +166,7 @@ def find_abilities() -> Mapping[Ability, EntryPoint]:
     return {Ability(name): point for name, point in get_entry_points(ABILITY_GROUP, _LISTED_FIRST).items()}
 
 
-def ability_rank(ability: Ability) -> int:
+def get_ability_sort_key(ability: Ability) -> int:
     """Return the position, from 0, at which an ability stands in sorted lists of abilities.
 
     Abilities that are not installed come last.

@@ -68,7 +68,7 @@ def find_thoughts(text: str) -> tuple[_Thought, ...]:
         return ()
     thoughts: list[_Thought] = []
     opening: re.Match[str] | None = None
-    start = _find_template_end(text)
+    start = _find_end_of_unopened_thought(text)
     for mark in _MARK.finditer(text, start):
         if mark["opening"] is not None:
             opening = opening or mark
@@ -80,7 +80,7 @@ def find_thoughts(text: str) -> tuple[_Thought, ...]:
     return (_Thought(0, start, _MARK.sub(" ", text[:start])), *thoughts) if start else tuple(thoughts)
 
 
-def _find_template_end(text: str) -> int:
+def _find_end_of_unopened_thought(text: str) -> int:
     """Return the position after the last closing mark without an opening mark; 0 if all have one."""
     end, is_open = 0, False
     for mark in _MARK.finditer(text):

@@ -108,10 +108,10 @@ def describe_repair(repair: Repair) -> Iterator[str]:
     others = "" if not repair.ties or repair.ties == 1 else f" ({repair.ties - 1} other single edits do, too)"
     yield f"a smallest repair found, {number} edit{'s' * (number != '1')}{others}:"
     yield from (f"  {edit.text}" for edit in repair.edits)
-    yield from _describe_blame(repair)
+    yield from _describe_step_at_fault(repair)
 
 
-def _describe_blame(repair: Repair) -> Iterator[str]:
+def _describe_step_at_fault(repair: Repair) -> Iterator[str]:
     """Yield the sentence that blames a step, if all single sufficient edits concern this step."""
     if repair.blame == "step" and repair.blamed is not None:
         missing = all(kind == "insert" for kind in repair.kinds)
@@ -121,7 +121,7 @@ def _describe_blame(repair: Repair) -> Iterator[str]:
         yield f"{repair.edits[0].action} is missing, from step {repair.blamed + 1} on at the earliest"
 
 
-def find_common_blame(edits: Sequence[Edit]) -> tuple[str, int | None]:
+def find_blame_kind_and_step(edits: Sequence[Edit]) -> tuple[str, int | None]:
     """Return the common property of single edits that are enough (`Repair.blame`), and the blamed step."""
     steps = [edit.step for edit in edits if edit.step is not None]
     if len(set(steps)) == 1:

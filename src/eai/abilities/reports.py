@@ -39,9 +39,9 @@ def report_steps(task: Task, domain: Domain, trajectory: Trajectory) -> tuple[St
         before = trajectory.states[len(carried_out)]
         if fault is not None:
             tries = fault.check not in domain.compiled_operators[action.operator].operator.checks
-            undone = _describe_failed_tries(domain, action, before, before) if tries else ""
+            undone = _describe_failed_effects(domain, action, before, before) if tries else ""
             reason = undone or _describe_fault(fault.check, domain, action, before)
-            earlier = _describe_earlier_state(fault, trajectory, carried_out, task.scene)
+            earlier = _describe_when_condition_held(fault, trajectory, carried_out, task.scene)
             text, call = action_text(action, task.scene), to_statement(action, task.scene)
             reports.append(StepReport(text, fault.kind.value, reason, earlier, call=call))
         elif slipped:
@@ -91,14 +91,14 @@ class _FactFilter:
         itself = (self.scene.agent,) * 2
         return [fact for fact in facts if fact.predicate in self.predicates and fact.arguments != itself]
 
-    def write_visible_facts(self, facts: Sequence[Fact], handled: Collection[int]) -> tuple[str, ...]:
+    def write_visible_facts(self, facts: Sequence[Fact], action_objects: Collection[int]) -> tuple[str, ...]:
         """Return the facts that the report on an action shows, as texts.
 
         These facts are about objects that matter to the task. Reports contain a relation that holds in both
         directions only if both objects occur in the goals or the action. Otherwise the report on an object
         that moves would name all of its many neighbours.
         """
-        meant = frozenset({*self.goals, *handled})
+        meant = frozenset({*self.goals, *action_objects})
         together = frozenset(facts)
         texts = []
         for fact in facts:
@@ -122,7 +122,7 @@ def _report_executed(
     return StepReport(
         action_text(action, focus.scene),
         EXECUTED,
-        reason=_describe_failed_tries(domain, action, before, after),
+        reason=_describe_failed_effects(domain, action, before, after),
         added=added_texts,
         removed=removed_texts,
         hidden_changes=len(added) + len(removed) - len(added_texts) - len(removed_texts),
@@ -130,7 +130,7 @@ def _report_executed(
     )
 
 
-def _describe_failed_tries(domain: Domain, action: Action, before: State, after: State) -> str:
+def _describe_failed_effects(domain: Domain, action: Action, before: State, after: State) -> str:
     """Return a text on effects that an action tried and did not reach; empty if its effects are fixed."""
     operator = domain.compiled_operators[action.operator]
     if not operator.alternatives:
@@ -155,12 +155,12 @@ def _describe_fault(check: Check, domain: Domain, action: Action, state: State) 
     return f"{reason}: {', '.join(witnesses)}" if witnesses else reason
 
 
-def _describe_earlier_state(
-    fault: Fault, trajectory: Trajectory, carried_out: Sequence[int], scene: Scene
+def _describe_when_condition_held(
+    fault: Fault, trajectory: Trajectory, executed_steps: Sequence[int], scene: Scene
 ) -> str:
     """Return a text on the earlier state in which the missing condition of an action held.
 
-    ``carried_out`` contains the numbers of the executed steps, from 0.
+    ``executed_steps`` contains the numbers of the executed steps, from 0.
     """
     if fault.kind is not FaultKind.WRONG_ORDER or fault.earlier is None:
         return ""
@@ -168,7 +168,7 @@ def _describe_earlier_state(
         return "what it lacks held in an earlier attempt"
     if fault.earlier == 0:
         return "what it lacks held at the start"
-    number = carried_out[fault.earlier - 1]
+    number = executed_steps[fault.earlier - 1]
     action = action_text(trajectory.steps[number].action, scene)
     return f"what it lacks held after step {number + 1}, {action}"
 

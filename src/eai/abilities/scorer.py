@@ -64,7 +64,7 @@ class Scorer(ABC):
 
         If the task is excluded whatever the answer is, the missing answer is excluded, too.
         """
-        return self.score("").as_missing_answer()
+        return self.score("").to_verdict_on_missing_answer()
 
     def find_exclusion(self) -> TaskExclusion | None:
         """Return the reason why the task is excluded for all answers, or None if it is scored."""
@@ -113,7 +113,7 @@ class PlanScorer(Scorer):
         """
 
     @abstractmethod
-    def compute_closeness(self, text: str) -> float | None:
+    def compute_closeness_to_success(self, text: str) -> float | None:
         """Return the closeness of a plan to success, from 0 to 1; 0 if the plan cannot be read.
 
         Raises:
@@ -168,7 +168,7 @@ def _assess_scorer_failure(scorer: Scorer, empty: Verdict, error: Exception) -> 
     try:
         verdict = scorer.score_missing_answer()
     except Exception:  # the scorer raises an exception even for a missing answer
-        verdict = empty.as_missing_answer()
+        verdict = empty.to_verdict_on_missing_answer()
     reason = f"the scorer raised {describe_exception(error)}"
     if verdict.excluded is None:
         verdict = replace(verdict, error=ErrorReport(FaultKind.UNCATEGORISED, None, reason, RAISED))

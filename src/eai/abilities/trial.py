@@ -46,7 +46,9 @@ class Trial:
         self.options = options
         self.attempts: list[Attempt] = []
         self.goal_reports: list[Sequence[GoalReport]] = []
-        self._question_goals = None if stated is None else _QuestionGoals.from_tasks(scorer.task, stated)
+        self._question_goals = (
+            None if stated is None else _GoalsStatedInQuestions.from_tasks(scorer.task, stated)
+        )
         self.scorer = scorer
         self.slip_sampler = None
         if options.slip:
@@ -76,7 +78,7 @@ class Trial:
         return self.episode.trajectory.executed_actions if self.options.world == "continue" else ()
 
     @property
-    def remaining_task(self) -> Task:
+    def next_attempt_task(self) -> Task:
         """The task of the next attempt.
 
         If each attempt begins where the previous one ended, this task begins in the present state and has
@@ -166,7 +168,7 @@ def _get_operator_names(actions: Sequence[Action]) -> tuple[str, ...]:
 
 
 @dataclass(frozen=True, slots=True)
-class _QuestionGoals:
+class _GoalsStatedInQuestions:
     """Goals that questions state instead of the task's own goals. They are tested in the true world.
 
     Attributes:
@@ -180,7 +182,7 @@ class _QuestionGoals:
     test: GoalTest
 
     @classmethod
-    def from_tasks(cls, task: Task, stated: Task) -> _QuestionGoals:
+    def from_tasks(cls, task: Task, stated: Task) -> _GoalsStatedInQuestions:
         testable = [goal for goal in stated.goals if _can_be_tested(goal, task)]
         true_world = task.replace_goals(tuple(testable))
         return cls(stated.goals, true_world, GoalTest(true_world))

@@ -13,7 +13,7 @@ from dataclasses import replace
 from textwrap import shorten
 from typing import Literal, NamedTuple, TypeAlias, TypeVar
 
-from eai.abilities.answer_text import MAX_LENGTH, is_unclosed
+from eai.abilities.answer_text import MAX_LENGTH, has_unclosed_bracket
 from eai.abilities.explanation import Explanation
 from eai.abilities.protocol import Ability
 from eai.abilities.reasoning import blank_out_thoughts, find_thoughts
@@ -47,14 +47,14 @@ UnreadCause: TypeAlias = Literal[
 """
 
 
-class _CauseInWords(NamedTuple):
+class _CauseOfUnreadability(NamedTuple):
     """A cause, and a sentence that explains it."""
 
     cause: UnreadCause
     sentence: str
 
 
-_CUT_OFF = _CauseInWords("cut_off", "the end of the answer is missing")
+_CUT_OFF = _CauseOfUnreadability("cut_off", "the end of the answer is missing")
 
 _MAX_LOOPED = 4000
 """Maximum number of characters at the end of an answer that are searched for a loop."""
@@ -94,46 +94,46 @@ _XML = re.compile(r"</[A-Za-z]\w*>")
 _CODE = re.compile(r"^[ \t]*(?:def \w+\(|import \w|from \w+ import |print\()", re.MULTILINE)
 
 
-def find_cause(
-    text: str, actions: Collection[str], other_ability: Callable[[], Ability | None]
-) -> _CauseInWords | None:
+def find_cause_of_unreadability(
+    text: str, actions: Collection[str], find_other_ability: Callable[[], Ability | None]
+) -> _CauseOfUnreadability | None:
     """Return why an answer cannot be read, or None if no cause applies.
 
     Args:
         text: the answer.
         actions: names of the domain's actions.
-        other_ability: returns another ability whose form the answer has, or None.
+        find_other_ability: returns another ability whose form the answer has, or None.
     """
     if len(text) > MAX_LENGTH:
         return None
-    looped = find_loop(text)
+    looped = find_repeated_ending(text)
     if looped:
         quoted = shorten(looped, _MAX_QUOTED, placeholder=" ...")
-        return _CauseInWords("loop", f"the answer repeats the same text again and again: {quoted}")
+        return _CauseOfUnreadability("loop", f"the answer repeats the same text again and again: {quoted}")
     thoughts = find_thoughts(text)
     if thoughts and not thoughts[-1].is_finished:
-        return _CauseInWords("unfinished_thought", "the reasoning does not end, so no answer follows")
+        return _CauseOfUnreadability("unfinished_thought", "the reasoning does not end, so no answer follows")
     body = _TOKENS.sub(" ", blank_out_thoughts(thoughts, text)).strip()
     if not re.search(r"\w", _KEY.sub("", body)):
-        return _CauseInWords("empty", "the answer is empty: it holds no words")
+        return _CauseOfUnreadability("empty", "the answer is empty: it holds no words")
     is_json = _JSON.search(body) is not None
-    ability = other_ability()
+    ability = find_other_ability()
     if ability is not None:
         name = ability.value.replace("_", " ")
-        return _CauseInWords("other_ability", f"the answer has the form of {name}")
-    notation = _find_notation(body, actions, is_json=is_json)
+        return _CauseOfUnreadability("other_ability", f"the answer has the form of {name}")
+    notation = _name_wrong_notation(body, actions, is_json=is_json)
     if notation:
-        return _CauseInWords("other_notation", f"the answer looks like {notation}")
+        return _CauseOfUnreadability("other_notation", f"the answer looks like {notation}")
     if _is_cut_off(body, is_json=is_json):
         return _CUT_OFF
     if is_json:
         return None
     if _REFUSAL.search(body[:_MAX_BEFORE_REFUSAL]):
-        return _CauseInWords("refusal", "the model refuses to answer")
-    return _CauseInWords("prose", "the answer is only prose")
+        return _CauseOfUnreadability("refusal", "the model refuses to answer")
+    return _CauseOfUnreadability("prose", "the answer is only prose")
 
 
-def find_loop(text: str) -> str:
+def find_repeated_ending(text: str) -> str:
     """Return the text that an answer repeats at its end, or an empty text if there is no loop.
 
     Repeats may differ in white space and in the numbers of list items.
@@ -157,7 +157,7 @@ def find_loop(text: str) -> str:
     return words[start : start + unit].strip()
 
 
-def _find_notation(body: str, actions: Collection[str], *, is_json: bool) -> str | None:
+def _name_wrong_notation(body: str, actions: Collection[str], *, is_json: bool) -> str | None:
     """Return the name of an answer's notation, or None for the requested and for unknown notations."""
     if _OPERATOR.search(body):
         return "PDDL that is not quoted as a text" if _UNQUOTED_LISP.search(body) else None
@@ -191,7 +191,7 @@ def _is_cut_off(body: str, *, is_json: bool) -> bool:
 
     Programs may have appended closing brackets to such an answer.
     """
-    if is_json and is_unclosed(body):
+    if is_json and has_unclosed_bracket(body):
         return True
     if not any(body.count(opening) > body.count(closing) for opening, closing in ("{}", "[]", "()")):
         return False
@@ -199,7 +199,7 @@ def _is_cut_off(body: str, *, is_json: bool) -> bool:
     return len(_QUOTE.findall(body)) % 2 == 1 or end in ",:([{" or (not is_json and body[-1].isalnum())
 
 
-def add_cause(assessment: Assessment, found: _CauseInWords | None) -> Assessment:
+def add_cause(assessment: Assessment, found: _CauseOfUnreadability | None) -> Assessment:
     """Return an assessment that names a cause in the error of its verdict and in its explanation."""
     if found is None:
         return assessment
@@ -224,6 +224,6 @@ def _set_error_cause(verdict: V, cause: UnreadCause) -> V:
     return verdict if error is None else replace(verdict, error=replace(error, check=cause))
 
 
-def _add_sentence(explanation: Explanation, found: _CauseInWords) -> Explanation:
+def _add_sentence(explanation: Explanation, found: _CauseOfUnreadability) -> Explanation:
     notes = [note for note in explanation.notes if not note.startswith("prose: ")]
     return replace(explanation, notes=(*notes, f"{found.cause}: {found.sentence}"))

@@ -3,7 +3,7 @@
 Each ability has its own class of verdicts in its own package. This module has the classes and functions that
 several abilities use, and `Unreadable`, the reason why an answer cannot be read. A `Share` is the
 contribution of an answer to a rate: a numerator and a denominator. `eai.results` adds up both and divides. A
-`Credit` holds the results for which a reward may pay; `eai.results.reward` chooses among these results.
+`RewardBasis` holds the results for which a reward may pay; `eai.results.reward` chooses among these results.
 """
 
 from __future__ import annotations
@@ -99,7 +99,7 @@ class Span:
 
 
 @dataclass(frozen=True, slots=True)
-class Credit:
+class RewardBasis:
     """The results of an answer that rewards may pay for.
 
     Attributes:
@@ -124,22 +124,22 @@ class Credit:
     conditions: float | None = None
 
 
-def compute_gain(reached: Sequence[bool], at_start: Sequence[bool]) -> float | None:
+def compute_goal_gain(goals_reached: Sequence[bool], goals_at_start: Sequence[bool]) -> float | None:
     """Return how much of the possible gain in goals was reached, from 0 to 1; None if no goal can be gained.
 
     A goal that holds at the start earns nothing. If the answer undoes such a goal, the gain is reduced by one
     goal.
 
     Args:
-        reached: for each goal, in order, whether it holds at the end; empty if nothing was executed.
-        at_start: for each goal, in order, whether it holds in the initial state.
+        goals_reached: for each goal, in order, whether it holds at the end; empty if nothing was executed.
+        goals_at_start: for each goal, in order, whether it holds in the initial state.
     """
-    held = sum(at_start)
-    to_gain = len(at_start) - held
-    return max(0, sum(reached) - held) / to_gain if to_gain else None
+    held = sum(goals_at_start)
+    to_gain = len(goals_at_start) - held
+    return max(0, sum(goals_reached) - held) / to_gain if to_gain else None
 
 
-def compute_condition_gain(partial: Share, at_start: Share, of_goals: float) -> float:
+def compute_condition_gain(conditions_met: Share, conditions_met_at_start: Share, goal_gain: float) -> float:
     """Return the gain in met conditions, as a share of the possible gain from 0 to 1.
 
     An option is a list of conditions that satisfies all goals. All its conditions can be met although a goal
@@ -147,55 +147,63 @@ def compute_condition_gain(partial: Share, at_start: Share, of_goals: float) -> 
     and if all conditions hold at the start, the gain in goals is returned.
 
     Args:
-        partial: number of conditions met at the end in the option that is met best, and number of all its
-            conditions. No condition is met if nothing was executed.
-        at_start: these two numbers in the initial state.
-        of_goals: gain in goals.
+        conditions_met: numbers of the met and of all conditions in the option that is met best at the end. No
+            condition is met if nothing was executed.
+        conditions_met_at_start: these two numbers in the initial state.
+        goal_gain: gain in goals.
     """
-    met, total = partial
-    met_at_start, total_at_start = at_start
+    met, total = conditions_met
+    met_at_start, total_at_start = conditions_met_at_start
     to_gain = total_at_start - met_at_start
-    if not to_gain or (met == total and of_goals < 1):
-        return of_goals
+    if not to_gain or (met == total and goal_gain < 1):
+        return goal_gain
     return max(0.0, (met * total_at_start - met_at_start * total) / (total * to_gain))
 
 
-def compute_plan_credit(
-    reached: Sequence[bool], at_start: Sequence[bool], *, ended: bool, faults: Mapping[FaultKind, int]
-) -> Credit | None:
+def compute_plan_reward_basis(
+    goals_reached: Sequence[bool],
+    goals_at_start: Sequence[bool],
+    *,
+    ended_by_error: bool,
+    faults: Mapping[FaultKind, int],
+) -> RewardBasis | None:
     """Return the credit for a plan or for the actions of an episode, or None if no goal can be gained.
 
     Args:
-        reached: for each goal, in order, whether it is reached at the end; empty if nothing was executed.
-        at_start: for each goal, in order, whether it holds in the initial state.
-        ended: whether the last action could not be executed.
+        goals_reached: for each goal, in order, whether it holds at the end; empty if nothing was executed.
+        goals_at_start: for each goal, in order, whether it holds in the initial state.
+        ended_by_error: whether the last action could not be executed.
         faults: number of faults by kind.
     """
-    gained = compute_gain(reached, at_start)
-    return None if gained is None else Credit(gained, gained == 1 and not ended, ended, faults)
+    gained = compute_goal_gain(goals_reached, goals_at_start)
+    return (
+        None
+        if gained is None
+        else RewardBasis(gained, gained == 1 and not ended_by_error, ended_by_error, faults)
+    )
 
 
-def compute_parts_credit(
-    counts: tuple[int, int, int],
+def compute_reward_basis_of_parts(
+    right_wrong_missed: tuple[int, int, int],
     error: ErrorReport | None,
     faults: Mapping[FaultKind, int],
-    meaningless: int = 0,
-) -> Credit | None:
+    meaningless_parts: int = 0,
+) -> RewardBasis | None:
     """Return the credit for an answer that is compared part by part, or None if the task asks for no parts.
 
     Args:
-        counts: numbers of right, wrong and missed parts.
+        right_wrong_missed: numbers of right, wrong and missed parts.
         error: the error that ended the answer, or None.
         faults: number of other faults by kind.
-        meaningless: number of parts of the answer without a meaning, which count as wrong.
+        meaningless_parts: number of parts of the answer without a meaning, which count as wrong.
     """
-    hit, extra, missed = counts
+    hit, extra, missed = right_wrong_missed
     if not hit + missed:
         return None
     if error is not None:
         faults = Counter(faults) + Counter((error.kind,))
-    return Credit(
-        gain=2 * hit / (2 * hit + extra + meaningless + missed),
+    return RewardBasis(
+        gain=2 * hit / (2 * hit + extra + meaningless_parts + missed),
         success=not extra and not missed and not faults,
         ended=error is not None,
         faults=faults,
@@ -221,7 +229,7 @@ class Verdict:
     spans: tuple[Span, ...] = field(default=(), compare=False)
     repair: Repair | None = None
 
-    def as_missing_answer(self) -> Self:
+    def to_verdict_on_missing_answer(self) -> Self:
         """Return this verdict on an empty answer as one on a missing answer, which fails without an error."""
         return replace(self, error=None)
 
@@ -238,19 +246,19 @@ class Verdict:
         """Mapping from columns of `eai.results.lines.AnswerLine` to the verdict's values in these columns."""
         return {}
 
-    def compute_credit(self, at_start: Sequence[bool]) -> Credit | None:
+    def compute_reward_basis(self, goals_at_start: Sequence[bool]) -> RewardBasis | None:
         """Return the credit for the answer to a task that is not excluded, or None if nothing can be earned.
 
         Args:
-            at_start: for each goal of the task, in order, whether it holds in the initial state; empty for
-                answers that are not executed.
+            goals_at_start: for each goal of the task, in order, whether it holds in the initial state;
+                empty for answers that are not executed.
 
         Raises:
             NotImplementedError: no reward pays for answers of this ability.
         """
         raise NotImplementedError(f"{type(self).__name__} defines no credit, so no reward can be computed")
 
-    def is_action(self, step: int) -> bool:
+    def is_step_an_action(self, step: int) -> bool:
         """Whether the explanation's step with a number, from 0, is an action that was tried."""
         return True
 
@@ -260,7 +268,7 @@ class Verdict:
         return None
 
     @property
-    def second_planner_outcome(self) -> str | None:
+    def fallback_planner_outcome(self) -> str | None:
         """Outcome of the second planner; None if the first planner decided."""
         return None
 
@@ -307,7 +315,7 @@ class PlanVerdict(Verdict):
     refused: str | None = None
 
     @property
-    def declines(self) -> bool:
+    def declines_task(self) -> bool:
         """Whether the answer calls the task impossible, or asks for the meant object."""
         return self.refused is not None
 
@@ -337,22 +345,24 @@ class PlanVerdict(Verdict):
             faults[self.error.kind] += 1
         return +faults
 
-    def compute_credit(self, at_start: Sequence[bool]) -> Credit | None:
+    def compute_reward_basis(self, goals_at_start: Sequence[bool]) -> RewardBasis | None:
         """Return the credit for the plan. An answer that rightly declines the task gets full credit."""
         if self.refused is not None:
-            return Credit(float(self.success or 0), bool(self.success), ended=False, faults={})
+            return RewardBasis(float(self.success or 0), bool(self.success), ended=False, faults={})
         ended = not self.executable
-        earned = compute_plan_credit(self.goals_satisfied, at_start, ended=ended, faults=self.faults())
+        earned = compute_plan_reward_basis(
+            self.goals_satisfied, goals_at_start, ended_by_error=ended, faults=self.faults()
+        )
         if earned is None:
             return None
         return replace(earned, success=bool(self.success) and earned.gain == 1)
 
-    def as_missing_answer(self) -> Self:
+    def to_verdict_on_missing_answer(self) -> Self:
         """Return this verdict as one on a missing answer.
 
         No goal counts as reached, even if it holds at the start.
         """
-        unanswered = Verdict.as_missing_answer(self)
+        unanswered = Verdict.to_verdict_on_missing_answer(self)
         if self.excluded is not None:
             return unanswered
         goals = (
@@ -384,7 +394,7 @@ class Unreadable:
     spans: tuple[Span, ...] = field(default=(), compare=False)
 
 
-Shares: TypeAlias = Mapping[str, Share]
+ShareByMetric: TypeAlias = Mapping[str, Share]
 """Mapping from names of metrics to the contributions of one answer to the rates."""
 
 EMPTY_SHARE = Share(0, 0)
@@ -395,15 +405,15 @@ ZERO_SHARE, FULL_SHARE = Share(0.0, 1), Share(1.0, 1)
 """Contributions to a rate of success: 0 of 1 for a failure, and 1 of 1 for a full success."""
 
 
-def make_share_of_one(counted: bool | float | None) -> Share:
+def make_share_of_one(has_property: bool | float | None) -> Share:
     """Return the contribution of one answer to a rate over all answers.
 
     Args:
-        counted: whether the answer has the counted property, or a number from 0 to 1 for a partial property.
+        has_property: whether the answer has the counted property; a number from 0 to 1 if it has it in part.
     """
-    if not counted:
+    if not has_property:
         return ZERO_SHARE
-    return FULL_SHARE if counted == 1 else Share(float(counted), 1)
+    return FULL_SHARE if has_property == 1 else Share(float(has_property), 1)
 
 
 def make_confusion_shares(prefix: str, confusion: Confusion) -> dict[str, Share]:

@@ -14,12 +14,12 @@ from eai.abilities.declaration import (
     PARTIAL,
     SUCCESS,
     AbilityDeclaration,
-    AbilityWorld,
+    BenchmarkParts,
     MetricColumn,
     MultiTurnInteraction,
     QuestionAndAnswer,
     classify_plan_outcome,
-    compute_goal_shares,
+    compute_reached_goal_shares,
     get_display_name,
 )
 from eai.abilities.experiment import Experiment
@@ -43,7 +43,7 @@ _MAX_RECOVERY_TURNS = 2
 """Number of turns after an impossible action within which a possible action counts as recovery."""
 
 
-def compute_rate_contributions(verdict: ActingVerdict) -> dict[str, Share]:
+def compute_share_by_metric(verdict: ActingVerdict) -> dict[str, Share]:
     """Return the numerator and denominator that an episode adds to each rate, by the rate's name.
 
     If the verdict represents all episodes of a task, the numbers are means over these episodes.
@@ -80,7 +80,7 @@ def compute_rate_contributions(verdict: ActingVerdict) -> dict[str, Share]:
         UNREPLAYABLE: make_share_of_one(verdict.is_unreplayable),
         "lost_for_good": make_share_of_one(verdict.outlook == "lost") if is_known else EMPTY_SHARE,
         "outlook_unknown": EMPTY_SHARE if verdict.outlook is None else make_share_of_one(not is_known),
-        **compute_goal_shares(verdict),
+        **compute_reached_goal_shares(verdict),
     }
 
 
@@ -89,7 +89,7 @@ def average_episodes(verdicts: Sequence[ActingVerdict]) -> ActingVerdict:
     scored = [verdict for verdict in verdicts if verdict.excluded is None]
     if not scored:
         return verdicts[0]
-    added = [compute_rate_contributions(verdict) for verdict in scored]
+    added = [compute_share_by_metric(verdict) for verdict in scored]
     mean = {
         name: Share(*map(fmean, zip(*(shares[name] for shares in added), strict=True))) for name in added[0]
     }
@@ -101,7 +101,7 @@ def _weight_success_by_path_length(won: bool, tried: int, shortest: int) -> floa
     return float(won) if tried <= shortest else won * shortest / tried
 
 
-def _make_scorer_factory(world: AbilityWorld) -> Callable[[Task], Scorer]:
+def _make_scorer_factory(world: BenchmarkParts) -> Callable[[Task], Scorer]:
     """Return a function that makes the scorer of a task.
 
     The import is delayed, so that reports do not load the engine.
@@ -111,13 +111,13 @@ def _make_scorer_factory(world: AbilityWorld) -> Callable[[Task], Scorer]:
     return make_scorer_factory(world)
 
 
-def _make_question_and_answer(world: AbilityWorld, task: Task) -> QuestionAndAnswer:
+def _make_question_and_answer(world: BenchmarkParts, task: Task) -> QuestionAndAnswer:
     from eai.agents.scorer import make_question_and_answer
 
     return make_question_and_answer(world, task)
 
 
-def _read_experiment_of_episode(answer: str) -> Experiment | None:
+def _read_settings_of_episode(answer: str) -> Experiment | None:
     """Return the harness and rules of an episode, or None if the text has no harness and rules.
 
     The import is delayed, so that reports start fast.
@@ -135,12 +135,12 @@ _WITHIN = tuple(MetricColumn(name, "Success within", f"{most:g}x shortest") for 
 ACTING = AbilityDeclaration(
     ability=Ability("acting"),
     interaction=MultiTurnInteraction(
-        _make_scorer_factory, _make_question_and_answer, read_experiment=_read_experiment_of_episode
+        _make_scorer_factory, _make_question_and_answer, read_episode_settings=_read_settings_of_episode
     ),
     title="Acting",
     short_title="acting",
     verdict=ActingVerdict,
-    contributions=compute_rate_contributions,
+    contributions=compute_share_by_metric,
     outcome=classify_plan_outcome,
     columns=(
         MetricColumn("success", SUCCESS, "Success"),

@@ -10,9 +10,9 @@ from typing import Literal, NamedTuple, TypeAlias
 
 from typing_extensions import TypedDict, assert_never
 
-from eai.abilities.declining import ASK, REFUSE, is_question, read_refusal_command
+from eai.abilities.declining import ASK, REFUSE, is_clarification_question, read_refusal_command
 from eai.abilities.scorer import describe_exception
-from eai.abilities.verdict import Credit, ErrorReport, compute_condition_gain, compute_plan_credit
+from eai.abilities.verdict import ErrorReport, RewardBasis, compute_condition_gain, compute_plan_reward_basis
 from eai.agents.command import DONE, CommandMeaning, is_look_command
 from eai.agents.game_setup import GameSetup
 from eai.agents.observation import AgentMemory, make_manual
@@ -159,7 +159,10 @@ class Game:
         earned = self._compute_credit(is_last=is_last)
         if earned is not None and self._rules.reward is Shaping.REPAIR:
             last = [None] if self._is_undeclared(is_last=is_last) else [self._last] if self._failed else []
-            return self.stage.repairer.compute_closeness((*self._find_counted_actions(), *last)) or 0.0
+            return (
+                self.stage.repairer.compute_closeness_to_success((*self._find_counted_actions(), *last))
+                or 0.0
+            )
         return 0.0 if earned is None else compute_reward_of_credit(earned, self._rules.reward)
 
     def _find_counted_actions(self) -> list[Action]:
@@ -171,13 +174,15 @@ class Game:
             if step.executed or (step.fault is not None and step.fault.kind is FaultKind.ADDITIONAL_STEP)
         ]
 
-    def _compute_credit(self, *, is_last: bool) -> Credit | None:
+    def _compute_credit(self, *, is_last: bool) -> RewardBasis | None:
         if self.refused is not None:
-            return Credit(float(self.won), self.won, ended=False, faults=self._faults)
+            return RewardBasis(float(self.won), self.won, ended=False, faults=self._faults)
         if self.task.has_no_plan:  # no plan reaches all goals, so reached goals earn nothing
             return None
         ended = self._failed or self._is_undeclared(is_last=is_last)
-        earned = compute_plan_credit(self.reached, self._at_start, ended=ended, faults=self._faults)
+        earned = compute_plan_reward_basis(
+            self.reached, self._at_start, ended_by_error=ended, faults=self._faults
+        )
         if earned is None or self._rules.reward is not Shaping.PARTIAL:
             return earned
         partial = self.stage.goals.find_partial_success(self.state, self.taken, self.reached)
@@ -232,10 +237,16 @@ class Game:
             self._turns += self._memory.has_looked
             return self._make_result(_CommandOutcome(self.memory.look_around()), ())
         special, operators = self.task.special, self.stage.domain.operator_arities
-        if isinstance(special, AmbiguousTaskMark) and ASK not in operators and is_question(text):
+        if (
+            isinstance(special, AmbiguousTaskMark)
+            and ASK not in operators
+            and is_clarification_question(text)
+        ):
             return self._answer_agents_question(special.fits[0])
         if isinstance(special, ImpossibleTaskMark) and REFUSE not in operators:
-            self.refused = read_refusal_command(self.stage.benchmark.notation.plans.decode_names(text))
+            self.refused = read_refusal_command(
+                self.stage.benchmark.notation.plans.replace_answer_words_by_domain_names(text)
+            )
             if self.refused is not None:
                 return self._make_result(_CommandOutcome(f"{REFUSE}."), ())
         ends = self._rules.until == "done"

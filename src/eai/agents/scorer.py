@@ -13,7 +13,7 @@ from functools import cached_property, partial
 from textwrap import shorten
 from typing import Any, TypeAlias
 
-from eai.abilities.declaration import AbilityWorld, QuestionAndAnswer
+from eai.abilities.declaration import BenchmarkParts, QuestionAndAnswer
 from eai.abilities.explanation import EXECUTED, SLIP, Explanation, Statement, StepReport
 from eai.abilities.reports import report_goals, to_statement
 from eai.abilities.scorer import Assessment, Scorer
@@ -43,18 +43,18 @@ _TOO_LATE = "too_late"
 """Outcome of an action that exceeds the maximum number of actions."""
 
 
-def _get_benchmark(world: AbilityWorld) -> Benchmark:
+def _get_benchmark(world: BenchmarkParts) -> Benchmark:
     if not isinstance(world.benchmark, Benchmark):
         raise TypeError("acting needs a world that was opened with its benchmark")
     return world.benchmark
 
 
-def make_scorer_factory(world: AbilityWorld) -> Callable[[Task], Scorer]:
+def make_scorer_factory(world: BenchmarkParts) -> Callable[[Task], Scorer]:
     """Return the function that makes the scorer of a task in a world."""
     return partial(_ActingScorer, benchmark=_get_benchmark(world))
 
 
-def make_question_and_answer(world: AbilityWorld, task: Task) -> QuestionAndAnswer:
+def make_question_and_answer(world: BenchmarkParts, task: Task) -> QuestionAndAnswer:
     """Return the question of a task in the standard setting, and commands that win there."""
     arena = EpisodeFactory(_get_benchmark(world))
     commands = arena.make_setup(task).reference.commands if task.unplannable_reason is None else None

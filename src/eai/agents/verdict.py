@@ -6,7 +6,7 @@ from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import Literal, TypeAlias
 
-from eai.abilities.declining import is_question
+from eai.abilities.declining import is_clarification_question
 from eai.abilities.verdict import UNREPLAYABLE, PlanVerdict, Verdict
 from eai.tasks.share import Share
 from eai.world.fault import FaultKind
@@ -76,7 +76,7 @@ class ActingVerdict(PlanVerdict):
     lost_at: int | None = None
     mean: Mapping[str, Share] | None = None
 
-    compute_credit = Verdict.compute_credit
+    compute_reward_basis = Verdict.compute_reward_basis
     """None: an episode earns rewards only while it is played, because its text could choose easy rules."""
 
     @property
@@ -90,12 +90,12 @@ class ActingVerdict(PlanVerdict):
         return tuple([turn for turn in self.turns if turn.is_action])
 
     @property
-    def declines(self) -> bool:
+    def declines_task(self) -> bool:
         """Whether the agent has called the task impossible, or asked a question that the task allows."""
-        asked = (turn for turn in self.actions if is_question(turn.said))
+        asked = (turn for turn in self.actions if is_clarification_question(turn.said))
         return self.refused is not None or any(turn.fault is None for turn in asked)
 
-    def is_action(self, step: int) -> bool:
+    def is_step_an_action(self, step: int) -> bool:
         """Whether an action was tried in a turn, before the limit of actions was reached."""
         return self.turns[step].is_action
 

@@ -8,7 +8,7 @@ from importlib.resources import files
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, TypeAlias
 
-from eai.abilities.declaration import AbilityWorld, get_declaration
+from eai.abilities.declaration import BenchmarkParts, get_declaration
 from eai.abilities.notation.notation import Notation
 from eai.abilities.protocol import Ability, find_abilities
 from eai.abilities.scorer import Scorer
@@ -220,7 +220,7 @@ class Benchmark:
         declared = make_transition_tasks(self.domain, tasks)
         return TaskSet(declared, declared.__getitem__, tasks.sha256)
 
-    def world(self, source: Source) -> AbilityWorld:
+    def world(self, source: Source) -> BenchmarkParts:
         """Return the domain, the notation and the source's planner as one value, which abilities use."""
 
         def planner() -> PddlPlanner | None:
@@ -229,7 +229,7 @@ class Benchmark:
             return make_planner(source.planner, self.data.planner_seconds, source.terms)
 
         words, seen = self.wording, self.observed_wording
-        return AbilityWorld(self.domain, self.notation, self.subgoals, planner, words, seen, self)
+        return BenchmarkParts(self.domain, self.notation, self.subgoals, planner, words, seen, self)
 
     def official_prompts(self, ability: Ability, source: Source) -> Mapping[str, Prompt] | None:
         """Return a mapping from task id to corrected official prompt, or None if the ability has no prompts.

@@ -13,7 +13,7 @@ from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING, Any, TypeAlias
 
 from eai.abilities.declaration import get_declaration
-from eai.abilities.declining import write_right_declining_answer
+from eai.abilities.declining import write_expected_declining_answer
 from eai.abilities.feedback import REASONS
 from eai.abilities.notation.goal_lexicon import read_stated_goals, write_goals
 from eai.abilities.protocol import Ability
@@ -293,7 +293,7 @@ def _open_plan_book(
     def make_answer(task_id: str) -> WrittenAnswer:
         task = tasks[task_id]
         may_decline = scripts and ability is Ability.ACTION_SEQUENCING
-        if may_decline and (declining := write_right_declining_answer(task, plans)) is not None:
+        if may_decline and (declining := write_expected_declining_answer(task, plans)) is not None:
             return WrittenAnswer((declining,), "".join)
         if scripts and (task.script or task.unsolvable is not None):
             return WrittenAnswer(tuple(write(task, task.script)), join)

@@ -152,7 +152,7 @@ def _write_goals(benchmark: Benchmark, task: Task, steps: _Steps, rng: random.Ra
     wording = benchmark.wording(Ability.GOAL_INTERPRETATION)
     changes = _list_changed_facts(wording, task, task.initial, final)
     return benchmark.notation.goals.write(
-        [lexicon.to_answer_goal(change) for change in changes if isinstance(change, Atom)]
+        [lexicon.to_goal_with_answer_names(change) for change in changes if isinstance(change, Atom)]
     )
 
 

@@ -10,7 +10,7 @@ from eai.abilities.declaration import get_declaration
 from eai.abilities.protocol import DEFAULT_PROTOCOL, PAPER_ABILITIES, Ability, Protocol, find_protocols
 from eai.abilities.scorer import Assessment, Scorer, assess_or_report_failure
 from eai.abilities.task_features import TaskFeatures
-from eai.abilities.unread_cause import add_cause, find_cause
+from eai.abilities.unread_cause import add_cause, find_cause_of_unreadability
 from eai.abilities.verdict import Unreadable, Verdict
 from eai.base.errors import InputError, did_you_mean
 from eai.base.store import ignore_progress
@@ -87,7 +87,7 @@ class Suite:
     @property
     def has_plans(self) -> bool:
         """Whether answers are executed, because they are plans or subgoals."""
-        return get_declaration(self.ability).has_plans
+        return get_declaration(self.ability).answers_are_plans
 
     def reference(self, task_id: str) -> str:
         """Return the reference to a task, such as ``virtualhome/action_sequencing/27_2``."""
@@ -152,7 +152,10 @@ class Suite:
         if not is_unread or self.protocol is not DEFAULT_PROTOCOL:
             return assessment
         other_ability = partial(find_answered_ability, self.benchmark, self.ability, text)
-        return add_cause(assessment, find_cause(text, self.benchmark.domain.operator_arities, other_ability))
+        return add_cause(
+            assessment,
+            find_cause_of_unreadability(text, self.benchmark.domain.operator_arities, other_ability),
+        )
 
     def score(self, task_id: str, text: str) -> Verdict:
         """Return the verdict on an answer to a task. An exception in the scorer makes the answer fail."""

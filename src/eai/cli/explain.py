@@ -15,7 +15,13 @@ from rich.table import Table
 from rich.text import Text
 
 from eai.abilities.declaration import AnswerOutcome
-from eai.abilities.explanation import EXECUTED, Explanation, GoalPartReport, StepReport, find_near_misses
+from eai.abilities.explanation import (
+    EXECUTED,
+    Explanation,
+    GoalPartReport,
+    StepReport,
+    map_missed_goals_to_similar_facts,
+)
 from eai.abilities.protocol import Ability
 from eai.abilities.repair import DEFAULT_EFFORT, describe_repair
 from eai.abilities.reports import action_text
@@ -289,7 +295,7 @@ def _print_explanation(
         remark = _format_met_conditions(record)
         remark += ": none counts, as nothing was carried out" * _counts_no_goal(record, explanation)
         console.print(Text("goals", style="bold").append(remark, style="not bold"))
-    near = find_near_misses(explanation)
+    near = map_missed_goals_to_similar_facts(explanation)
     for goal in explanation.goals:
         mark, style = ("✓", "green") if goal.satisfied else ("✗", "red")
         _print_with_hanging_indent(console, f"  {mark} {goal.kind:8} ", Text(goal.goal, style=style))
@@ -380,7 +386,7 @@ def _merge_symmetric_facts(facts: Sequence[str]) -> list[str]:
 
 def _print_goal_part(console: Console, part: GoalPartReport, never: str) -> None:
     if part.met_after is not None:
-        console.print(Text(f"  ✓ {part.part}  {part.when}", style="green"))
+        console.print(Text(f"  ✓ {part.part}  {part.time_met_text}", style="green"))
     else:
         lacking = f"  {never}: {', '.join(part.missing)}" if part.missing else "  was to come after that"
         console.print(Text(f"  ✗ {part.part}{lacking}", style="red"))

@@ -79,7 +79,7 @@ class _AnswersToScore:
     @property
     def name(self) -> str:
         """The name of the model, followed by its game rules if they are not standard."""
-        return ", ".join(filter(None, (self.answers.model, Experiment(rules=self.rules).rules_text)))
+        return ", ".join(filter(None, (self.answers.model, Experiment(rules=self.rules).game_rules_text)))
 
 
 def score(
@@ -186,7 +186,7 @@ def _split_by_game_rules(share: _AnswersToScore) -> list[_AnswersToScore]:
         if len(parts) > 1 and rules is not None:
             out = None if out is None else out / Experiment(rules=rules).label
             number = format_count(len(answers.responses), "answer")
-            words = Experiment(rules=rules).rules_text
+            words = Experiment(rules=rules).game_rules_text
             print_note(
                 f"{answers.model}: {number} by other rules than the standard setting, scored apart: {words}"
             )

@@ -16,7 +16,7 @@ from dataclasses import dataclass
 from pathlib import Path, PurePosixPath
 from typing import TYPE_CHECKING
 
-from eai.abilities.protocol import Ability, ability_rank, find_abilities
+from eai.abilities.protocol import Ability, find_abilities, get_ability_sort_key
 from eai.base.errors import EaiError, InputError
 from eai.base.files import MAX_UNPACKED, UNPACKED_PER_BYTE, read_toml
 from eai.benchmarks.registry import find_benchmark, list_benchmarks
@@ -51,7 +51,11 @@ class _SuiteFile:
     @property
     def sort_key(self) -> tuple[int, int, str]:
         """Key for sorting files by domain, ability and model."""
-        return (*list_benchmarks(), self.domain).index(self.domain), ability_rank(self.ability), self.model
+        return (
+            (*list_benchmarks(), self.domain).index(self.domain),
+            get_ability_sort_key(self.ability),
+            self.model,
+        )
 
 
 def find_benchmarks_of_runs(paths: Iterable[Path]) -> Mapping[str, Benchmark]:

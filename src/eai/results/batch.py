@@ -231,7 +231,7 @@ def split_by_game_rules(ability: Ability, answers: ResponseFile) -> dict[str | N
     declared = get_declaration(ability)
     if not declared.takes_turns:
         return {None: answers}
-    made_by = declared.read_experiment
+    made_by = declared.read_episode_settings
     epochs = (replace(answers, further_epochs=()), *answers.further_epochs)
     agents = (made_by(response.text) for epoch in epochs for response in epoch.responses)
     counts = Counter(agent.rules for agent in agents if agent is not None)
@@ -260,7 +260,9 @@ def _find_harness_and_rules(ability: Ability, answers: ResponseFile) -> Experime
     first: Experiment | None = None
     if not declared.takes_turns:
         return Experiment()
-    for agent in filter(None, (declared.read_experiment(response.text) for response in answers.responses)):
+    for agent in filter(
+        None, (declared.read_episode_settings(response.text) for response in answers.responses)
+    ):
         first = first or agent
         if agent.harness is not None:
             return replace(first, harness=agent.harness)
@@ -269,7 +271,7 @@ def _find_harness_and_rules(ability: Ability, answers: ResponseFile) -> Experime
 
 def _add_harness_and_rules(record: Record, first: Experiment) -> Record:
     """Return a record with the harness and the game rules that its answer names, or else the run's."""
-    agent = get_declaration(record.ability).read_experiment(record.response) or first
+    agent = get_declaration(record.ability).read_episode_settings(record.response) or first
     return record.add_experiment(replace(agent, harness=agent.harness or first.harness))
 
 

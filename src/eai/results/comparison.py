@@ -16,7 +16,7 @@ from dataclasses import dataclass
 from itertools import compress
 
 from eai.abilities.declaration import get_declaration
-from eai.abilities.verdict import EMPTY_SHARE, Shares
+from eai.abilities.verdict import EMPTY_SHARE, ShareByMetric
 from eai.results.certainty import (
     Cases,
     ConfidenceIntervals,
@@ -181,7 +181,7 @@ def compare_runs(first: Sequence[Record], second: Sequence[Record]) -> RunCompar
     )
 
 
-def _make_cases(metric: str, names: Mapping[str, str], shares: Mapping[str, Shares]) -> Cases:
+def _make_cases(metric: str, names: Mapping[str, str], shares: Mapping[str, ShareByMetric]) -> Cases:
     return [RateCase(task, name, shares[task].get(metric, EMPTY_SHARE)) for task, name in names.items()]
 
 

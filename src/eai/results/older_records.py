@@ -7,7 +7,7 @@ from dataclasses import replace
 from typing import Any
 
 from eai.abilities.attempt_options import STUDY, AttemptOptions
-from eai.abilities.experiment import Experiment, StudySettings, make_named_settings
+from eai.abilities.experiment import Experiment, StudySettings, make_settings_with_option
 
 _AGENT = ("harness", "effort", "rules")
 
@@ -35,10 +35,12 @@ def read_older_experiment(names: Mapping[str, str], attempts: AttemptOptions) ->
 
     They are options whose values are names, and options of attempts.
     """
-    study: dict[str, StudySettings] = dict(attempts.experiment.study) if attempts.uses_episodes else {}
+    study: dict[str, StudySettings] = (
+        dict(attempts.experiment.study) if attempts.executes_answers_as_episodes else {}
+    )
     for option, (name, kind) in _OPTIONS.items():
         if option in names:
-            choice = make_named_settings(kind, option, names[option])
+            choice = make_settings_with_option(kind, option, names[option])
             study[name] = study[name].combine(name, choice) if name in study else choice
     positions = enumerate(_ORDER)
     ordered = {

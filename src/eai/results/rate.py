@@ -7,7 +7,7 @@ from dataclasses import dataclass
 from fractions import Fraction
 from typing import TypeAlias
 
-from eai.abilities.verdict import Shares
+from eai.abilities.verdict import ShareByMetric
 from eai.base.json_value import Json
 from eai.tasks.share import Share
 
@@ -38,7 +38,7 @@ NOTHING = Rate(0, 0)
 """A rate without any case."""
 
 
-def compute_rates(contributions: Iterable[Shares]) -> dict[str, Rate]:
+def compute_rates(contributions: Iterable[ShareByMetric]) -> dict[str, Rate]:
     """Return a mapping from each metric to its rate: its sum of numerators over its sum of denominators.
 
     Metrics come in the order in which they first occur.

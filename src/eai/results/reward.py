@@ -22,7 +22,7 @@ from typing_extensions import assert_never
 from eai.abilities.declaration import get_declaration
 from eai.abilities.protocol import Ability
 from eai.abilities.scorer import PlanScorer, describe_exception
-from eai.abilities.verdict import Credit, ErrorReport, PlanVerdict, Verdict, compute_condition_gain
+from eai.abilities.verdict import ErrorReport, PlanVerdict, RewardBasis, Verdict, compute_condition_gain
 from eai.base.errors import EaiError, InputError, find_enum_member
 from eai.benchmarks.names import TaskReference
 from eai.benchmarks.suite import Suite, open_suite
@@ -58,8 +58,8 @@ class Shaping(str, Enum):
     """
 
 
-def compute_reward_of_credit(credit: Credit, shaping: Shaping) -> float:
-    """Return the reward for an answer's `Credit` by any shaping but `REPAIR`, which needs the plan's steps.
+def compute_reward_of_credit(credit: RewardBasis, shaping: Shaping) -> float:
+    """Return the reward of a `RewardBasis` by any shaping but `REPAIR`, which needs the plan's steps.
 
     Raises:
         ValueError: the shaping is `REPAIR`.
@@ -82,7 +82,7 @@ def compute_reward_of_credit(credit: Credit, shaping: Shaping) -> float:
     return pay / (1 + credit.added_actions)
 
 
-def compute_credit(verdict: Verdict, at_start: Sequence[bool] = ()) -> Credit | None:
+def compute_credit(verdict: Verdict, at_start: Sequence[bool] = ()) -> RewardBasis | None:
     """Return the credit of an answer, from which its reward follows; None if its task pays nothing.
 
     A task pays nothing if it is excluded from statistics, has no goals, or has only goals that hold at the
@@ -92,7 +92,7 @@ def compute_credit(verdict: Verdict, at_start: Sequence[bool] = ()) -> Credit | 
         verdict: the verdict on the answer.
         at_start: for each goal of the task, in order, whether it is reached without any action.
     """
-    return None if verdict.excluded is not None else verdict.compute_credit(at_start)
+    return None if verdict.excluded is not None else verdict.compute_reward_basis(at_start)
 
 
 METRICS = ("success", "progress", "faults", *(f"fault.{kind.value}" for kind in FaultKind))
@@ -122,7 +122,7 @@ MAX_ANSWER_CHARACTERS = 10_000
 
 def is_paid(ability: Ability) -> bool:
     """Whether answers of an ability can earn a reward: their verdicts must give credit."""
-    return get_declaration(ability).verdict.compute_credit is not Verdict.compute_credit
+    return get_declaration(ability).verdict.compute_reward_basis is not Verdict.compute_reward_basis
 
 
 class Reward:
@@ -190,7 +190,7 @@ class Reward:
         credit = self._compute_credit(task_id, verdict)
         return Grade(self._compute_reward(task_id, text, credit), make_credit_metrics(credit), verdict)
 
-    def _compute_reward(self, task_id: str, text: str, credit: Credit | None) -> float | None:
+    def _compute_reward(self, task_id: str, text: str, credit: RewardBasis | None) -> float | None:
         if credit is None or self.shaping is not Shaping.REPAIR:
             return None if credit is None else compute_reward_of_credit(credit, self.shaping)
         scorer = self.suite.scorer(task_id)
@@ -199,7 +199,7 @@ class Reward:
                 f"the shaping repair is not defined under {self.suite.protocol.value}: use strict"
             )
         try:
-            return scorer.compute_closeness(text if len(text) <= self.limit else "")
+            return scorer.compute_closeness_to_success(text if len(text) <= self.limit else "")
         except EaiError:
             raise
         except Exception as error:
@@ -212,11 +212,11 @@ class Reward:
         too_long = ErrorReport(FaultKind.PARSING, None, f"it is longer than {self.limit:,} characters")
         return replace(self.suite.score(task_id, ""), error=too_long)
 
-    def _compute_credit(self, task_id: str, verdict: Verdict) -> Credit | None:
+    def _compute_credit(self, task_id: str, verdict: Verdict) -> RewardBasis | None:
         if not self.suite.has_plans:
             return compute_credit(verdict)
         credit = compute_credit(verdict, self._at_start(task_id))
-        if credit is None or not isinstance(verdict, PlanVerdict) or verdict.declines:
+        if credit is None or not isinstance(verdict, PlanVerdict) or verdict.declines_task:
             return credit
         if self.suite.tasks[task_id].has_no_plan:
             return replace(credit, gain=0.0, success=False)
@@ -286,7 +286,7 @@ def _drop_planner(suite: Suite) -> Suite:
     return suite.reopen(source=replace(suite.source, planner=PlannerChoice.NONE)) if planned else suite
 
 
-def make_credit_metrics(credit: Credit | None) -> dict[str, float]:
+def make_credit_metrics(credit: RewardBasis | None) -> dict[str, float]:
     """Return the metrics of a `Grade` by name; all are 0 if the credit is None."""
     if credit is None:
         return dict.fromkeys(METRICS, 0.0)

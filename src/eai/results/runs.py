@@ -17,7 +17,7 @@ from urllib.parse import urlencode
 from eai.abilities.attempt_options import AttemptOptions
 from eai.abilities.declaration import get_declaration
 from eai.abilities.experiment import Experiment
-from eai.abilities.protocol import Ability, Protocol, ability_rank
+from eai.abilities.protocol import Ability, Protocol, get_ability_sort_key
 from eai.base.errors import InputError
 from eai.base.files import find_files_below, read_content, write_files_atomically
 from eai.base.grouping import group_pairs
@@ -81,7 +81,7 @@ class RunKey(NamedTuple):
             protocols.index(self.protocol),
             position,
             self.domain,
-            ability_rank(self.ability),
+            get_ability_sort_key(self.ability),
             self.model,
             "" if self.experiment is None else self.experiment.label,
         )
@@ -212,7 +212,7 @@ def _open_log_samples(records: Path) -> LogSamples | None:
 
 def make_explorer_address(record: Record) -> str:
     """Return the fragment of a web address that shows a record in the explorer of a report."""
-    agent = get_declaration(record.ability).read_experiment(record.response)
+    agent = get_declaration(record.ability).read_episode_settings(record.response)
     key = _make_run_key(record if agent is None else record.add_experiment(agent))
     run = f"{key.domain}/{key.ability.value}/{key.protocol.value}/{key.name}"
     return f"explorer.html#{urlencode({'run': run, 'task': record.task_id})}"

@@ -17,7 +17,7 @@ from eai.abilities.declaration import AnswerOutcome, get_declaration, load_paper
 from eai.abilities.explanation import EXECUTED, GoalReport, StepReport
 from eai.abilities.protocol import PAPER_ABILITIES, Ability
 from eai.abilities.verdict import EMPTY_SHARE as NO_SHARE
-from eai.abilities.verdict import ZERO_SHARE, PlanVerdict, Shares, Verdict, make_share_of_one
+from eai.abilities.verdict import ZERO_SHARE, PlanVerdict, ShareByMetric, Verdict, make_share_of_one
 from eai.base.grouping import group_pairs
 from eai.results.certainty import RateCase
 from eai.results.rate import NOTHING, Rate, compute_rate, compute_rates
@@ -40,7 +40,7 @@ def compute_metric_rates(verdicts: Sequence[Verdict], ability: Ability) -> dict[
     return {**nothing, **compute_rates(compute_contributions(verdicts, ability))}
 
 
-def compute_contributions(verdicts: Sequence[Verdict], ability: Ability) -> Iterator[Shares]:
+def compute_contributions(verdicts: Sequence[Verdict], ability: Ability) -> Iterator[ShareByMetric]:
     """Yield the contributions of each verdict to all metrics, in order. Excluded verdicts do not count.
 
     They are yielded one by one to save memory in long runs.
@@ -54,7 +54,7 @@ def compute_contributions(verdicts: Sequence[Verdict], ability: Ability) -> Iter
     return ({**share, **void} for share in shares) if void else shares
 
 
-def map_tasks_to_shares(records: Sequence[Record]) -> dict[str, Shares]:
+def map_tasks_to_shares(records: Sequence[Record]) -> dict[str, ShareByMetric]:
     """Return a mapping from each task to the contributions of its records. Excluded records do not count."""
     return {record.task_id: shares for record, shares in _pair_contributions(records, records[0].ability)}
 
@@ -75,7 +75,9 @@ def make_cases_by_metric(records: Sequence[Record], ability: Ability) -> dict[st
     )
 
 
-def _pair_contributions(records: Sequence[Record], ability: Ability) -> Iterator[tuple[Record, Shares]]:
+def _pair_contributions(
+    records: Sequence[Record], ability: Ability
+) -> Iterator[tuple[Record, ShareByMetric]]:
     scored = [record for record in records if record.verdict.excluded is None]
     return zip(scored, compute_contributions([record.verdict for record in scored], ability), strict=True)
 
@@ -250,18 +252,18 @@ def break_down_records(records: Iterable[Record], ability: Ability) -> AnswerBre
         )
         if record.task is not None:
             by_goals.setdefault(record.task.goals, []).append(success)
-            if declared.has_plans and record.task.annotated_steps is not None:
+            if declared.answers_are_plans and record.task.annotated_steps is not None:
                 by_length.setdefault(record.task.annotated_steps, []).append(success)
         if declared.interaction.uses_operator_tasks:
             _break_down_operators(cast("OperatorVerdict", record.verdict), by_action, by_predicate)
         for report, reached in list_judged_goals(record):
             for name in report.predicates:
                 by_predicate.setdefault(name, []).append(make_share_of_one(reached))
-        for _, step in list_reported_steps(record) if declared.has_plans else ():
+        for _, step in list_reported_steps(record) if declared.answers_are_plans else ():
             by_action.setdefault(step.call.name, []).append(make_share_of_one(step.outcome == EXECUTED))
     return AnswerBreakdown(
         {kind: outcomes[kind] for kind in AnswerOutcome if outcomes[kind]},
-        _count_outcome_flow(outcomes) if declared.has_plans else None,
+        _count_outcome_flow(outcomes) if declared.answers_are_plans else None,
         dict(sorted(by_goals.items())),
         dict(sorted(by_length.items())),
         _sum_rates(by_action),
@@ -296,7 +298,9 @@ def list_judged_goals(record: Record) -> Iterator[tuple[GoalReport, bool]]:
 def list_reported_steps(record: Record) -> Iterator[tuple[int, StepReport]]:
     """Yield the number of each step at which an action was tried, from 0, and the step's explanation."""
     steps = () if record.explanation is None else record.explanation.steps
-    yield from ((number, step) for number, step in enumerate(steps) if record.verdict.is_action(number))
+    yield from (
+        (number, step) for number, step in enumerate(steps) if record.verdict.is_step_an_action(number)
+    )
 
 
 def _break_down_operators(

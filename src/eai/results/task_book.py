@@ -32,7 +32,7 @@ class TaskLookup:
     def __init__(self, benchmark: Benchmark, source: Source) -> None:
         self._benchmark, self._domain = benchmark, benchmark.domain
         self._tasks = benchmark.tasks(source)
-        self._words = benchmark.notation.goals.map_predicate_spellings(benchmark.domain)
+        self._words = benchmark.notation.goals.map_spellings_to_predicate_names(benchmark.domain)
         self._spellings = {word for word, _ in self._words}
         self._names = cache(lambda task_id: benchmark.notation.goals.list_object_names(self._tasks[task_id]))
         self._states = cache(self._find_plan_states)

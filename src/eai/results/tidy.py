@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Any, TypeAlias, cast
 from eai.abilities.declaration import AnswerOutcome, get_declaration
 from eai.abilities.explanation import parse_statement
 from eai.abilities.protocol import Ability
-from eai.abilities.verdict import EMPTY_SHARE, PlanVerdict, Shares
+from eai.abilities.verdict import EMPTY_SHARE, PlanVerdict, ShareByMetric
 from eai.benchmarks.registry import find_benchmark, list_benchmarks
 from eai.results.lines import AnswerLine, AtomLine, ClauseLine, GoalLine, StepLine
 from eai.results.record import Record
@@ -78,7 +78,7 @@ FirstColumns: TypeAlias = dict[str, Any]
 
 def make_first_columns(record: Record) -> FirstColumns:
     """Return the first columns of all table lines that a record gives."""
-    rules = "" if record.experiment is None else record.experiment.rules_text
+    rules = "" if record.experiment is None else record.experiment.game_rules_text
     return {
         "protocol": record.protocol.value,
         "domain": record.domain,
@@ -93,7 +93,7 @@ def make_first_columns(record: Record) -> FirstColumns:
 
 
 def _make_answer_line(
-    record: Record, key: FirstColumns, shares: Shares, book: TaskLookup | None
+    record: Record, key: FirstColumns, shares: ShareByMetric, book: TaskLookup | None
 ) -> AnswerLine:
     verdict, error = record.verdict, record.verdict.error
     usage = None if record.origin is None else record.origin.usage
@@ -120,10 +120,10 @@ def _make_answer_line(
 
 
 def _has_plans(record: Record) -> bool:
-    return get_declaration(record.ability).has_plans
+    return get_declaration(record.ability).answers_are_plans
 
 
-def _find_success(record: Record, shares: Shares) -> bool | None:
+def _find_success(record: Record, shares: ShareByMetric) -> bool | None:
     """Return whether an answer is a success in its ability's main table; None without a success metric."""
     declared = get_declaration(record.ability)
     candidates = (
@@ -142,7 +142,7 @@ def _find_success(record: Record, shares: Shares) -> bool | None:
     )
 
 
-def _count_matches(ability: Ability, shares: Shares) -> dict[str, int]:
+def _count_matches(ability: Ability, shares: ShareByMetric) -> dict[str, int]:
     """Return the numbers of right, wrong and missing items that an answer adds to precision and recall."""
     for metric in get_declaration(ability).overview_headings:
         prefix, dot, measure = metric.rpartition(".")

@@ -74,8 +74,8 @@ class RunTotals:
             self.versions[record.errata.version] = None
         if verdict.planner_used is not None:
             self.judges[verdict.planner_used] += 1
-        if verdict.second_planner_outcome is not None:
-            self.left[verdict.second_planner_outcome] += 1
+        if verdict.fallback_planner_outcome is not None:
+            self.left[verdict.fallback_planner_outcome] += 1
         self._add_statuses({record.task_id: _make_status_bits(record)})
         if verdict.excluded is None:
             declared = get_declaration(record.ability)
@@ -131,7 +131,7 @@ class RunTotals:
         experiment = self.first_record.experiment
         if experiment is None:
             return ()
-        return tuple(filter(None, (experiment.harness, experiment.effort, experiment.rules_text)))
+        return tuple(filter(None, (experiment.harness, experiment.effort, experiment.game_rules_text)))
 
     @property
     def planners(self) -> tuple[str, ...]:

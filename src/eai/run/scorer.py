@@ -101,7 +101,7 @@ def _describe_step(step: StepReport) -> Iterator[str]:
 
 def _describe_goal_part(part: GoalPartReport, number: int) -> str:
     if part.met_after is not None:
-        return f"✓ `{part.part}`, {part.when}"
+        return f"✓ `{part.part}`, {part.time_met_text}"
     never = "never after that" if number else "never"
     missing_text = f", {never}: {', '.join([f'`{text}`' for text in part.missing])}" if part.missing else ""
     return f"✗ `{part.part}`{missing_text}"
@@ -186,7 +186,9 @@ def _merge_game_rules(stated: Experiment, record: Record) -> Experiment:
     The log may have further limits, such as a token limit, that an episode does not have.
     """
     agent = (
-        get_declaration(record.ability).read_experiment(record.response) or record.experiment or Experiment()
+        get_declaration(record.ability).read_episode_settings(record.response)
+        or record.experiment
+        or Experiment()
     )
     in_episode, in_log = (
         {*(rules or "").split(RULES_SEPARATOR)} - {""} for rules in (agent.rules, stated.rules)

@@ -10,8 +10,8 @@ from typing import TYPE_CHECKING, Any, Literal, TypeAlias
 from pydantic import SerializeAsAny
 
 from eai.abilities.attempt_options import AttemptOptions
-from eai.abilities.experiment import SEPARATOR, StudySettings, make_name_label
-from eai.abilities.protocol import PAPER_ABILITIES, Ability, ability_rank
+from eai.abilities.experiment import SEPARATOR, StudySettings, make_option_label
+from eai.abilities.protocol import PAPER_ABILITIES, Ability, get_ability_sort_key
 from eai.base.errors import InputError
 from eai.base.json_value import Json
 from eai.tasks.options import Options
@@ -155,7 +155,7 @@ class VariationOptions(Options):
         A study returns None if its first stage records the choice (`StatedBeliefs.experiment`).
         """
         options = self.model_dump(mode="json", exclude_defaults=True)
-        label = SEPARATOR.join([make_name_label(name, str(value)) for name, value in options.items()])
+        label = SEPARATOR.join([make_option_label(name, str(value)) for name, value in options.items()])
         return StudySettings(label or study, options)
 
     @property
@@ -169,7 +169,7 @@ class VariationOptions(Options):
         Raises:
             InputError: the study does not support a named ability.
         """
-        return sorted(set(named or PAPER_ABILITIES), key=ability_rank)
+        return sorted(set(named or PAPER_ABILITIES), key=get_ability_sort_key)
 
     def make_stage(
         self, library: PromptLibrary, wanted: Mapping[str, Collection[str]], ask: AskModel

@@ -68,7 +68,7 @@ def test_written_goals_are_read_back() -> None:
 
 
 def test_goals_may_use_visible_predicates_that_change() -> None:
-    assert NOTATION.map_predicate_spellings(DOMAIN).keys() == {
+    assert NOTATION.map_spellings_to_predicate_names(DOMAIN).keys() == {
         ("lit", 1),
         ("open", 1),
         ("inside", 2),

@@ -2,7 +2,7 @@ from __future__ import annotations
 
 import pytest
 
-from eai.abilities.subgoal_decomposition.declaration import compute_metric_shares
+from eai.abilities.subgoal_decomposition.declaration import compute_share_by_metric
 from eai.abilities.subgoal_decomposition.verdict import SubgoalCategory, SubgoalVerdict
 from eai.abilities.verdict import ErrorReport
 from eai.world.fault import FaultKind
@@ -40,6 +40,6 @@ def test_an_answer_counts_by_its_category_and_its_error(
         category=category,
         errors=() if kind is not FaultKind.MISSING_STEP else (kind,),
     )
-    shares = compute_metric_shares(verdict)
+    shares = compute_share_by_metric(verdict)
     assert {name for name in RATES if shares[name].numerator} == counted
     assert all(shares[name].denominator == 1 for name in RATES)

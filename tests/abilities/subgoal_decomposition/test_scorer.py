@@ -9,7 +9,7 @@ import pytest
 
 from eai.abilities.notation.subgoals import SubgoalNotation
 from eai.abilities.subgoal_decomposition.builder import ProgramCompiler
-from eai.abilities.subgoal_decomposition.declaration import compute_metric_shares
+from eai.abilities.subgoal_decomposition.declaration import compute_share_by_metric
 from eai.abilities.subgoal_decomposition.refinement import SubgoalRefiner
 from eai.abilities.subgoal_decomposition.scorer import SubgoalDecomposition
 from eai.abilities.subgoal_decomposition.search import ExplorationLimits
@@ -259,7 +259,7 @@ def test_granularity_counts_the_added_actions_of_each_subgoal() -> None:
     ):
         verdict = SCORER.score(answer(*subgoals))
         assert (verdict.refined, verdict.added_actions) == (refined, added)
-        assert compute_metric_shares(verdict)["granularity"] == (added or 0, refined or 0)
+        assert compute_share_by_metric(verdict)["granularity"] == (added or 0, refined or 0)
 
 
 def test_a_subgoal_that_takes_too_long_earns_nothing() -> None:

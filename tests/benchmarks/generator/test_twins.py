@@ -141,7 +141,7 @@ def test_an_acting_agent_may_refuse_and_its_budget_reveals_nothing(like: str) ->
         suite = eai.open(replace(benchmark, open_tasks=given(stage.task)), "acting")
         verdict = suite.score(stage.task.id, episode.to_text("stopped"))
         assert isinstance(verdict, PlanVerdict)
-        assert (verdict.success, verdict.refused, verdict.declines) == (
+        assert (verdict.success, verdict.refused, verdict.declines_task) == (
             is_right,
             "something is missing",
             True,

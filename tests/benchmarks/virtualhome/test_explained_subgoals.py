@@ -32,10 +32,10 @@ def test_each_part_of_a_temporal_goal_is_met_at_its_reported_step(
         for part, report in zip(
             goal.parts if isinstance(goal, Then) else (goal,), explanation.parts, strict=True
         ):
-            if report.when:
+            if report.time_met_text:
                 reported += 1
                 if not is_met(part, report, explanation, states):
-                    wrong[row["id"]] = (report.part, report.when)
+                    wrong[row["id"]] = (report.part, report.time_met_text)
     assert wrong == {}
     assert reported >= 60
 
@@ -62,6 +62,10 @@ def is_met(
     if not actions:
         number = report.met_after
         at = f"after step {number}" if number else "at the start"
-        return report.when == at and number in states and StateTest(part, states[0].scene)(states[number])
-    step = explanation.steps[int(report.when.removeprefix("at step ")) - 1]
+        return (
+            report.time_met_text == at
+            and number in states
+            and StateTest(part, states[0].scene)(states[number])
+        )
+    step = explanation.steps[int(report.time_met_text.removeprefix("at step ")) - 1]
     return step.outcome == EXECUTED and step.action.partition("(")[0] in actions

@@ -156,7 +156,9 @@ def test_a_run_that_leaves_tasks_out_is_last_without_rank_or_bold(
 
 def test_a_run_whose_missing_answers_count_as_failures_is_ranked_with_a_note() -> None:
     run = plans(10, "partial")
-    failures = [replace(r, unanswered="why", verdict=BAD.as_missing_answer()) for r in run.records[5:]]
+    failures = [
+        replace(r, unanswered="why", verdict=BAD.to_verdict_on_missing_answer()) for r in run.records[5:]
+    ]
     found = table("overview", [plans(4, "a"), replace(run, records=(*run.records[:5], *failures))])
     assert found is not None
     assert [(row.rank, row.model, str(row.coverage)) for row in found.rows] == [

@@ -46,7 +46,12 @@ def reader_of(benchmark: Benchmark, ability: Ability, task: Task) -> Reader:
         stored, convention = partial(_stored, relations=_BEHAVIOR_1K), _is_heading
     renamed = {written: name for name, written in wording.answer_names.items()}
     renamed |= {wording.object_name(task, i): thing.name for i, thing in enumerate(task.scene.objects)}
-    return Reader(domain, ListingReader(benchmark.notation.plans.decode_names, convention), stored, renamed)
+    return Reader(
+        domain,
+        ListingReader(benchmark.notation.plans.replace_answer_words_by_domain_names, convention),
+        stored,
+        renamed,
+    )
 
 
 def _as_stated(told: Told) -> Iterator[Statement]:

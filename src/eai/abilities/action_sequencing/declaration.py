@@ -8,10 +8,10 @@ from typing import TYPE_CHECKING
 
 from eai.abilities.declaration import (
     ENDING_FAULTS,
-    AbilityWorld,
-    Interaction,
+    BenchmarkParts,
+    ModelInteraction,
     SchemaMaker,
-    compute_goal_shares,
+    compute_reached_goal_shares,
     count_additional_steps,
     count_faults,
     declare_plan_ability,
@@ -25,7 +25,7 @@ if TYPE_CHECKING:
     from eai.tasks.task import Task
 
 
-def compute_metric_shares(verdict: PlanVerdict) -> dict[str, Share]:
+def compute_share_by_metric(verdict: PlanVerdict) -> dict[str, Share]:
     """Return a mapping from metrics to the share that one plan adds to each metric.
 
     If the verdict has `SummaryCounts`, which count as a published script does, the shares come from these
@@ -37,11 +37,11 @@ def compute_metric_shares(verdict: PlanVerdict) -> dict[str, Share]:
         "execution_success": make_share_of_one(verdict.executable),
         **{name: make_share_of_one(count_faults(verdict, kind)) for name, kind in ENDING_FAULTS.items()},
         "additional_step": make_share_of_one(count_additional_steps(verdict)),
-        **compute_goal_shares(verdict),
+        **compute_reached_goal_shares(verdict),
     }
 
 
-def _make_scorers(world: AbilityWorld) -> Callable[[Task], Scorer]:
+def _make_scorer_factory(world: BenchmarkParts) -> Callable[[Task], Scorer]:
     """Return a function that makes the scorer of a task.
 
     The module with scorers is imported only here, so that programs that only make reports do not load the
@@ -52,23 +52,30 @@ def _make_scorers(world: AbilityWorld) -> Callable[[Task], Scorer]:
     return partial(ActionSequencing, domain=world.domain, notation=world.notation.plans)
 
 
-def _make_answer_schema(world: AbilityWorld, task: Task | None) -> tuple[Sequence[str], SchemaMaker]:
+def _get_object_words_and_schema_maker(
+    world: BenchmarkParts, task: Task | None
+) -> tuple[Sequence[str], SchemaMaker]:
     """Return the words for objects in answers, and a function that makes the answer's JSON schema from them.
 
     There are no words without a task. A task that answers may decline has no schema: the function returns
     None.
     """
     if task is not None and task.may_be_declined:
-        return world.notation.plans.list_object_words(task), lambda words: None
-    words = () if task is None else world.notation.plans.list_object_words(task)
+        return world.notation.plans.list_words_for_objects(task), lambda words: None
+    words = () if task is None else world.notation.plans.list_words_for_objects(task)
     return words, lambda words: world.notation.plans.make_schema(world.domain, words)
 
 
 ACTION_SEQUENCING = declare_plan_ability(
     Ability.ACTION_SEQUENCING,
-    Interaction(_make_scorers, answer_form=_make_answer_schema, keys_in_order=True, plain_text_prefix=None),
+    ModelInteraction(
+        _make_scorer_factory,
+        answer_form=_get_object_words_and_schema_maker,
+        keys_in_order=True,
+        plain_text_prefix=None,
+    ),
     "Action sequencing",
     "actions",
     PlanVerdict,
-    compute_metric_shares,
+    compute_share_by_metric,
 )

@@ -68,22 +68,26 @@ class ActionSequencing(PlanScorer):
         """
         assessment = self.assess_execution(text, self._execute_from_start)
         repair = partial(self._add_repair_to_verdict, text, assessment.verdict)
-        return assessment._replace(analyze_failure=repair) if self._uses_standard_rules else assessment
+        return (
+            assessment._replace(analyze_failure=repair)
+            if self._uses_default_execution_and_goal_test
+            else assessment
+        )
 
     @property
-    def _uses_standard_rules(self) -> bool:
+    def _uses_default_execution_and_goal_test(self) -> bool:
         """Whether standard rules execute plans and test goals, as the search for repairs assumes."""
         if self.domain.begin is not make_declared_simulator:
             return False
         return type(self) is ActionSequencing and type(self.goals) is GoalTest
 
-    def compute_closeness(self, text: str) -> float | None:
+    def compute_closeness_to_success(self, text: str) -> float | None:
         """Return the closeness of a plan to success, from 0 to 1; 0 if the plan cannot be read.
 
         Raises:
             InputError: the protocol is not ``strict``.
         """
-        if not self._uses_standard_rules:
+        if not self._uses_default_execution_and_goal_test:
             raise InputError("the closeness of a plan to success needs the protocol strict")
         declined = read_declining_answer(self.task, text, self.notation)
         if declined is not None or self.task.has_no_plan:  # no edits lead to a plan
@@ -92,16 +96,16 @@ class ActionSequencing(PlanScorer):
         return (
             0.0
             if isinstance(plan, Unreadable)
-            else self.repairer.compute_closeness(self.repairer.read_steps(plan))
+            else self.repairer.compute_closeness_to_success(self.repairer.read_steps(plan))
         )
 
     def _add_repair_to_verdict(self, text: str, verdict: Verdict, limit: int) -> Verdict:
         if verdict.excluded is not None or not isinstance(verdict, PlanVerdict):
             return verdict
-        if verdict.declines and verdict.success:
+        if verdict.declines_task and verdict.success:
             return replace(verdict, repair=Repair(at_most=0))
         plan = self.read(text)
-        if verdict.declines or isinstance(plan, Unreadable):
+        if verdict.declines_task or isinstance(plan, Unreadable):
             return replace(verdict, repair=Repair(why_null="unreadable"))
         return replace(verdict, repair=self.repairer.find_smallest_repair(plan, verdict, limit))
 
@@ -122,22 +126,22 @@ class ActionSequencing(PlanScorer):
             execute: executes the plan. The verdict calls it at most once.
         """
         if self.excluded is None:
-            return self._assess_any_task(text, execute)
+            return self._assess_even_if_excluded(text, execute)
         left_out = PlanVerdict(excluded=self.excluded)
-        return Assessment(left_out, lambda: self._assess_any_task(text, execute).explain())
+        return Assessment(left_out, lambda: self._assess_even_if_excluded(text, execute).explain())
 
-    def _assess_any_task(self, text: str, execute: PlanExecutor) -> Assessment:
+    def _assess_even_if_excluded(self, text: str, execute: PlanExecutor) -> Assessment:
         """Return the assessment of an answer, even if the task is excluded from scoring."""
         declined = read_declining_answer(self.task, text, self.notation)
         if declined is not None:
-            return self._assess_declining(*declined)
+            return self._assess_declining_answer(*declined)
         plan = self.read(text)
         if isinstance(plan, Unreadable):
             error = ErrorReport(FaultKind.PARSING, plan.step, plan.reason)
-            return self._assess_unexecuted(error, WrittenPlan((), spans=plan.spans), execute)
+            return self._assess_rejected_plan(error, WrittenPlan((), spans=plan.spans), execute)
         actions = self.resolve_names(plan)
         if isinstance(actions, ErrorReport):
-            return self._assess_unexecuted(actions, plan, execute)
+            return self._assess_rejected_plan(actions, plan, execute)
         return self._execute_and_assess(plan, actions, execute)
 
     def read(self, text: str) -> WrittenPlan | Unreadable:
@@ -146,12 +150,12 @@ class ActionSequencing(PlanScorer):
         A plan without steps is readable only if all goals hold at the start.
         """
         plan = self.notation.read(text, self.domain.operator_arities)
-        if isinstance(plan, Unreadable) or plan.steps or self._holds_at_start:
+        if isinstance(plan, Unreadable) or plan.steps or self._is_goal_reached_at_start:
             return plan
         return Unreadable("the plan has no steps, and not all goals hold at the start", spans=plan.spans)
 
     @cached_property
-    def _holds_at_start(self) -> bool:
+    def _is_goal_reached_at_start(self) -> bool:
         return all(self._test_goals(self._execute_from_start(())))
 
     def resolve_names(self, plan: WrittenPlan) -> tuple[Action, ...] | ErrorReport:
@@ -176,26 +180,32 @@ class ActionSequencing(PlanScorer):
     def _resolve_uncached(self, plan: WrittenPlan) -> tuple[Action, ...] | ErrorReport:
         return resolve_plan(plan, self.domain, self.notation, self._object)
 
-    def _assess_declining(self, reason: str, is_right: bool, notes: tuple[str, str]) -> Assessment:
+    def _assess_declining_answer(
+        self, reason: str, is_declining_right: bool, explanation_notes: tuple[str, str]
+    ) -> Assessment:
         reached = self.goals.none_reached
-        verdict = self._make_verdict(reached, WrittenPlan(()), success=is_right, refused=reason)
-        return Assessment(verdict, lambda: Explanation(notes, goals=report_goals(self.task, reached)))
+        verdict = self._make_verdict(reached, WrittenPlan(()), success=is_declining_right, refused=reason)
+        return Assessment(
+            verdict, lambda: Explanation(explanation_notes, goals=report_goals(self.task, reached))
+        )
 
-    def _assess_unexecuted(self, error: ErrorReport, plan: WrittenPlan, execute: PlanExecutor) -> Assessment:
+    def _assess_rejected_plan(
+        self, error: ErrorReport, plan: WrittenPlan, execute: PlanExecutor
+    ) -> Assessment:
         step = f"step {error.step + 1}: " if error.step is not None else ""
         reason = f"{error.kind.value}: {step}{error.detail}"
         verdict = self._make_rejection_verdict(error, plan, execute)
 
-        def explain() -> Explanation:
+        def explain_rejection() -> Explanation:
             goals = report_goals(self.task, verdict.goals_satisfied)
             return Explanation((*self._write_notes(plan.repairs), reason), goals=goals)
 
-        return Assessment(verdict, explain)
+        return Assessment(verdict, explain_rejection)
 
     def _make_rejection_verdict(
         self, error: ErrorReport, plan: WrittenPlan, execute: PlanExecutor
     ) -> PlanVerdict:
-        reached = self._test_goals_unexecuted(execute)
+        reached = self._test_goals_of_rejected_answer(execute)
         return self._make_verdict(reached, plan, success=False, error=error)
 
     def _execute_from_start(self, actions: tuple[Action, ...]) -> Execution:
@@ -288,7 +298,7 @@ class ActionSequencing(PlanScorer):
     def _get_final_state(self, execution: Execution) -> State:
         return execution.trajectory.final_state
 
-    def _test_goals_unexecuted(self, execute: PlanExecutor) -> tuple[bool, ...]:
+    def _test_goals_of_rejected_answer(self, execute: PlanExecutor) -> tuple[bool, ...]:
         """Return for each goal, in order, whether an answer that cannot be executed reaches it."""
         return self.goals.none_reached
 

@@ -8,12 +8,12 @@ from typing import TYPE_CHECKING
 
 from eai.abilities.declaration import (
     AbilityDeclaration,
-    AbilityWorld,
     AnswerOutcome,
-    Interaction,
+    BenchmarkParts,
     MetricColumn,
+    ModelInteraction,
     SchemaMaker,
-    classify_counts,
+    classify_answer_by_counts,
     find_error_outcome,
     make_score_columns,
 )
@@ -37,7 +37,7 @@ _PARTS = (*(kind.value for kind in GoalKind), OVERALL)
 _SCORES = make_score_columns(_PARTS)
 
 
-def compute_metric_shares(verdict: GoalVerdict) -> dict[str, Share]:
+def compute_share_by_metric(verdict: GoalVerdict) -> dict[str, Share]:
     """Return a mapping from metrics to the share that one answer adds to each metric.
 
     Three metrics are not in the paper's tables. ``parsing`` is the share of unreadable answers.
@@ -62,10 +62,12 @@ def compute_metric_shares(verdict: GoalVerdict) -> dict[str, Share]:
 def classify_outcome(verdict: GoalVerdict) -> AnswerOutcome:
     """Return the outcome of a goal interpretation."""
     counts = add_confusions((verdict.counts or {}).values())
-    return find_error_outcome(verdict) or classify_counts(counts, enough=bool(verdict.success))
+    return find_error_outcome(verdict) or classify_answer_by_counts(
+        counts, all_parts_suffice=bool(verdict.success)
+    )
 
 
-def _make_scorers(world: AbilityWorld) -> Callable[[Task], Scorer]:
+def _make_scorer_factory(world: BenchmarkParts) -> Callable[[Task], Scorer]:
     """Return a function that makes the scorer of a task.
 
     The module with scorers is imported only here, so that programs that only make reports do not load the
@@ -76,7 +78,9 @@ def _make_scorers(world: AbilityWorld) -> Callable[[Task], Scorer]:
     return partial(GoalInterpretation, domain=world.domain, notation=world.notation.goals)
 
 
-def _make_answer_schema(world: AbilityWorld, task: Task | None) -> tuple[Sequence[str], SchemaMaker]:
+def _get_object_words_and_schema_maker(
+    world: BenchmarkParts, task: Task | None
+) -> tuple[Sequence[str], SchemaMaker]:
     names = () if task is None else world.notation.goals.list_object_names(task)
     relevant = () if task is None else task.relevant
     words = list(dict.fromkeys([names[i] for i in relevant]))
@@ -85,13 +89,16 @@ def _make_answer_schema(world: AbilityWorld, task: Task | None) -> tuple[Sequenc
 
 GOAL_INTERPRETATION = AbilityDeclaration(
     ability=Ability.GOAL_INTERPRETATION,
-    interaction=Interaction(
-        _make_scorers, answer_form=_make_answer_schema, lists_are_sets=True, plain_text_prefix=None
+    interaction=ModelInteraction(
+        _make_scorer_factory,
+        answer_form=_get_object_words_and_schema_maker,
+        lists_are_sets=True,
+        plain_text_prefix=None,
     ),
     title="Goal interpretation",
     short_title="goals",
     verdict=GoalVerdict,
-    contributions=compute_metric_shares,
+    contributions=compute_share_by_metric,
     outcome=classify_outcome,
     columns=(
         *_SCORES,

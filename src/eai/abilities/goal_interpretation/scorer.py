@@ -16,7 +16,7 @@ from dataclasses import replace
 from functools import partial, reduce
 from operator import or_
 from textwrap import shorten
-from typing import NamedTuple
+from typing import NamedTuple, TypeAlias
 
 from eai.abilities.explanation import Explanation, GoalReport, find_predicate_names, write_repair_notes
 from eai.abilities.goal_interpretation.verdict import GoalVerdict
@@ -34,7 +34,7 @@ _MAX_ENTRY_CHARACTERS = 100
 """Maximum number of characters that a message quotes from an ill-formed entry of an answer."""
 
 
-class _SortedGoals(NamedTuple):
+class _GoalsByValidity(NamedTuple):
     """The goals of an answer, sorted by whether they can be compared with the task's goals.
 
     Attributes:
@@ -46,6 +46,10 @@ class _SortedGoals(NamedTuple):
     known: dict[WrittenGoal, int]
     unknown: tuple[tuple[WrittenGoal, str], ...]
     ill_formed: tuple[WrittenGoal, ...]
+
+
+_ConditionMask: TypeAlias = int
+"""Set of conditions of gold goals: a bit mask in which bit i stands for condition i."""
 
 
 class _GoldGoals:
@@ -75,25 +79,25 @@ class _GoldGoals:
             make_closest_dnf_term_finder(goal.options, self._get_condition_number) for goal in alternatives
         ]
 
-    def choose_option_masks(self, stated: int) -> list[int]:
-        """Return for each goal the mask of its option with most stated conditions; 0 without options."""
+    def choose_best_met_alternatives(self, stated: _ConditionMask) -> list[_ConditionMask]:
+        """Return for each goal its option with most stated conditions; 0 for a goal without options."""
         options = [best(stated) for best in self.best]
         return [0 if option is None else option.conditions for option in options]
 
-    def get_conditions(self, mask: int) -> tuple[WrittenGoal, ...]:
-        """Return the conditions in a mask as goals of an answer."""
-        return tuple([self.stated[number] for number in iterate_bits(mask)])
+    def get_conditions(self, conditions: _ConditionMask) -> tuple[WrittenGoal, ...]:
+        """Return the conditions of a mask as goals of an answer."""
+        return tuple([self.stated[number] for number in iterate_bits(conditions)])
 
-    def get_condition_texts(self, mask: int) -> tuple[str, ...]:
-        """Return the conditions in a mask as texts."""
-        return tuple([self._texts[number] for number in iterate_bits(mask)])
+    def get_condition_texts(self, conditions: _ConditionMask) -> tuple[str, ...]:
+        """Return the conditions of a mask as texts."""
+        return tuple([self._texts[number] for number in iterate_bits(conditions)])
 
     def _get_condition_number(self, literal: Literal) -> int:
         ground = self._lexicon.canonicalize(self._lexicon.to_ground_goal(literal))
         number = self._numbers.get(ground)
         if number is None:
             number = self._numbers[ground] = len(self.stated)
-            stated = self._lexicon.canonicalize(self._lexicon.to_answer_goal(literal))
+            stated = self._lexicon.canonicalize(self._lexicon.to_goal_with_answer_names(literal))
             self.stated.append(stated)
             self._texts.append(str(stated))
             self.mask_of[stated] = self.mask_of.get(stated, 0) | 1 << number
@@ -133,16 +137,16 @@ class GoalInterpretation(Scorer):
 
     def judge(self, goals: WrittenGoals) -> GoalVerdict:
         """Return the verdict on the goals that an answer states."""
-        said, unknown, lacking = self._sort_goals(goals)
+        said, unknown, lacking = self._group_goals_by_validity(goals)
         ill_formed = len(lacking) + len(dict.fromkeys(goals.ill_formed))
-        wanted, matched = reduce(or_, self._choose_option_masks(said), 0), 0
+        wanted, matched = reduce(or_, self._choose_best_met_alternatives(said), 0), 0
         wrong: list[str] = []
         kinds: list[str] = []
         for goal, times in said.items():
             meant = self.gold.mask_of.get(goal, 0) & wanted
             wanted_number = meant.bit_count()
             if times > 1:
-                times = min(times, max(1, wanted_number, self.lexicon.count_instances(goal)))
+                times = min(times, max(1, wanted_number, self.lexicon.count_meant_object_tuples(goal)))
             matched |= meant if times >= wanted_number else keep_lowest_bits(meant, times)
             if times > wanted_number:
                 wrong += [str(goal)] * (times - wanted_number)
@@ -171,7 +175,7 @@ class GoalInterpretation(Scorer):
 
     def describe_left_out_goals(self, goals: WrittenGoals) -> Iterable[str]:
         """Yield texts on the goals in an answer that are neither right nor wrong, with the reasons."""
-        _, unknown, lacking = self._sort_goals(goals)
+        _, unknown, lacking = self._group_goals_by_validity(goals)
         entries = [(self.lexicon.classify_goal(goal), str(goal)) for goal in lacking]
         yield from describe_ill_formed_entries([*entries, *goals.ill_formed])
         for goal, name in dict.fromkeys(unknown):
@@ -182,8 +186,8 @@ class GoalInterpretation(Scorer):
 
         If the answer states a goal once, this counts for only one condition.
         """
-        left = self._sort_goals(goals).known
-        options = self._choose_option_masks(left)
+        left = self._group_goals_by_validity(goals).known
+        options = self._choose_best_met_alternatives(left)
         met = 0
         for number in iterate_bits(reduce(or_, options, 0)):
             condition = self.gold.stated[number]
@@ -207,39 +211,39 @@ class GoalInterpretation(Scorer):
         if not self.gold.mask_of:
             notes.append("the task has no goals, so nothing that is stated is right")
         notes += describe_wrong_goals(verdict, {str(goal) for goal in self.gold.mask_of})
-        notes += self._describe_partial_goals(goals)
+        notes += self._describe_incompletely_stated_goals(goals)
         return Explanation(
             notes=tuple(notes),
             goals=self.report_goals(goals),
             atoms={
                 text: goal.statement
-                for goal in (*self.gold.stated, *self.list_compared_goals(goals))
+                for goal in (*self.gold.stated, *self.list_goals_with_known_names(goals))
                 if (text := str(goal)) in reported
             },
         )
 
-    def list_compared_goals(self, goals: WrittenGoals) -> Iterable[WrittenGoal]:
+    def list_goals_with_known_names(self, goals: WrittenGoals) -> Iterable[WrittenGoal]:
         """Return the goals of an answer that count as right or wrong."""
-        return self._sort_goals(goals).known
+        return self._group_goals_by_validity(goals).known
 
-    def _describe_partial_goals(self, goals: WrittenGoals) -> Iterator[str]:
+    def _describe_incompletely_stated_goals(self, goals: WrittenGoals) -> Iterator[str]:
         """Yield a text on each goal that the answer states incompletely, with the missed conditions."""
-        left = self._sort_goals(goals).known
-        for option in self._choose_option_masks(left):
+        left = self._group_goals_by_validity(goals).known
+        for option in self._choose_best_met_alternatives(left):
             missed = [
                 str(condition) for condition in self.gold.get_conditions(option) if condition not in left
             ]
             if 0 < len(missed) < option.bit_count():
                 yield f"missed of a goal that is stated in part: {', '.join(missed)}"
 
-    def _sort_goals(self, goals: WrittenGoals) -> _SortedGoals:
+    def _group_goals_by_validity(self, goals: WrittenGoals) -> _GoalsByValidity:
         """Sort the goals of an answer, and write well-formed goals in their canonical form."""
         lexicon = self.lexicon
         known: dict[WrittenGoal, int] = {}
         ill_formed: dict[WrittenGoal, None] = {}
         for goal in goals.goals:
             if lexicon.is_well_formed(goal):
-                goal = lexicon.canonicalize(lexicon.use_answer_names(goal))
+                goal = lexicon.canonicalize(lexicon.replace_scene_names_by_answer_names(goal))
                 known[goal] = known.get(goal, 0) + 1
             else:
                 ill_formed[goal] = None
@@ -247,13 +251,15 @@ class GoalInterpretation(Scorer):
         for goal in [*known]:
             name = lexicon.find_unknown_name(goal)
             if name is not None:
-                times = min(known.pop(goal), max(1, lexicon.count_instances(goal)))
+                times = min(known.pop(goal), max(1, lexicon.count_meant_object_tuples(goal)))
                 unknown += [(goal, name)] * times
-        return _SortedGoals(known, tuple(unknown), tuple(ill_formed))
+        return _GoalsByValidity(known, tuple(unknown), tuple(ill_formed))
 
-    def _choose_option_masks(self, said: Iterable[WrittenGoal]) -> list[int]:
+    def _choose_best_met_alternatives(self, stated_goals: Iterable[WrittenGoal]) -> list[_ConditionMask]:
         mask_of = self.gold.mask_of
-        return self.gold.choose_option_masks(reduce(or_, [mask_of.get(goal, 0) for goal in said], 0))
+        return self.gold.choose_best_met_alternatives(
+            reduce(or_, [mask_of.get(goal, 0) for goal in stated_goals], 0)
+        )
 
 
 def describe_ill_formed_entries(entries: Iterable[IllFormed]) -> Iterator[str]:

@@ -10,10 +10,10 @@ from eai.abilities.verdict import (
     ALL,
     NO_COUNTS,
     Confusion,
-    Credit,
+    RewardBasis,
     Verdict,
     add_confusions,
-    compute_parts_credit,
+    compute_reward_basis_of_parts,
 )
 from eai.base.json_value import Json
 from eai.world.fault import FaultKind
@@ -63,7 +63,7 @@ class GoalVerdict(Verdict):
         hallucinated = len(self.hallucinated)
         return {"stated": self.predicted, "ill_formed": self.ill_formed, "hallucinated": hallucinated}
 
-    def compute_credit(self, at_start: Sequence[bool]) -> Credit | None:
+    def compute_reward_basis(self, goals_at_start: Sequence[bool]) -> RewardBasis | None:
         """Return the credit for the answer: the F1 of its goals.
 
         Ill-formed goals and goals with unknown names count as wrong and as faults.
@@ -71,4 +71,6 @@ class GoalVerdict(Verdict):
         hallucinated = len(self.hallucinated)
         faults = +Counter({FaultKind.PARSING: self.ill_formed, FaultKind.HALLUCINATION: hallucinated})
         counts = (self.counts or {}).get(ALL, NO_COUNTS)
-        return compute_parts_credit(counts, self.error, faults, meaningless=hallucinated + self.ill_formed)
+        return compute_reward_basis_of_parts(
+            counts, self.error, faults, meaningless_parts=hallucinated + self.ill_formed
+        )

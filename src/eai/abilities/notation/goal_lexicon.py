@@ -35,7 +35,7 @@ class GoalLexicon:
     """
 
     def __init__(self, task: Task, domain: Domain, notation: GoalNotation) -> None:
-        words = notation.map_predicate_spellings(domain)
+        words = notation.map_spellings_to_predicate_names(domain)
         self.words = words.keys()
         self.actions = domain.operator_arities.keys()
         names = notation.list_object_names(task)
@@ -78,7 +78,7 @@ class GoalLexicon:
             return None if goal.predicate in self.actions else goal.predicate
         return None if goal.predicate in self._arity else goal.predicate
 
-    def count_instances(self, goal: WrittenGoal) -> int:
+    def count_meant_object_tuples(self, goal: WrittenGoal) -> int:
         """Return how many different tuples of objects the names in a goal can mean."""
         return prod([self.objects[name] for name in goal.names])
 
@@ -88,18 +88,18 @@ class GoalLexicon:
             return goal._replace(names=tuple(sorted(goal.names)))
         return goal
 
-    def use_answer_names(self, goal: WrittenGoal) -> WrittenGoal:
+    def replace_scene_names_by_answer_names(self, goal: WrittenGoal) -> WrittenGoal:
         """Return a goal with the objects' names in answers in place of their names in the scene."""
         if all(name in self.objects for name in goal.names):
             return goal
-        return goal._replace(names=tuple(map(self._get_answer_name, goal.names)))
+        return goal._replace(names=tuple(map(self._get_name_in_answers, goal.names)))
 
-    def _get_answer_name(self, name: str) -> str:
+    def _get_name_in_answers(self, scene_name: str) -> str:
         """Return an object's name in answers, given its name in the scene."""
-        in_scene = name if name in self._name_of else "_".join(name.rsplit(".", 1))
-        return name if name in self.objects else self._name_of.get(in_scene, name)
+        in_scene = scene_name if scene_name in self._name_of else "_".join(scene_name.rsplit(".", 1))
+        return scene_name if scene_name in self.objects else self._name_of.get(in_scene, scene_name)
 
-    def to_answer_goal(self, literal: Literal) -> WrittenGoal:
+    def to_goal_with_answer_names(self, literal: Literal) -> WrittenGoal:
         """Return a condition as answers state it: with the answers' predicates and names of objects."""
         ground = self.to_ground_goal(literal)
         return ground._replace(names=tuple([self._name_of[name] for name in ground.names]))
@@ -132,7 +132,7 @@ def write_goals(task: Task, domain: Domain, notation: GoalNotation) -> tuple[str
         next(generate_dnf_terms_of_tree(goal.options), ()) for goal in notation.list_goal_alternatives(task)
     ]
     conditions = dict.fromkeys(condition for option in options for condition in option)
-    return notation.write([lexicon.to_answer_goal(condition) for condition in conditions])
+    return notation.write([lexicon.to_goal_with_answer_names(condition) for condition in conditions])
 
 
 @dataclass(frozen=True, slots=True)
@@ -180,7 +180,7 @@ class _AnswerInterpreter:
 
     def __init__(self, task: Task, domain: Domain, notation: GoalNotation) -> None:
         self._lexicon = GoalLexicon(task, domain, notation)
-        self._predicates = notation.map_predicate_spellings(domain)
+        self._predicates = notation.map_spellings_to_predicate_names(domain)
         self._vocabulary, self._actions = domain.vocabulary, domain.operator_arities
         names, things = notation.list_object_names(task), task.scene.objects
         self._named = group_pairs((names[index], things[index].name) for index in reversed(task.relevant))

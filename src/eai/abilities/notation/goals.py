@@ -47,21 +47,23 @@ def read_nested_formula(
 ) -> f.Formula | None:
     """Return the formula for an entry that may be nested, or None if an entry in it has another form."""
 
-    def read_part(part: object, *bound: f.Variable) -> f.Formula | None:
-        return read_nested_formula(part, literal, variables | {variable.name for variable in bound})
+    def read_subformula(value: object, *bound_variables: f.Variable) -> f.Formula | None:
+        return read_nested_formula(
+            value, literal, variables | {variable.name for variable in bound_variables}
+        )
 
     match entry:
         case ["not", [*_] as operand]:
-            negated = read_part(operand)
+            negated = read_subformula(operand)
             return None if negated is None else f.Not(negated)
         case ["and" | "or" as word, [*_] as first, *others]:
-            parts = [read_part(part) for part in unwrap_operands((first, *others))]
+            parts = [read_subformula(part) for part in unwrap_operands((first, *others))]
             formulas = tuple([part for part in parts if part is not None])
             return (
                 None if len(formulas) < len(parts) else f.And(formulas) if word == "and" else f.Or(formulas)
             )
         case ["imply", premise, conclusion]:
-            one, other = read_part(premise), read_part(conclusion)
+            one, other = read_subformula(premise), read_subformula(conclusion)
             return None if one is None or other is None else f.Implies(one, other)
         case ["forall" | "exists" | "forn" | "forpairs" | "fornpairs" as word, *head, body]:
             count = _read_count(head.pop(0)) if word in ("forn", "fornpairs") and head else None
@@ -70,7 +72,7 @@ def read_nested_formula(
                 for entry_variable in head
                 if (variable := _read_variable(entry_variable)) is not None
             ]
-            inner = read_part(body, *bound)
+            inner = read_subformula(body, *bound)
             return None if inner is None or len(bound) < len(head) else _quantify(word, count, bound, inner)
         case _:
             return literal(entry, variables)
@@ -249,7 +251,7 @@ class WrittenGoals:
         return cls(goals, ill_formed, reading.repairs, reading.spans)
 
 
-SpelledPredicate: TypeAlias = tuple[str, int]
+SpellingAndArity: TypeAlias = tuple[str, int]
 """A pair: a predicate as answers spell it, and its number of objects."""
 
 GoalMeaning: TypeAlias = Callable[[WrittenGoal, frozenset[str]], Formula | None]
@@ -313,7 +315,7 @@ class GoalNotation(ABC):
     def join(self, parts: Iterable[str]) -> str:
         """Return the texts of goals as one answer."""
 
-    def map_predicate_spellings(self, domain: Domain) -> Mapping[SpelledPredicate, str]:
+    def map_spellings_to_predicate_names(self, domain: Domain) -> Mapping[SpellingAndArity, str]:
         """Return a mapping from the spelling of a predicate in answers to the predicate's name in the domain.
 
         If a predicate has two spellings, texts of tasks use the first.
@@ -417,7 +419,7 @@ class JsonGoals(GoalNotation):
 
     def make_schema(self, domain: Domain, words: Sequence[str] | None) -> Schema:
         """Return the schema of an object with sections: lists of words for literals, names for actions."""
-        spelt = self.map_predicate_spellings(domain)
+        spelt = self.map_spellings_to_predicate_names(domain)
 
         def make_entry_schema(kind: GoalKind) -> Schema:
             if kind is GoalKind.ACTION:

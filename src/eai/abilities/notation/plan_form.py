@@ -87,18 +87,18 @@ class StepList(NamedTuple):
 
     steps: tuple[WrittenStep, ...]
     repairs: tuple[str, ...] = ()
-    is_piece: bool = False
+    is_single_step: bool = False
 
 
-def join_step_lists(parts: Iterable[StepList], *, is_piece: bool = False) -> StepList:
+def join_step_lists(parts: Iterable[StepList], *, is_single_step: bool = False) -> StepList:
     """Return the steps in several JSON values as one list."""
     listed = list(parts)
     repairs = dict.fromkeys([repair for part in listed for repair in part.repairs])
-    return StepList(tuple([step for part in listed for step in part.steps]), tuple(repairs), is_piece)
+    return StepList(tuple([step for part in listed for step in part.steps]), tuple(repairs), is_single_step)
 
 
 def make_plan_format(
-    description: str, read: Callable[[object], StepList | None], actions: Collection[str], wrapper: str
+    description: str, read: Callable[[object], StepList | None], actions: Collection[str], wrapper_key: str
 ) -> AnswerFormat[StepList]:
     """Return the form of a plan in JSON: a value with steps, or a list of such values.
 
@@ -106,9 +106,9 @@ def make_plan_format(
         description: the plan in words, for messages that begin with "there is no".
         read: returns the steps in a value, or None. It is called for each item of a list.
         actions: names of actions in answers; empty if these names are unknown.
-        wrapper: key of an object around the plan, if questions may ask for such an object.
+        wrapper_key: key of an object around the plan, if questions may ask for such an object.
     """
-    part, line = _compile_step_patterns(frozenset(actions))
+    part, line = _compile_step_and_step_line_patterns(frozenset(actions))
     return AnswerFormat(
         description,
         lambda value: join_item_steps(value, read) if isinstance(value, list) else read(value),
@@ -116,10 +116,10 @@ def make_plan_format(
         is_line_of_answer=lambda text: line is not None and _is_step_line(line, text),
         flaw=lambda value: _find_list_flaw(value, read),
         join=join_step_lists,
-        is_piece=lambda steps: steps.is_piece,
+        is_piece=lambda steps: steps.is_single_step,
         repairs_of=lambda steps: steps.repairs,
         is_certain=lambda steps: any(not actions or step.action in actions for step in steps.steps),
-        wrappers=frozenset((wrapper,)),
+        wrappers=frozenset((wrapper_key,)),
     )
 
 
@@ -137,28 +137,30 @@ def read_plan(text: str, form: AnswerFormat[StepList]) -> WrittenPlan | Unreadab
     return WrittenPlan(reading.value.steps, reading.repairs, reading.spans)
 
 
-def spell_as_declared(
-    plan: WrittenPlan, actions: Collection[str], operator: Callable[[str], str] = str
+def correct_action_spelling(
+    plan: WrittenPlan, declared_actions: Collection[str], to_operator_name: Callable[[str], str] = str
 ) -> WrittenPlan:
     """Return a plan with the declared names of actions in place of other spellings such as ``open``.
 
     Args:
         plan: the plan.
-        actions: the declared names of actions.
-        operator: returns the name of the operator that a word means.
+        declared_actions: the declared names of actions.
+        to_operator_name: returns the name of the operator that a word means.
     """
-    if not actions or all(operator(step.action) in actions for step in plan.steps):
+    if not declared_actions or all(to_operator_name(step.action) in declared_actions for step in plan.steps):
         return plan
-    if len({name.casefold() for name in actions}) < len(actions):
+    if len({name.casefold() for name in declared_actions}) < len(declared_actions):
         return plan
-    declared = {spelling: name for name in actions for spelling in (name.lower(), name.capitalize())}
+    declared = {spelling: name for name in declared_actions for spelling in (name.lower(), name.capitalize())}
     steps = tuple([step._replace(action=declared.get(step.action, step.action)) for step in plan.steps])
     repairs = plan.repairs if steps == plan.steps else (*plan.repairs, LETTER_CASE)
     return replace(plan, steps=steps, repairs=repairs)
 
 
 @lru_cache(64)
-def _compile_step_patterns(actions: frozenset[str]) -> tuple[re.Pattern[str], re.Pattern[str] | None]:
+def _compile_step_and_step_line_patterns(
+    actions: frozenset[str],
+) -> tuple[re.Pattern[str], re.Pattern[str] | None]:
     if not actions:
         return re.compile(_KEY), None
     names = "|".join(map(re.escape, sorted(actions, key=len, reverse=True)))
@@ -206,10 +208,10 @@ def read_labelled_step(value: JsonObject) -> StepList | None:
             if (name := objects.strip())
             else ()
         )
-        return StepList((WrittenStep(action, names),), repairs, is_piece=True)
+        return StepList((WrittenStep(action, names),), repairs, is_single_step=True)
     if not isinstance(objects, list):
         return None
-    return StepList((WrittenStep(action, strip_names(map(str, objects))),), repairs, is_piece=True)
+    return StepList((WrittenStep(action, strip_names(map(str, objects))),), repairs, is_single_step=True)
 
 
 def find_unknown_keys(step: JsonObject) -> list[str]:
@@ -241,7 +243,7 @@ def read_keyed_steps(value: JsonObject, actions: Collection[str]) -> StepList | 
             repairs = (STEP_FORM,)
         else:
             return None
-    return StepList(tuple(steps), repairs, is_piece=len(steps) == 1)
+    return StepList(tuple(steps), repairs, is_single_step=len(steps) == 1)
 
 
 def strip_names(words: Iterable[str]) -> tuple[str, ...]:

@@ -19,8 +19,8 @@ from eai.abilities.notation.plan_form import (
     StepList,
     WrittenPlan,
     WrittenStep,
+    correct_action_spelling,
     read_plan,
-    spell_as_declared,
 )
 from eai.abilities.reasoning import blank_out_thoughts, find_thoughts
 from eai.abilities.verdict import Span, SpanKind, Unreadable
@@ -68,7 +68,7 @@ class _PlanLine(NamedTuple):
     step: WrittenStep | None
 
 
-def read_plan_or_lines(
+def read_json_plan_or_action_lines(
     text: str, form: AnswerFormat[StepList], actions: Collection[str]
 ) -> WrittenPlan | Unreadable:
     """Return the plan in an answer, or the reason why it cannot be read.
@@ -106,7 +106,7 @@ def _read_action_lines(text: str, actions: Collection[str]) -> WrittenPlan | Unr
             return None  # an item of the list is no action
     kinds = {SpanKind.READ: SpanKind.REPAIRED}
     spans = tuple([replace(span, kind=kinds.get(span.kind, span.kind)) for span in plan.spans])
-    return spell_as_declared(replace(plan, repairs=(*plan.repairs, ACTION_LINES), spans=spans), actions)
+    return correct_action_spelling(replace(plan, repairs=(*plan.repairs, ACTION_LINES), spans=spans), actions)
 
 
 def _read_action_line(line: str, names: Collection[str]) -> WrittenStep | None:

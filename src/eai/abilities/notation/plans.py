@@ -27,12 +27,12 @@ from eai.abilities.notation.plan_form import (
     StepList,
     WrittenPlan,
     WrittenStep,
+    correct_action_spelling,
     make_plan_format,
     read_keyed_steps,
     read_labelled_step,
-    spell_as_declared,
 )
-from eai.abilities.notation.plan_lines import read_plan_lines, read_plan_or_lines
+from eai.abilities.notation.plan_lines import read_json_plan_or_action_lines, read_plan_lines
 from eai.abilities.verdict import UNKNOWN_ACTION, ErrorReport, Unreadable
 from eai.base.grouping import group_pairs
 from eai.logic.signature import describe_arity
@@ -146,11 +146,11 @@ class PlanNotation(ABC):
     def join(self, parts: Iterable[str]) -> str:
         """Return the texts of steps as one answer."""
 
-    def encode_names(self, text: str) -> str:
+    def replace_domain_names_by_answer_words(self, text: str) -> str:
         """Return a text with the words of answers in place of the domain's names."""
         return text
 
-    def decode_names(self, text: str) -> str:
+    def replace_answer_words_by_domain_names(self, text: str) -> str:
         """Return a text with the domain's names in place of the words of answers."""
         return text
 
@@ -158,7 +158,7 @@ class PlanNotation(ABC):
         """Return an action on objects with the given names as an agent's command, such as ``OPEN(jar_0)``."""
         return f"{operator}({', '.join(names)})"
 
-    def list_object_words(self, task: Task) -> tuple[str, ...]:
+    def list_words_for_objects(self, task: Task) -> tuple[str, ...]:
         """Return the words for objects in questions about a task, each once; empty if they are unknown."""
         return ()
 
@@ -185,9 +185,11 @@ class JsonPlans(PlanNotation):
 
     def read(self, text: str, actions: Collection[str] = ()) -> WrittenPlan | Unreadable:
         """Return the plan in an answer. A plan without steps is an empty list."""
-        plan = read_plan_or_lines(text, _make_json_plan_format(frozenset(actions)), actions)
+        plan = read_json_plan_or_action_lines(text, _make_json_plan_format(frozenset(actions)), actions)
         return (
-            plan if isinstance(plan, Unreadable) else spell_as_declared(plan, actions, self.to_operator_name)
+            plan
+            if isinstance(plan, Unreadable)
+            else correct_action_spelling(plan, actions, self.to_operator_name)
         )
 
     def make_object_lookup(self, task: Task) -> Callable[[object], int | None]:
@@ -212,7 +214,7 @@ class JsonPlans(PlanNotation):
         """Return a JSON list of the steps."""
         return "[" + ", ".join(parts) + "]"
 
-    def list_object_words(self, task: Task) -> tuple[str, ...]:
+    def list_words_for_objects(self, task: Task) -> tuple[str, ...]:
         """Return the names of the objects that matter to the task."""
         return tuple([task.scene.objects[index].name for index in task.relevant])
 

@@ -71,7 +71,7 @@ class SubgoalNotation:
     def __init__(self, domain: Domain) -> None:
         self.domain = domain
 
-    def acting_domain(self) -> Domain:
+    def domain_for_execution(self) -> Domain:
         """Return the domain whose actions carry out the subgoals."""
         return self.domain
 
@@ -83,7 +83,7 @@ class SubgoalNotation:
         """Return the subgoals in an answer, or the reason why the answer cannot be read."""
         alone = [p.name for p in self.domain.vocabulary.predicates if p.arity == 0]
         alone += [operator.name for operator in self.domain.operators if operator.arity == 0]
-        return read_output(text, frozenset(map_formula_spellings_to_names(alone)))
+        return read_output_list(text, frozenset(map_formula_spellings_to_names(alone)))
 
     def write(self, task: Task, plan: Iterable[Action]) -> tuple[str, ...]:
         """Return subgoals for the actions of a plan: the facts that each action makes true about its objects.
@@ -156,8 +156,8 @@ class SubgoalNotation:
         return make_object_schema({"output": make_list_schema(make_text_schema())})
 
 
-def read_output(
-    text: str, without_arguments: Collection[str], others: Collection[str] = ()
+def read_output_list(
+    text: str, names_without_arguments: Collection[str], other_list_keys: Collection[str] = ()
 ) -> WrittenSubgoals | Unreadable:
     """Return the formulas in the list ``output`` of an answer's JSON object, or why they cannot be read.
 
@@ -166,30 +166,34 @@ def read_output(
 
     Args:
         text: the answer.
-        without_arguments: names that take no objects.
-        others: other keys of the JSON object whose values may be lists.
+        names_without_arguments: names that take no objects.
+        other_list_keys: other keys of the JSON object whose values may be lists.
     """
-    reading = read_json(text, _make_output_format(frozenset(others)))
+    reading = read_json(text, _make_output_format(frozenset(other_list_keys)))
     if isinstance(reading, Unreadable):
         return reading
     repairs = dict.fromkeys(reading.repairs)
     subgoals: list[str] = []
     for subgoal in filter(None, map(str.strip, reading.value)):
-        spelt_out = _add_brackets(subgoal, without_arguments) if without_arguments else subgoal
+        spelt_out = (
+            _add_missing_brackets(subgoal, names_without_arguments) if names_without_arguments else subgoal
+        )
         repairs |= {} if spelt_out == subgoal else {"brackets": None}
         subgoals.append(spelt_out)
     return WrittenSubgoals(tuple(subgoals), tuple(repairs), reading.spans)
 
 
 @lru_cache(16)
-def _make_output_format(others: frozenset[str]) -> AnswerFormat[list[str]]:
+def _make_output_format(other_list_keys: frozenset[str]) -> AnswerFormat[list[str]]:
     def find_flaw(value: object) -> str | None:
         if not isinstance(value, JsonObject):
             return None
         if value.repeated_key is not None:
             return f'the key "{value.repeated_key}" occurs twice'
         unknown = [
-            key for key, part in value.members if isinstance(part, list | JsonObject) and key not in others
+            key
+            for key, part in value.members
+            if isinstance(part, list | JsonObject) and key not in other_list_keys
         ]
         return next((f'the key "{key}" is not known' for key in unknown if key != _OUTPUT), None)
 
@@ -215,19 +219,19 @@ def _is_formula_line(line: str) -> bool:
     return _FORMULA_LINE.fullmatch(line) is not None
 
 
-def _add_brackets(text: str, without_arguments: Collection[str]) -> str:
+def _add_missing_brackets(text: str, names_without_arguments: Collection[str]) -> str:
     """Return a text with brackets after names that take no objects.
 
     A text without a formula stays unchanged.
     """
     tokens = [match[0] for match in _TOKEN.finditer(text)]
-    if "(" not in tokens and any(t not in _WORDS and t not in without_arguments for t in tokens):
+    if "(" not in tokens and any(t not in _WORDS and t not in names_without_arguments for t in tokens):
         return text
     around = ["", "", *tokens, ""]
     for i, token in enumerate(tokens):
         before_bracket, before, after = around[i], around[i + 1], around[i + 3]
         is_argument = before == "(" and _NAME.match(before_bracket) and before_bracket not in _WORDS
-        if token in without_arguments and not is_argument and not {before, after} & _NO_NEIGHBOURS:
+        if token in names_without_arguments and not is_argument and not {before, after} & _NO_NEIGHBOURS:
             tokens[i] = token if after == "(" else f"{token}()"
     pieces = _TOKEN.split(text)
     return "".join([piece for pair in zip(pieces, [*tokens, ""], strict=True) for piece in pair])

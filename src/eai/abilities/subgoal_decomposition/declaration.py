@@ -9,11 +9,11 @@ from typing import TYPE_CHECKING
 
 from eai.abilities.declaration import (
     COLUMNS,
-    AbilityWorld,
-    Interaction,
+    BenchmarkParts,
     MetricColumn,
+    ModelInteraction,
     SchemaMaker,
-    compute_goal_shares,
+    compute_reached_goal_shares,
     count_additional_steps,
     count_faults,
     declare_plan_ability,
@@ -33,7 +33,7 @@ _RUNTIME_FAULTS = (FaultKind.WRONG_ORDER, FaultKind.MISSING_STEP, FaultKind.AFFO
 _EXECUTED = (SubgoalCategory.CORRECT, SubgoalCategory.GOAL_UNREACHABLE)
 
 
-def compute_metric_shares(verdict: SubgoalVerdict) -> dict[str, Share]:
+def compute_share_by_metric(verdict: SubgoalVerdict) -> dict[str, Share]:
     """Return a mapping from metrics to the share that one answer adds to each metric.
 
     An answer that cannot be executed counts as an error of its category, or as a wrong number of arguments.
@@ -54,11 +54,11 @@ def compute_metric_shares(verdict: SubgoalVerdict) -> dict[str, Share]:
         "additional_step": make_share_of_one(count_additional_steps(verdict)),
         "goal_unreachable": make_share_of_one(category is SubgoalCategory.GOAL_UNREACHABLE),
         "granularity": Share(verdict.added_actions or 0, verdict.refined or 0),
-        **compute_goal_shares(verdict),
+        **compute_reached_goal_shares(verdict),
     }
 
 
-def _make_scorers(world: AbilityWorld) -> Callable[[Task], Scorer]:
+def _make_scorer_factory(world: BenchmarkParts) -> Callable[[Task], Scorer]:
     """Return a function that makes the scorer of a task.
 
     The module with scorers is imported only here, so that programs that only make reports do not load the
@@ -68,11 +68,13 @@ def _make_scorers(world: AbilityWorld) -> Callable[[Task], Scorer]:
     from eai.abilities.subgoal_decomposition.scorer import SubgoalDecomposition
 
     notation = world.subgoals()
-    domain = notation.acting_domain()
+    domain = notation.domain_for_execution()
     return partial(SubgoalDecomposition, domain=domain, notation=notation, refinement=SubgoalRefiner(domain))
 
 
-def _make_answer_schema(world: AbilityWorld, task: Task | None) -> tuple[Sequence[str], SchemaMaker]:
+def _get_object_words_and_schema_maker(
+    world: BenchmarkParts, task: Task | None
+) -> tuple[Sequence[str], SchemaMaker]:
     subgoals = world.subgoals()
     return (), lambda words: subgoals.make_schema()
 
@@ -80,11 +82,13 @@ def _make_answer_schema(world: AbilityWorld, task: Task | None) -> tuple[Sequenc
 SUBGOAL_DECOMPOSITION = replace(
     declare_plan_ability(
         Ability.SUBGOAL_DECOMPOSITION,
-        Interaction(_make_scorers, answer_form=_make_answer_schema, plain_text_prefix=None),
+        ModelInteraction(
+            _make_scorer_factory, answer_form=_get_object_words_and_schema_maker, plain_text_prefix=None
+        ),
         "Subgoal decomposition",
         "subgoals",
         SubgoalVerdict,
-        compute_metric_shares,
+        compute_share_by_metric,
     ),
     columns=(*COLUMNS, MetricColumn("granularity", "Added by search", "Granularity", False)),
 )

@@ -99,7 +99,7 @@ class SubgoalDecomposition(Scorer):
 
     def assess(self, text: str) -> Assessment:
         """Return the assessment of an answer. Its explanation shows the steps of the reported branch."""
-        assessment = self._assess_any_task(text)
+        assessment = self._assess_even_if_excluded(text)
         if self.excluded is None:
             return assessment
         return Assessment(SubgoalVerdict(excluded=self.excluded), assessment.explain)
@@ -113,7 +113,7 @@ class SubgoalDecomposition(Scorer):
         refinement = self._refinement or SubgoalRefiner(self.domain)
         return ProgramCompiler(self.task, self.lexicon, refinement, self._goal.actions)
 
-    def _assess_any_task(self, text: str) -> Assessment:
+    def _assess_even_if_excluded(self, text: str) -> Assessment:
         """Return the assessment of an answer, even if the task is excluded from scoring."""
         compiled = self.compile_answer(text)
         if isinstance(compiled, RejectedAnswer):
@@ -157,7 +157,7 @@ class SubgoalDecomposition(Scorer):
             repairs=compiled.repairs,
             spans=compiled.spans,
             goals_satisfied=reached,
-            partial=self._compute_partial_success(outcome),
+            partial=self._find_share_met_by_best_branch(outcome),
             goals_elsewhere=best is not branch,
             errors=kinds,
             search=outcome.end,
@@ -171,7 +171,7 @@ class SubgoalDecomposition(Scorer):
         return Assessment(verdict, partial(self._explain_refusal, verdict, rejected, repairs))
 
     def _make_rejection_verdict(self, rejected: RejectedAnswer) -> SubgoalVerdict:
-        reached = self._test_goals_unexecuted()
+        reached = self._test_goals_of_rejected_answer()
         return SubgoalVerdict(
             executable=False,
             success=False,
@@ -195,7 +195,7 @@ class SubgoalDecomposition(Scorer):
         """
         return max(self._list_branches(outcome), key=lambda branch: sum(self._test_goals(branch)))
 
-    def _compute_partial_success(self, outcome: ExplorationResult) -> Share:
+    def _find_share_met_by_best_branch(self, outcome: ExplorationResult) -> Share:
         best = Share(0, 0)
         for branch in self._list_branches(outcome):
             share = self.goals.find_partial_success(
@@ -219,7 +219,7 @@ class SubgoalDecomposition(Scorer):
         trajectory = branch.trajectory if self.goals.has_goals_over_time else None
         return self.goals.find_reached_goals(branch.state, list_executed_actions(branch), trajectory)
 
-    def _test_goals_unexecuted(self) -> tuple[bool, ...]:
+    def _test_goals_of_rejected_answer(self) -> tuple[bool, ...]:
         """Return for each goal, in order, whether an answer that is not executed reaches it."""
         return self.goals.none_reached
 

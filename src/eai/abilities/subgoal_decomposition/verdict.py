@@ -9,7 +9,7 @@ from enum import Enum
 
 from typing_extensions import Self
 
-from eai.abilities.verdict import Credit, PlanVerdict
+from eai.abilities.verdict import PlanVerdict, RewardBasis
 from eai.world.fault import FaultKind
 
 
@@ -52,15 +52,15 @@ class SubgoalVerdict(PlanVerdict):
         """Return the number of faults by kind: errors of the reported branch, or else faults of a plan."""
         return Counter(self.errors) or PlanVerdict.faults(self)
 
-    def compute_credit(self, at_start: Sequence[bool]) -> Credit | None:
+    def compute_reward_basis(self, goals_at_start: Sequence[bool]) -> RewardBasis | None:
         """Return the credit for the executed subgoals.
 
         It contains the number of actions that the search added.
         """
-        earned = PlanVerdict.compute_credit(self, at_start)
+        earned = PlanVerdict.compute_reward_basis(self, goals_at_start)
         return None if earned is None else replace(earned, added_actions=self.added_actions or 0)
 
-    def as_missing_answer(self) -> Self:
+    def to_verdict_on_missing_answer(self) -> Self:
         """Return this verdict as one on a missing answer, without a category."""
-        unanswered = PlanVerdict.as_missing_answer(self)
+        unanswered = PlanVerdict.to_verdict_on_missing_answer(self)
         return unanswered if self.excluded is not None else replace(unanswered, category=None)

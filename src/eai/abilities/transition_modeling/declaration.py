@@ -10,12 +10,12 @@ from eai.abilities.declaration import (
     OVERALL,
     PLANNER,
     AbilityDeclaration,
-    AbilityWorld,
     AnswerOutcome,
-    Interaction,
+    BenchmarkParts,
     MetricColumn,
+    ModelInteraction,
     SchemaMaker,
-    classify_counts,
+    classify_answer_by_counts,
     find_error_outcome,
     get_display_name,
     make_score_columns,
@@ -50,7 +50,7 @@ _PLANNER_SUCCESS = f"{OVERALL}.planner_success"
 _PLAN_WORKS = f"{OVERALL}.plan_works"
 
 
-def compute_metric_shares(verdict: OperatorVerdict) -> dict[str, Share]:
+def compute_share_by_metric(verdict: OperatorVerdict) -> dict[str, Share]:
     """Return a mapping from metrics to the share that one answer adds to each metric.
 
     The counts of preconditions and of effects are added up. The rates over all categories, and the rates that
@@ -81,15 +81,15 @@ def classify_outcome(verdict: OperatorVerdict) -> AnswerOutcome:
     if verdict.success:
         return AnswerOutcome.SUCCESS
     unplanned = verdict.planner in (None, PlannerOutcome.NOT_RUN)
-    return find_error_outcome(verdict) or classify_counts(
-        sum_counts(get_counts_by_category(verdict)), enough=unplanned
+    return find_error_outcome(verdict) or classify_answer_by_counts(
+        sum_counts(get_counts_by_category(verdict)), all_parts_suffice=unplanned
     )
 
 
 _PLANNED = (*(f"{name}.planner_success" for name in CATEGORIES), _PLANNER_SUCCESS, _PLAN_WORKS)
 
 
-def find_missing_metrics(verdict: OperatorVerdict) -> Sequence[str]:
+def list_unmeasured_metrics(verdict: OperatorVerdict) -> Sequence[str]:
     """Return the metrics about planning if the run used no planner, else no metrics.
 
     Without a planner, answers that are unsolvable even without planning do not count in these metrics either.
@@ -97,7 +97,7 @@ def find_missing_metrics(verdict: OperatorVerdict) -> Sequence[str]:
     return _PLANNED if verdict.planner is PlannerOutcome.NOT_RUN else ()
 
 
-def _make_scorers(world: AbilityWorld) -> Callable[[TransitionTask], Scorer]:
+def _make_scorer_factory(world: BenchmarkParts) -> Callable[[TransitionTask], Scorer]:
     """Return a function that makes the scorer of a task.
 
     The module with scorers is imported only here, so that scoring of plans does not load the planner of
@@ -110,19 +110,24 @@ def _make_scorers(world: AbilityWorld) -> Callable[[TransitionTask], Scorer]:
     return lambda task: TransitionModeling(task, rules)
 
 
-def _make_answer_schema(world: AbilityWorld, task: Task | None) -> tuple[Sequence[str], SchemaMaker]:
+def _get_object_words_and_schema_maker(
+    world: BenchmarkParts, task: Task | None
+) -> tuple[Sequence[str], SchemaMaker]:
     return (), lambda words: make_object_schema({"output": make_text_schema()})
 
 
 TRANSITION_MODELING = AbilityDeclaration(
     ability=Ability.TRANSITION_MODELING,
-    interaction=Interaction(
-        _make_scorers, answer_form=_make_answer_schema, uses_operator_tasks=True, plain_text_prefix="(:action"
+    interaction=ModelInteraction(
+        _make_scorer_factory,
+        answer_form=_get_object_words_and_schema_maker,
+        uses_operator_tasks=True,
+        plain_text_prefix="(:action",
     ),
     title="Transition modeling",
     short_title="operators",
     verdict=OperatorVerdict,
-    contributions=compute_metric_shares,
+    contributions=compute_share_by_metric,
     outcome=classify_outcome,
     columns=(
         *make_score_columns((*_PARTS, LITERALS)),
@@ -138,5 +143,5 @@ TRANSITION_MODELING = AbilityDeclaration(
     averaged_metrics=(f"{OVERALL}.f1", _PLANNER_SUCCESS),
     replacements={_PLANNER_SUCCESS: _PLAN_WORKS},
     yes_no_metrics=frozenset({_PLANNER_SUCCESS, _PLAN_WORKS}),
-    missing_metrics=find_missing_metrics,
+    missing_metrics=list_unmeasured_metrics,
 )

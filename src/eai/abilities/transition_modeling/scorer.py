@@ -10,7 +10,7 @@ from eai.abilities.scorer import Assessment, Scorer
 from eai.abilities.transition_modeling.rules import OperatorJudgement, OperatorRules, ReplacedPart
 from eai.abilities.transition_modeling.verdict import (
     OTHER,
-    ClauseContent,
+    ClausePredicates,
     OperatorReport,
     OperatorStatus,
     OperatorVerdict,
@@ -27,7 +27,7 @@ _MAX_CACHED_CLAUSES = 1000
 
 
 def count_by_category(
-    sides: Iterable[ClauseComparison], contents: Mapping[str, ClauseContent], *, clauses: bool
+    sides: Iterable[ClauseComparison], contents: Mapping[str, ClausePredicates], *, clauses: bool
 ) -> dict[str, Confusion]:
     """Return the numbers of matched, additional and missing clauses for each category that has any.
 
@@ -112,7 +112,7 @@ class TransitionModeling(Scorer):
             clauses=contents,
         )
 
-    def _classify_clauses(self, reports: tuple[OperatorReport, ...]) -> dict[str, ClauseContent]:
+    def _classify_clauses(self, reports: tuple[OperatorReport, ...]) -> dict[str, ClausePredicates]:
         sides = [side for report in reports for side in (report.precondition, report.effect)]
         clauses = [
             clause_text for side in sides for clause_text in (*side.matched, *side.additional, *side.missing)
@@ -120,7 +120,7 @@ class TransitionModeling(Scorer):
         return {clause: self._cached_content(clause) for clause in clauses}
 
     def _count_clauses_by_category(
-        self, reports: tuple[OperatorReport, ...], contents: Mapping[str, ClauseContent]
+        self, reports: tuple[OperatorReport, ...], contents: Mapping[str, ClausePredicates]
     ) -> Mapping[str, Mapping[str, Confusion]]:
         clauses = self._rules.counts_clauses
         return {

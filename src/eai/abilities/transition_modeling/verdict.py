@@ -12,10 +12,10 @@ from eai.abilities.verdict import (
     ALL,
     NO_COUNTS,
     Confusion,
-    Credit,
+    RewardBasis,
     Verdict,
     add_confusions,
-    compute_parts_credit,
+    compute_reward_basis_of_parts,
 )
 from eai.base.json_value import Json
 from eai.pddl.check import PddlFinding, PddlViolationKind
@@ -61,7 +61,7 @@ OTHER = "other"
 """Category of predicates that do not exist in the domain."""
 
 
-class ClauseContent(NamedTuple):
+class ClausePredicates(NamedTuple):
     """The predicates of a clause.
 
     Attributes:
@@ -73,11 +73,11 @@ class ClauseContent(NamedTuple):
     categories: tuple[str, ...]
 
 
-def classify_clause(clause: str, categories: Mapping[str, Category]) -> ClauseContent:
+def classify_clause(clause: str, categories: Mapping[str, Category]) -> ClausePredicates:
     """Return the predicates of a clause. The clause is PDDL or the name of a predicate."""
     names = sorted(find_predicates_in_text(clause))
     kinds = [categories[name].value if name in categories else OTHER for name in names]
-    return ClauseContent(tuple(names), tuple(dict.fromkeys(kinds)))
+    return ClausePredicates(tuple(names), tuple(dict.fromkeys(kinds)))
 
 
 @dataclass(frozen=True, slots=True)
@@ -112,7 +112,7 @@ class OperatorVerdict(Verdict):
     plan: tuple[str, ...] = ()
     planner_detail: str = ""
     planner_name: str | None = None
-    clauses: Mapping[str, ClauseContent] = field(default_factory=dict, compare=False)
+    clauses: Mapping[str, ClausePredicates] = field(default_factory=dict, compare=False)
 
     @property
     def columns(self) -> Mapping[str, Json]:
@@ -126,15 +126,15 @@ class OperatorVerdict(Verdict):
         return self.planner_name
 
     @property
-    def second_planner_outcome(self) -> str | None:
+    def fallback_planner_outcome(self) -> str | None:
         """Outcome of the second planner; None if the built-in search decided without it."""
         _, then, authority = (self.planner_name or "").partition(", then ")
         decided = not then or not self.planner_detail.startswith(authority)
         return None if decided or self.planner is None else self.planner.value
 
-    def compute_credit(self, at_start: Sequence[bool]) -> Credit | None:
+    def compute_reward_basis(self, goals_at_start: Sequence[bool]) -> RewardBasis | None:
         """Return the credit for the answer: the F1 of all clauses in preconditions and effects."""
-        return compute_parts_credit(
+        return compute_reward_basis_of_parts(
             sum_counts(get_counts_by_category(self)), self.error, self._count_faults()
         )
 

@@ -14,9 +14,9 @@ from dataclasses import replace
 from functools import cache
 from typing import ClassVar
 
-from eai.abilities.notation.goals import GoalAlternatives, JsonGoals, SpelledPredicate
+from eai.abilities.notation.goals import GoalAlternatives, JsonGoals, SpellingAndArity
 from eai.abilities.notation.plans import JsonPlans
-from eai.abilities.notation.subgoals import SubgoalNotation, WrittenSubgoals, read_output
+from eai.abilities.notation.subgoals import SubgoalNotation, WrittenSubgoals, read_output_list
 from eai.abilities.verdict import Unreadable
 from eai.benchmarks.behavior import domain as behavior
 from eai.benchmarks.behavior import predicates as p
@@ -163,7 +163,7 @@ class BehaviorSubgoals(SubgoalNotation):
 
     def read(self, text: str) -> WrittenSubgoals | Unreadable:
         """Return the subgoals in an answer, or the reason why the answer cannot be read."""
-        written = read_output(text, frozenset())
+        written = read_output_list(text, frozenset())
         if isinstance(written, Unreadable):
             return written
         subgoals = tuple(map(_normalize_subgoal, written.subgoals))
@@ -212,7 +212,7 @@ class BehaviorGoals(JsonGoals):
         """Return a word of an answer in lower case, with underscores as in the domain."""
         return text.strip().lower().replace("toggledon", "toggled_on")
 
-    def map_predicate_spellings(self, domain: Domain) -> Mapping[SpelledPredicate, str]:
+    def map_spellings_to_predicate_names(self, domain: Domain) -> Mapping[SpellingAndArity, str]:
         """Return a mapping from predicates in the data set's goals to predicates of the domain.
 
         The predicate ``touching`` means next to.

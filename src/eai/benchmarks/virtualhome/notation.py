@@ -15,12 +15,12 @@ from eai.abilities.notation.goals import (
     GoalNotation,
     GoalSections,
     IllFormed,
-    SpelledPredicate,
+    SpellingAndArity,
     WrittenGoal,
     WrittenGoals,
     make_sections_format,
 )
-from eai.abilities.notation.subgoals import SubgoalNotation, WrittenSubgoals, read_output
+from eai.abilities.notation.subgoals import SubgoalNotation, WrittenSubgoals, read_output_list
 from eai.abilities.verdict import Unreadable
 from eai.benchmarks.virtualhome import domain as virtualhome
 from eai.benchmarks.virtualhome.predicates import PREDICATE_OF_RELATION
@@ -77,7 +77,7 @@ class VirtualHomeGoals(GoalNotation):
 
         A goal has the fields of its section; an action also has a description.
         """
-        arities = self.map_predicate_spellings(domain)
+        arities = self.map_spellings_to_predicate_names(domain)
         states, relations = [[word for word, arity in arities if arity == number] for number in (1, 2)]
         name = make_text_schema(words)
         entries = {
@@ -92,7 +92,7 @@ class VirtualHomeGoals(GoalNotation):
             {SECTIONS[kind]: make_list_schema(make_object_schema(fields)) for kind, fields in entries.items()}
         )
 
-    def map_predicate_spellings(self, domain: Domain) -> Mapping[SpelledPredicate, str]:
+    def map_spellings_to_predicate_names(self, domain: Domain) -> Mapping[SpellingAndArity, str]:
         """Return a mapping from pairs of a word in goals and its number of objects to predicates."""
         states = [p for p in domain.vocabulary.predicates if p.arity == 1 and p.visible and not p.static]
         return {
@@ -205,7 +205,7 @@ class VirtualHomeSubgoals(SubgoalNotation):
         }
         self._alone = frozenset(name for name, arity in self._actions.items() if arity == 0)
 
-    def acting_domain(self) -> Domain:
+    def domain_for_execution(self) -> Domain:
         """Return the domain for subgoals, which has an additional action for switching hands."""
         return virtualhome.domain_with_hand_switch()
 
@@ -219,7 +219,7 @@ class VirtualHomeSubgoals(SubgoalNotation):
 
         Actions without objects need no brackets.
         """
-        return read_output(text, self._alone, ("actions_to_include",))
+        return read_output_list(text, self._alone, ("actions_to_include",))
 
     def join(self, parts: Iterable[str]) -> str:
         """Return the subgoals as one answer."""

@@ -33,7 +33,7 @@ from eai.abilities.notation.plan_form import (
     read_keyed_steps,
     read_labelled_step,
 )
-from eai.abilities.notation.plan_lines import read_plan_or_lines
+from eai.abilities.notation.plan_lines import read_json_plan_or_action_lines
 from eai.abilities.notation.plans import PlanNotation
 from eai.abilities.verdict import Unreadable
 from eai.tasks.task import Task
@@ -103,7 +103,7 @@ class VirtualHomePlans(PlanNotation):
         """Return the steps as one JSON object."""
         return "{" + ", ".join(parts) + "}"
 
-    def list_object_words(self, task: Task) -> tuple[str, ...]:
+    def list_words_for_objects(self, task: Task) -> tuple[str, ...]:
         """Return the words that name the relevant objects: their classes and ids."""
         named = [task.scene.objects[index].name.rsplit(".", 1) for index in task.relevant]
         return tuple(dict.fromkeys([word for words in zip(*named, strict=True) for word in words]))
@@ -176,7 +176,7 @@ def _is_numeric_id(word: object) -> bool:
 
 def read_steps(text: str, actions: Collection[str] = ()) -> WrittenPlan | Unreadable:
     """Return the steps as an answer writes them, or the reason why the answer cannot be read."""
-    return read_plan_or_lines(text, _build_plan_format(frozenset(actions)), actions)
+    return read_json_plan_or_action_lines(text, _build_plan_format(frozenset(actions)), actions)
 
 
 @lru_cache(64)

@@ -67,7 +67,7 @@ def make_flag_reader(source: Source) -> FlagReader:
 
     def find_flags(key: SuiteKey, task_id: str, unsolved: bool) -> Iterator[Flag]:
         task = open_tasks(key.domain).get(task_id)
-        has_plans = task is not None and get_declaration(Ability(key.ability)).has_plans
+        has_plans = task is not None and get_declaration(Ability(key.ability)).answers_are_plans
         if unsolved:
             yield find_unsolved_flag(key, task_id) if has_plans else "unsolved"
         if task is not None and has_plans and _has_ambiguous_goals(task, find_benchmark(key.domain)):

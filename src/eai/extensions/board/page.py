@@ -202,7 +202,7 @@ def _read_answers(file: Path, suite: Suite) -> ResponseFile:
     answers = read_responses(file, suite.task_ids, suite.benchmark.data.task_id_of)
     if answers.skipped_rows:
         raise InputError(f"{file}: {answers.skipped_rows} answers are to tasks that are not in the data set")
-    made_by = get_declaration(suite.ability).read_experiment
+    made_by = get_declaration(suite.ability).read_episode_settings
     for response in answers.responses:
         made = made_by(response.text)
         if made is not None and made.rules is not None:

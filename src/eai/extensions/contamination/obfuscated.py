@@ -220,14 +220,14 @@ class _ObfuscatedPlans(PlanNotation):
     def __init__(self, plain: PlanNotation, words: Mapping[str, str]) -> None:
         self._plain, self._words = plain, words
 
-    def encode_names(self, text: str) -> str:
+    def replace_domain_names_by_answer_words(self, text: str) -> str:
         return _replace_words(self._words, text)
 
-    def decode_names(self, text: str) -> str:
+    def replace_answer_words_by_domain_names(self, text: str) -> str:
         return _restore_words(self._words, text)
 
     def read(self, text: str, actions: Collection[str] = ()) -> WrittenPlan | Unreadable:
-        return replace(self._plain.read(self.decode_names(text), actions), spans=())
+        return replace(self._plain.read(self.replace_answer_words_by_domain_names(text), actions), spans=())
 
     def to_operator_name(self, word: str) -> str:
         return self._plain.to_operator_name(word)
@@ -236,7 +236,7 @@ class _ObfuscatedPlans(PlanNotation):
         return self._plain.make_object_lookup(task)
 
     def write(self, plan: Iterable[Action], scene: Scene) -> tuple[str, ...]:
-        return tuple(map(self.encode_names, self._plain.write(plan, scene)))
+        return tuple(map(self.replace_domain_names_by_answer_words, self._plain.write(plan, scene)))
 
     def join(self, parts: Iterable[str]) -> str:
         return self._plain.join(parts)
@@ -249,8 +249,8 @@ class _ObfuscatedSubgoals(SubgoalNotation):
         super().__init__(plain.domain)
         self._plain, self._words = plain, words
 
-    def acting_domain(self) -> Domain:
-        return self._plain.acting_domain()
+    def domain_for_execution(self) -> Domain:
+        return self._plain.domain_for_execution()
 
     def make_formula_lexicon(self, scene: Scene) -> FormulaLexicon:
         return self._plain.make_formula_lexicon(scene)

@@ -142,7 +142,9 @@ def _pair_runs(runs: Sequence[Run]) -> Iterator[RunPair]:
     for public in runs:
         for fresh in runs:
             one, other = public.key, fresh.key
-            alike = one._replace(domain=other.domain) == other and get_declaration(one.ability).has_plans
+            alike = (
+                one._replace(domain=other.domain) == other and get_declaration(one.ability).answers_are_plans
+            )
             if alike and other.domain.startswith(f"{one.domain}-"):
                 suite = f"{other.domain} {one.ability.value}"
                 yield one.name, suite, public.records, fresh.records

@@ -11,12 +11,12 @@ from typing import NamedTuple
 
 from eai.abilities.declaration import (
     AbilityDeclaration,
-    AbilityWorld,
     AnswerOutcome,
-    Interaction,
+    BenchmarkParts,
     MetricColumn,
+    ModelInteraction,
     QuestionAndAnswer,
-    classify_counts,
+    classify_answer_by_counts,
     find_error_outcome,
     get_display_name,
 )
@@ -160,7 +160,7 @@ def find_outcome(verdict: _QuestionVerdict) -> AnswerOutcome:
     """Return the outcome of an answer: success, or the class of its error."""
     if verdict.success:
         return AnswerOutcome.SUCCESS
-    return find_error_outcome(verdict) or classify_counts(verdict.counts, enough=False)
+    return find_error_outcome(verdict) or classify_answer_by_counts(verdict.counts, all_parts_suffice=False)
 
 
 def is_same_question(one: _QuestionVerdict, other: _QuestionVerdict) -> bool:
@@ -187,7 +187,7 @@ def open_question_file(path: Path) -> tuple[str, TaskSet[_AskedQuestion]] | None
     return f"{questions[0].domain}-{path.stem}", TaskSet(by_id, by_id.__getitem__, sha256)
 
 
-def _get_prompt_and_answer(world: AbilityWorld, asked: _AskedQuestion) -> QuestionAndAnswer:
+def _get_prompt_and_answer(world: BenchmarkParts, asked: _AskedQuestion) -> QuestionAndAnswer:
     return asked.question.prompt, format_gold_answer(asked.question)
 
 
@@ -209,7 +209,7 @@ _CHANCE_COLUMNS = tuple(
 
 WORLD_MODEL = AbilityDeclaration(
     ability=Ability("world_model"),
-    interaction=Interaction(
+    interaction=ModelInteraction(
         lambda world: _QuestionScorer,
         _get_prompt_and_answer,
         open_file=open_question_file,

@@ -68,7 +68,7 @@ class BehaviorActionSequencing(ActionSequencing):
     def _test_goals(self, execution: Execution) -> tuple[bool, ...]:
         return self.goals.find_reached_goals(self._get_final_state(execution), ())
 
-    def _test_goals_unexecuted(self, execute: PlanExecutor) -> tuple[bool, ...]:
+    def _test_goals_of_rejected_answer(self, execute: PlanExecutor) -> tuple[bool, ...]:
         return self.goals.find_reached_goals(execute(()).trajectory.final_state, ())
 
     def _succeeds(self, error: ErrorReport | None, reached: tuple[bool, ...]) -> bool:

@@ -227,7 +227,7 @@ class BehaviorSubgoalDecomposition(ReferenceSubgoals):
             number += 1 if pair is None else 2
         return steps
 
-    def _test_goals_unexecuted(self) -> tuple[bool, ...]:
+    def _test_goals_of_rejected_answer(self) -> tuple[bool, ...]:
         return self.goals.find_reached_goals(self.task.initial, ())
 
 

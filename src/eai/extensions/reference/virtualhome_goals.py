@@ -119,7 +119,7 @@ class VirtualHomeGoalInterpretation(GoalInterpretation):
             missing=tuple([text for text, options in self._options if options.isdisjoint(matched)]),
         )
 
-    def list_compared_goals(self, goals: WrittenGoals) -> Iterable[WrittenGoal]:
+    def list_goals_with_known_names(self, goals: WrittenGoals) -> Iterable[WrittenGoal]:
         """Return the predictions (goals in an answer) whose names are known, and the goals of the task."""
         named = [goal for goal in self._resolve_names(goals) if isinstance(goal, WrittenGoal)]
         return (*named, *self._needed)

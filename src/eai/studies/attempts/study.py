@@ -365,7 +365,7 @@ class _ReplanningOptions(VariationOptions):
             self.slip_notice if self.slip else "detected",
             self.until or ("goal" if continues else "done"),
         )
-        return options if options.uses_episodes else None
+        return options if options.executes_answers_as_episodes else None
 
     def record_choice(self, study: str) -> StudySettings | None:
         """Return the options of attempts as records store them."""

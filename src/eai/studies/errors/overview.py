@@ -8,7 +8,7 @@ from collections.abc import Iterator, Mapping, Sequence
 from typing import TYPE_CHECKING, NamedTuple, TypeAlias, TypeVar
 
 from eai.abilities.declaration import AnswerOutcome, get_display_name
-from eai.abilities.protocol import Ability, ability_rank
+from eai.abilities.protocol import Ability, get_ability_sort_key
 from eai.base.grouping import group_pairs
 from eai.benchmarks.registry import get_title
 from eai.results.lines import AnswerLine
@@ -44,7 +44,7 @@ def make_flow_table(answers: Sequence[AnswerLine]) -> Iterator[Row]:
     """
     counted = [answer for answer in answers if answer.outcome != AnswerOutcome.EXCLUDED.value]
     suites = group_pairs(((line.protocol, line.domain, line.ability), line) for line in counted)
-    for suite in sorted(suites, key=lambda suite: (*suite[:2], ability_rank(Ability(suite[2])))):
+    for suite in sorted(suites, key=lambda suite: (*suite[:2], get_ability_sort_key(Ability(suite[2])))):
         outcomes = group_pairs((line.outcome, bool(line.additional_steps)) for line in suites[suite])
         for outcome in [kind.value for kind in AnswerOutcome if kind.value in outcomes]:
             yield (*suite, outcome, len(outcomes[outcome]), sum(outcomes[outcome]))

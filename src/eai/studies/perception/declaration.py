@@ -7,12 +7,12 @@ from typing import TYPE_CHECKING
 
 from eai.abilities.declaration import (
     AbilityDeclaration,
-    AbilityWorld,
     AnswerOutcome,
-    Interaction,
+    BenchmarkParts,
     MetricColumn,
+    ModelInteraction,
     QuestionAndAnswer,
-    classify_counts,
+    classify_answer_by_counts,
     find_error_outcome,
     get_display_name,
 )
@@ -49,7 +49,7 @@ def compute_perception_shares(perceived: PerceptionErrors) -> dict[str, Share]:
     }
 
 
-def _make_scorer_factory(world: AbilityWorld) -> Callable[[Task], Scorer]:
+def _make_scorer_factory(world: BenchmarkParts) -> Callable[[Task], Scorer]:
     """Return a function that makes the scorer of a task.
 
     The import is delayed, so that reports load no engine.
@@ -59,13 +59,13 @@ def _make_scorer_factory(world: AbilityWorld) -> Callable[[Task], Scorer]:
     return make_scorer_factory(_open_scene_words(world))
 
 
-def _open_scene_words(world: AbilityWorld) -> SceneWords:
+def _open_scene_words(world: BenchmarkParts) -> SceneWords:
     from eai.studies.perception.scene_graph import SceneWords
 
     return SceneWords(world.wording(Ability.ACTION_SEQUENCING))
 
 
-def _make_question_and_answer(world: AbilityWorld, task: Task) -> QuestionAndAnswer:
+def _make_question_and_answer(world: BenchmarkParts, task: Task) -> QuestionAndAnswer:
     words = _open_scene_words(world)
     values = {
         "vocabulary": words.wording.describe_vocabulary(),
@@ -74,7 +74,7 @@ def _make_question_and_answer(world: AbilityWorld, task: Task) -> QuestionAndAns
     return values, words.make_true_graph(task).json_text
 
 
-def _draw_task_pictures(world: AbilityWorld, task: Task) -> Sequence[tuple[str, bytes]]:
+def _draw_task_pictures(world: BenchmarkParts, task: Task) -> Sequence[tuple[str, bytes]]:
     from eai.studies.perception.scene_graph import SceneWords
 
     diagrams = load_from_extension("diagrams", "questions of scene_graph")
@@ -100,8 +100,8 @@ def find_outcome(verdict: SceneGraphVerdict) -> AnswerOutcome:
     """Return the outcome of an answer, for counts of outcomes in reports."""
     if verdict.success:
         return AnswerOutcome.SUCCESS
-    return find_error_outcome(verdict) or classify_counts(
-        add_confusions(verdict.seen.predicates.values()), enough=False
+    return find_error_outcome(verdict) or classify_answer_by_counts(
+        add_confusions(verdict.seen.predicates.values()), all_parts_suffice=False
     )
 
 
@@ -110,7 +110,7 @@ _FACTS = {"facts.precision": "Precision", "facts.recall": "Recall", "facts.f1": 
 
 SCENE_GRAPH = AbilityDeclaration(
     ability=Ability("scene_graph"),
-    interaction=Interaction(
+    interaction=ModelInteraction(
         _make_scorer_factory,
         _make_question_and_answer,
         _draw_task_pictures,

@@ -9,7 +9,7 @@ from pathlib import Path
 from typing import Any
 
 from eai.abilities.declaration import get_declaration
-from eai.abilities.experiment import Experiment, make_named_settings
+from eai.abilities.experiment import Experiment, make_settings_with_option
 from eai.abilities.protocol import SCENE_GRAPH
 from eai.base.entry_points import load_from_extension
 from eai.base.errors import InputError
@@ -44,7 +44,7 @@ _MAX_OTHERS_PER_OBJECT: Mapping[Clutter, int] = {"none": 0, "some": 1, "many": 4
 def _make_stated_scenes(label: str, beliefs: Mapping[str, BelievedTask], **more: Any) -> StatedBeliefs:
     """Return the scenes that questions state, as beliefs; ``label`` names the format of the scene."""
     lacking = "there is no scene graph or picture that would tell of the scene"
-    experiment = Experiment({STUDY: make_named_settings("scene", "scene", label, _PLACE)})
+    experiment = Experiment({STUDY: make_settings_with_option("scene", "scene", label, _PLACE)})
     return StatedBeliefs(beliefs, experiment, lacking, **more)
 
 

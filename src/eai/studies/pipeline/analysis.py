@@ -314,7 +314,9 @@ def _list_missed_conditions(scorer: Scorer, answer: str) -> Iterator[tuple[str, 
     if isinstance(assessed.verdict, GoalVerdict):
         atoms = assessed.explain()
         for conditions, missed in ((assessed.verdict.matched, False), (assessed.verdict.missing, True)):
-            yield from ((atoms.get_statement(condition).signed_name, missed) for condition in conditions)
+            yield from (
+                (atoms.get_statement(condition).name_with_negation, missed) for condition in conditions
+            )
 
 
 def analyze_pipelines(records: StudyRecords, goals: Path | None, *, search: bool) -> Iterator[Analysis]:

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from eai.abilities.experiment import Experiment, make_named_settings
+from eai.abilities.experiment import Experiment, make_settings_with_option
 
 STUDY = "prompts"
 """Name of the study of prompts in records."""
@@ -14,4 +14,4 @@ def make_prompts_experiment(name: str | None) -> Experiment:
     """Return the options that records of a run store: the name of its prompts, or nothing without a name."""
     if name is None:
         return Experiment()
-    return Experiment({STUDY: make_named_settings("prompt", "prompt_name", name, _PLACE)})
+    return Experiment({STUDY: make_settings_with_option("prompt", "prompt_name", name, _PLACE)})

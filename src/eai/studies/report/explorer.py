@@ -14,7 +14,7 @@ from functools import cache
 from typing import TYPE_CHECKING, Literal, TypeAlias, cast
 from urllib.parse import quote
 
-from eai.abilities.explanation import Explanation, StepReport, find_near_misses
+from eai.abilities.explanation import Explanation, StepReport, map_missed_goals_to_similar_facts
 from eai.abilities.protocol import Ability
 from eai.abilities.repair import describe_repair
 from eai.abilities.verdict import PlanVerdict, SpanKind, Verdict
@@ -187,7 +187,7 @@ class ExplorerData:
 
         Missed goals have a cause and the nearest facts, as in `eai explain`.
         """
-        near, goals = find_near_misses(explanation), list[Json]()
+        near, goals = map_missed_goals_to_similar_facts(explanation), list[Json]()
         for goal in explanation.goals:
             got = f"got {', '.join(near[goal.goal])}" if goal.goal in near else ""
             remarks = self._pack_texts(filter(None, (goal.why, got)))

@@ -8,7 +8,7 @@ from statistics import fmean
 from typing import TYPE_CHECKING, TypeAlias
 
 from eai.abilities.declaration import get_declaration
-from eai.abilities.protocol import Ability, ability_rank
+from eai.abilities.protocol import Ability, get_ability_sort_key
 from eai.base.grouping import group_pairs
 from eai.benchmarks.registry import get_title
 from eai.results.plots import INK, LINES, MUTED, PAGE, RULE, SOFT, clip_label, make_figure
@@ -76,7 +76,7 @@ def _group_results_by_model(runs: Sequence[RunSummary]) -> dict[str, _Results]:
 
 def _list_axes(models: Mapping[str, _Results]) -> list[_Axis]:
     axes = dict.fromkeys(axis for results in models.values() for axis in results)
-    return sorted(axes, key=lambda axis: ability_rank(axis[0]))
+    return sorted(axes, key=lambda axis: get_ability_sort_key(axis[0]))
 
 
 def _rank_models(worlds: Mapping[str, Mapping[str, _Results]]) -> list[str]:

@@ -14,7 +14,7 @@ from eai.abilities.declaration import (
     get_declaration,
     get_display_name,
 )
-from eai.abilities.protocol import PAPER_ABILITIES, Ability, ability_rank
+from eai.abilities.protocol import PAPER_ABILITIES, Ability, get_ability_sort_key
 from eai.benchmarks.registry import get_title
 from eai.results.paper_tables import PaperColumn
 from eai.results.summary import AVERAGE
@@ -109,7 +109,7 @@ def _make_operator_specs() -> Iterator[TableSpec]:
 @cache
 def _make_paper_specs() -> tuple[TableSpec, ...]:
     """Return the definitions of the tables on the paper's abilities, in order."""
-    plans = [ability for ability in _IN_TABLES if get_declaration(ability).has_plans]
+    plans = [ability for ability in _IN_TABLES if get_declaration(ability).answers_are_plans]
     return (
         _make_overview_spec(),
         *[_make_ability_spec(ability) for ability in _IN_TABLES if ability is Ability.GOAL_INTERPRETATION],
@@ -126,7 +126,7 @@ def _make_paper_specs() -> tuple[TableSpec, ...]:
 
 def make_table_specs(abilities: Iterable[Ability]) -> tuple[TableSpec, ...]:
     """Return the definitions of a report's tables: the paper's tables, and one for each other ability."""
-    others = sorted(set(abilities).difference(PAPER_ABILITIES), key=ability_rank)
+    others = sorted(set(abilities).difference(PAPER_ABILITIES), key=get_ability_sort_key)
     return (*_make_paper_specs(), *map(_make_ability_spec, others))
 
 
