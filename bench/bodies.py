@@ -23,7 +23,7 @@ from bench.result import Figure
 from eai.abilities.protocol import Ability
 from eai.abilities.verdict import PlanVerdict
 from eai.base.errors import InputError
-from eai.benchmarks.gold_answers import open_planned_book
+from eai.benchmarks.gold_answers import open_answers_of_planner
 from eai.benchmarks.suite import Suite, open_suite
 from eai.extensions.scenes.camera import Camera, CameraView
 from eai.extensions.scenes.scene import BodyScene
@@ -133,7 +133,7 @@ def print_seen_facts(suite: Suite, seen: Mapping[str, Seen]) -> None:
     )
     print(f"seen: things {share(things)}, facts {share(facts)}")
     believed = apply_scene_graphs(suite.benchmark, {i: each.graph for i, each in seen.items()})
-    book = open_planned_book(believed, Ability.ACTION_SEQUENCING, limits=Limits(200))
+    book = open_answers_of_planner(believed, Ability.ACTION_SEQUENCING, limits=Limits(200))
     verdicts = [suite.score(task_id, book[task_id].text) for task_id in seen]
     won = Rate(sum(isinstance(v, PlanVerdict) and bool(v.success) for v in verdicts), len(verdicts))
     print(f"planner that knows what is seen: {share(won)}")

@@ -24,7 +24,7 @@ from statistics import quantiles
 
 from bench.record import add_write_option, write_figures
 from eai.abilities.protocol import Ability
-from eai.benchmarks.gold_answers import make_noisy_answer, open_answer_book
+from eai.benchmarks.gold_answers import make_noisy_answer, open_gold_answers
 from eai.benchmarks.suite import Suite, open_suite
 from eai.results.batch import Scoring
 from eai.results.collector import reduce_garbage_collection
@@ -78,7 +78,7 @@ def main() -> None:
 
 
 def _noisy(suite: Suite) -> list[list[tuple[str, str]]]:
-    book = open_answer_book(suite.benchmark, suite.ability)
+    book = open_gold_answers(suite.benchmark, suite.ability)
     return [
         [(task_id, make_noisy_answer(book, task_id, 0.2, f"{seed}").text) for task_id in suite.task_ids]
         for seed in range(9)

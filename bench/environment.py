@@ -26,7 +26,7 @@ from eai.abilities.protocol import Ability
 from eai.abilities.reports import action_text, fact_text
 from eai.agents.gym import TextEnvironment, make
 from eai.agents.rules import Observe
-from eai.benchmarks.gold_answers import open_answer_book
+from eai.benchmarks.gold_answers import open_gold_answers
 from eai.benchmarks.registry import PAPER_BENCHMARKS
 from eai.benchmarks.suite import open_suite
 from eai.tasks.task import Task
@@ -48,7 +48,7 @@ class Plan(NamedTuple):
 
 def gold_plans(name: str) -> list[Plan]:
     suite, found = open_suite(name, Ability.ACTION_SEQUENCING), []
-    book = open_answer_book(suite.benchmark, Ability.ACTION_SEQUENCING)
+    book = open_gold_answers(suite.benchmark, Ability.ACTION_SEQUENCING)
     for task_id in suite.task_ids:
         scorer, text = cast("ActionSequencing", suite.scorer(task_id)), book[task_id].text
         written = scorer.notation.read(text)

@@ -24,7 +24,7 @@ from bench.record import add_write_option, write_rows
 from differential.reference_child import cpu_seconds
 from eai import Benchmark, given, make_task
 from eai.abilities.protocol import Ability
-from eai.benchmarks.gold_answers import make_noisy_answer, open_answer_book
+from eai.benchmarks.gold_answers import make_noisy_answer, open_gold_answers
 from eai.benchmarks.suite import open_suite
 from eai.results.batch import Scoring
 from eai.results.collector import reduce_garbage_collection
@@ -206,7 +206,7 @@ def operators(size: int, _: Path) -> Work:
     start = w.Scene(made.vocabulary, {"robot": "robot", "house": "house"}, agent="robot").state([])
     goal = " and ".join(f"{each.name}(house)" for each in done)
     benchmark = Benchmark("chores", made, given(make_task("all", "Do all chores.", start, goal)))
-    gold = open_answer_book(benchmark, OPERATORS)["all"].text
+    gold = open_gold_answers(benchmark, OPERATORS)["all"].text
     return scoring(benchmark, OPERATORS, json.loads(gold))
 
 
@@ -251,7 +251,7 @@ def models(size: int, folder: Path) -> Work:
     """Prepare a report, timed with the start of its process; its size is the number of models."""
     (folder / "runs").mkdir()
     benchmark = lamps(3)
-    book = open_answer_book(benchmark, PLANS)
+    book = open_gold_answers(benchmark, PLANS)
     suite = open_suite(benchmark, PLANS)
     for number in range(size):
         path = folder / f"model-{number:03}_outputs.json"

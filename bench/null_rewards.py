@@ -32,8 +32,12 @@ from eai.abilities.protocol import PAPER_ABILITIES, Ability
 from eai.agents.command import DONE
 from eai.agents.gym import TextEnvironment, make
 from eai.agents.rules import Observe
-from eai.benchmarks.copied_answers import open_copy_book, open_empty_book, open_lookup_book
-from eai.benchmarks.gold_answers import AnswerBook, join_operators_as_answer
+from eai.benchmarks.copied_answers import (
+    open_answers_of_similar_tasks,
+    open_copied_answers,
+    open_empty_answers,
+)
+from eai.benchmarks.gold_answers import AnswersByTask, join_operators_as_answer
 from eai.benchmarks.prompt_library import PromptLibrary
 from eai.benchmarks.random_answers import open_random_answers
 from eai.benchmarks.suite import Suite, open_suite
@@ -56,9 +60,9 @@ def answers(suite: Suite) -> Iterator[tuple[str, Callable[[str], str]]]:
     chance = open_random_answers(benchmark, ability, source)
     yield '""', lambda task_id: ""
     for name, opened in (
-        ("empty", open_empty_book),
-        ("copy", open_copy_book),
-        ("lookup", open_lookup_book),
+        ("empty", open_empty_answers),
+        ("copy", open_copied_answers),
+        ("lookup", open_answers_of_similar_tasks),
     ):
         yield name, answers_of(opened(benchmark, ability, source))
     yield "random", lambda task_id: chance(task_id, "0", ()).text
@@ -69,7 +73,7 @@ def answers(suite: Suite) -> Iterator[tuple[str, Callable[[str], str]]]:
         yield "everything", lambda task_id: all_operators(suite, task_id)
 
 
-def answers_of(book: AnswerBook) -> Callable[[str], str]:
+def answers_of(book: AnswersByTask) -> Callable[[str], str]:
     """Return a function from a task to the text of a null model's answer."""
     return lambda task_id: book[task_id].text
 

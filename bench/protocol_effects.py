@@ -18,7 +18,7 @@ from eai.abilities.action_sequencing.scorer import ActionSequencing
 from eai.abilities.protocol import Ability, Protocol
 from eai.abilities.verdict import ErrorReport, PlanVerdict, SummaryCounts, Unreadable
 from eai.benchmarks.errata import load_errata
-from eai.benchmarks.reference_wheel import to_task_id
+from eai.benchmarks.reference_wheel import convert_published_id
 from eai.benchmarks.virtualhome import domain as virtualhome
 from eai.benchmarks.virtualhome.operators import make_operators
 from eai.benchmarks.virtualhome.plan_notation import VirtualHomePlans
@@ -254,7 +254,7 @@ def main() -> None:
     """Print the tables for some response files."""
     tasks = load_errata("virtualhome").correct_tasks(open_tasks())
     files = [file for path in sys.argv[1:] for file in find_response_files(Path(path))]
-    models = [answers_of(read_responses(file, tasks, to_task_id), tasks) for file in files]
+    models = [answers_of(read_responses(file, tasks, convert_published_id), tasks) for file in files]
     for model in models:
         model.check()
     print("\n".join((*side_by_side(models), "", *effects(models))))

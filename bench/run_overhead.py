@@ -30,7 +30,7 @@ from inspect_ai.solver import generate
 
 from bench.record import add_write_option, write_figures
 from eai.abilities.protocol import PAPER_ABILITIES
-from eai.benchmarks.gold_answers import open_answer_book
+from eai.benchmarks.gold_answers import open_gold_answers
 from eai.benchmarks.prompt_library import PromptLibrary
 from eai.benchmarks.suite import Suite, open_suite
 from eai.pddl.planning import PlannerChoice
@@ -82,7 +82,7 @@ def inspect_alone(asked: Questions, folder: Path) -> None:
 def by_sample(asked: Questions) -> list[dict[str, float]]:
     """Return the milliseconds of each part of `eai`'s work, sample by sample, without one-time costs."""
     suite = asked.suite
-    gold = open_answer_book(suite.benchmark, suite.ability)
+    gold = open_gold_answers(suite.benchmark, suite.ability)
     answers = {task_id: gold[task_id].text for task_id in asked.prompts}
     reduce_garbage_collection()
     times = [dict(parts_of(suite, task_id, text)) for task_id, text in answers.items()]

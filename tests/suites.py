@@ -6,7 +6,7 @@ from collections.abc import Mapping
 
 from eai.abilities.protocol import PAPER_ABILITIES, Ability
 from eai.base.store import Store
-from eai.benchmarks.gold_answers import AnswerBook, open_answer_book, open_planned_book
+from eai.benchmarks.gold_answers import AnswersByTask, open_answers_of_planner, open_gold_answers
 from eai.benchmarks.prompt_library import PromptLibrary
 from eai.benchmarks.registry import find_benchmark, list_paper_benchmarks
 from eai.tasks.prompts.prompt import Prompt, PromptFiles
@@ -36,9 +36,9 @@ def own_prompts(name: str, ability: Ability, store: Store) -> Mapping[str, Promp
     return PromptLibrary("eai", None, Source(store)).open(find_benchmark(name), ability)
 
 
-def answer_book(name: str, ability: Ability, store: Store | None = None) -> AnswerBook:
-    return open_answer_book(find_benchmark(name), ability, Source(store))
+def answer_book(name: str, ability: Ability, store: Store | None = None) -> AnswersByTask:
+    return open_gold_answers(find_benchmark(name), ability, Source(store))
 
 
-def planned_book(name: str, ability: Ability, store: Store | None = None) -> AnswerBook:
-    return open_planned_book(find_benchmark(name), ability, Source(store))
+def planned_book(name: str, ability: Ability, store: Store | None = None) -> AnswersByTask:
+    return open_answers_of_planner(find_benchmark(name), ability, Source(store))

@@ -22,7 +22,7 @@ import httpx
 from openenv import GenericEnvClient
 
 from eai.abilities.protocol import Ability
-from eai.benchmarks.gold_answers import open_answer_book
+from eai.benchmarks.gold_answers import open_gold_answers
 from eai.results.reward import open_reward_suite
 
 PORT = 8765
@@ -78,7 +78,7 @@ async def reward_times(address: str, batches: list[dict[str, list[str]]], client
 def gold_batches(domain: str, number: int) -> list[dict[str, list[str]]]:
     """Return requests with one gold plan each, after a prompt of typical length."""
     suite = open_reward_suite(domain, Ability.ACTION_SEQUENCING)
-    book, prompt = open_answer_book(suite.benchmark, suite.ability), "x" * 14_000
+    book, prompt = open_gold_answers(suite.benchmark, suite.ability), "x" * 14_000
     batches = []
     for place in range(number):
         task_id = suite.task_ids[place % len(suite.task_ids)]

@@ -9,7 +9,7 @@ from eai.abilities.subgoal_decomposition.scorer import SubgoalDecomposition
 from eai.base.store import Store
 from eai.benchmarks.behavior.notation import BehaviorSubgoals
 from eai.benchmarks.behavior.tasks import BehaviorTask, BehaviorTasks, open_tasks
-from eai.benchmarks.gold_answers import open_answer_book
+from eai.benchmarks.gold_answers import open_gold_answers
 from eai.benchmarks.registry import find_benchmark
 from eai.benchmarks.suite import open_suite
 from eai.tasks.source import Source
@@ -54,7 +54,7 @@ def test_a_plan_is_written_as_the_effects_of_its_actions(tasks: BehaviorTasks) -
 
 def test_pouring_is_written_as_the_new_positions_of_objects(data_store: Store) -> None:
     source, ability = Source(data_store), Ability.SUBGOAL_DECOMPOSITION
-    book = open_answer_book(find_benchmark("behavior"), ability, source)
+    book = open_gold_answers(find_benchmark("behavior"), ability, source)
     (task_id,) = [each for each in book if each.startswith("preserving_food")]
     gold = book[task_id]
     assert (

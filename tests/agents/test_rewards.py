@@ -26,7 +26,7 @@ from eai.agents.rewards import (
     reward_func,
 )
 from eai.base.store import Store
-from eai.benchmarks.gold_answers import open_answer_book
+from eai.benchmarks.gold_answers import open_gold_answers
 from eai.results.reward import METRICS
 
 HOUSEHOLDS = ("virtualhome", "behavior")
@@ -43,7 +43,7 @@ def there(data_store: Store) -> None:
 def gold(name: str, ability: Ability) -> tuple[str, str]:
     """Return a task with something to earn, by its name, and its gold answer."""
     suite = eai.open(name, ability)
-    book = open_answer_book(suite.benchmark, ability)
+    book = open_gold_answers(suite.benchmark, ability)
     task_id = suite.task_ids[3]
     return suite.reference(task_id), book[task_id].text
 

@@ -35,7 +35,7 @@ def test_incremental_observations_equal_new_ones(
 ) -> None:
     benchmark = find_benchmark(name)
     task = benchmark.tasks_for(Ability.ACTION_SEQUENCING, Source(data_store))[task_id]
-    wording, rng = benchmark.observed_wording(), random.Random(0)
+    wording, rng = benchmark.observation_wording(), random.Random(0)
     observer, episode = Observer(task, wording, observe), Episode(benchmark.domain, task.initial)
     observation = observer.first
     stored = {each.predicate for each in wording.goal_fact_listers if each.sources == (each.predicate,)}

@@ -18,7 +18,7 @@ from eai.abilities.notation.plans import PlanNotation
 from eai.abilities.protocol import PAPER_ABILITIES, Ability, Protocol
 from eai.base.store import Store
 from eai.benchmarks.benchmark import Benchmark
-from eai.benchmarks.gold_answers import open_answer_book
+from eai.benchmarks.gold_answers import open_gold_answers
 from eai.benchmarks.prompt_library import PromptLibrary, make_answer_schema
 from eai.benchmarks.registry import find_benchmark
 from eai.benchmarks.suite import open_suite
@@ -95,7 +95,7 @@ def test_gold_answers_fit_the_schema_and_score_alike_in_it(
     name: str, ability: Ability, data_store: Store
 ) -> None:
     declared, source = benchmark(name), Source(data_store)
-    book = open_answer_book(declared, ability, source)
+    book = open_gold_answers(declared, ability, source)
     protocols = PROTOCOLS if name in ("virtualhome", "behavior") else (Protocol.STRICT,)
     suites = [open_suite(declared, ability, protocol, source=source) for protocol in protocols]
     for task_id, form in make_forms(name, ability, data_store).items():

@@ -13,7 +13,12 @@ from eai.abilities.protocol import PAPER_ABILITIES, Ability
 from eai.base.store import Store
 from eai.benchmarks.behavior.tasks import BehaviorTask
 from eai.benchmarks.benchmark import Benchmark
-from eai.benchmarks.copied_answers import find_mentions, open_copy_book, open_empty_book, open_lookup_book
+from eai.benchmarks.copied_answers import (
+    find_mentions,
+    open_answers_of_similar_tasks,
+    open_copied_answers,
+    open_empty_answers,
+)
 from eai.benchmarks.random_answers import open_random_answers
 from eai.benchmarks.registry import find_benchmark
 from eai.benchmarks.suite import open_suite
@@ -58,7 +63,7 @@ def toy(*goals: Formula, instruction: str = "") -> Benchmark:
 
 
 def copy(benchmark: Benchmark, ability: Ability) -> object:
-    return json.loads(open_copy_book(benchmark, ability)["1"].text)
+    return json.loads(open_copied_answers(benchmark, ability)["1"].text)
 
 
 def test_names_are_found_with_other_endings_and_in_several_words() -> None:
@@ -113,7 +118,7 @@ def test_copied_operators_apply_the_goal_to_all_objects() -> None:
 @pytest.mark.parametrize("ability", PAPER_ABILITIES)
 def test_an_empty_answer_has_the_required_form(ability: Ability) -> None:
     benchmark = toy(lit(LAMP))
-    text = open_empty_book(benchmark, ability)["1"].text
+    text = open_empty_answers(benchmark, ability)["1"].text
     assert not any(json.loads(text).values()) if ability is not Ability.ACTION_SEQUENCING else text == "[]"
     assert not getattr(open_suite(benchmark, ability).score("1", text), "success", False)
 
@@ -122,12 +127,12 @@ Answers = Callable[[Benchmark, Ability], Callable[[str], str]]
 
 
 def answer_by_copy(benchmark: Benchmark, ability: Ability) -> Callable[[str], str]:
-    book = open_copy_book(benchmark, ability)
+    book = open_copied_answers(benchmark, ability)
     return lambda task_id: book[task_id].text
 
 
 def answer_by_lookup(benchmark: Benchmark, ability: Ability) -> Callable[[str], str]:
-    book = open_lookup_book(benchmark, ability)
+    book = open_answers_of_similar_tasks(benchmark, ability)
     return lambda task_id: book[task_id].text
 
 
@@ -187,7 +192,9 @@ def test_the_copying_model_does_not_use_gold_operators(name: str) -> None:
 
 
 def test_the_copied_subgoal_is_stated_in_the_question(data_store: Store) -> None:
-    book = open_copy_book(find_benchmark("virtualhome"), Ability.SUBGOAL_DECOMPOSITION, Source(data_store))
+    book = open_copied_answers(
+        find_benchmark("virtualhome"), Ability.SUBGOAL_DECOMPOSITION, Source(data_store)
+    )
     assert json.loads(book["481_2"].text)["output"] == [
         "exists x0. (TYPE(x0)) then exists x0. (SWITCHOFF(x0))"
     ]

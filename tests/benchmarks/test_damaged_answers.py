@@ -22,7 +22,7 @@ from eai.abilities.subgoal_decomposition.scorer import SubgoalDecomposition
 from eai.abilities.transition_modeling.extraction import ResultCache, read_operators
 from eai.abilities.verdict import Unreadable
 from eai.base.store import Store
-from eai.benchmarks.gold_answers import WrittenAnswer, open_answer_book, open_planned_book
+from eai.benchmarks.gold_answers import WrittenAnswer, open_answers_of_planner, open_gold_answers
 from eai.benchmarks.registry import find_benchmark
 from eai.benchmarks.suite import open_suite
 from eai.pddl.planning import PlannerChoice
@@ -135,7 +135,7 @@ def damage_answers(
 ) -> Iterator[tuple[str, Scorer, str, str]]:
     """Yield the name of each damage, a scorer, a gold answer and the damaged answer."""
     benchmark = find_benchmark(name)
-    opened = open_planned_book if name == BLOCKS else open_answer_book
+    opened = open_answers_of_planner if name == BLOCKS else open_gold_answers
     book = opened(benchmark, ability, source)
     suite = open_suite(benchmark, ability, source=source)
     task_ids = [task_id for task_id in book if book[task_id].parts]
@@ -154,7 +154,7 @@ def test_damaged_json_lines_are_read_completely_or_not_at_all(
     """Cutting the end is left out: a cut between two lines leaves a complete answer."""
     source = Source(data_store)
     suite = open_suite(name, Ability.ACTION_SEQUENCING, source=source)
-    book = open_answer_book(find_benchmark(name), Ability.ACTION_SEQUENCING, source)
+    book = open_gold_answers(find_benchmark(name), Ability.ACTION_SEQUENCING, source)
     task_ids = [task_id for task_id in book if book[task_id].parts]
     for seed in range(number):
         task_id, damage = task_ids[seed % len(task_ids)], DAMAGES[1 + seed % (len(DAMAGES) - 1)]

@@ -18,7 +18,7 @@ from eai.base.errors import DataError, InputError
 from eai.base.store import Store
 from eai.benchmarks.benchmark import Benchmark, DataSet
 from eai.benchmarks.errata import ErrataUse, _Erratum, load_all_errata, read_errata
-from eai.benchmarks.gold_answers import open_answer_book
+from eai.benchmarks.gold_answers import open_gold_answers
 from eai.benchmarks.registry import find_benchmark
 from eai.benchmarks.suite import Suite, open_suite
 from eai.logic.formula import Atom, Constant
@@ -51,7 +51,7 @@ def open_corrected_suite(store: Store, entry: _Erratum, ability: Ability, errata
 def does_gold_succeed(store: Store, entry: _Erratum, errata: ErrataChoice, task_id: str) -> bool | None:
     """Whether the data set's own answer succeeds, or None if it is not counted."""
     suite = open_corrected_suite(store, entry, entry.abilities[0], errata)
-    book = open_answer_book(suite.benchmark, suite.ability, suite.source)
+    book = open_gold_answers(suite.benchmark, suite.ability, suite.source)
     verdict = suite.score(task_id, book[task_id].text)
     assert isinstance(verdict, PlanVerdict | OperatorVerdict)
     return verdict.success
@@ -93,7 +93,7 @@ def check_no_plan_exists(entry: _Erratum, store: Store) -> None:
 def check_plans_need_ids(entry: _Erratum, store: Store) -> None:
     (ability,) = entry.abilities
     suite = open_corrected_suite(store, entry, ability, CURRENT)
-    book = open_answer_book(suite.benchmark, ability, suite.source)
+    book = open_gold_answers(suite.benchmark, ability, suite.source)
     questions = suite.benchmark.official_prompts(ability, suite.source) or {}
     for task_id in entry.tasks:
         with_ids = book[task_id].text
@@ -127,7 +127,7 @@ def check_questions_omit_the_seat(entry: _Erratum, store: Store) -> None:
         }
         assert len(seated) == 9
         assert {i for i in seated if "\ncharacter, states: ['SITTING']" not in questions[i].user} == unsaid
-    book = open_answer_book(suite.benchmark, ability, suite.source)
+    book = open_gold_answers(suite.benchmark, ability, suite.source)
     for task_id in entry.tasks:
         gold = book[task_id].text
         verdicts = [score_plan(suite, task_id, text) for text in (gold, gold.replace('"STANDUP": [ ], ', ""))]
@@ -148,7 +148,7 @@ def check_pouring_twice_fails(entry: _Erratum, store: Store) -> None:
         for task_id in entry.tasks:
             assert "\nPOUR\nPOUR\n" in questions[task_id].user
             assert ("needs to be included only once" in questions[task_id].user) is is_said
-    book = open_answer_book(suite.benchmark, ability, suite.source)
+    book = open_gold_answers(suite.benchmark, ability, suite.source)
     for task_id in entry.tasks:
         gold = book[task_id].text
         twice, number = re.subn(r'("POUR": \[.*?\])', r"\1, \1", gold)
@@ -351,7 +351,7 @@ def test_only_the_default_protocol_uses_errata(data_store: Store, domain: str, a
     for protocol, suite in opened.items():
         is_default = protocol is Protocol.STRICT
         assert suite.errata.version == (version if is_default else "")
-        used = suite.errata.find_errata_use(ability, suite.task_ids[0])
+        used = suite.errata.find_errata_of_task(ability, suite.task_ids[0])
         assert used == (ErrataUse(version) if is_default else None)
 
 

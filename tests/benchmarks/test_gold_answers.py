@@ -11,7 +11,12 @@ from eai.abilities.protocol import PAPER_ABILITIES, Ability, Protocol
 from eai.abilities.subgoal_decomposition.verdict import SubgoalCategory, SubgoalVerdict
 from eai.base.errors import InputError
 from eai.base.store import Store
-from eai.benchmarks.gold_answers import WrittenAnswer, make_noisy_answer, open_answer_book, open_planned_book
+from eai.benchmarks.gold_answers import (
+    WrittenAnswer,
+    make_noisy_answer,
+    open_answers_of_planner,
+    open_gold_answers,
+)
 from eai.benchmarks.registry import find_benchmark
 from eai.benchmarks.suite import open_suite
 from eai.planning.search import Limits
@@ -58,7 +63,7 @@ def test_gold_answers_are_right(data_store: Store, suite: tuple[str, Ability]) -
 def test_gold_subgoals_of_pddl_tasks_succeed(name: str) -> None:
     """Their actions use objects that no subgoal names, such as a place or a lever."""
     suite = open_suite(f"pddl:{DOMAINS / name / 'domain.pddl'},{DOMAINS / name}", SUBGOALS)
-    book = open_answer_book(suite.benchmark, SUBGOALS)
+    book = open_gold_answers(suite.benchmark, SUBGOALS)
     verdicts = {task_id: suite.score(task_id, book[task_id].text) for task_id in suite.task_ids}
     assert [task_id for task_id, verdict in verdicts.items() if not verdict.success] == []
     assert len(verdicts) > 1
@@ -91,7 +96,7 @@ def test_a_task_without_a_plan_has_no_planned_answer(
         f"(define (problem q) (:domain two) (:objects a b) (:init (p a)) (:goal {goal}))"
     )
     benchmark = find_benchmark(f"pddl:{tmp_path / 'domain.pddl'},{tmp_path}")
-    answer = open_planned_book(benchmark, Ability.ACTION_SEQUENCING, limits=Limits(states))["q"]
+    answer = open_answers_of_planner(benchmark, Ability.ACTION_SEQUENCING, limits=Limits(states))["q"]
     assert (answer.why_none, answer.text) == (why_none, text)
 
 

@@ -11,7 +11,7 @@ from eai import make_task
 from eai.abilities.protocol import Ability
 from eai.abilities.verdict import PlanVerdict
 from eai.base.store import Store
-from eai.benchmarks.copied_answers import SimilarTaskTable, open_lookup_book
+from eai.benchmarks.copied_answers import SimilarTaskTable, open_answers_of_similar_tasks
 from eai.benchmarks.registry import find_benchmark
 from eai.benchmarks.suite import open_suite
 from eai.results.summary import compute_metric_rates
@@ -89,7 +89,7 @@ def test_a_task_is_not_looked_up_by_itself() -> None:
 @pytest.mark.parametrize("name", ["virtualhome", "behavior"])
 def test_goals_of_the_most_similar_instruction_are_partly_right(name: str) -> None:
     benchmark = find_benchmark(name)
-    book = open_lookup_book(benchmark, Ability.GOAL_INTERPRETATION)
+    book = open_answers_of_similar_tasks(benchmark, Ability.GOAL_INTERPRETATION)
     suite = open_suite(benchmark, Ability.GOAL_INTERPRETATION)
     verdicts = [suite.score(task_id, book[task_id].text) for task_id in suite.task_ids[::7]]
     assert not any(v.error and v.error.kind.value == "parsing" for v in verdicts)
@@ -101,7 +101,7 @@ def test_goals_of_the_most_similar_instruction_are_partly_right(name: str) -> No
 @pytest.mark.usefixtures("data_store")
 def test_looked_up_subgoals_name_the_tasks_objects() -> None:
     benchmark = find_benchmark("virtualhome")
-    book = open_lookup_book(benchmark, Ability.SUBGOAL_DECOMPOSITION)
+    book = open_answers_of_similar_tasks(benchmark, Ability.SUBGOAL_DECOMPOSITION)
     suite = open_suite(benchmark, Ability.SUBGOAL_DECOMPOSITION)
     verdicts = [suite.score(task_id, book[task_id].text) for task_id in suite.task_ids[::12]]
     assert not any(v.error and v.error.kind.value in ("parsing", "hallucination") for v in verdicts)
@@ -111,7 +111,7 @@ def test_looked_up_subgoals_name_the_tasks_objects() -> None:
 def test_operators_are_looked_up_if_another_task_needs_them(data_store: Store) -> None:
     source = Source(data_store)
     benchmark = find_benchmark("behavior")
-    book = open_lookup_book(benchmark, Ability.TRANSITION_MODELING, source)
+    book = open_answers_of_similar_tasks(benchmark, Ability.TRANSITION_MODELING, source)
     tasks = benchmark.operators(source)
     uses = Counter(name for task in tasks.values() for name in task.operators)
     for task_id, task in tasks.items():
@@ -122,7 +122,7 @@ def test_operators_are_looked_up_if_another_task_needs_them(data_store: Store) -
 
 def test_the_lookup_table_solves_most_public_tasks(data_store: Store) -> None:
     suite = open_suite(find_benchmark("virtualhome"), Ability.ACTION_SEQUENCING, source=Source(data_store))
-    book = open_lookup_book(suite.benchmark, suite.ability, suite.source)
+    book = open_answers_of_similar_tasks(suite.benchmark, suite.ability, suite.source)
     verdicts = [suite.score(task_id, book[task_id].text) for task_id in suite.task_ids]
     scored = [v for v in verdicts if isinstance(v, PlanVerdict) and v.excluded is None]
     assert (sum(v.success for v in scored), len(scored)) == (239, 337)

@@ -10,7 +10,7 @@ import pytest
 import eai
 from eai.abilities.protocol import PAPER_ABILITIES, Ability
 from eai.benchmarks.benchmark import Benchmark
-from eai.benchmarks.gold_answers import open_answer_book
+from eai.benchmarks.gold_answers import open_gold_answers
 from eai.benchmarks.made_example import make_example
 from eai.benchmarks.prompt_library import PromptLibrary
 from eai.benchmarks.registry import find_benchmark
@@ -55,7 +55,7 @@ def test_a_prompt_states_the_instruction_and_no_answer_to_another_task(
     two = taxis.tasks(USUAL_SOURCE)
     for benchmark in (toys(), replace(taxis, open_tasks=eai.given(two["near"], two["far"]))):
         prompts = PromptLibrary(prompt_set).open(benchmark, ability)
-        tasks, book = benchmark.tasks(USUAL_SOURCE), open_answer_book(benchmark, ability)
+        tasks, book = benchmark.tasks(USUAL_SOURCE), open_gold_answers(benchmark, ability)
         for task_id, prompt in prompts.items():
             question = prompt.user.partition("Your task\n")[2]
             assert f"Instruction: {tasks[task_id].instruction}\n" in question
@@ -104,8 +104,8 @@ def test_objects_are_listed_once_with_all_their_kinds(taxis: Benchmark) -> None:
 
 
 def test_a_public_benchmark_keeps_the_examples_of_its_data_set() -> None:
-    assert find_benchmark("virtualhome").is_own_domain is False
-    assert toys().is_own_domain
+    assert find_benchmark("virtualhome").is_worded_by_declaration is False
+    assert toys().is_worded_by_declaration
 
 
 def test_a_vocabulary_without_predicates_has_no_example() -> None:

@@ -9,7 +9,12 @@ from eai.abilities.protocol import Ability
 from eai.abilities.verdict import PlanVerdict
 from eai.base.store import Store
 from eai.benchmarks.benchmark import Benchmark
-from eai.benchmarks.gold_answers import make_noisy_answer, open_answer_book, open_planned_book, replace_goals
+from eai.benchmarks.gold_answers import (
+    make_noisy_answer,
+    open_answers_of_planner,
+    open_gold_answers,
+    replace_goals_by_answers,
+)
 from eai.benchmarks.registry import find_benchmark
 from eai.benchmarks.suite import open_suite
 from eai.logic.choice import build_and_or_tree, generate_dnf_terms_of_tree
@@ -33,7 +38,7 @@ def is_entailed(stated: set[Formula], task: Task) -> bool:
 
 
 def make_noisy_answers(benchmark: Benchmark, task_ids: list[str], source: Source) -> dict[str, str]:
-    book = open_answer_book(benchmark, Ability.GOAL_INTERPRETATION, source)
+    book = open_gold_answers(benchmark, Ability.GOAL_INTERPRETATION, source)
     return {task: make_noisy_answer(book, task, 0.2, "0").text for task in task_ids}
 
 
@@ -49,7 +54,9 @@ def test_plans_succeed_if_the_stated_goals_entail_the_true_ones(
     suite = open_suite(benchmark, Ability.ACTION_SEQUENCING, source=source)
     ids = [i for i in suite.task_ids if not suite.tasks[i].get_goals_of_kind(GoalKind.ACTION)][::every]
     answers = make_noisy_answers(benchmark, ids, source)
-    book = open_planned_book(replace_goals(benchmark, answers), Ability.ACTION_SEQUENCING, source)
+    book = open_answers_of_planner(
+        replace_goals_by_answers(benchmark, answers), Ability.ACTION_SEQUENCING, source
+    )
     entailed, solved = set(), set()
     for task_id in ids:
         task, plan = suite.tasks[task_id], book[task_id]

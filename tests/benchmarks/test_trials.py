@@ -18,7 +18,11 @@ from eai.abilities.notation.plan_form import WrittenPlan
 from eai.abilities.protocol import Ability, Protocol
 from eai.abilities.trial import Trial
 from eai.base.store import Store
-from eai.benchmarks.gold_answers import make_heeding_answer, make_noisy_answer, yield_corrupted_versions
+from eai.benchmarks.gold_answers import (
+    make_answer_heeding_feedback,
+    make_noisy_answer,
+    yield_corrupted_then_repaired_answers,
+)
 from eai.benchmarks.prompt_library import PromptLibrary
 from eai.benchmarks.suite import Suite, open_suite
 from eai.benchmarks.virtualhome.plan_notation import ObjectWithId
@@ -151,11 +155,15 @@ def test_a_model_that_follows_feedback_improves_only_with_feedback(
 
         def follow_feedback(question: Prompt, attempt: int, task_id: str = task_id) -> str:
             text = question.user
-            return make_heeding_answer(book, task_id, text, attempt, rate=rate, seed=seed, heed=1.0).text
+            return make_answer_heeding_feedback(
+                book, task_id, text, attempt, rate=rate, seed=seed, heed=1.0
+            ).text
 
         attempts = run_policy(trials, task_id, follow_feedback)
         versions = list(
-            dict.fromkeys(answer.text for answer in yield_corrupted_versions(book, task_id, rate, seed))
+            dict.fromkeys(
+                answer.text for answer in yield_corrupted_then_repaired_answers(book, task_id, rate, seed)
+            )
         )
         versions += versions[-1:] * ATTEMPTS
         wins = [bool(getattr(trials.suite.score(task_id, text), "success", False)) for text in versions]

@@ -14,7 +14,7 @@ def test_it_says_at_once_what_it_does_and_ends_with_what_to_do_next(
     eai: Command, monkeypatch: pytest.MonkeyPatch, tmp_path: Path
 ) -> None:
     ran: list[str] = []
-    monkeypatch.setattr(demo, "_run_printed_command", ran.append)
+    monkeypatch.setattr(demo, "_print_and_run_command", ran.append)
     done = eai("demo", "--out", tmp_path / "my demo")
     assert done.status == 0
     assert done.out.startswith("Two built-in models, of which one makes mistakes, do 40 tasks")

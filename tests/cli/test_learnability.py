@@ -10,7 +10,7 @@ import pytest
 import eai as library
 from by_path import ROOT
 from command_line import Command
-from eai.benchmarks.gold_answers import open_answer_book
+from eai.benchmarks.gold_answers import open_gold_answers
 
 LAMPS = ("check", "lamps:lamps", "--learnable")
 
@@ -44,7 +44,7 @@ def test_null_models_have_a_row_each(eai: Command) -> None:
 
 def test_groups_of_answers_with_mixed_rewards_are_counted(eai: Command) -> None:
     suite = library.open("lamps:lamps", "action_sequencing")
-    right = open_answer_book(suite.benchmark, suite.ability)[suite.task_ids[0]].text
+    right = open_gold_answers(suite.benchmark, suite.ability)[suite.task_ids[0]].text
     score(eai, "mixed", right, "no plan")
     score(eai, "equal", "no plan", "no idea")
     done = eai(*LAMPS, "--records", "scores")

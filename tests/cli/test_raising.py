@@ -15,14 +15,14 @@ from eai.abilities.protocol import Ability
 from eai.agents.episode_server import open_episode_server
 from eai.agents.rewards import TrlHousehold, TrlReward
 from eai.agents.setting import ACTING
-from eai.benchmarks.gold_answers import open_answer_book
+from eai.benchmarks.gold_answers import open_gold_answers
 from eai.benchmarks.suite import open_suite
 from eai.tasks.source import Source
 from raising import BOOM, NAME, RAISING
 
 RIGHT = {
     task: answer.text
-    for task, answer in open_answer_book(RAISING, Ability.ACTION_SEQUENCING, Source()).items()
+    for task, answer in open_gold_answers(RAISING, Ability.ACTION_SEQUENCING, Source()).items()
     if answer.text
 }
 TASK = "both"

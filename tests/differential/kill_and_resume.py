@@ -37,7 +37,7 @@ from eai.abilities.attempt_options import AttemptOptions
 from eai.abilities.protocol import Ability
 from eai.agents.setting import ACTING
 from eai.base.json_value import Json
-from eai.benchmarks.gold_answers import open_answer_book
+from eai.benchmarks.gold_answers import open_gold_answers
 from eai.benchmarks.prompt_library import PromptLibrary
 from eai.benchmarks.suite import open_suite
 from eai.results.epochs import StatedBeliefs, score_answers
@@ -71,7 +71,7 @@ def make_work(kind: str, tasks: int) -> Work:
     task_ids = suite.task_ids[:tasks]
     believed, trials = None, None
     if kind == "pipeline":
-        book = open_answer_book(suite.benchmark, Ability.GOAL_INTERPRETATION)
+        book = open_gold_answers(suite.benchmark, Ability.GOAL_INTERPRETATION)
         stated = {task_id: book[task_id].text for task_id in task_ids}
         believed = make_goal_beliefs(("oracle", stated), suite.benchmark, suite.source)
     prompts = library.open(suite.benchmark, suite.ability, None if believed is None else believed.beliefs)

@@ -14,7 +14,7 @@ from differential.mutations import Dice
 from eai.abilities.protocol import Ability
 from eai.benchmarks.behavior import tasks as behavior
 from eai.benchmarks.behavior.notation import BehaviorSubgoals
-from eai.benchmarks.gold_answers import AnswerBook, open_answer_book
+from eai.benchmarks.gold_answers import AnswersByTask, open_gold_answers
 from eai.benchmarks.registry import find_benchmark
 from eai.benchmarks.virtualhome import tasks as virtualhome
 from eai.benchmarks.virtualhome.notation import SUBGOAL_ACTIONS, VirtualHomeSubgoals
@@ -29,13 +29,13 @@ BESIDES = {"necessity_to_use_action": "no", "actions_to_include": []}
 
 def maker(domain: str, ability: Ability) -> Maker:
     """Return the function that makes the answers of a suite."""
-    book = open_answer_book(find_benchmark(domain), ability)
+    book = open_gold_answers(find_benchmark(domain), ability)
     if ability is Ability.TRANSITION_MODELING:
         return partial(_operators, book)
     return _in_homes(ability, book) if domain == "virtualhome" else _in_scenes(ability, book)
 
 
-def _in_homes(ability: Ability, book: AnswerBook) -> Maker:
+def _in_homes(ability: Ability, book: AnswersByTask) -> Maker:
     tasks = virtualhome.open_tasks()
 
     def words(task_id: str) -> Words:
@@ -53,7 +53,7 @@ def _in_homes(ability: Ability, book: AnswerBook) -> Maker:
             return lambda dice, i: subgoals(dice, book[i].parts, words(i), BESIDES)
 
 
-def _in_scenes(ability: Ability, book: AnswerBook) -> Maker:
+def _in_scenes(ability: Ability, book: AnswersByTask) -> Maker:
     tasks = behavior.open_tasks()
     match ability:
         case Ability.ACTION_SEQUENCING:
@@ -70,5 +70,5 @@ def _words(scene: Scene) -> Words:
     return Words(known.signature, names, names)
 
 
-def _operators(book: AnswerBook, dice: Dice, task_id: str) -> str:
+def _operators(book: AnswersByTask, dice: Dice, task_id: str) -> str:
     return operators(dice, book[task_id].parts, book[dice.one(tuple(book))].parts)

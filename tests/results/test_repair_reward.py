@@ -106,7 +106,7 @@ def test_the_rewards_of_turns_sum_to_the_reward_of_the_plan() -> None:
         reward = Reward(suite, "repair")(task.id, written(suite, task, plan))
         environment = make("virtualhome", task.id, reward="repair", until="done")
         environment.reset(seed=0)
-        name = suite.benchmark.observed_wording().object_name
+        name = suite.benchmark.observation_wording().object_name
         commands = [f"{a.operator}({', '.join(name(task, i) for i in a.arguments)})" for a in plan]
         turns = [float(environment.step(command)[1]) for command in (*commands, "DONE")]
         assert sum(turns) == pytest.approx(reward or 0.0, abs=1e-9)

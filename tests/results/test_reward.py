@@ -19,7 +19,7 @@ from eai import Ability, Benchmark, InputError, Suite, Task, given, make_task
 from eai.abilities.protocol import PAPER_ABILITIES
 from eai.abilities.transition_modeling.verdict import OperatorVerdict
 from eai.base.store import Store
-from eai.benchmarks.gold_answers import open_answer_book
+from eai.benchmarks.gold_answers import open_gold_answers
 from eai.benchmarks.names import TaskReference
 from eai.logic.formula import And, Or
 from eai.pddl.planning import PlannerOutcome
@@ -284,7 +284,7 @@ def test_exchanging_a_condition_for_one_of_another_option_earns_nothing() -> Non
 @pytest.mark.parametrize("world", HOUSEHOLDS)
 def test_gold_plans_earn_what_they_reach(world: str) -> None:
     suite = suite_of(world)
-    book = open_answer_book(suite.benchmark, Ability.ACTION_SEQUENCING)
+    book = open_gold_answers(suite.benchmark, Ability.ACTION_SEQUENCING)
     earned = [worth(world, task_id, book[task_id].text) for task_id in tasks_of(world)]
     successes = sum(each[Shaping.SUCCESS] for each in earned)
     assert successes == {"virtualhome": 337, "behavior": 100}[world]
@@ -339,7 +339,7 @@ def test_no_text_raises(world: str, ability: Ability) -> None:
 
 def test_an_answer_that_is_too_long_is_not_read() -> None:
     suite = suite_of("virtualhome")
-    gold = open_answer_book(suite.benchmark, Ability.ACTION_SEQUENCING)["27_2"].text
+    gold = open_gold_answers(suite.benchmark, Ability.ACTION_SEQUENCING)["27_2"].text
     exact, short = Reward(suite, limit=len(gold)), Reward(suite, limit=len(gold) - 1)
     assert (exact("27_2", gold), short("27_2", gold)) == (1, 0)
     grade = pickle.loads(pickle.dumps(short)).grade("27_2", gold)  # noqa: S301 - its own bytes
@@ -379,7 +379,7 @@ PLAN = '{"WALK": ["soap"], "GRAB": ["soap"], "PUTIN": ["soap", "washing_machine"
 def test_an_answer_is_rewarded_by_the_reference_of_its_task() -> None:
     task = suite_of("virtualhome").reference("27_2")
     assert task == "virtualhome/action_sequencing/27_2"
-    gold = open_answer_book(eai.find_benchmark("virtualhome"), Ability.ACTION_SEQUENCING)["27_2"].text
+    gold = open_gold_answers(eai.find_benchmark("virtualhome"), Ability.ACTION_SEQUENCING)["27_2"].text
     assert [eai.reward(task, text, "goals") for text in (gold, PLAN)] == [1, 0]
     assert open_reward(TaskReference.parse(task), "goals") is open_reward(TaskReference.parse(task), "goals")
 
@@ -400,7 +400,7 @@ def test_a_reward_is_pickled_by_name(ability: Ability) -> None:
     assert len(content) < 1_000
     assert (twin.shaping, twin.suite.data_sha256) == (paid.shaping, paid.suite.data_sha256)
     task_id = paid.suite.task_ids[0]
-    gold = open_answer_book(paid.suite.benchmark, ability)[task_id].text
+    gold = open_gold_answers(paid.suite.benchmark, ability)[task_id].text
     assert twin(task_id, gold) == paid(task_id, gold) == 1
 
 
@@ -418,7 +418,7 @@ def test_rewards_use_no_planner() -> None:
 
 def test_rewards_are_the_same_from_threads() -> None:
     suite = suite_of("behavior")
-    book = open_answer_book(suite.benchmark, Ability.ACTION_SEQUENCING)
+    book = open_gold_answers(suite.benchmark, Ability.ACTION_SEQUENCING)
     answers = [(task_id, book[task_id].text) for task_id in suite.task_ids[:20]]
     paid = Reward(suite, "progress")
     alone = [paid(*answer) for answer in answers]

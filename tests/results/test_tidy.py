@@ -9,7 +9,7 @@ from eai.abilities.explanation import find_predicate_names, parse_statement
 from eai.abilities.protocol import PAPER_ABILITIES, Ability, Protocol
 from eai.abilities.transition_modeling.verdict import OperatorVerdict
 from eai.base.store import Store
-from eai.benchmarks.gold_answers import make_noisy_answer, open_answer_book
+from eai.benchmarks.gold_answers import make_noisy_answer, open_gold_answers
 from eai.benchmarks.suite import open_suite
 from eai.pddl.matching import find_predicates_in_text
 from eai.pddl.planning import PlannerChoice
@@ -75,7 +75,7 @@ def _tables(records: list[Record], *, features: bool) -> TidyTables:
 def test_numbers_of_lines_agree_with_their_texts(domain: str, ability: Ability, protocol: Protocol) -> None:
     source = Source(Store(), planner=PlannerChoice.NONE)
     suite = open_suite(domain, ability, protocol, source=source)
-    book = open_answer_book(suite.benchmark, ability, source)
+    book = open_gold_answers(suite.benchmark, ability, source)
     asked = list(suite.task_ids)[:30:3]
     written = [Response(task, make_noisy_answer(book, task, 0.7, "values").text) for task in asked]
     scored = score_run(suite, ResponseFile("m", tuple(written)), {}, ScoringOptions(explanations=True))

@@ -17,7 +17,7 @@ import pytest
 import eai
 from eai.base.errors import EaiError
 from eai.base.store import Store
-from eai.benchmarks.gold_answers import open_answer_book
+from eai.benchmarks.gold_answers import open_gold_answers
 from eai.results.batch import Scoring
 from eai.results.reward import Reward
 from eai.results.workers import (
@@ -198,7 +198,7 @@ def test_the_fork_server_ignores_interrupts() -> None:
 
 def test_rewards_from_workers_are_the_same(data_store: Store) -> None:
     suite = eai.open("behavior", "action_sequencing", source=eai.Source(data_store))
-    book = open_answer_book(suite.benchmark, suite.ability)
+    book = open_gold_answers(suite.benchmark, suite.ability)
     answers = [(task_id, book[task_id].text) for task_id in suite.task_ids] * 3
     reward = Reward(suite, "diagnosis")
     with Scoring(workers=2) as scoring:

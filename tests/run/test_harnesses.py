@@ -14,7 +14,7 @@ from by_path import ROOT
 from eai.abilities.declaration import get_declaration
 from eai.abilities.protocol import PAPER_ABILITIES
 from eai.base.store import Store
-from eai.benchmarks.gold_answers import open_answer_book
+from eai.benchmarks.gold_answers import open_gold_answers
 from eai.benchmarks.registry import list_paper_benchmarks
 from eai.run.registry import TASKS
 
@@ -53,7 +53,7 @@ def suites(monkeypatch: pytest.MonkeyPatch) -> Iterator[Any]:
 def test_right_answers_are_right_in_the_lm_evaluation_harness(data_store: Store, suites: Any) -> None:
     rows = suites.questions("behavior", "action_sequencing", version=1.0)["test"]
     suite = eai.open("behavior", "action_sequencing")
-    book = open_answer_book(suite.benchmark, suite.ability, suite.source)
+    book = open_gold_answers(suite.benchmark, suite.ability, suite.source)
     counted = [suites.shares(row, [book[row["task_id"]].text]) for row in rows.select(range(5))]
     assert suites.rate([each["task_success"] for each in counted]) == 1.0
     assert suites.rate([suites.shares(rows[0], ["lol"])["task_success"]]) == 0.0

@@ -10,17 +10,21 @@ import pytest
 from eai.abilities.protocol import PAPER_ABILITIES, Ability, find_abilities
 from eai.agents.setting import ACTING
 from eai.base.errors import InputError
-from eai.benchmarks.copied_answers import open_copy_book, open_empty_book, open_lookup_book
-from eai.benchmarks.gold_answers import open_planned_book
+from eai.benchmarks.copied_answers import (
+    open_answers_of_similar_tasks,
+    open_copied_answers,
+    open_empty_answers,
+)
+from eai.benchmarks.gold_answers import open_answers_of_planner
 from eai.benchmarks.random_answers import open_random_answers
 from eai.run.job import EXPLORERS, can_model_answer
 from worlds.warehouse import warehouse
 
 OPENED: dict[str, Any] = {
-    "planner": open_planned_book,
-    "lookup": open_lookup_book,
-    "copy": open_copy_book,
-    "empty": open_empty_book,
+    "planner": open_answers_of_planner,
+    "lookup": open_answers_of_similar_tasks,
+    "copy": open_copied_answers,
+    "empty": open_empty_answers,
     "random": open_random_answers,
 }
 

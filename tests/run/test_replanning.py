@@ -18,7 +18,7 @@ from eai.abilities.attempt_options import AttemptOptions, FeedbackLevel
 from eai.abilities.feedback import REASONS
 from eai.abilities.protocol import Ability, Protocol
 from eai.base.store import Store
-from eai.benchmarks.gold_answers import make_heeding_answer, make_noisy_answer
+from eai.benchmarks.gold_answers import make_answer_heeding_feedback, make_noisy_answer
 from eai.benchmarks.prompt_library import PromptLibrary
 from eai.benchmarks.suite import open_suite
 from eai.results.codec import record_to_json
@@ -69,7 +69,7 @@ def offline(options: AttemptOptions, store: Store, heed: float | None) -> dict[s
                 text = make_noisy_answer(book, task_id, RATE, seed).text
             else:
                 shown = inquiry.question.user
-                text = make_heeding_answer(
+                text = make_answer_heeding_feedback(
                     book, task_id, shown, attempt, rate=RATE, seed="0 1", heed=heed
                 ).text
             inquiry.add_answer(text)

@@ -19,7 +19,7 @@ from eai.agents.setting import ACTING
 from eai.base.files import to_file_name
 from eai.base.store import Store
 from eai.benchmarks.errata import load_all_errata
-from eai.benchmarks.gold_answers import open_answer_book
+from eai.benchmarks.gold_answers import open_gold_answers
 from eai.benchmarks.registry import find_benchmark
 from eai.benchmarks.suite import Suite, open_suite
 from eai.results.batch import Scoring
@@ -134,7 +134,7 @@ def test_gold_answers_equal_the_published_ones_without_errata(
     asked = Asked(domain, ability, protocol, (task_id,), errata or ErrataChoice.CURRENT)
     ran = process.submit(run_in_child, asked, Whom("eai/oracle", {}), tmp_path).result()
     source = Source(data_store, errata=errata or ErrataChoice.NONE)
-    gold = open_answer_book(find_benchmark(domain), ability, source)[task_id].text
+    gold = open_gold_answers(find_benchmark(domain), ability, source)[task_id].text
     assert [record.response for record in ran.records] == [gold]
     corrected = answer_book(domain, ability, data_store)[task_id].text
     assert (gold == corrected) is (errata is ErrataChoice.CURRENT)

@@ -16,7 +16,7 @@ from eai.agents.environment import make
 from eai.base.errors import InputError
 from eai.base.store import Store
 from eai.benchmarks.benchmark import Benchmark
-from eai.benchmarks.gold_answers import open_answer_book, open_planned_book
+from eai.benchmarks.gold_answers import open_answers_of_planner, open_gold_answers
 from eai.benchmarks.prompt_library import PromptLibrary
 from eai.benchmarks.registry import find_benchmark
 from eai.benchmarks.suite import open_suite
@@ -209,7 +209,7 @@ def test_all_abilities_work(name: str, ability: Ability, data_store: Store) -> N
     suite = open_suite(benchmark, ability, source=source)
     prompts = PromptLibrary("official", source=source).open(benchmark, ability)
     assert list(prompts) == list(suite.task_ids) != []
-    book = open_answer_book(benchmark, ability, source)
+    book = open_gold_answers(benchmark, ability, source)
     for task_id in suite.task_ids:
         verdict = suite.score(task_id, book[task_id].text)
         if isinstance(verdict, OperatorVerdict):  # the built-in planner knows no axioms that need each other
@@ -222,7 +222,7 @@ def test_all_abilities_work(name: str, ability: Ability, data_store: Store) -> N
 
 def test_the_planner_and_the_environment_take_them(data_store: Store) -> None:
     benchmark = closed("behavior", data_store)
-    book = open_planned_book(benchmark, Ability.ACTION_SEQUENCING, Source(data_store))
+    book = open_answers_of_planner(benchmark, Ability.ACTION_SEQUENCING, Source(data_store))
     suite = open_suite(benchmark, Ability.ACTION_SEQUENCING, source=Source(data_store))
     assert all(suite.score(task_id, book[task_id].text).success for task_id in suite.task_ids)  # type: ignore[union-attr]
     environment = make(benchmark, suite.task_ids[0], source=Source(data_store))

@@ -21,7 +21,7 @@ from rates import (
 
 from eai.abilities.protocol import Ability, Protocol
 from eai.benchmarks.errata import load_all_errata
-from eai.benchmarks.gold_answers import open_answer_book
+from eai.benchmarks.gold_answers import open_gold_answers
 from eai.benchmarks.registry import find_benchmark
 from eai.benchmarks.suite import open_suite
 from eai.logic import formula as f
@@ -476,7 +476,7 @@ def gold_plans(evidence: Evidence) -> Finding:
     counts = {}
     for domain in (V, B):
         source = evidence.published
-        book = open_answer_book(find_benchmark(domain), Ability.ACTION_SEQUENCING, source)
+        book = open_gold_answers(find_benchmark(domain), Ability.ACTION_SEQUENCING, source)
         suite = open_suite(domain, Ability.ACTION_SEQUENCING, Protocol.STRICT, source=source)
         texts = {task_id: book[task_id].text for task_id in suite.task_ids}
         judge = suite.adapt_to_answers(list(texts.values()))

@@ -14,7 +14,7 @@ from measures_rates import OPEN_WEIGHT
 from rates import all_of, if_so, most_of
 
 from eai.abilities.protocol import PAPER_ABILITIES, Ability, Protocol
-from eai.benchmarks.gold_answers import open_answer_book
+from eai.benchmarks.gold_answers import open_gold_answers
 from eai.benchmarks.registry import find_benchmark
 from eai.benchmarks.suite import open_suite
 from eai.results.model_cards import make_model_table
@@ -253,7 +253,7 @@ def relevant_objects(evidence: Evidence) -> Finding:
     for domain in (V, B):
         benchmark, source = find_benchmark(domain), evidence.published
         suite = open_suite(domain, Ability.ACTION_SEQUENCING, Protocol.STRICT, source=source)
-        book = open_answer_book(benchmark, Ability.ACTION_SEQUENCING, source)
+        book = open_gold_answers(benchmark, Ability.ACTION_SEQUENCING, source)
         changed = listed = 0
         for task_id in suite.task_ids:
             task = suite.tasks[task_id]

@@ -47,7 +47,7 @@ class CommandNotation:
 
     def __init__(self, task: Task, benchmark: Benchmark) -> None:
         self._domain, self._notation = benchmark.domain, benchmark.notation.plans
-        object_name = benchmark.observed_wording().object_name
+        object_name = benchmark.observation_wording().object_name
         self._names = [object_name(task, i) for i in range(len(task.scene.objects))]
         self._index = {name: i for i, name in reversed(list(enumerate(self._names)))}
         self._by_notation = self._notation.make_object_lookup(task)

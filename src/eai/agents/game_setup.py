@@ -80,7 +80,7 @@ class GameSetup:
             raise InputError(
                 f"{benchmark.name}: the command {DONE} ends episodes, so no action may have this name"
             )
-        wording = benchmark.observed_wording()
+        wording = benchmark.observation_wording()
         self.task = task
         self.rules = rules
         self.benchmark = benchmark

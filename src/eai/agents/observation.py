@@ -387,7 +387,7 @@ def make_manual(benchmark: Benchmark, rules: GameRules) -> str:
     egocentric = benchmark.domain.egocentric if rules.view == "scene" else ()
     names, told = " and ".join([predicate.name for predicate in egocentric]), _FEEDBACK[rules.feedback]
     told = f"{told} {names}: of yourself alone." if names else told
-    wording = benchmark.observed_wording()
+    wording = benchmark.observation_wording()
     values = {
         "told": told,
         "how_to_read": HOW_TO_READ,

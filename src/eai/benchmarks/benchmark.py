@@ -45,7 +45,7 @@ def read_answer_formats(package: str) -> Mapping[Ability, str]:
     }
 
 
-def read_short_texts(package: str) -> Mapping[str, str]:
+def read_short_format_texts(package: str) -> Mapping[str, str]:
     """Return the texts in the folder ``formats/short`` of a package, by file name without ``.txt``."""
     folder = files(package) / FOLDER / "short"
     return {
@@ -155,7 +155,7 @@ class Benchmark:
         return self.data.title or self.name
 
     @property
-    def is_own_domain(self) -> bool:
+    def is_worded_by_declaration(self) -> bool:
         """Whether the words of prompts follow from the benchmark's declaration, not from a data set."""
         return self.notation.wordings is None
 
@@ -220,7 +220,7 @@ class Benchmark:
         declared = make_transition_tasks(self.domain, tasks)
         return TaskSet(declared, declared.__getitem__, tasks.sha256)
 
-    def world(self, source: Source) -> BenchmarkParts:
+    def collect_parts(self, source: Source) -> BenchmarkParts:
         """Return the domain, the notation and the source's planner as one value, which abilities use."""
 
         def planner() -> PddlPlanner | None:
@@ -228,7 +228,7 @@ class Benchmark:
 
             return make_planner(source.planner, self.data.planner_seconds, source.terms)
 
-        words, seen = self.wording, self.observed_wording
+        words, seen = self.wording, self.observation_wording
         return BenchmarkParts(self.domain, self.notation, self.subgoals, planner, words, seen, self)
 
     def official_prompts(self, ability: Ability, source: Source) -> Mapping[str, Prompt] | None:
@@ -270,7 +270,7 @@ class Benchmark:
 
         return self.notation.subgoals or SubgoalNotation(self.domain)
 
-    def observed_wording(self) -> SuiteWording:
+    def observation_wording(self) -> SuiteWording:
         """Return the names of objects and predicates that observations use.
 
         Observations use the names in prompts for plans, and also names of some further predicates.

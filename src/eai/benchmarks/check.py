@@ -12,7 +12,7 @@ from eai.abilities.protocol import PAPER_ABILITIES, Ability
 from eai.abilities.verdict import PlanVerdict, Verdict
 from eai.base.errors import InputError, did_you_mean
 from eai.benchmarks.benchmark import Benchmark
-from eai.benchmarks.gold_answers import open_answer_book
+from eai.benchmarks.gold_answers import open_gold_answers
 from eai.benchmarks.suite import open_suite
 from eai.logic.traversal import get_bound_variables, walk_subformulas
 from eai.planning.planner import Planner
@@ -62,7 +62,7 @@ def check_benchmark(
     findings = [DataMistake(domain.name, defect) for defect in check_domain(domain, initial_states)]
     kinds = {kind for task in tasks.values() for kind in task.scene.object_mask_by_kind}
     for subject, formulas in _list_domain_formulas(domain):
-        for kind in dict.fromkeys(chain.from_iterable(map(_list_named_kinds, formulas))):
+        for kind in dict.fromkeys(chain.from_iterable(map(_list_quantified_categories, formulas))):
             if kind not in kinds:
                 problem = f"no task has an object of the kind {kind}{did_you_mean(kind, kinds)}"
                 findings.append(DataMistake(domain.name, f"{subject}: {problem}"))
@@ -100,7 +100,7 @@ def _list_domain_formulas(domain: Domain) -> Iterator[tuple[str, Iterable[f.Form
             yield f"derived predicate {derived.name}", [derived.definition]
 
 
-def _list_named_kinds(formula: f.Formula) -> Iterator[str]:
+def _list_quantified_categories(formula: f.Formula) -> Iterator[str]:
     for subformula in walk_subformulas(formula):
         yield from filter(None, [variable.category for variable in get_bound_variables(subformula)])
 
@@ -117,17 +117,19 @@ def check_annotations(benchmark: Benchmark, source: Source) -> Iterator[DataMist
     """
     for ability in [supported for supported in PAPER_ABILITIES if supported in _EXECUTED_ABILITIES]:
         suite = open_suite(benchmark, ability, source=source)
-        book = open_answer_book(benchmark, ability, source)
+        book = open_gold_answers(benchmark, ability, source)
         for task_id in suite.task_ids:
             task = suite.tasks.get(task_id)
             if ability is Ability.ACTION_SEQUENCING and task is not None:
                 if not task.script:
                     continue
-                yield from _check_annotated_state(benchmark.name, task)
-            yield from _check_gold_verdict(benchmark.name, task_id, suite.score(task_id, book[task_id].text))
+                yield from _check_goals_in_annotated_final_state(benchmark.name, task)
+            yield from _report_failed_gold_answer(
+                benchmark.name, task_id, suite.score(task_id, book[task_id].text)
+            )
 
 
-def _check_annotated_state(name: str, task: Task) -> Iterator[DataMistake]:
+def _check_goals_in_annotated_final_state(benchmark_name: str, task: Task) -> Iterator[DataMistake]:
     if task.annotated_final is None or task.unplannable_reason is not None:
         return
     held = GoalTest(task.without_goals_over_time).find_reached_goals(
@@ -136,19 +138,22 @@ def _check_annotated_state(name: str, task: Task) -> Iterator[DataMistake]:
     if not all(held):
         missed = len(held) - sum(held)
         yield DataMistake(
-            name, f"{task.id}: {missed} of {len(held)} goals do not hold in the annotated final state"
+            benchmark_name,
+            f"{task.id}: {missed} of {len(held)} goals do not hold in the annotated final state",
         )
 
 
-def _check_gold_verdict(name: str, task_id: str, verdict: Verdict) -> Iterator[DataMistake]:
+def _report_failed_gold_answer(benchmark_name: str, task_id: str, verdict: Verdict) -> Iterator[DataMistake]:
     if verdict.excluded is not None:
         return
     if isinstance(verdict, PlanVerdict):
         if verdict.success is False:
             reason = verdict.error.detail if verdict.error is not None else "a goal is missed"
-            yield DataMistake(name, f"{task_id}: the plan fails: {reason}")
+            yield DataMistake(benchmark_name, f"{task_id}: the plan fails: {reason}")
         return
     operators = cast("OperatorVerdict", verdict)
     if operators.success is False:
         outcome = "no answer" if operators.planner is None else operators.planner.value
-        yield DataMistake(name, f"{task_id}: the gold operators do not solve their problem: {outcome}")
+        yield DataMistake(
+            benchmark_name, f"{task_id}: the gold operators do not solve their problem: {outcome}"
+        )

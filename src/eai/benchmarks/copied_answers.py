@@ -23,7 +23,12 @@ from eai.abilities.protocol import Ability
 from eai.abilities.verdict import Unreadable
 from eai.base.grouping import group_pairs
 from eai.benchmarks.benchmark import Benchmark
-from eai.benchmarks.gold_answers import AnswerBook, make_answer_book, make_no_answer_error, open_answer_book
+from eai.benchmarks.gold_answers import (
+    AnswersByTask,
+    make_answers_by_task,
+    make_no_answer_error,
+    open_gold_answers,
+)
 from eai.logic.choice import Literal, build_and_or_tree, generate_dnf_terms_of_tree
 from eai.logic.ltl_printer import print_ltl
 from eai.logic.rewriting import rename_objects, rename_variables, substitute_terms
@@ -63,7 +68,8 @@ def write_goals_as_one_subgoal(task: Task, notation: SubgoalNotation) -> f.Formu
     arities = notation.domain.operator_arities
     actions = [
         _join_formulas(
-            f.Or, [_require_action(name, arities[name]) for name in list_actions_that_meet_goal(goal)]
+            f.Or,
+            [_make_occurrence_formula(name, arities[name]) for name in list_actions_that_meet_goal(goal)],
         )
         for goal in task.get_goals_of_kind(GoalKind.ACTION)
     ]
@@ -80,7 +86,7 @@ def _join_formulas(kind: type[f.And | f.Or | f.Then], parts: Sequence[f.Formula]
     return parts[0] if len(parts) == 1 else kind(tuple(parts))
 
 
-def _require_action(action: str, arity: int) -> f.Formula:
+def _make_occurrence_formula(action: str, arity: int) -> f.Formula:
     variables = [f.Variable(f"x{i}") for i in range(arity)]
     taken: f.Formula = f.Occurs(action, tuple(variables))
     return wrap_in_quantifiers(f.Exists, variables, taken)
@@ -121,7 +127,9 @@ def _expand_quantifiers(formula: f.Formula, scene: Scene) -> f.Formula:
             return formula
 
 
-def open_copy_book(benchmark: Benchmark, ability: Ability, source: Source = USUAL_SOURCE) -> AnswerBook:
+def open_copied_answers(
+    benchmark: Benchmark, ability: Ability, source: Source = USUAL_SOURCE
+) -> AnswersByTask:
     """Return answers that are copied from the question without understanding it.
 
     An answer to goal interpretation has all goals that words of the instruction can state. The only subgoal
@@ -134,16 +142,18 @@ def open_copy_book(benchmark: Benchmark, ability: Ability, source: Source = USUA
     """
     if ability not in _COPIERS:
         raise make_no_answer_error(model="copy", benchmark=benchmark, ability=ability)
-    return make_answer_book(benchmark, ability, source, partial(_COPIERS[ability], benchmark))
+    return make_answers_by_task(benchmark, ability, source, partial(_COPIERS[ability], benchmark))
 
 
-def open_empty_book(benchmark: Benchmark, ability: Ability, source: Source = USUAL_SOURCE) -> AnswerBook:
+def open_empty_answers(
+    benchmark: Benchmark, ability: Ability, source: Source = USUAL_SOURCE
+) -> AnswersByTask:
     """Return answers without content in the required form, such as plans without steps.
 
     Raises:
         DataError: the data cannot be obtained.
     """
-    book = open_copy_book(benchmark, ability, source)
+    book = open_copied_answers(benchmark, ability, source)
     return TaskSet(book, lambda task_id: replace(book[task_id], parts=()), "")
 
 
@@ -170,7 +180,7 @@ def _remove_word_ending(word: str) -> str:
     return word
 
 
-def _copy_mentioned_goals(benchmark: Benchmark, task: Task) -> Iterable[str]:
+def _copy_goals_mentioned_in_instruction(benchmark: Benchmark, task: Task) -> Iterable[str]:
     """Return goals that words of an instruction state: states and relations of objects, and actions."""
     task = task.without_goals_over_time
     notation, words = benchmark.notation.goals, list_instruction_words(task)
@@ -209,7 +219,7 @@ def _copy_plan(benchmark: Benchmark, task: Task) -> Iterable[str]:
     """
     task, achievers = task.without_goals_over_time, _achievers(benchmark.domain)
     plan = [
-        _find_first_action(_find_achievers(literal, task, achievers), task)
+        _find_first_action(_find_achieving_actions(literal, task, achievers), task)
         for literal in _list_goal_conditions(task)
     ]
     actions = [
@@ -231,7 +241,7 @@ def _list_goal_conditions(task: Task) -> Iterator[Literal]:
             )
 
 
-def _find_achievers(
+def _find_achieving_actions(
     literal: Literal, task: Task, achievers: AchieversByPredicate
 ) -> Iterator[_AchieverMatch]:
     """Yield the action schemas that make a ground condition true.
@@ -267,7 +277,7 @@ def _find_first_action(matches: Iterable[_AchieverMatch], task: Task) -> Action 
     return None
 
 
-def _copy_operators(benchmark: Benchmark, task: TransitionTask) -> Iterable[str]:
+def _write_operators_with_goal_effects(benchmark: Benchmark, task: TransitionTask) -> Iterable[str]:
     """Return operators without preconditions.
 
     The effects make predicates of the goal true, or false if the goal negates them.
@@ -280,7 +290,9 @@ def _copy_operators(benchmark: Benchmark, task: TransitionTask) -> Iterable[str]
         subformula.predicate for subformula in subformulas if isinstance(subformula, f.Atom)
     )
     declared = {predicate.name: predicate.parameters for predicate in task.domain.header.predicates}
-    effects = [_make_effect_on_all(n, declared[n], adds=n not in denied) for n in wanted if n in declared]
+    effects = [
+        _make_effect_on_all_objects(n, declared[n], adds=n not in denied) for n in wanted if n in declared
+    ]
     effect = AndEffect(tuple(effects))
     return [
         write_action(replace(gold, precondition=f.TRUE, effect=effect))
@@ -288,18 +300,20 @@ def _copy_operators(benchmark: Benchmark, task: TransitionTask) -> Iterable[str]
     ]
 
 
-def _make_effect_on_all(name: str, parameters: Sequence[f.Variable], *, adds: bool) -> PddlEffect:
+def _make_effect_on_all_objects(
+    predicate: str, parameters: Sequence[f.Variable], *, adds: bool
+) -> PddlEffect:
     """Return an effect that makes a predicate true, or false, for all objects of the parameters' types."""
-    atom = f.Atom(name, tuple([f.Variable(parameter.name) for parameter in parameters]))
+    atom = f.Atom(predicate, tuple([f.Variable(parameter.name) for parameter in parameters]))
     effect: PddlEffect = Add(atom) if adds else Delete(atom)
     return wrap_in_quantifiers(ForAllEffect, parameters, effect)
 
 
 _COPIERS: dict[Ability, Callable[[Benchmark, Any], Iterable[str]]] = {
-    Ability.GOAL_INTERPRETATION: _copy_mentioned_goals,
+    Ability.GOAL_INTERPRETATION: _copy_goals_mentioned_in_instruction,
     Ability.SUBGOAL_DECOMPOSITION: _copy_goal_as_subgoal,
     Ability.ACTION_SEQUENCING: _copy_plan,
-    Ability.TRANSITION_MODELING: _copy_operators,
+    Ability.TRANSITION_MODELING: _write_operators_with_goal_effects,
 }
 
 
@@ -309,7 +323,9 @@ _LOOKED_UP_ABILITIES = (Ability.GOAL_INTERPRETATION, Ability.SUBGOAL_DECOMPOSITI
 """Abilities for which `eai/lookup` adapts answers to similar tasks. In episodes, it uses adapted plans."""
 
 
-def open_lookup_book(benchmark: Benchmark, ability: Ability, source: Source = USUAL_SOURCE) -> AnswerBook:
+def open_answers_of_similar_tasks(
+    benchmark: Benchmark, ability: Ability, source: Source = USUAL_SOURCE
+) -> AnswersByTask:
     """Return answers that the model `eai/lookup` takes from the most similar public task.
 
     Plans and subgoals are taken from the other task with the most similar goals. Goals are taken from the
@@ -320,7 +336,7 @@ def open_lookup_book(benchmark: Benchmark, ability: Ability, source: Source = US
         DataError: the data cannot be obtained.
     """
     if ability is Ability.TRANSITION_MODELING:
-        return make_answer_book(
+        return make_answers_by_task(
             benchmark, ability, source, _make_operator_copier(benchmark.operators(source))
         )
     if ability not in _LOOKED_UP_ABILITIES:
@@ -329,15 +345,17 @@ def open_lookup_book(benchmark: Benchmark, ability: Ability, source: Source = US
     public = public_benchmark.tasks_for(ability, source).values()
     if ability is Ability.GOAL_INTERPRETATION:
         texts = [(task, Counter(list_instruction_words(task))) for task in public]
-        return make_answer_book(benchmark, ability, source, partial(_adapt_goals, benchmark, texts))
+        return make_answers_by_task(
+            benchmark, ability, source, partial(_adapt_goals_of_similar_task, benchmark, texts)
+        )
     table = SimilarTaskTable(public, benchmark.domain)
     if ability is Ability.SUBGOAL_DECOMPOSITION:
-        answers = open_answer_book(public_benchmark, ability, source)
-        return make_answer_book(
-            benchmark, ability, source, partial(_adapt_subgoals, benchmark, table, answers)
+        answers = open_gold_answers(public_benchmark, ability, source)
+        return make_answers_by_task(
+            benchmark, ability, source, partial(_adapt_subgoals_of_similar_task, benchmark, table, answers)
         )
     plans = benchmark.notation.plans
-    return make_answer_book(
+    return make_answers_by_task(
         benchmark, ability, source, lambda task: plans.write(table.adapt_plan(task), task.scene)
     )
 
@@ -366,7 +384,7 @@ class SimilarTaskTable:
         arities = self._domain.operator_arities
         return tuple([action for action in plan if arities.get(action.operator) == len(action.arguments)])
 
-    def solves_task(self, task: Task) -> bool:
+    def solves_by_adapted_plan(self, task: Task) -> bool:
         """Whether the adapted plan of the most similar other task solves this task."""
         return solves_task(self._domain, task, self.adapt_plan(task))
 
@@ -378,14 +396,14 @@ class SimilarTaskTable:
         return alike or next((other for other, _ in self._entries if other.id != task.id), None)
 
 
-def _adapt_subgoals(
-    benchmark: Benchmark, table: SimilarTaskTable, answers: AnswerBook, task: Task
+def _adapt_subgoals_of_similar_task(
+    benchmark: Benchmark, similar_tasks: SimilarTaskTable, answers: AnswersByTask, task: Task
 ) -> Sequence[str]:
     """Return the subgoals of the most similar task, with objects renamed to this task's objects.
 
     A subgoal is dropped if an object in it has no match in this task.
     """
-    nearest = table.find_most_similar_task(task)
+    nearest = similar_tasks.find_most_similar_task(task)
     if nearest is None:
         return ()
     notation = benchmark.subgoals()
@@ -398,15 +416,15 @@ def _adapt_subgoals(
     return [_NAME.sub(lambda match: names.get(match[0], match[0]), part) for part in complete_parts]
 
 
-def _adapt_goals(
-    benchmark: Benchmark, texts: Iterable[tuple[Task, Counter[str]]], task: Task
+def _adapt_goals_of_similar_task(
+    benchmark: Benchmark, word_counts: Iterable[tuple[Task, Counter[str]]], task: Task
 ) -> Sequence[str]:
     """Return goals of the other task with the most similar instruction.
 
     Goals with names that do not occur in this task are left out.
     """
     notation = benchmark.notation.goals
-    nearest = _find_most_similar(Counter(list_instruction_words(task)), task, texts)
+    nearest = _find_most_similar(Counter(list_instruction_words(task)), task, word_counts)
     parts = () if nearest is None else write_goals(nearest, benchmark.domain, notation)
     read = notation.read(notation.join(parts))
     stated = () if isinstance(read, Unreadable) else read.goals

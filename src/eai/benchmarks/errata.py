@@ -35,7 +35,7 @@ TaskT = TypeVar("TaskT", bound=Task)
 _FILE = "errata.toml"
 
 
-def ask_for_scored_operators(task: TransitionTask, question: str) -> str:
+def replace_listed_by_scored_operators(task: TransitionTask, question: str) -> str:
     """Return a copy of a question that asks for the scored operators instead of the listed operators."""
     before, mark, rest = question.rpartition(_HEADS_START)
     _, end, behind = rest.partition(_HEADS_END)
@@ -105,7 +105,7 @@ class _Erratum(Options):
         return tuple(name for name in names if getattr(self, name))
 
     @property
-    def is_about_question(self) -> bool:
+    def changes_only_question(self) -> bool:
         """Whether the erratum changes only the question of a task, and not the right answer."""
         return self.question is not None or self.asks_scored
 
@@ -123,22 +123,24 @@ class Errata:
     version: str = ""
     entries: tuple[_Erratum, ...] = ()
 
-    def find_errata_use(self, ability: Ability, task_id: str) -> ErrataUse | None:
+    def find_errata_of_task(self, ability: Ability, task_id: str) -> ErrataUse | None:
         """Return the version of the table, and ids of the errata that can change verdicts on a task.
 
         Records of results store this value. Returns None if there is no table of errata.
         """
         return (
-            ErrataUse(self.version, self._deciding_ids.get((ability, task_id), ())) if self.version else None
+            ErrataUse(self.version, self._verdict_changing_ids.get((ability, task_id), ()))
+            if self.version
+            else None
         )
 
     @cached_property
-    def _deciding_ids(self) -> Mapping[tuple[Ability, str], tuple[str, ...]]:
+    def _verdict_changing_ids(self) -> Mapping[tuple[Ability, str], tuple[str, ...]]:
         """Mapping from ability and task id to the ids of the errata that can change verdicts.
 
         Errata that change only questions or the data set's plans are left out.
         """
-        deciding = [entry for entry in self.entries if not entry.is_about_question and not entry.plan]
+        deciding = [entry for entry in self.entries if not entry.changes_only_question and not entry.plan]
         pairs = ((key, entry.id) for entry in deciding for key in product(entry.abilities, entry.tasks))
         return {key: tuple(ids) for key, ids in group_pairs(pairs).items()}
 
@@ -194,14 +196,16 @@ class Errata:
                 if entry.question is not None:
                     question = _replace_once(question, entry.question, entry.id)
                 if entry.asks_scored:
-                    question = ask_for_scored_operators(operators()[task_id], question)
+                    question = replace_listed_by_scored_operators(operators()[task_id], question)
             return question
 
         return correct_question
 
     def find_corrected_tasks(self, ability: Ability) -> frozenset[str]:
         """Return the ids of tasks whose official questions are corrected."""
-        entries = [entry for entry in self.entries if entry.is_about_question and ability in entry.abilities]
+        entries = [
+            entry for entry in self.entries if entry.changes_only_question and ability in entry.abilities
+        ]
         return frozenset(task_id for entry in entries for task_id in entry.tasks)
 
     def _group_by_task(self, ability: Ability) -> Mapping[str, list[_Erratum]]:

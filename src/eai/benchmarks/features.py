@@ -139,10 +139,10 @@ def find_tool_operators(domain: Domain) -> frozenset[str]:
 
 def _requires_tool(operator: Operator, kinds: set[str]) -> bool:
     checks = [*operator.checks, *(check for option in operator.alternatives for check in option.checks)]
-    return any(_requires_kind(check.condition, kinds) for check in checks)
+    return any(_requires_object_of_kind(check.condition, kinds) for check in checks)
 
 
-def _requires_kind(formula: Formula, kinds: set[str]) -> bool:
+def _requires_object_of_kind(formula: Formula, kinds: set[str]) -> bool:
     """Whether a formula requires an object of some kind in `kinds` to exist.
 
     Negated conditions do not count.
@@ -154,4 +154,4 @@ def _requires_kind(formula: Formula, kinds: set[str]) -> bool:
             isinstance(subformula, Atom) and subformula.predicate in kinds
             for subformula in walk_subformulas(formula.body)
         )
-    return any(_requires_kind(subformula, kinds) for subformula in get_subformulas(formula))
+    return any(_requires_object_of_kind(subformula, kinds) for subformula in get_subformulas(formula))

@@ -35,7 +35,7 @@ _Segment: TypeAlias = tuple[tuple[str, ...], tuple[str, ...]]
 """A pair: consecutive parts of a gold answer, and the parts in their place in the corrupted answer."""
 
 
-def make_noisy_answer(book: AnswerBook, task_id: str, rate: float, seed: str) -> WrittenAnswer:
+def make_noisy_answer(book: AnswersByTask, task_id: str, rate: float, seed: str) -> WrittenAnswer:
     """Return a gold answer with randomly corrupted parts. Equal arguments give equal answers.
 
     Parts are steps, goals, subgoals or operators. Corruption drops or repeats a part, swaps it with the next
@@ -47,11 +47,11 @@ def make_noisy_answer(book: AnswerBook, task_id: str, rate: float, seed: str) ->
         rate: probability that a part is corrupted.
         seed: seed of all random choices.
     """
-    return next(yield_corrupted_versions(book, task_id, rate, seed))
+    return next(yield_corrupted_then_repaired_answers(book, task_id, rate, seed))
 
 
-def make_heeding_answer(
-    book: AnswerBook, task_id: str, question: str, attempt: int, *, rate: float, seed: str, heed: float
+def make_answer_heeding_feedback(
+    answers: AnswersByTask, task_id: str, question: str, attempt: int, *, rate: float, seed: str, heed: float
 ) -> WrittenAnswer:
     """Return the answer of a noisy model that repairs an error only if the question names the error.
 
@@ -59,7 +59,7 @@ def make_heeding_answer(
     repairs the first corrupted part of that answer with probability ``heed``. Otherwise the model repeats
     its answer.
     """
-    versions = list(yield_corrupted_versions(book, task_id, rate, seed))
+    versions = list(yield_corrupted_then_repaired_answers(answers, task_id, rate, seed))
     position, last = max((question.rfind(version.text), number) for number, version in enumerate(versions))
     if attempt == 1 or position < 0:
         return versions[0]
@@ -68,15 +68,15 @@ def make_heeding_answer(
     return versions[min(last + heeds, len(versions) - 1)]
 
 
-def yield_corrupted_versions(
-    book: AnswerBook, task_id: str, rate: float, seed: str
+def yield_corrupted_then_repaired_answers(
+    answers: AnswersByTask, task_id: str, rate: float, seed: str
 ) -> Iterator[WrittenAnswer]:
     """Yield a corrupted answer, then versions of this answer with 1, 2, ... repaired parts.
 
     The last version is the gold answer.
     """
-    answer = book[task_id]
-    segments = list(_corrupt_answer_parts(book, answer.parts, rate, make_random(seed, task_id)))
+    answer = answers[task_id]
+    segments = list(_corrupt_answer_parts(answers, answer.parts, rate, make_random(seed, task_id)))
     yield _join_segments(segments, answer)
     for number, (gold, corrupted) in enumerate(segments):
         if gold != corrupted:
@@ -89,7 +89,7 @@ def _join_segments(segments: Iterable[_Segment], answer: WrittenAnswer) -> Writt
 
 
 def _corrupt_answer_parts(
-    book: AnswerBook, parts: Iterable[str], rate: float, rng: random.Random
+    book: AnswersByTask, parts: Iterable[str], rate: float, rng: random.Random
 ) -> Iterator[_Segment]:
     pending = list(parts)
     while pending:
@@ -136,19 +136,21 @@ class WrittenAnswer:
         return "" if self.why_none else self.join(self.parts)
 
 
-AnswerBook: TypeAlias = Mapping[str, WrittenAnswer]
+AnswersByTask: TypeAlias = Mapping[str, WrittenAnswer]
 """Mapping from task id to answer, in the order of a suite. Each answer is made on first use."""
 
 
-def make_answer_book(
-    benchmark: Benchmark, ability: Ability, source: Source, parts: Callable[[Any], Iterable[str]]
-) -> AnswerBook:
+def make_answers_by_task(
+    benchmark: Benchmark, ability: Ability, source: Source, make_parts: Callable[[Any], Iterable[str]]
+) -> AnswersByTask:
     """Return a mapping from task id to answer.
 
-    The function `parts` makes the parts of an answer, which are joined as the ability requires.
+    The function `make_parts` makes the parts of an answer, which are joined as the ability requires.
     """
     tasks, join = benchmark.tasks_for(ability, source), get_part_joiner(benchmark, ability)
-    return TaskSet(tasks, lambda task_id: WrittenAnswer(tuple(parts(tasks[task_id])), join), tasks.sha256)
+    return TaskSet(
+        tasks, lambda task_id: WrittenAnswer(tuple(make_parts(tasks[task_id])), join), tasks.sha256
+    )
 
 
 def get_part_joiner(benchmark: Benchmark, ability: Ability) -> Callable[[Iterable[str]], str]:
@@ -169,7 +171,7 @@ def get_part_joiner(benchmark: Benchmark, ability: Ability) -> Callable[[Iterabl
             return "".join
 
 
-def open_answer_book(benchmark: Benchmark, ability: Ability, source: Source = USUAL_SOURCE) -> AnswerBook:
+def open_gold_answers(benchmark: Benchmark, ability: Ability, source: Source = USUAL_SOURCE) -> AnswersByTask:
     """Return the gold answers of a benchmark. For tasks without a plan, the built-in search finds one.
 
     Raises:
@@ -184,24 +186,24 @@ def open_answer_book(benchmark: Benchmark, ability: Ability, source: Source = US
 
     match ability:
         case Ability.GOAL_INTERPRETATION:
-            return make_answer_book(benchmark, ability, source, write_gold_goals)
+            return make_answers_by_task(benchmark, ability, source, write_gold_goals)
         case Ability.TRANSITION_MODELING:
-            return make_answer_book(benchmark, ability, source, write_gold_operators)
+            return make_answers_by_task(benchmark, ability, source, write_gold_operators)
         case Ability.ACTION_SEQUENCING | Ability.SUBGOAL_DECOMPOSITION:
             return _open_plan_book(benchmark, ability, source, scripts=True)
-    pose, world = get_declaration(ability).interaction.make_question, benchmark.world(source)
+    pose, world = get_declaration(ability).interaction.make_question, benchmark.collect_parts(source)
     if pose is None:
         raise InputError(f"{benchmark.name} {ability.value} has no known right answers")
-    return make_answer_book(benchmark, ability, source, lambda task: pose(world, task)[1:])
+    return make_answers_by_task(benchmark, ability, source, lambda task: pose(world, task)[1:])
 
 
-def open_planned_book(
+def open_answers_of_planner(
     benchmark: Benchmark,
     ability: Ability,
     source: Source = USUAL_SOURCE,
     limits: Limits | None = None,
     find: FindPlan = find_plan,
-) -> AnswerBook:
+) -> AnswersByTask:
     """Return answers made from plans of the built-in search, never from plans of the data set.
 
     If the search finds no plan, the answer is empty, and `WrittenAnswer.why_none` states the reason.
@@ -231,14 +233,14 @@ def make_no_answer_error(model: str, benchmark: Benchmark, ability: Ability) -> 
     return InputError(f"eai/{model} has no answer to {benchmark.name} {ability.value}")
 
 
-def replace_goals(benchmark: Benchmark, stated: Mapping[str, str]) -> Benchmark:
+def replace_goals_by_answers(benchmark: Benchmark, answers: Mapping[str, str]) -> Benchmark:
     """Return a benchmark whose tasks have the goals that answers state.
 
-    `stated` maps task ids to answers. Tasks without an answer keep their goals.
+    `answers` maps task ids to answers. Tasks without an answer keep their goals.
     """
 
     def change_goals(task: Task) -> Task:
-        answer = stated.get(task.id)
+        answer = answers.get(task.id)
         if answer is None:
             return task
         goals = read_stated_goals(answer, task, benchmark.domain, benchmark.notation.goals)
@@ -276,7 +278,7 @@ def _open_plan_book(
     scripts: bool = False,
     limits: Limits | None = None,
     find: FindPlan = find_plan,
-) -> AnswerBook:
+) -> AnswersByTask:
     """Return answers made from plans: the plans for action sequencing, or their subgoals.
 
     If ``scripts`` is true, the data set's own plans are used. For tasks without such a plan, a plan is

@@ -19,7 +19,7 @@ from eai.abilities.protocol import Ability, find_abilities
 from eai.base.errors import InputError
 from eai.base.files import find_files_below
 from eai.benchmarks.benchmark import Benchmark
-from eai.benchmarks.gold_answers import open_answer_book
+from eai.benchmarks.gold_answers import open_gold_answers
 from eai.benchmarks.made_example import make_example
 from eai.benchmarks.names import suite_name
 from eai.benchmarks.registry import list_benchmarks
@@ -62,7 +62,7 @@ def make_answer_schema(
     declared = get_declaration(ability).interaction.answer_form
     if declared is None:
         return None
-    words, form = declared(benchmark.world(Source()), task)
+    words, form = declared(benchmark.collect_parts(Source()), task)
     schema = form(words) if words and _contains_all(f"{prompt.system or ''}\n{prompt.user}", words) else None
     return schema if schema is not None and is_schema_accepted_by_providers(schema) else form(None)
 
@@ -114,10 +114,10 @@ class PromptLibrary:
         official = self.prompts == "official"
         published = benchmark.official_prompts(ability, self.source) if official else None
         if published is not None:
-            prompts = self._replace_prompts(published, benchmark, ability)
+            prompts = self._replace_by_user_prompts(published, benchmark, ability)
             return _insert_beliefs(prompts, benchmark, ability, beliefs)
         prompts = self._render_prompts(benchmark, ability, beliefs)
-        replaced = self._replace_prompts(prompts, benchmark, ability)
+        replaced = self._replace_by_user_prompts(prompts, benchmark, ability)
         for task_id in beliefs.keys() & prompts.keys():
             if replaced[task_id].user != prompts[task_id].user:
                 raise InputError(
@@ -139,7 +139,7 @@ class PromptLibrary:
         benchmark: Benchmark,
         ability: Ability,
         prompts: Mapping[str, Prompt],
-        look: ScenePerception | None = None,
+        perceive: ScenePerception | None = None,
     ) -> QuestionWriter:
         """Return the object that writes the questions of all attempts at a task.
 
@@ -150,15 +150,15 @@ class PromptLibrary:
             benchmark: the benchmark.
             ability: the ability.
             prompts: the first question by task id.
-            look: function that perceives a changed scene.
+            perceive: function that perceives a changed scene.
         """
         rendered = self.prompts != "official" or benchmark.data.prompts is None
         templates, restate = self.templates, None
         if rendered and not self._has_user_file(benchmark, ability):
             restate = partial(
-                render_task_prompt, self._make_questions(benchmark, ability, {}), templates=templates
+                render_task_prompt, self._make_prompt_material(benchmark, ability, {}), templates=templates
             )
-        return QuestionWriter(prompts.__getitem__, benchmark.wording(ability), restate, templates, look)
+        return QuestionWriter(prompts.__getitem__, benchmark.wording(ability), restate, templates, perceive)
 
     def _render_prompts(
         self, benchmark: Benchmark, ability: Ability, beliefs: Mapping[str, BelievedTask]
@@ -170,24 +170,30 @@ class PromptLibrary:
         templates, interaction = self.templates, get_declaration(ability).interaction
         if interaction.uses_operator_tasks:
             tasks = benchmark.operators(self.source)
-            return render_operator_prompts(tasks, templates, has_example=not benchmark.is_own_domain)
+            return render_operator_prompts(
+                tasks, templates, has_example=not benchmark.is_worded_by_declaration
+            )
         if interaction.make_question is not None:
-            return self._pose_questions(interaction.make_question, benchmark, ability, beliefs)
-        return render_prompts(self._make_questions(benchmark, ability, beliefs), templates)
+            return self._make_prompts_of_own_questions(interaction.make_question, benchmark, ability, beliefs)
+        return render_prompts(self._make_prompt_material(benchmark, ability, beliefs), templates)
 
-    def _pose_questions(
-        self, pose: QuestionMaker, benchmark: Benchmark, ability: Ability, beliefs: Mapping[str, BelievedTask]
+    def _make_prompts_of_own_questions(
+        self,
+        make_question: QuestionMaker,
+        benchmark: Benchmark,
+        ability: Ability,
+        beliefs: Mapping[str, BelievedTask],
     ) -> Mapping[str, Prompt]:
         """Return a mapping from task ids to questions, for an ability that writes its questions itself.
 
         Each question is made on first use, because it may need pictures.
         """
-        world, tasks = benchmark.world(self.source), benchmark.tasks_for(ability, self.source)
+        world, tasks = benchmark.collect_parts(self.source), benchmark.tasks_for(ability, self.source)
         templates, pictures = self.templates, get_declaration(ability).interaction.pictures
 
         def pose_question(task_id: str) -> Prompt:
             belief = beliefs.get(task_id)
-            question, _ = pose(world, tasks[task_id] if belief is None else belief.task)
+            question, _ = make_question(world, tasks[task_id] if belief is None else belief.task)
             text = (
                 question if isinstance(question, str) else templates.fill_template(f"{ability}.txt", question)
             )
@@ -198,15 +204,15 @@ class PromptLibrary:
 
         return TaskSet(tasks, pose_question, tasks.sha256)
 
-    def _make_questions(
+    def _make_prompt_material(
         self, benchmark: Benchmark, ability: Ability, beliefs: Mapping[str, BelievedTask]
     ) -> PromptMaterial:
         """Return the values that our templates render: wording, tasks, answer format and samples."""
         templates, notation = self.templates, benchmark.notation
         name = f"formats/{benchmark.name}_{ability.value}.txt"
         wording = benchmark.wording(ability)
-        asked = _replace_by_example(benchmark, wording, self.source)
-        book = open_answer_book(asked, ability, self.source)
+        asked = _make_benchmark_of_examples(benchmark, wording, self.source)
+        book = open_gold_answers(asked, ability, self.source)
         own_format = templates.read_user_template(name)
         own_texts = {} if own_format is None else {ability.value: own_format}
         return PromptMaterial(
@@ -228,7 +234,7 @@ class PromptLibrary:
     def _has_user_file(self, benchmark: Benchmark, ability: Ability) -> bool:
         return self.folder is not None and (self.folder / f"{benchmark.name}_{ability.value}.json").exists()
 
-    def _replace_prompts(
+    def _replace_by_user_prompts(
         self, prompts: Mapping[str, Prompt], benchmark: Benchmark, ability: Ability
     ) -> Mapping[str, Prompt]:
         if self.folder is None:
@@ -251,13 +257,13 @@ class PromptLibrary:
         return prompts
 
 
-def _replace_by_example(benchmark: Benchmark, wording: SuiteWording, source: Source) -> Benchmark:
+def _make_benchmark_of_examples(benchmark: Benchmark, wording: SuiteWording, source: Source) -> Benchmark:
     """Return the benchmark from which prompts take examples.
 
     In an own domain, its only task is made for this purpose, because no prompt may show the answer to an
     evaluated task.
     """
-    if not benchmark.is_own_domain:
+    if not benchmark.is_worded_by_declaration:
         return benchmark
     tasks = tuple(benchmark.tasks(source).values())
     example = make_example(benchmark.domain, tasks, wording.predicates) if tasks else None

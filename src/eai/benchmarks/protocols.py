@@ -64,7 +64,7 @@ def find_implementation(name: str) -> ProtocolImplementation | None:
     return value
 
 
-def find_preset(name: str) -> ProtocolImplementation:
+def require_protocol_implementation(name: str) -> ProtocolImplementation:
     """Return the implementation of a protocol that a published script uses, given the protocol's name.
 
     Raises:
@@ -78,12 +78,16 @@ def find_preset(name: str) -> ProtocolImplementation:
     return implementation
 
 
-def make_preset_attempt_options(
-    name: str, slip: float, slip_seed: int, replans: int
+def make_attempt_options_of_protocol(
+    protocol: str, slip_probability: float, slip_seed: int, replans: int
 ) -> AttemptOptions | None:
     """Return a published script's options for several attempts at a task; None for an empty name.
 
     Raises:
         InputError: no script has this name.
     """
-    return find_preset(name).attempts(slip, slip_seed, replans) if name else None
+    return (
+        require_protocol_implementation(protocol).attempts(slip_probability, slip_seed, replans)
+        if protocol
+        else None
+    )

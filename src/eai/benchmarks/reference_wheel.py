@@ -32,15 +32,15 @@ _CORRECTED_IDS = {
 """Wrong task id in the published prompts of BEHAVIOR's goal interpretation -> right id."""
 
 
-def to_task_id(identifier: str) -> str:
+def convert_published_id(published_id: str) -> str:
     """Return the task id in the data set for an identifier in a file of answers or prompts."""
-    task_id = identifier.removeprefix(SCENE_PREFIX)
+    task_id = published_id.removeprefix(SCENE_PREFIX)
     return _CORRECTED_IDS.get(task_id, task_id)
 
 
-def find_published_id(identifier: str) -> str | None:
+def find_task_id(published_id: str) -> str | None:
     """Return the task id in the data set for an identifier, or None for a task in an unpublished scene."""
-    return None if _OTHER_SCENE.match(identifier) else to_task_id(identifier)
+    return None if _OTHER_SCENE.match(published_id) else convert_published_id(published_id)
 
 
 @cache
@@ -66,7 +66,7 @@ TEMPLATE_SOURCE = "virtualhome_eval/evaluation/goal_interpretation/prompts/one_s
 """Path in the wheel of the Python module that contains the template."""
 
 
-def _read_template(wheel: ArchiveFiles, report: ReportProgress) -> dict[str, bytes]:
+def _extract_prompt_template(wheel: ArchiveFiles, report: ReportProgress) -> dict[str, bytes]:
     """Return the template of prompts. It is a constant in a module, which is parsed, but never executed.
 
     Raises:
@@ -79,11 +79,11 @@ def _read_template(wheel: ArchiveFiles, report: ReportProgress) -> dict[str, byt
     raise DataError(f"{TEMPLATE_SOURCE}: expected a constant named prompt; run `eai data fetch --force`")
 
 
-def _copy_pack_files_with_problems(
-    pack: str, household: str, wheel: ArchiveFiles, report: ReportProgress
+def _copy_pack_files_with_pddl_problems(
+    pack: str, resource_folder: str, wheel: ArchiveFiles, report: ReportProgress
 ) -> dict[str, bytes]:
     """Return the files of a pack by name. All PDDL problems of VirtualHome or BEHAVIOR are one file."""
-    folder = f"virtualhome_eval/resources/{household}/problem_pddl/"
+    folder = f"virtualhome_eval/resources/{resource_folder}/problem_pddl/"
     problems = {
         PurePosixPath(name).stem: wheel.read(name).decode()
         for name in sorted(wheel.names)
@@ -119,9 +119,9 @@ TEMPLATES = "prompt_templates"
 """Name of the pack with the official template, from which goal interpretation prompts are rendered."""
 
 PUBLISHED = (
-    Pack(RESOURCES, (EAI_EVAL,), partial(_copy_pack_files_with_problems, RESOURCES, "virtualhome")),
+    Pack(RESOURCES, (EAI_EVAL,), partial(_copy_pack_files_with_pddl_problems, RESOURCES, "virtualhome")),
     Pack(PROMPTS, (EAI_EVAL,), partial(_copy_pack_files, PROMPTS)),
-    Pack(BEHAVIOR_PDDL, (EAI_EVAL,), partial(_copy_pack_files_with_problems, BEHAVIOR_PDDL, "behavior")),
-    Pack(TEMPLATES, (EAI_EVAL,), _read_template),
+    Pack(BEHAVIOR_PDDL, (EAI_EVAL,), partial(_copy_pack_files_with_pddl_problems, BEHAVIOR_PDDL, "behavior")),
+    Pack(TEMPLATES, (EAI_EVAL,), _extract_prompt_template),
 )
 """The packs of VirtualHome and BEHAVIOR for which the wheel of the paper's package suffices."""

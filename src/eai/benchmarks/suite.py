@@ -27,7 +27,7 @@ from eai.world.fault import FaultKind
 def open_scorers(benchmark: Benchmark, ability: Ability, source: Source) -> TaskSet[Scorer]:
     """Return the scorers of an ability's tasks under ``strict``, which the ability declares."""
     tasks = benchmark.tasks_for(ability, source)
-    make = get_declaration(ability).interaction.scorers(benchmark.world(source))
+    make = get_declaration(ability).interaction.scorers(benchmark.collect_parts(source))
     return TaskSet(tasks, lambda task_id: make(tasks[task_id]), tasks.sha256)
 
 
@@ -56,7 +56,7 @@ class Suite:
 
     def __reduce__(self) -> tuple[Callable[..., Suite], tuple[()]]:
         """Pickle a suite as the call that opens it again, because functions of domains cannot be pickled."""
-        if not self.is_portable:
+        if not self.is_openable_by_reference:
             raise InputError(f"{self.domain}: only a suite opened by name or module:object can be pickled")
         return self.reopen, ()
 
@@ -75,7 +75,7 @@ class Suite:
         return frozenset(self.task_ids)
 
     @property
-    def is_portable(self) -> bool:
+    def is_openable_by_reference(self) -> bool:
         """Whether a reference to the benchmark exists, by which another process can open the suite."""
         return bool(self.benchmark.reference)
 
@@ -138,11 +138,11 @@ class Suite:
             InputError: there is no such task.
         """
         scorer, empty = self.scorer(task_id), get_declaration(self.ability).verdict()
-        return self.name_unread_cause(
+        return self.add_cause_if_unread(
             text, assess_or_report_failure(scorer, empty, lambda: scorer.assess(text))
         )
 
-    def name_unread_cause(self, text: str, assessment: Assessment) -> Assessment:
+    def add_cause_if_unread(self, text: str, assessment: Assessment) -> Assessment:
         """Return an assessment to which the reason is added why the answer cannot be read.
 
         No reason is added for readable answers, or under protocols other than ``strict``.
@@ -151,7 +151,7 @@ class Suite:
         is_unread = error is not None and error.kind is FaultKind.PARSING and error.step is None
         if not is_unread or self.protocol is not DEFAULT_PROTOCOL:
             return assessment
-        other_ability = partial(find_answered_ability, self.benchmark, self.ability, text)
+        other_ability = partial(find_ability_answered_instead, self.benchmark, self.ability, text)
         return add_cause(
             assessment,
             find_cause_of_unreadability(text, self.benchmark.domain.operator_arities, other_ability),
@@ -202,29 +202,29 @@ def open_suite(
     return Suite(benchmark_, ability, protocol, scorers, reopen, tasks, source=source)
 
 
-def find_answered_ability(benchmark: Benchmark, asked: Ability, text: str) -> Ability | None:
+def find_ability_answered_instead(benchmark: Benchmark, asked: Ability, answer: str) -> Ability | None:
     """Return another ability of the paper whose form of answers a text has, or None.
 
     Args:
         benchmark: the benchmark, which has the notations of answers.
         asked: the ability of the question.
-        text: the answer.
+        answer: the answer.
     """
-    if asked not in PAPER_ABILITIES or not any(bracket in text for bracket in "{[("):
+    if asked not in PAPER_ABILITIES or not any(bracket in answer for bracket in "{[("):
         return None
-    if "(:action" in text:
+    if "(:action" in answer:
         return None if asked is Ability.TRANSITION_MODELING else Ability.TRANSITION_MODELING
     actions = benchmark.domain.operator_arities
-    plan = benchmark.notation.plans.read(text, actions)
+    plan = benchmark.notation.plans.read(answer, actions)
     if not isinstance(plan, Unreadable) and any(
         benchmark.notation.plans.to_operator_name(step.action) in actions for step in plan.steps
     ):
         return None if asked is Ability.ACTION_SEQUENCING else Ability.ACTION_SEQUENCING
-    subgoals = benchmark.subgoals().read(text)
+    subgoals = benchmark.subgoals().read(answer)
     if not isinstance(subgoals, Unreadable) and subgoals.subgoals:
         return None if asked is Ability.SUBGOAL_DECOMPOSITION else Ability.SUBGOAL_DECOMPOSITION
-    goals = benchmark.notation.goals.read(text)
-    is_goal = not isinstance(goals, Unreadable) and goals.goals and "goals" in text
+    goals = benchmark.notation.goals.read(answer)
+    is_goal = not isinstance(goals, Unreadable) and goals.goals and "goals" in answer
     return Ability.GOAL_INTERPRETATION if is_goal and asked is not Ability.GOAL_INTERPRETATION else None
 
 

@@ -113,7 +113,7 @@ class _CommandGroup(TyperGroup):
     def resolve_command(self, ctx: Any, args: list[str]) -> Any:
         """Return the name of the command in the arguments, the command, and the remaining arguments."""
         name, found, rest = super().resolve_command(ctx, args)
-        return name, found and _summarize_command(found), rest
+        return name, found and _replace_placeholder_by_command(found), rest
 
     def invoke(self, ctx: Any) -> Any:
         """Run the chosen command; an unhandled interrupt prints one line."""
@@ -127,7 +127,7 @@ class _LazyCommands(UserDict[str, Any]):
     """A mapping of commands by name, which imports a command when it is looked up."""
 
     def __getitem__(self, name: str) -> Any:
-        return _summarize_command(self.data[name])
+        return _replace_placeholder_by_command(self.data[name])
 
 
 @cache
@@ -152,11 +152,11 @@ def _read_command_summary(point: EntryPoint) -> str:
 
 
 @cache
-def _summarize_command(shown: Any) -> Any:
+def _replace_placeholder_by_command(placeholder: Any) -> Any:
     """Import the command for which a placeholder stands in the group's help, and return the command."""
-    if shown.callback is not None:
-        return shown
-    command = _load_command(shown.name, shown.rich_help_panel)
+    if placeholder.callback is not None:
+        return placeholder
+    command = _load_command(placeholder.name, placeholder.rich_help_panel)
     for each in _walk_commands(command):
         _add_help_texts(each)
     return command

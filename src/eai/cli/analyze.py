@@ -88,7 +88,7 @@ def analyze(
                 read, options.apply_settings(TABLE, _TableFileOptions, settings or ()), as_json=as_json
             )
             return
-        written = list(_write_analyses(name, read, settings or (), plots=plots, as_json=as_json))
+        written = list(_write_analyses_of_studies(name, read, settings or (), plots=plots, as_json=as_json))
     if as_json:
         print_result(value=written, as_json=True)
 
@@ -120,15 +120,15 @@ def _find_studies(name: str) -> list[Study]:
     return [] if name == TABLE else [find_study(name)]
 
 
-def _write_analyses(
-    name: str, records: StudyRecords, settings: Sequence[str], *, plots: bool, as_json: bool
+def _write_analyses_of_studies(
+    study_or_all: str, records: StudyRecords, settings: Sequence[str], *, plots: bool, as_json: bool
 ) -> Iterator[Json]:
     """Write the analyses of one study, or of all studies; yield the JSON value of each analysis.
 
     Among several studies, a study without enough records is left out with a note to the user.
     """
-    studies = _find_studies(name)
-    if name != ALL:
+    studies = _find_studies(study_or_all)
+    if study_or_all != ALL:
         yield from _write_analyses_of_study(studies[0], records, settings, plots=plots, as_json=as_json)
         return
     records.make_plain_tables()

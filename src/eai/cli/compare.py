@@ -17,7 +17,7 @@ from eai.base.json_value import Json
 from eai.benchmarks.names import remove_prompt_variant
 from eai.cli.console import get_output_console, print_json, print_note
 from eai.cli.options import AsJson, make_flag
-from eai.cli.table import PERCENT, print_remark
+from eai.cli.table import PERCENT, print_note_if_incomplete
 from eai.results.certainty import ConfidenceIntervals, Interval
 from eai.results.comparison import MetricDifference, RunComparison
 from eai.results.comparison import compare_runs as compare_runs
@@ -59,7 +59,7 @@ def compare(
     """
     before, after = _read_runs_by_suite(first), _read_runs_by_suite(second)
     if not before.keys() & after.keys():
-        before, after = _match_by_tasks(before), _match_by_tasks(after)
+        before, after = _rename_suites_with_equal_tasks(before), _rename_suites_with_equal_tasks(after)
     shared = [place for place in before if place in after]
     if not shared:
         hint = " by equal rules of the game" if any(place.rules for place in (*before, *after)) else ""
@@ -114,7 +114,7 @@ def _comparison_to_json(one: Run, other: Run, comparison: RunComparison) -> dict
     }
 
 
-def _print_planner_note(totals: Mapping[str, RunTotals]) -> None:
+def _print_note_on_different_planners(totals: Mapping[str, RunTotals]) -> None:
     """Print a note on standard error if different planners judged the operators of the two runs."""
     planners = {side: ", ".join(each.planners) or "not known" for side, each in totals.items()}
     if len(set(planners.values())) > 1:
@@ -155,7 +155,7 @@ def _read_runs_by_suite(path: Path) -> Mapping[_ComparedSuite, Run]:
     return dict(sorted(runs.items(), key=lambda item: item[1].key.sort_key))
 
 
-def _match_by_tasks(runs: Mapping[_ComparedSuite, Run]) -> Mapping[_ComparedSuite, Run]:
+def _rename_suites_with_equal_tasks(runs: Mapping[_ComparedSuite, Run]) -> Mapping[_ComparedSuite, Run]:
     """Return the runs by suite, so that runs on variants of a benchmark (equal tasks, other words) match.
 
     Suites of variants get the name of the benchmark. A run keeps the name of its variant if two runs would
@@ -188,7 +188,7 @@ def _print_comparison(
     print_table(get_output_console(), Table("", title, "", ("percent", *numbers, *texts), rows))
     get_output_console().print(_write_comparison_caption(comparison), highlight=False, style="italic")
     for side, coverage in coverages.items():
-        print_remark(side, coverage)
+        print_note_if_incomplete(side, coverage)
     named = {record.task_id: _format_task_name(record) for record in (*one.records, *other.records)}
     a, b = ("A", "B") if first.name == second.name else (first.name, second.name)
     for metric, difference in comparison.differences.items():
@@ -200,7 +200,7 @@ def _print_comparison(
         if tasks:
             heading = f"left out, because only {name} has a scored answer ({len(tasks)})"
             _print_tasks(heading, [named[task] for task in tasks], listed)
-    _print_planner_note(totals)
+    _print_note_on_different_planners(totals)
 
 
 def _write_comparison_caption(comparison: RunComparison) -> str:
@@ -232,26 +232,26 @@ def _make_metric_rows(metric: str, difference: MetricDifference) -> Iterator[tup
         Estimate.from_rate(difference.first),
         Estimate.from_rate(difference.second),
         "-" if points is None else Label(f"{points:+.1f}", bold=sure),
-        "-" if certainty is None else _format_points_interval(certainty.interval),
+        "-" if certainty is None else _format_interval_in_percentage_points(certainty.interval),
         _format_p_value(difference.p_value),
-        _format_effective_tasks(certainty),
+        _format_effective_sample_size(certainty),
     )
     if certainty is not None and certainty.names < certainty.tasks:
         below = [
-            _format_points_interval(certainty.by_task),
+            _format_interval_in_percentage_points(certainty.by_task),
             _format_p_value(difference.p_by_task),
             str(certainty.tasks),
         ]
         yield ("", None, None, *(Label(text, dim=True) for text in ("independent:", *below)))
 
 
-def _format_effective_tasks(certainty: ConfidenceIntervals | None) -> str:
+def _format_effective_sample_size(intervals: ConfidenceIntervals | None) -> str:
     """Return the number of independent tasks that would give an interval of equal width, as text."""
-    effective = None if certainty is None else certainty.effective_tasks
+    effective = None if intervals is None else intervals.effective_tasks
     return "-" if effective is None else f"{effective:.0f}"
 
 
-def _format_points_interval(interval: Interval) -> str:
+def _format_interval_in_percentage_points(interval: Interval) -> str:
     return f"{interval.low:+.1f} to {interval.high:+.1f}"
 
 

@@ -34,7 +34,7 @@ BUILT_IN_ALONE = (
 """Remark if Fast Downward is missing and the built-in search judges operators."""
 
 
-class _SafeConsole(Console):
+class _ConsoleEscapingControls(Console):
     """A console that escapes control characters in texts, so that only styles control the terminal."""
 
     def render(self, renderable: RenderableType, options: ConsoleOptions | None = None) -> Iterable[Segment]:
@@ -45,12 +45,12 @@ class _SafeConsole(Console):
 
 def get_output_console() -> Console:
     """Return the console on standard output, for results."""
-    return _SafeConsole(markup=False)
+    return _ConsoleEscapingControls(markup=False)
 
 
 def get_error_console() -> Console:
     """Return the console on standard error, for notes, progress and errors."""
-    return _SafeConsole(stderr=True, markup=False)
+    return _ConsoleEscapingControls(stderr=True, markup=False)
 
 
 def print_result_line(line: str) -> None:
@@ -135,7 +135,7 @@ def choose_default_abilities(benchmark: Benchmark, abilities: Iterable[Ability])
     return [each for each in abilities if each not in reasons]
 
 
-def print_planner_note(suites: Sequence[Suite]) -> None:
+def print_note_if_planner_missing(suites: Sequence[Suite]) -> None:
     """Print a note, once, if operators are judged without Fast Downward because it is not installed."""
     from eai.pddl.planning import PlannerChoice
 
@@ -151,7 +151,7 @@ inspect_needed = partial(require_extra, "run", "model runs and their logs need")
 """Context in which Inspect must be installed; raises EaiError if it is missing."""
 
 
-def require_inspect() -> None:
+def require_inspect_package() -> None:
     """Raise EaiError if Inspect is not installed, before a command fetches data.
 
     Raises:

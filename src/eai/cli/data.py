@@ -162,7 +162,7 @@ def print_statistics(
         if by_task:
             profiles = [each.table_row for each in profile_tasks(benchmark, source)]
             written += write_files(out, {f"{benchmark.name}-tasks.csv": format_rows_as_csv(profiles)})
-        written += _write_distributions(benchmark, source, out) if shapes else []
+        written += _write_task_distributions(benchmark, source, out) if shapes else []
     if as_json:
         print_json(
             [
@@ -181,7 +181,7 @@ def _make_number_column(name: str) -> Column:
     return Column(name, is_number=True)
 
 
-def _write_distributions(benchmark: Benchmark, source: Source, out: Path) -> list[Path]:
+def _write_task_distributions(benchmark: Benchmark, source: Source, out: Path) -> list[Path]:
     """Write each distribution with the count of every value, and plot it."""
     shapes = make_distributions(benchmark, source)
     rows = [

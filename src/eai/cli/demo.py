@@ -8,7 +8,7 @@ from typing import Annotated
 
 import typer
 
-from eai.cli.console import print_result_line, require_inspect
+from eai.cli.console import print_result_line, require_inspect_package
 from eai.cli.options import DataFolder, make_flag
 
 _TASKS = 40
@@ -37,13 +37,13 @@ def demo(out: Annotated[Path, make_flag(metavar="DIR")] = Path("runs/demo"), dat
         out: Folder of the results.
     """
     print_result_line(_BEFORE)
-    require_inspect()
+    require_inspect_package()
     folder = shlex.quote(str(out))
     at = "" if data is None else f" --data {shlex.quote(str(data))}"
     models = "--model eai/oracle --model eai/noisy"
-    _run_printed_command(f"run {models} --limit {_TASKS} --planner built_in --out {folder}{at}")
+    _print_and_run_command(f"run {models} --limit {_TASKS} --planner built_in --out {folder}{at}")
     print_result_line("\nWhy an answer failed:")
-    _run_printed_command(f"explain {folder}/{_EXPLAINED}{at}")
+    _print_and_run_command(f"explain {folder}/{_EXPLAINED}{at}")
     print_result_line("\nTo go on:")
     commands = {command.format(out=folder): shown for command, shown in _AFTER.items()}
     width = max(map(len, commands))
@@ -51,7 +51,7 @@ def demo(out: Annotated[Path, make_flag(metavar="DIR")] = Path("runs/demo"), dat
         print_result_line(f"  eai {command.ljust(width)}  # {shown}")
 
 
-def _run_printed_command(command: str) -> None:
+def _print_and_run_command(command: str) -> None:
     """Print a command of eai and run it."""
     from eai.cli import app
 

@@ -33,7 +33,7 @@ from eai.base.errors import EaiError, InputError, did_you_mean, find_enum_member
 from eai.base.files import to_model_name, write_files_atomically
 from eai.base.store import Store
 from eai.benchmarks.benchmark import Benchmark
-from eai.benchmarks.gold_answers import open_answer_book
+from eai.benchmarks.gold_answers import open_gold_answers
 from eai.benchmarks.packs import is_stored
 from eai.benchmarks.registry import list_benchmarks
 from eai.benchmarks.suite import Suite, open_suite
@@ -129,7 +129,7 @@ def explain(
     elif failed:
         chosen = [record for record in chosen if find_answer_outcome(record) not in NO_FAILURES]
     if film is not None:
-        _write_film(chosen, records, open_store(data), film)
+        _write_gif_of_execution(chosen, records, open_store(data), film)
     excluded = 0
     if not task and kind is None and not as_json:
         listed = [record for record in chosen if find_answer_outcome(record) is not AnswerOutcome.EXCLUDED]
@@ -163,7 +163,7 @@ def _open_task_background(record: Record, records: Path, store: Store) -> _TaskB
                 outlook = _describe_distance_to_success(suite, record)
                 return _TaskBackground(
                     task.instruction,
-                    *_find_solving_plan(suite, task),
+                    *_find_solving_plan_and_origin(suite, task),
                     _list_steps_after_failure(suite, record),
                     outlook,
                 )
@@ -176,7 +176,7 @@ def _open_suite_of_record(record: Record, benchmark: Benchmark | str, store: Sto
     return open_suite(benchmark, record.ability, record.protocol, source=source)
 
 
-def _write_film(chosen: Sequence[Record], records: Path, store: Store, file: Path) -> None:
+def _write_gif_of_execution(chosen: Sequence[Record], records: Path, store: Store, file: Path) -> None:
     """Write an animated picture (GIF) of the execution of an answer.
 
     Raises:
@@ -193,13 +193,13 @@ def _write_film(chosen: Sequence[Record], records: Path, store: Store, file: Pat
     write_files_atomically({file / make_film_name(record) if file.is_dir() else file: film})
 
 
-def _find_solving_plan(suite: Suite, task: Task) -> tuple[tuple[str, ...], str]:
+def _find_solving_plan_and_origin(suite: Suite, task: Task) -> tuple[tuple[str, ...], str]:
     """Return a plan that solves a task, as texts of actions or subgoals, and a heading with its origin.
 
     Both are empty if answers to the ability are not plans.
     """
     if suite.ability is Ability.SUBGOAL_DECOMPOSITION:
-        book = open_answer_book(suite.benchmark, suite.ability, suite.source)
+        book = open_gold_answers(suite.benchmark, suite.ability, suite.source)
         return book[task.id].parts, "gold subgoals"
     if suite.ability is not Ability.ACTION_SEQUENCING:
         return (), ""
@@ -250,7 +250,7 @@ def print_record(console: Console, record: Record, background: _TaskBackground =
     """
     if record.is_cut_off:
         console.print(Text("cut off: the answer ended at a length limit", style="bold yellow"))
-    titles = "".join([f"  {title}" for title in _list_titles(record)])
+    titles = "".join([f"  {title}" for title in _list_title_unless_id(record)])
     heading = Text(f"{record.domain} {record.ability.value} {record.task_id}{titles}", style="bold")
     console.print(heading, soft_wrap=True)
     if background.instruction:
@@ -293,7 +293,9 @@ def _print_explanation(
         _print_with_hanging_indent(console, f"{number:3} ", Text(f"{action:{width}}  not tried", style="dim"))
     if explanation.goals:
         remark = _format_met_conditions(record)
-        remark += ": none counts, as nothing was carried out" * _counts_no_goal(record, explanation)
+        remark += ": none counts, as nothing was carried out" * _is_every_goal_missed_as_unexecutable(
+            record, explanation
+        )
         console.print(Text("goals", style="bold").append(remark, style="not bold"))
     near = map_missed_goals_to_similar_facts(explanation)
     for goal in explanation.goals:
@@ -331,7 +333,7 @@ def _format_met_conditions(record: Record) -> str:
     return f", {share.numerator} of {format_count(int(share.denominator), 'condition')} met"
 
 
-def _counts_no_goal(record: Record, explanation: Explanation) -> bool:
+def _is_every_goal_missed_as_unexecutable(record: Record, explanation: Explanation) -> bool:
     """Whether no goal counts, even if it holds at the start, because the answer cannot be executed."""
     error = record.verdict.error
     unread = isinstance(record.verdict, PlanVerdict) and error is not None and error.kind in NOT_EXECUTED
@@ -384,11 +386,13 @@ def _merge_symmetric_facts(facts: Sequence[str]) -> list[str]:
     return list(merged.values())
 
 
-def _print_goal_part(console: Console, part: GoalPartReport, never: str) -> None:
+def _print_goal_part(console: Console, part: GoalPartReport, missing_label: str) -> None:
     if part.met_after is not None:
         console.print(Text(f"  ✓ {part.part}  {part.time_met_text}", style="green"))
     else:
-        lacking = f"  {never}: {', '.join(part.missing)}" if part.missing else "  was to come after that"
+        lacking = (
+            f"  {missing_label}: {', '.join(part.missing)}" if part.missing else "  was to come after that"
+        )
         console.print(Text(f"  ✗ {part.part}{lacking}", style="red"))
 
 
@@ -406,7 +410,7 @@ def _print_answer_list(console: Console, records: Sequence[Record], limit: int) 
         style = "green" if came_to is AnswerOutcome.SUCCESS else "red"
         table.add_row(
             Text.assemble(
-                (record.task_id, "bold"), *(f"\n{text}" for text in (*_list_titles(record), *where))
+                (record.task_id, "bold"), *(f"\n{text}" for text in (*_list_title_unless_id(record), *where))
             ),
             Text.assemble(
                 (f"{came_to.value}{', cut off' * record.is_cut_off}", style),
@@ -418,7 +422,7 @@ def _print_answer_list(console: Console, records: Sequence[Record], limit: int) 
     console.print(f"{format_count(len(records), 'answer')}{shown}", highlight=False)
 
 
-def _list_titles(record: Record) -> list[str]:
+def _list_title_unless_id(record: Record) -> list[str]:
     """Return a list with the title of a record's task; empty if the title is unknown or equals the id."""
     return [] if record.task is None or record.task.name == record.task_id else [record.task.name]
 

@@ -120,7 +120,7 @@ def export_prompts(
 
     def make_rows() -> Iterator[TrainingRow]:
         with open_data_source(data, PlannerChoice.NONE, errata) as source:
-            for split, name in [each for given in domain for each in _list_splits(given)]:
+            for split, name in [each for given in domain for each in _list_split_names_and_references(given)]:
                 benchmark = find_benchmark(name)
                 for each in ability or choose_default_abilities(benchmark, PAPER_ABILITIES):
                     asked = PromptLibrary(prompt_set, None, source).open(benchmark, each)
@@ -256,7 +256,7 @@ def _read_rewarded_answers(
             yield from training_data.make_reward_rows(of_suite, paid, asked, left_out, **columns)
 
 
-def _list_splits(domain: str) -> list[tuple[str, str]]:
+def _list_split_names_and_references(domain: str) -> list[tuple[str, str]]:
     """Return the splits of a domain: the files of a folder of task files, or one split with all tasks."""
     folder = Path(domain)
     if not folder.is_dir():
@@ -287,12 +287,12 @@ def _format_json_lines(rows: Iterable[TrainingRow]) -> Iterator[str]:
     return (f"{json.dumps(row)}\n" for row in rows)
 
 
-def _format_eval_yaml(out: Path, asked: Iterable[tuple[str, str]]) -> str:
+def _format_eval_yaml(out: Path, suites_and_splits: Iterable[tuple[str, str]]) -> str:
     """Return the text of eval.yaml, which registers a data set as a benchmark on the Hugging Face Hub.
 
     The file lists each suite with its split. Splits for training are left out.
     """
-    held_out = [each for each in asked if each[1] != TRAIN] or list(asked)
+    held_out = [each for each in suites_and_splits if each[1] != TRAIN] or list(suites_and_splits)
     tasks = ""
     for source, split in held_out:
         domain, _, ability = source.rpartition("/")

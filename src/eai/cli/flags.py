@@ -120,7 +120,7 @@ def list_run_options() -> Iterator[str]:
         yield from options.format_option_rows(chosen, f"{section}.")
 
 
-def check_models(models: Sequence[str], abilities: Sequence[Ability]) -> None:
+def check_model_names(models: Sequence[str], abilities: Sequence[Ability]) -> None:
     """Raise if a model does not exist, or if two models would write to the same folder."""
     named: dict[str, str] = {}
     for model in models:
@@ -137,7 +137,7 @@ def check_models(models: Sequence[str], abilities: Sequence[Ability]) -> None:
             )
 
 
-def list_skipped_abilities(models: Sequence[str], abilities: Sequence[Ability]) -> list[str]:
+def describe_unanswerable_abilities(models: Sequence[str], abilities: Sequence[Ability]) -> list[str]:
     """Return a remark on each built-in model that has no answers to some abilities.
 
     Raises:
@@ -153,7 +153,7 @@ def list_skipped_abilities(models: Sequence[str], abilities: Sequence[Ability]) 
     return [f"{line}: skipped" for line in lines]
 
 
-def check_captioner(model: str) -> None:
+def check_captioning_model(model: str) -> None:
     """Raise if the captioning model does not exist or takes no pictures."""
     check_model_name(model)
     provider, _, name = model.partition("/")
@@ -162,7 +162,7 @@ def check_captioner(model: str) -> None:
         raise InputError(f"perception.scene_model {model}: {expected}")
 
 
-def check_recorded_answers(endpoints: Sequence[Endpoint], suites: Sequence[Suite]) -> None:
+def check_recordings_match_suites(endpoints: Sequence[Endpoint], suites: Sequence[Suite]) -> None:
     """Raise if recorded answers are missing for a suite, or belong to another suite."""
     for endpoint in endpoints:
         path = endpoint.arguments.get("path")

@@ -153,7 +153,7 @@ def generate_tasks(
     if stopped is not None and (not made or file.exists()):
         raise stopped
     if validator is not None:
-        _validate_certificates(validator, benchmark.domain, [each.task for each in made], quiet=as_json)
+        _validate_task_plans(validator, benchmark.domain, [each.task for each in made], quiet=as_json)
     write_task_file(file, lines)
     entry = sets.make_manifest_entry(spec, seed, secret, make_task_file_content(lines), made, rejected)
     new, domain = [each.task for each in made], benchmark.domain
@@ -234,7 +234,7 @@ def _write_task_lines(made: GeneratedTask, like: str, domain: Domain) -> list[st
     ]
 
 
-def _validate_certificates(val: Path, domain: Domain, tasks: Sequence[Task], *, quiet: bool) -> None:
+def _validate_task_plans(val: Path, domain: Domain, tasks: Sequence[Task], *, quiet: bool) -> None:
     """Check the certificates (plans that solve the tasks) with the plan validator VAL.
 
     Raises:

@@ -67,20 +67,22 @@ def print_learnability(
             ]
             groups = count_answer_groups(of_suite, Reward(suite, shaping))
             value["groups"] = {**groups}
-            lines.append(_describe_groups(groups))
+            lines.append(_describe_reward_groups(groups))
         if context is not None:
-            line, value["too_long"] = _measure_long_tasks(suite, prompt_set, context)
+            line, value["too_long"] = _describe_and_list_long_tasks(suite, prompt_set, context)
             lines.append(line)
     print_result(*lines, value=value, as_json=as_json)
 
 
-def _describe_groups(groups: Counter[str]) -> str:
-    number = groups.total() - groups["single"]
+def _describe_reward_groups(count_by_kind: Counter[str]) -> str:
+    number = count_by_kind.total() - count_by_kind["single"]
     if not number:
         return "no task has two answers of one model: run the model with --epochs"
-    percent = Rate(groups["mixed"], number).percent
-    mixed = f"mixed rewards in {groups['mixed']:,} of {format_count(number, 'group')} of answers"
-    equal = ", ".join([f"{groups[kind]:,} {text}" for kind, text in _EQUAL.items() if groups[kind]])
+    percent = Rate(count_by_kind["mixed"], number).percent
+    mixed = f"mixed rewards in {count_by_kind['mixed']:,} of {format_count(number, 'group')} of answers"
+    equal = ", ".join(
+        [f"{count_by_kind[kind]:,} {text}" for kind, text in _EQUAL.items() if count_by_kind[kind]]
+    )
     return f"{mixed} ({percent:.1f} %){'; equal rewards: ' * bool(equal)}{equal}"
 
 
@@ -88,12 +90,14 @@ _EQUAL = {"none": "with no reward", "full": "with full rewards", "equal": "betwe
 """Descriptions of groups of answers with equal rewards, by kind of group."""
 
 
-def _measure_long_tasks(suite: Suite, prompt_set: PromptSet, context: int) -> tuple[str, Json]:
+def _describe_and_list_long_tasks(
+    suite: Suite, prompt_set: PromptSet, context_tokens: int
+) -> tuple[str, Json]:
     """Return a line on the tasks whose question and gold answer exceed a context, and these tasks' ids."""
     with inspect_needed():
         from eai.run.context import describe_long_tasks, find_long_tasks
     prompts = PromptLibrary(prompt_set, None, suite.source).open(suite.benchmark, suite.ability)
-    long_tasks = find_long_tasks(suite, prompts, None, context)
-    fits = f"all {format_count(len(prompts), 'task')} fit into {context:,} tokens"
-    line = describe_long_tasks(context, [long_tasks]) or fits
+    long_tasks = find_long_tasks(suite, prompts, None, context_tokens)
+    fits = f"all {format_count(len(prompts), 'task')} fit into {context_tokens:,} tokens"
+    line = describe_long_tasks(context_tokens, [long_tasks]) or fits
     return f"{line}, by estimate (--set {prompt_set})", [*long_tasks.needs]

@@ -114,7 +114,7 @@ def open_data_source(
         yield Source(open_store(folder), report, planner, errata, terms or PlannerLimits())
 
 
-def open_planner_terms(command: typer.Context, seconds: int | None, memory_mib: int | None) -> PlannerLimits:
+def open_planner_limits(command: typer.Context, seconds: int | None, memory_mib: int | None) -> PlannerLimits:
     """Open the planner settings of a command. The command's processes share results of planners."""
     folder = command.with_resource(TemporaryDirectory(prefix="eai-planning-"))
     return PlannerLimits(seconds, memory_mib, Path(folder))
@@ -153,7 +153,7 @@ AgentSettings = Annotated[
 ]
 
 
-def read_outside_agent_setting(settings: Sequence[str]) -> AgentSetting:
+def parse_external_agent_setting(settings: Sequence[str]) -> AgentSetting:
     """Return the setting of episodes that a person or another program plays.
 
     Raises:

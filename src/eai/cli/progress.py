@@ -89,7 +89,7 @@ def show_run_progress(title: str, *, quiet: bool) -> AbstractContextManager[Prog
     if quiet:
         return nullcontext()
     console = get_error_console()
-    return _show_live_line(title, console) if console.is_terminal else _print_run_lines(title, console)
+    return _show_live_line(title, console) if console.is_terminal else _print_progress_lines(title, console)
 
 
 @contextmanager
@@ -211,22 +211,22 @@ def _show_live_line(title: str, console: Console) -> Iterator[ProgressWatch]:
 
 
 @contextmanager
-def _print_run_lines(title: str, console: Console) -> Iterator[ProgressWatch]:
+def _print_progress_lines(title: str, console: Console) -> Iterator[ProgressWatch]:
     """Print a line for each tenth of a run, and a line after each minute without a line."""
     pace, lines, over = _RunPace(), _SpacedLinePrinter(console), Event()
 
-    def show_if_due() -> None:
+    def print_progress_if_due() -> None:
         lines.print_line_if_due(f"{title}: {pace.describe()}", pace.done, pace.total)
 
     def update_pace(answered: int, failed: int, total: int, tokens: int) -> None:
         pace.update(answered, failed, total, tokens)
-        show_if_due()
+        print_progress_if_due()
 
-    def break_silence() -> None:
+    def print_at_least_each_minute() -> None:
         while not over.wait(min(1, LONGEST_SILENCE)):
-            show_if_due()
+            print_progress_if_due()
 
-    timer = Thread(target=break_silence, daemon=True)
+    timer = Thread(target=print_at_least_each_minute, daemon=True)
     timer.start()
     try:
         yield update_pace

@@ -120,7 +120,7 @@ def choose_tasks(
     return {task_id: entries[task_id] for task_id in dict.fromkeys(named) if task_id in some}
 
 
-def open_acting_tasks(
+def open_acting_suite_and_task_ids(
     domain: str, tasks: str, sample: int | None, seed: int, data: Path | None
 ) -> tuple[Suite, list[str]]:
     """Return the acting suite of a benchmark, and the ids of named tasks or of a random sample.
@@ -141,7 +141,7 @@ def select_tasks_of_suites(tasks: str, suites: Sequence[Suite], limit: int | Non
         InputError: No suite has a task of this name, or a suite has no short test.
     """
     if tasks == SHORT:
-        wanted = [_list_short_test(suite) for suite in suites]
+        wanted = [_list_task_ids_of_short_test(suite) for suite in suites]
     else:
         named = split_names(tasks)
         for task_id in named:
@@ -154,7 +154,7 @@ def select_tasks_of_suites(tasks: str, suites: Sequence[Suite], limit: int | Non
     return [[each for each in suite.task_ids if not some or each in some][:limit] for suite, some in pairs]
 
 
-def _list_short_test(suite: Suite) -> Sequence[str]:
+def _list_task_ids_of_short_test(suite: Suite) -> Sequence[str]:
     task_ids: Sequence[str] = load_from_extension("short_tests", f"--tasks {SHORT}")(
         suite.domain, suite.ability
     )

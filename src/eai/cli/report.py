@@ -162,12 +162,12 @@ def make_explorer_background(
         raise InputError("--pictures: the data set is not on this machine; eai data fetch downloads it")
     known = domain in own or (domain in list_benchmarks() and is_stored(source, domain))
     words = (
-        _make_prompt_background(own.get(domain) or find_benchmark(domain), source)
+        _collect_prompts_for_explorer(own.get(domain) or find_benchmark(domain), source)
         if prompts and known
         else ExplorerBackground()
     )
     if (out / _FILMS).is_dir():
-        words = replace(words, find_film=partial(_find_film_link, out))
+        words = replace(words, find_film=partial(_find_animation_link, out))
     if pictures:
         return replace(
             words, find_scenes=load_from_extension("diagrams_of_answers", "--pictures")(Source(source))
@@ -175,13 +175,13 @@ def make_explorer_background(
     return words
 
 
-def _find_film_link(out: Path, record: Record) -> str:
+def _find_animation_link(out: Path, record: Record) -> str:
     """Return the link to an answer's film (`eai explain --film OUT/films`), or None if there is no film."""
     address = f"{_FILMS}/{make_film_name(record)}"
     return address if (out / address).is_file() else ""
 
 
-def _make_prompt_background(benchmark: Benchmark, store: Store) -> ExplorerBackground:
+def _collect_prompts_for_explorer(benchmark: Benchmark, store: Store) -> ExplorerBackground:
     """Return the prompts and operators of a benchmark for the explorer. Unavailable texts are left out."""
     source, prompts, operators = Source(store), dict[str, dict[str, str]](), dict[str, str]()
     for ability in PAPER_ABILITIES:

@@ -140,14 +140,14 @@ def run(
     if settings == [flags.HELP]:
         console.print_markdown("\n".join(flags.list_run_options()))
         return
-    console.require_inspect()
+    console.require_inspect_package()
     spec = flags.read_run_specification(context, file, model_arg or (), settings or ())
     if not spec.model.name:
         raise InputError("expected --model NAME, or a file with the names of models")
     scoring = spec.scoring
     wanted = spec.variation.select_abilities(spec.tasks.ability)
-    flags.check_models(spec.model.name, wanted)
-    terms = options.open_planner_terms(context, scoring.planner_seconds, scoring.planner_memory)
+    flags.check_model_names(spec.model.name, wanted)
+    terms = options.open_planner_limits(context, scoring.planner_seconds, scoring.planner_memory)
     with options.open_data_source(data, scoring.planner, scoring.errata, terms) as source:
         suites = [
             open_suite(name, each, scoring.protocol, source=source)
@@ -172,10 +172,10 @@ def run(
                 opened = library.open(suite.benchmark, suite.ability)
                 chosen.append((suite, {task_id: opened[task_id] for task_id in ids}))
     endpoints = spec.model.endpoints
-    remarks = flags.list_skipped_abilities(spec.model.name, [suite.ability for suite, _ in chosen])
-    flags.check_recorded_answers(endpoints, [suite for suite, _ in chosen])
-    console.print_planner_note([suite for suite, _ in chosen])
-    first = _open_first_stage(order, chosen)
+    remarks = flags.describe_unanswerable_abilities(spec.model.name, [suite.ability for suite, _ in chosen])
+    flags.check_recordings_match_suites(endpoints, [suite for suite, _ in chosen])
+    console.print_note_if_planner_missing([suite for suite, _ in chosen])
+    first = _make_stage_before_answers(order, chosen)
     fitting = {endpoint.model: _leave_out_long_tasks(order, endpoint, chosen) for endpoint in endpoints}
     save_spec(spec, out)
     outcomes = []
@@ -183,14 +183,14 @@ def run(
         of_suite = [
             _request_answers_and_score(order, endpoint, fitting_prompts, suite, first, studied=True)
             if obtain is None
-            else _request_answers_adaptively(order, endpoint, fitting_prompts, suite, obtain)
+            else _request_answers_until_precise(order, endpoint, fitting_prompts, suite, obtain)
             for endpoint in endpoints
             if can_model_answer(endpoint.model, suite.ability)
             and (fitting_prompts := fitting[endpoint.model][position])
         ]
         if of_suite and not order.quiet:
             _print_suite_results(spec, of_suite, wide=wide)
-            _print_corrected_count(library, suite, asked)
+            _print_number_of_corrected_questions(library, suite, asked)
         outcomes += of_suite
     before = () if first is None else first.all_results
     if spec.variation.captioner is not None and not order.quiet:
@@ -246,20 +246,22 @@ def _print_suite_results(spec: RunSpec, outcomes: Sequence[SuiteResult], *, wide
         print_table(console.get_output_console(), make_pass_table(repeated), wide=wide)
 
 
-def _open_first_stage(
-    order: _RunRequest, chosen: Sequence[tuple[Suite, Mapping[str, Prompt]]]
+def _make_stage_before_answers(
+    order: _RunRequest, suites_and_prompts: Sequence[tuple[Suite, Mapping[str, Prompt]]]
 ) -> FirstStage | None:
     """Return the stage in which a model first interprets goals or perceives scenes, or None."""
     wanted: dict[str, set[str]] = {}
-    for suite, asked in chosen:
+    for suite, asked in suites_and_prompts:
         wanted.setdefault(suite.domain, set()).update(asked)
     ask, variation = partial(_request_answers_and_score, order), order.spec.variation
     if variation.captioner is not None:
-        flags.check_captioner(variation.captioner)
+        flags.check_captioning_model(variation.captioner)
     return variation.make_stage(order.library, wanted, ask)
 
 
-def _print_corrected_count(library: PromptLibrary, suite: Suite, prompts: Mapping[str, Prompt]) -> None:
+def _print_number_of_corrected_questions(
+    library: PromptLibrary, suite: Suite, prompts: Mapping[str, Prompt]
+) -> None:
     """Print how many questions of the data set were corrected."""
     corrected = library.count_corrected_questions(suite.benchmark, suite.ability, prompts)
     if corrected:
@@ -363,7 +365,7 @@ def _print_failures_and_effort(outcomes: Sequence[SuiteResult], order: _RunReque
                 f"{outcome.model}: {console.format_count(again, 'episode')} interrupted before, begun again"
             )
     if not order.quiet:
-        for line in map(_describe_effort, outcomes):
+        for line in map(_describe_answers_and_cost, outcomes):
             console.print_result_line(line)
     if any(outcome.failures for outcome in outcomes):
         raise typer.Exit(1)
@@ -376,29 +378,33 @@ def _merge_similar_failures(failures: Mapping[str, Sequence[str]]) -> Iterator[t
         yield reasons[0], list(dict.fromkeys([task_id for why in reasons for task_id in failures[why]]))
 
 
-def _describe_effort(outcome: SuiteResult) -> str:
+def _describe_answers_and_cost(result: SuiteResult) -> str:
     """Return one line on a run: numbers of answers and tokens, cost, and folder of the results."""
-    usage = outcome.usage
-    parts = [console.format_count(outcome.totals.coverage.answered, "answer")]
+    usage = result.usage
+    parts = [console.format_count(result.totals.coverage.answered, "answer")]
     if usage.input_tokens is not None and usage.output_tokens is not None:
         parts.append(f"{usage.input_tokens:,} + {usage.output_tokens:,} tokens")
     if usage.cost is not None:
         parts.append(console.format_dollars(usage.cost))
-    if outcome.truncated_count:
-        parts.append(f"{outcome.truncated_count} cut off")
-    empty = sum(record.unanswered is None and not record.response.strip() for record in outcome.records)
+    if result.truncated_count:
+        parts.append(f"{result.truncated_count} cut off")
+    empty = sum(record.unanswered is None and not record.response.strip() for record in result.records)
     if empty:
         parts.append(f"{empty} empty")
-    return f"{', '.join(parts)}; records in {outcome.folder}"
+    return f"{', '.join(parts)}; records in {result.folder}"
 
 
-def _request_answers_adaptively(
-    order: _RunRequest, endpoint: Endpoint, prompts: Mapping[str, Prompt], suite: Suite, obtain: Any
+def _request_answers_until_precise(
+    order: _RunRequest,
+    endpoint: Endpoint,
+    prompts: Mapping[str, Prompt],
+    suite: Suite,
+    request_in_rounds: Any,
 ) -> SuiteResult:
     """Ask tasks in rounds until the estimate of the model's ability is precise. Print the standard error."""
     ask = partial(_request_answers_and_score, order, endpoint, suite=suite)
     result: SuiteResult
-    result, remark = obtain(ask, prompts, suite, order.spec.tasks.adaptive)
+    result, remark = request_in_rounds(ask, prompts, suite, order.spec.tasks.adaptive)
     if not order.quiet:
         console.print_result_line(remark)
     return result

@@ -28,12 +28,12 @@ from eai.cli.console import (
     inspect_needed,
     print_json,
     print_note,
-    print_planner_note,
+    print_note_if_planner_missing,
     print_result_line,
 )
 from eai.cli.options import ANSWERS, OUTPUT, SCORING, make_flag, make_scoring_flag
 from eai.cli.progress import show_scoring_progress
-from eai.cli.table import print_remark, print_results, result_to_json
+from eai.cli.table import print_note_if_incomplete, print_results, result_to_json
 from eai.pddl.planning import PlannerChoice, PlannerOutcome
 from eai.results import records
 from eai.results.answer_files import (
@@ -149,17 +149,17 @@ def score(
         check_ability_states_goals(ability)
     with ExitStack() as unpacking:
         places = [unpacking.enter_context(unpack_answers(path)) for path in paths]
-        terms = options.open_planner_terms(context, planner_seconds, planner_memory)
+        terms = options.open_planner_limits(context, planner_seconds, planner_memory)
         with options.open_data_source(data, planner, errata, terms) as source:
             if domain is not None and ability is not None:
                 suite = open_suite(domain, ability, protocol, source=source)
                 shares = _find_answers_of_suite(places, suite, out)
             else:
                 shares = _find_answers_by_path(places, domain, ability, protocol, source, out)
-        shares = [part for share in shares for part in _split_by_game_rules(share)]
+        shares = [part for share in shares for part in _split_answers_by_game_rules(share)]
         shares = [replace(share, goals=goals, prompt_name=prompt_name, shard=shard) for share in shares]
-        print_planner_note([share.suite for share in shares])
-        _print_note_on_foreign_tasks(shares)
+        print_note_if_planner_missing([share.suite for share in shares])
+        _print_note_on_unknown_tasks(shares)
         with _open_scoring(workers, ray) as workplace, ExitStack() as stack:
             for folder in {share.out: None for share in shares if shard is None}:
                 if folder is not None:
@@ -177,12 +177,12 @@ def score(
             print_result_line(f"written to {out}")
 
 
-def _split_by_game_rules(share: _AnswersToScore) -> list[_AnswersToScore]:
+def _split_answers_by_game_rules(answers_to_score: _AnswersToScore) -> list[_AnswersToScore]:
     """Split answers by their game rules. If there are several rules, each has a separate folder."""
-    parts = split_by_game_rules(share.suite.ability, share.answers)
+    parts = split_by_game_rules(answers_to_score.suite.ability, answers_to_score.answers)
     shares = []
     for rules, answers in parts.items():
-        out = share.out
+        out = answers_to_score.out
         if len(parts) > 1 and rules is not None:
             out = None if out is None else out / Experiment(rules=rules).label
             number = format_count(len(answers.responses), "answer")
@@ -191,11 +191,11 @@ def _split_by_game_rules(share: _AnswersToScore) -> list[_AnswersToScore]:
                 f"{answers.model}: {number} by other rules than the standard setting, scored apart: {words}"
             )
         others = {task for other in parts if other != rules for task in parts[other].answered_task_ids}
-        shares.append(replace(share, answers=answers, out=out, rules=rules, elsewhere=others))
+        shares.append(replace(answers_to_score, answers=answers, out=out, rules=rules, elsewhere=others))
     return shares
 
 
-def _print_note_on_foreign_tasks(shares: Sequence[_AnswersToScore]) -> None:
+def _print_note_on_unknown_tasks(shares: Sequence[_AnswersToScore]) -> None:
     """Print a note on standard error if answers are to tasks outside the data set."""
     for share in shares:
         if share.answers.skipped_rows:
@@ -351,7 +351,7 @@ def _print_note_on_replaced_records(file: Path, share: _AnswersToScore) -> None:
 def _find_answers_of_suite(places: Sequence[Path], suite: Suite, out: Path | None) -> list[_AnswersToScore]:
     """Return the answers to one suite. If there are several files, each model gets a folder for results."""
     files = [file for place in places for file in find_files_of_suite(place, suite.domain, suite.ability)]
-    answers_by_file = [_read_answer_file(file, suite) for file in files]
+    answers_by_file = [_read_answers_and_record_finisher(file, suite) for file in files]
     _refuse_equal_models([answers.model for answers, _ in answers_by_file])
     several = len(files) > 1
     return [
@@ -391,12 +391,14 @@ def _find_answers_by_path(
         suite = open_suite(own.get(name, name), each, protocol, source=source)
         for file in files:
             folder = None if out is None else out / name / each.value / file.model
-            answers, logged = _read_answer_file(file.path, suite)
+            answers, logged = _read_answers_and_record_finisher(file.path, suite)
             shares.append(_AnswersToScore(suite, replace(answers, model=file.model), folder, logged=logged))
     return shares
 
 
-def _read_answer_file(file: Path, suite: Suite) -> tuple[ResponseFile, Callable[[Record], Record] | None]:
+def _read_answers_and_record_finisher(
+    file: Path, suite: Suite
+) -> tuple[ResponseFile, Callable[[Record], Record] | None]:
     """Return the answers in a response file or log, and a function that adds a log's experiment to records.
 
     Inspect is imported only for logs.
@@ -423,7 +425,7 @@ def _merge_shards_and_print(paths: Sequence[Path], *, wide: bool, as_json: bool)
         first = totals.first_record
         printed.append(result_to_json(totals, folder))
         if as_json:
-            print_remark(first.model, totals.coverage)
+            print_note_if_incomplete(first.model, totals.coverage)
         else:
             print_results({first.model: totals}, wide=wide)
             print_result_line(

@@ -11,9 +11,16 @@ import typer
 
 from eai.base.errors import InputError, require_extra
 from eai.cli.console import format_count, print_note
-from eai.cli.options import OUTPUT, AgentSettings, DataFolder, OfDomain, make_flag, read_outside_agent_setting
+from eai.cli.options import (
+    OUTPUT,
+    AgentSettings,
+    DataFolder,
+    OfDomain,
+    make_flag,
+    parse_external_agent_setting,
+)
 from eai.cli.progress import make_resumable
-from eai.cli.prompts import Sample, SampleSeed, TaskIds, open_acting_tasks
+from eai.cli.prompts import Sample, SampleSeed, TaskIds, open_acting_suite_and_task_ids
 from eai.results.trials import AnswerKey
 
 app = typer.Typer(no_args_is_help=True)
@@ -60,11 +67,11 @@ def mcp(
         tickets: Number of episodes for each task.
         trust_network: Serve one task without a ticket to everybody who reaches the port.
     """
-    setting = read_outside_agent_setting(settings or ())
+    setting = parse_external_agent_setting(settings or ())
     with require_extra("mcp", "eai serve mcp needs"):
         from eai.agents.episode_server import open_episode_server
         from eai.agents.server import listen, make_http_app, serve_http, serve_stdio
-    suite, ids = open_acting_tasks(domain, tasks, sample, seed, data)
+    suite, ids = open_acting_suite_and_task_ids(domain, tasks, sample, seed, data)
     by_ticket = port is not None and not trust_network
     if not by_ticket and len(ids) != 1:
         raise InputError(f"--tasks: expected one task, found {len(ids):,}; several need --port and tickets")
@@ -85,11 +92,11 @@ def mcp(
         serve_http(worlds, application, listener)
 
 
-def _write_tickets(out: Path, tickets: Mapping[str, AnswerKey]) -> Path:
+def _write_tickets(out: Path, answer_by_ticket: Mapping[str, AnswerKey]) -> Path:
     """Write the file of tickets, readable only by its owner."""
     rows = [
         {"identifier": task_id, "epoch": epoch, "ticket": ticket}
-        for ticket, (task_id, epoch) in tickets.items()
+        for ticket, (task_id, epoch) in answer_by_ticket.items()
     ]
     path = out / "tickets.json"
     path.touch(0o600)

@@ -49,16 +49,16 @@ def print_results(results: Mapping[str, RunTotals], below: str = "", *, wide: bo
     for coverage, models in group_pairs(
         (totals.coverage, model) for model, totals in results.items()
     ).items():
-        print_remark(", ".join(models), coverage)
+        print_note_if_incomplete(", ".join(models), coverage)
     for remark in dict.fromkeys(each.errata.remark for each in results.values() if each.errata is not None):
         if remark is not None:
             print_result_line(remark)
 
 
-def print_remark(name: str, coverage: TaskCoverage) -> None:
+def print_note_if_incomplete(suite_name: str, coverage: TaskCoverage) -> None:
     """Print a remark on standard error if a suite is not answered completely."""
     if coverage.remark is not None:
-        print_note(f"{name}: {coverage.remark}")
+        print_note(f"{suite_name}: {coverage.remark}")
 
 
 def make_rates_table(title: str, metrics: Sequence[str], results: Mapping[str, RunTotals]) -> Table:

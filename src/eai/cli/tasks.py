@@ -75,31 +75,31 @@ def check(
         context: Number of tokens of the model's context.
     """
     if learnable:
-        reference = _require_reference(path)
+        reference = _require_benchmark_reference(path)
         print_learnability(
             *(reference, ability, shaping, records or (), context, prompt_set, data), as_json=as_json
         )
     elif schema:
         print(json.dumps(make_task_line_schema(), indent=2))
     elif against is not None:
-        _print_overlap(against, _require_reference(path), data, as_json=as_json)
+        _print_task_overlap(against, _require_benchmark_reference(path), data, as_json=as_json)
     elif split is not None:
         if not secret:
             raise InputError("--split: also give --secret, or set EAI_SECRET")
-        folder = Path(_require_reference(path))
+        folder = Path(_require_benchmark_reference(path))
         findings = [
             DataMistake(str(folder / split), problem)
             for problem in list_doubts_about_secret_set(folder, split, secret)
         ]
         print_findings_and_exit(findings, "the set was made with this secret", as_json=as_json)
-    elif is_path_of_task_files(_require_reference(path)):
+    elif is_path_of_task_files(_require_benchmark_reference(path)):
         findings = list(check_task_files(Path(path), lambda base: find_benchmark(base).domain))
         print_findings_and_exit(findings, "all tasks are as they say", as_json=as_json)
     else:
         _check_benchmark(path, data, as_json=as_json)
 
 
-def _require_reference(path: str) -> str:
+def _require_benchmark_reference(path: str) -> str:
     if not path:
         raise InputError(f"expected a benchmark: {REFERENCES}")
     return path
@@ -120,8 +120,10 @@ def _check_benchmark(reference: str, data: Path | None, *, as_json: bool) -> Non
     print_findings_and_exit(findings, fine, as_json=as_json)
 
 
-def _print_overlap(known: str, asked: str, data: Path | None, *, as_json: bool) -> None:
-    benchmark, tested = find_benchmark(known), find_benchmark(asked)
+def _print_task_overlap(
+    known_reference: str, tested_reference: str, data: Path | None, *, as_json: bool
+) -> None:
+    benchmark, tested = find_benchmark(known_reference), find_benchmark(tested_reference)
     with open_data_source(data) as source:
         tasks = [list(each.tasks(source).values()) for each in (benchmark, tested)]
     overlap = measure_overlap(tasks[1], tasks[0], benchmark.domain)

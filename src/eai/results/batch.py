@@ -73,7 +73,9 @@ class Scoring(WorkerPool):
     def _score_responses(
         self, suite: Suite, model: str, responses: Iterable[Response], settings: ScoringOptions
     ) -> Iterator[Record]:
-        workers = self if suite.is_portable else Scoring()  # workers cannot open a suite that has no name
+        workers = (
+            self if suite.is_openable_by_reference else Scoring()
+        )  # workers cannot open a suite that has no name
         answered, to_score = tee(responses)
         batch_sizes = workers._choose_batch_sizes(suite, length_hint(responses))
         outcomes = workers.map_batches(
@@ -114,7 +116,7 @@ class Scoring(WorkerPool):
             items, number = shard.select(items), -(-number // shard.of)
         mark = partial(_add_harness_and_rules, first=_find_harness_and_rules(suite.ability, answers))
         work = partial(_score_record_batch, suite, settings, answers.model, mark, finish)
-        if self._number < 2 or not suite.is_portable:
+        if self._number < 2 or not suite.is_openable_by_reference:
             sizes = (
                 (1, 1)
                 if suite.ability is Ability.TRANSITION_MODELING
@@ -133,7 +135,7 @@ class Scoring(WorkerPool):
             reward: the reward function of a suite.
             answers: pairs of a task id and an answer to the task.
         """
-        workers = self if reward.suite.is_portable else Scoring()
+        workers = self if reward.suite.is_openable_by_reference else Scoring()
         sizes = workers._choose_batch_sizes(reward.suite, length_hint(answers))
         return workers.map_batches(partial(_compute_batch_rewards, reward), answers, batch_sizes=sizes)
 

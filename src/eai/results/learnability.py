@@ -13,8 +13,12 @@ from eai.abilities.protocol import Ability
 from eai.base.errors import InputError
 from eai.base.grouping import group_pairs
 from eai.benchmarks.benchmark import Benchmark
-from eai.benchmarks.copied_answers import open_copy_book, open_empty_book, open_lookup_book
-from eai.benchmarks.gold_answers import AnswerBook
+from eai.benchmarks.copied_answers import (
+    open_answers_of_similar_tasks,
+    open_copied_answers,
+    open_empty_answers,
+)
+from eai.benchmarks.gold_answers import AnswersByTask
 from eai.benchmarks.random_answers import open_random_answers
 from eai.results.rate import Rate
 from eai.results.record import Record
@@ -77,15 +81,15 @@ def _classify_rewards(values: list[float | None]) -> str:
     return "none" if values[0] == 0 else "full" if values[0] == 1 else "equal"
 
 
-def _open_random_book(benchmark: Benchmark, ability: Ability, source: Source) -> AnswerBook:
+def _open_random_book(benchmark: Benchmark, ability: Ability, source: Source) -> AnswersByTask:
     answer, tasks = open_random_answers(benchmark, ability, source), benchmark.tasks_for(ability, source)
     return TaskSet(tasks, lambda task_id: answer(task_id, _RANDOM_SEED, ()), tasks.sha256)
 
 
-NULL_BOOKS: dict[str, Callable[[Benchmark, Ability, Source], AnswerBook]] = {
-    "eai/copy": open_copy_book,
-    "eai/empty": open_empty_book,
-    "eai/lookup": open_lookup_book,
+NULL_BOOKS: dict[str, Callable[[Benchmark, Ability, Source], AnswersByTask]] = {
+    "eai/copy": open_copied_answers,
+    "eai/empty": open_empty_answers,
+    "eai/lookup": open_answers_of_similar_tasks,
     "eai/random": _open_random_book,
 }
 """Null model -> function that returns its answers to a suite, as in `eai run`."""

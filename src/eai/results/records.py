@@ -41,7 +41,7 @@ def make_record(
         suite.data_sha256,
         verdict,
         suite_size=len(suite.task_ids),
-        errata=suite.errata.find_errata_use(suite.ability, task_id),
+        errata=suite.errata.find_errata_of_task(suite.ability, task_id),
         **more,
     )
 

@@ -16,7 +16,7 @@ from eai.abilities.scorer import Assessment, PlanScorer
 from eai.abilities.trial import Trial
 from eai.abilities.verdict import PlanVerdict
 from eai.base.errors import InputError
-from eai.benchmarks.protocols import find_preset
+from eai.benchmarks.protocols import require_protocol_implementation
 from eai.benchmarks.suite import Suite
 from eai.results.record import Record
 from eai.results.records import make_record
@@ -190,7 +190,7 @@ def begin_trial(
         raise InputError(
             f"{suite.domain} {suite.ability.value}: attempts need plans as answers; choose action_sequencing"
         )
-    kind = Trial if options.preset is None else find_preset(options.preset).trial
+    kind = Trial if options.preset is None else require_protocol_implementation(options.preset).trial
     return kind(scorer, options, epoch, stated)
 
 
@@ -215,7 +215,7 @@ def make_trial_record(
 
 def _name_unread_cause(suite: Suite, attempt: Attempt) -> Attempt:
     explanation = attempt.explanation or Explanation()
-    named = suite.name_unread_cause(attempt.response, Assessment(attempt.verdict, lambda: explanation))
+    named = suite.add_cause_if_unread(attempt.response, Assessment(attempt.verdict, lambda: explanation))
     if not isinstance(named.verdict, PlanVerdict):
         return attempt
     return replace(attempt, verdict=named.verdict, explanation=attempt.explanation and named.explain())

@@ -15,7 +15,7 @@ from eai.abilities.declaration import get_declaration
 from eai.abilities.protocol import PAPER_ABILITIES, Ability
 from eai.base.errors import EaiError
 from eai.benchmarks.benchmark import Benchmark
-from eai.benchmarks.gold_answers import open_answer_book
+from eai.benchmarks.gold_answers import open_gold_answers
 from eai.benchmarks.suite import Suite
 from eai.run.job import DecodingOptions, is_built_in
 from eai.run.request_errors import MIN_SECONDS_BETWEEN_TRIES, REFUSED, is_refused
@@ -76,7 +76,7 @@ def _estimate_answers(suite: Suite) -> Mapping[str, int]:
 
 @lru_cache(maxsize=16)
 def _estimate_gold_answers(benchmark: Benchmark, ability: Ability, source: Source) -> Mapping[str, int]:
-    book = open_answer_book(benchmark, ability, source)
+    book = open_gold_answers(benchmark, ability, source)
     tasks: Mapping[str, object] = benchmark.tasks_for(ability, source)
     known_ids = [task_id for task_id in book if getattr(tasks[task_id], "script", True)]
     return {task_id: estimate_tokens(book[task_id].text) for task_id in known_ids}

@@ -26,17 +26,21 @@ from eai.agents.play import EpisodeFactory, read_commands
 from eai.agents.setting import STANDARD, AgentSetting
 from eai.base.errors import InputError
 from eai.benchmarks.benchmark import Benchmark
-from eai.benchmarks.copied_answers import open_copy_book, open_empty_book, open_lookup_book
+from eai.benchmarks.copied_answers import (
+    open_answers_of_similar_tasks,
+    open_copied_answers,
+    open_empty_answers,
+)
 from eai.benchmarks.gold_answers import (
-    AnswerBook,
+    AnswersByTask,
     WrittenAnswer,
     drop_reached_goals,
-    make_heeding_answer,
+    make_answer_heeding_feedback,
     make_no_answer_error,
     make_noisy_answer,
-    open_answer_book,
-    open_planned_book,
-    replace_goals,
+    open_answers_of_planner,
+    open_gold_answers,
+    replace_goals_by_answers,
     start_after_actions,
 )
 from eai.benchmarks.random_answers import open_random_answers
@@ -64,10 +68,10 @@ They end the search if such a task is unsolvable. All tasks of the household ben
 T = TypeVar("T")
 
 _OPEN_BOOK = {
-    "planner": open_planned_book,
-    "lookup": open_lookup_book,
-    "copy": open_copy_book,
-    "empty": open_empty_book,
+    "planner": open_answers_of_planner,
+    "lookup": open_answers_of_similar_tasks,
+    "copy": open_copied_answers,
+    "empty": open_empty_answers,
 }
 """Name of a built-in model -> function that returns its answers to a suite.
 
@@ -158,7 +162,7 @@ class _BuiltInModel(ModelAPI):
             self._given = _ModelArguments.read(f"{PROVIDER}/{model_name}", model_args)
             if model_name == "replay" and self._given.path is None:
                 raise InputError("eai/replay: expected -M path=FILE, a response file or a folder of them")
-        self._book = cache(_OPEN_BOOK.get(model_name, open_answer_book))
+        self._book = cache(_OPEN_BOOK.get(model_name, open_gold_answers))
         self._played = cache(self._list_episode_commands)
         self._random = cache(open_random_answers)
         self._recorded = cache(self._read_recorded_answers)
@@ -239,7 +243,7 @@ class _BuiltInModel(ModelAPI):
                 raise InputError(NO_ROW)
             return recorded[question.task_id]
         if self.model_name == "planner" and (question.done or question.scene is not None):
-            book = open_planned_book(
+            book = open_answers_of_planner(
                 _adapt_benchmark_to_question(question), question.ability, question.source, PLANNER_LIMITS
             )
             return _require_text(book[question.task_id])
@@ -274,7 +278,7 @@ class _BuiltInModel(ModelAPI):
         task = question.benchmark.tasks_for(question.ability, question.source)[question.task_id]
         return perceive_with_noise(task, open_scene_words(question.benchmark), noise, stream).json_text
 
-    def _corrupt_answer(self, book: AnswerBook, question: _ModelQuestion) -> WrittenAnswer:
+    def _corrupt_answer(self, book: AnswersByTask, question: _ModelQuestion) -> WrittenAnswer:
         """Return a corrupted answer to a question.
 
         Each attempt draws new errors. With the argument ``heed``, later attempts repeat the last answer
@@ -283,7 +287,7 @@ class _BuiltInModel(ModelAPI):
         seed = f"{self._given.seed} {question.epoch}"
         if self._given.heed is not None:
             text, attempt, rate = question.text, question.attempt, self._given.rate
-            return make_heeding_answer(
+            return make_answer_heeding_feedback(
                 book, question.task_id, text, attempt, rate=rate, seed=seed, heed=self._given.heed
             )
         seed += f" {question.attempt}" if question.attempt > 1 else ""
@@ -312,7 +316,7 @@ def _adapt_benchmark_to_question(question: _ModelQuestion) -> Benchmark:
         graph = read_scene_graph(question.scene, open_scene_words(benchmark).written_arities)
         benchmark = apply_scene_graphs(benchmark, {task_id: graph})
     if question.stated is not None:
-        benchmark = replace_goals(benchmark, {task_id: question.stated})
+        benchmark = replace_goals_by_answers(benchmark, {task_id: question.stated})
     return drop_reached_goals(benchmark, task_id, question.done) if question.done else benchmark
 
 

@@ -39,7 +39,7 @@ from eai.base.errors import EaiError, InputError, InterruptError, did_you_mean
 from eai.base.files import convert_write_errors, require_file, to_file_name
 from eai.base.grouping import group_pairs
 from eai.base.json_value import Json
-from eai.benchmarks.gold_answers import open_answer_book
+from eai.benchmarks.gold_answers import open_gold_answers
 from eai.benchmarks.names import suite_name
 from eai.benchmarks.prompt_library import PromptLibrary
 from eai.benchmarks.registry import find_benchmark
@@ -98,7 +98,7 @@ def build_task(
     """
     benchmark, ability, source = suite.benchmark, suite.ability, suite.source
     name = suite_name(benchmark.name, ability)
-    book = open_answer_book(benchmark, ability, source)
+    book = open_gold_answers(benchmark, ability, source)
     gold = {task_id: book[task_id].text for task_id in book if task_id in prompts}
     common_metadata = {"domain": benchmark.reference, "ability": ability.value, ERRATA: source.errata.value}
     choices = {} if experiment is None else experiment_to_json(experiment)

@@ -15,7 +15,7 @@ from eai.abilities.verdict import PlanVerdict
 from eai.agents.game import Game
 from eai.agents.reference import make_setup
 from eai.agents.rules import TRAINING
-from eai.benchmarks.gold_answers import open_answer_book
+from eai.benchmarks.gold_answers import open_gold_answers
 from eai.results.batch import score_run
 from eai.results.codec import record_from_json, record_to_json
 from eai.results.options import ScoringOptions
@@ -99,7 +99,7 @@ def test_the_gold_refusal_names_the_missing_facts_and_is_paid_in_full() -> None:
         asked = world(special=ImpossibleTaskMark(missing))
         opened = eai.open(asked, "action_sequencing")
         assert {Reward(opened, shaping)("t", NO) for shaping in ("success", "goals", "progress")} == {paid}
-        gold = open_answer_book(asked, opened.ability)["t"].text
+        gold = open_gold_answers(asked, opened.ability)["t"].text
         assert Reward(opened)("t", gold) == 1.0
         assert (gold == NO) == bool(missing)
 

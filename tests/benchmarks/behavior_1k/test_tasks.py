@@ -19,7 +19,7 @@ from eai.benchmarks.behavior_1k.conventions import HEADING
 from eai.benchmarks.behavior_1k.kinds import PACK
 from eai.benchmarks.behavior_1k.operators import build_domain
 from eai.benchmarks.behavior_1k.tasks import load_exclusions
-from eai.benchmarks.gold_answers import open_answer_book
+from eai.benchmarks.gold_answers import open_gold_answers
 from eai.benchmarks.prompt_library import PromptLibrary
 from eai.benchmarks.suite import open_suite
 from eai.logic import formula as f
@@ -187,7 +187,7 @@ def test_planning_problems_contain_the_rules_that_gold_operators_need(
     activity_store: Store, task_id: str
 ) -> None:
     suite = open_suite(behavior_1k(), Ability.TRANSITION_MODELING, source=Source(store=activity_store))
-    gold = open_answer_book(behavior_1k(), Ability.TRANSITION_MODELING, source=Source(store=activity_store))
+    gold = open_gold_answers(behavior_1k(), Ability.TRANSITION_MODELING, source=Source(store=activity_store))
     verdict = suite.score(task_id, gold[task_id].text)
     assert isinstance(verdict, OperatorVerdict)
     assert verdict.planner is PlannerOutcome.SOLVED

@@ -11,7 +11,7 @@ from eai.abilities.protocol import PAPER_ABILITIES, Ability
 from eai.abilities.transition_modeling.verdict import OperatorVerdict
 from eai.agents.environment import make
 from eai.benchmarks.benchmark import Benchmark
-from eai.benchmarks.gold_answers import open_answer_book, open_planned_book
+from eai.benchmarks.gold_answers import open_answers_of_planner, open_gold_answers
 from eai.benchmarks.prompt_library import PromptLibrary
 from eai.benchmarks.registry import find_benchmark
 from eai.benchmarks.suite import open_suite
@@ -35,7 +35,7 @@ def made(like: str, folder: Path) -> Benchmark:
 def test_gold_answers_to_generated_tasks_are_right(like: str, ability: Ability, tmp_path: Path) -> None:
     benchmark = made(like, tmp_path)
     suite = open_suite(benchmark, ability, source=SOURCE)
-    book = open_answer_book(benchmark, ability, SOURCE)
+    book = open_gold_answers(benchmark, ability, SOURCE)
     assert len(suite.task_ids) == 6
     for task_id in suite.task_ids:
         verdict = suite.score(task_id, book[task_id].text)
@@ -59,7 +59,7 @@ def test_prompts_say_the_instruction_and_show_all_there_is(like: str, tmp_path: 
 @pytest.mark.parametrize("like", HOUSEHOLDS)
 def test_the_planner_solves_generated_tasks(like: str, tmp_path: Path) -> None:
     benchmark = made(like, tmp_path)
-    book = open_planned_book(benchmark, Ability.ACTION_SEQUENCING, SOURCE)
+    book = open_answers_of_planner(benchmark, Ability.ACTION_SEQUENCING, SOURCE)
     suite = open_suite(benchmark, Ability.ACTION_SEQUENCING, source=SOURCE)
     assert all(suite.score(i, book[i].text).success for i in suite.task_ids)  # type: ignore[union-attr]
 

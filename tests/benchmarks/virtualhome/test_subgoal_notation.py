@@ -10,7 +10,7 @@ from benchmarks.virtualhome.household import make_task
 from eai.abilities.protocol import Ability
 from eai.abilities.verdict import PlanVerdict
 from eai.base.store import Store
-from eai.benchmarks.gold_answers import AnswerBook, open_answer_book, open_planned_book
+from eai.benchmarks.gold_answers import AnswersByTask, open_answers_of_planner, open_gold_answers
 from eai.benchmarks.suite import open_suite
 from eai.benchmarks.virtualhome.notation import VirtualHomeSubgoals
 from eai.tasks.source import Source
@@ -66,9 +66,9 @@ def test_subgoals_are_joined_into_an_answer() -> None:
     assert json.loads(WORDS.join(["A(x)", "B(y)"]))["output"] == ["A(x)", "B(y)"]
 
 
-@pytest.mark.parametrize("open_book", [open_answer_book, *swept(open_planned_book)])
+@pytest.mark.parametrize("open_book", [open_gold_answers, *swept(open_answers_of_planner)])
 def test_subgoals_of_scripts_and_of_plans_reach_every_goal(
-    open_book: Callable[..., AnswerBook], data_store: Store
+    open_book: Callable[..., AnswersByTask], data_store: Store
 ) -> None:
     source = Source(data_store)
     suite = open_suite("virtualhome", Ability.SUBGOAL_DECOMPOSITION, source=source)

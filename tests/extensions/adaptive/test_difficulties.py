@@ -9,8 +9,8 @@ from eai.benchmarks.suite import open_suite
 from eai.extensions.adaptive.difficulties import (
     choose_next_tasks,
     estimate_ability,
+    load_ability_variance_between_task_names,
     load_task_difficulties,
-    load_variance_between_names,
 )
 from suites import SUITES
 
@@ -81,5 +81,7 @@ def test_no_task_is_asked_twice() -> None:
 def test_all_tasks_of_plans_and_subgoals_have_difficulties(domain: str, ability: Ability) -> None:
     known = load_task_difficulties(domain, ability)
     assert bool(known) == (ability in PLANS)
-    assert (load_variance_between_names(domain, ability) > 0) == (bool(known) and domain == "virtualhome")
+    assert (load_ability_variance_between_task_names(domain, ability) > 0) == (
+        bool(known) and domain == "virtualhome"
+    )
     assert set(known) <= set(open_suite(domain, ability).task_ids)

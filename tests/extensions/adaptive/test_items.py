@@ -12,7 +12,7 @@ from command_line import Command
 from eai.abilities.protocol import Ability
 from eai.base.store import Store
 from eai.extensions.adaptive.flag import Flag
-from eai.extensions.adaptive.item_flags import make_flag_reader
+from eai.extensions.adaptive.item_flags import make_task_flag_reader
 from eai.extensions.adaptive.study import make_item_tables
 from eai.planning.planner import Planner
 from eai.planning.search import SearchResult
@@ -98,7 +98,7 @@ def test_the_planner_tries_tasks_that_no_model_solves(
     suite: SuiteKey, task: str, unsolved: bool, flags: list[Flag], data_store: Store
 ) -> None:
     """In 26_1 the character sits, and under eai-1.0.5 no subgoal makes it stand up."""
-    assert list(make_flag_reader(Source(data_store))(suite, task, unsolved)) == flags
+    assert list(make_task_flag_reader(Source(data_store))(suite, task, unsolved)) == flags
 
 
 def test_a_gold_answer_that_is_right_proves_a_plan_without_a_search(
@@ -113,7 +113,7 @@ def test_a_gold_answer_that_is_right_proves_a_plan_without_a_search(
 
     plan = Planner.find_plan
     monkeypatch.setattr(Planner, "find_plan", search)
-    flags = make_flag_reader(Source(data_store))
+    flags = make_task_flag_reader(Source(data_store))
     for protocol, looks in (("strict", 0), ("eai-1.0.5", 1)):
         suite = SuiteKey(protocol, "behavior", "subgoal_decomposition")
         assert list(flags(suite, WRONG_GOLD, True)) == ["unsolved: plan exists"]
@@ -123,7 +123,7 @@ def test_a_gold_answer_that_is_right_proves_a_plan_without_a_search(
 def test_eight_tasks_ask_for_two_lights_of_one_name(data_store: Store) -> None:
     from eai.benchmarks.registry import find_benchmark
 
-    flags = make_flag_reader(Source(data_store))
+    flags = make_task_flag_reader(Source(data_store))
     tasks = find_benchmark("virtualhome").tasks(Source(data_store))
     ambiguous = [task for task in tasks if "ambiguous names" in flags(PLANS, task, False)]
     assert len(ambiguous) == 8

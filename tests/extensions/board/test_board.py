@@ -15,7 +15,7 @@ from by_path import ROOT
 from command_line import Command
 from eai.abilities.protocol import Ability
 from eai.base.store import Store
-from eai.benchmarks.gold_answers import open_answer_book
+from eai.benchmarks.gold_answers import open_gold_answers
 from eai.benchmarks.registry import find_benchmark
 from eai.benchmarks.suite import open_suite
 from eai.tasks.source import Source
@@ -33,7 +33,7 @@ def answers(rows: dict[str, str]) -> str:
 def right(data_store: Store) -> str:
     """A right answer to the task 27_2."""
     benchmark = find_benchmark("virtualhome")
-    book = open_answer_book(benchmark, Ability.ACTION_SEQUENCING, Source(data_store))
+    book = open_gold_answers(benchmark, Ability.ACTION_SEQUENCING, Source(data_store))
     return book["27_2"].text
 
 
@@ -338,7 +338,7 @@ def test_answers_to_a_season_are_ranked_in_a_table_of_their_own(
     season: Path, eai: Command, tmp_path: Path
 ) -> None:
     benchmark = find_benchmark(str(season / "train.jsonl"))
-    book = open_answer_book(benchmark, Ability.ACTION_SEQUENCING, Source())
+    book = open_gold_answers(benchmark, Ability.ACTION_SEQUENCING, Source())
     folder = tmp_path / "board" / "mine"
     place = folder / benchmark.name / "action_sequencing" / "m_outputs.json"
     place.parent.mkdir(parents=True)

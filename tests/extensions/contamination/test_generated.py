@@ -13,7 +13,7 @@ from benchmarks.generator.worlds import pairs
 from eai.abilities.declining import read_refusal_reason
 from eai.abilities.protocol import Ability
 from eai.abilities.verdict import PlanVerdict
-from eai.benchmarks.gold_answers import open_answer_book
+from eai.benchmarks.gold_answers import open_gold_answers
 from eai.benchmarks.registry import find_benchmark
 from eai.tasks.source import Source
 from eai.tasks.special import ImpossibleTaskMark
@@ -28,7 +28,7 @@ def test_in_other_words_what_is_missing_is_said_in_these(tmp_path: Path) -> None
     assert twin is not None
     (tmp_path / "tasks.jsonl").write_text(write_task_line(twin.task, "behavior", domain), encoding="utf-8")
     other = find_benchmark(f"obfuscated:{tmp_path}/")
-    gold = open_answer_book(other, Ability.ACTION_SEQUENCING)[twin.task.id].text
+    gold = open_gold_answers(other, Ability.ACTION_SEQUENCING)[twin.task.id].text
     assert isinstance(twin.task.special, ImpossibleTaskMark)
     (missing,) = twin.task.special.missing
     assert read_refusal_reason(gold) != missing

@@ -14,7 +14,7 @@ from by_path import ROOT
 from command_line import Command
 from eai.abilities.protocol import Ability
 from eai.base.store import Store
-from eai.benchmarks.gold_answers import make_noisy_answer, open_answer_book
+from eai.benchmarks.gold_answers import make_noisy_answer, open_gold_answers
 from eai.benchmarks.prompt_library import PromptLibrary
 from eai.benchmarks.registry import find_benchmark
 from eai.benchmarks.suite import open_suite
@@ -40,7 +40,7 @@ def cipher(name: str) -> Mapping[str, str]:
 @pytest.mark.parametrize("ability", PLANNED)
 def test_verdicts_are_those_of_the_plain_answers(name: str, ability: Ability) -> None:
     plain, twin = open_suite(name, ability), open_suite(f"obfuscated:{name}", ability)
-    book, words = open_answer_book(plain.benchmark, ability), cipher(name)
+    book, words = open_gold_answers(plain.benchmark, ability), cipher(name)
     assert twin.task_ids == plain.task_ids
     for task_id in plain.task_ids[:: max(1, len(plain.task_ids) // 12)]:
         for rate in (0.0, 0.4):
@@ -65,7 +65,7 @@ def test_words_change_among_those_that_are_used_alike(name: str) -> None:
 def test_prompts_and_right_answers_are_in_the_twins_words(name: str) -> None:
     twin, words = find_benchmark(f"obfuscated:{name}"), cipher(name)
     prompts = PromptLibrary("eai", source=Source()).open(twin, PLANNED[0])
-    book, plain = open_answer_book(twin, PLANNED[0]), open_answer_book(find_benchmark(name), PLANNED[0])
+    book, plain = open_gold_answers(twin, PLANNED[0]), open_gold_answers(find_benchmark(name), PLANNED[0])
     task_id = next(iter(prompts))
     task = twin.tasks(Source())[task_id]
     assert book[task_id].text == _replace_words(words, plain[task_id].text)
@@ -91,7 +91,7 @@ def test_the_same_prompts_in_true_words_differ_in_words_alone(name: str, ability
     assert ours != theirs
     assert [_replace_words(cipher(name), line) for line in ours] == theirs
     plain, suite = open_suite(name, ability), open_suite(told, ability)
-    book = open_answer_book(plain.benchmark, ability)
+    book = open_gold_answers(plain.benchmark, ability)
     for task_id in plain.task_ids[:: max(1, len(plain.task_ids) // 6)]:
         text = make_noisy_answer(book, task_id, 0.4, "1").text
         assert suite.score(task_id, text) == plain.score(task_id, text)

@@ -15,7 +15,7 @@ import eai
 from by_path import ROOT
 from eai.base.errors import InputError
 from eai.base.store import Store
-from eai.benchmarks.gold_answers import open_answer_book
+from eai.benchmarks.gold_answers import open_gold_answers
 from eai.benchmarks.suite import Suite
 from eai.extensions.distributed.ray_data import RECORD_COLUMNS, BatchScorer
 from eai.results.batch import Scoring
@@ -36,7 +36,7 @@ def suite(data_store: Store) -> Suite:
 
 @pytest.fixture(scope="module")
 def answers(suite: Suite) -> list[Response]:
-    book = open_answer_book(suite.benchmark, suite.ability)
+    book = open_gold_answers(suite.benchmark, suite.ability)
     return [Response(task_id, book[task_id].text) for task_id in suite.task_ids]
 
 

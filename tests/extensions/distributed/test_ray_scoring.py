@@ -12,7 +12,7 @@ import eai
 from by_path import TESTS
 from eai.base.errors import EaiError, InputError
 from eai.base.store import Store
-from eai.benchmarks.gold_answers import open_answer_book
+from eai.benchmarks.gold_answers import open_gold_answers
 from eai.results.batch import Scoring
 from eai.results.responses import Response
 from results.work import Dying, deadly, failing, squares
@@ -33,7 +33,7 @@ def cluster() -> Iterator[RayScoring]:
 
 def test_records_are_those_of_one_process(cluster: RayScoring, data_store: Store) -> None:
     suite = eai.open("behavior", "action_sequencing", source=eai.Source(data_store))
-    book = open_answer_book(suite.benchmark, suite.ability)
+    book = open_gold_answers(suite.benchmark, suite.ability)
     answers = [Response(task_id, book[task_id].text) for task_id in suite.task_ids]
     records = list(cluster.score_records(suite, "m", answers, explanations=True))
     assert records == list(Scoring().score_records(suite, "m", answers, explanations=True))

@@ -15,7 +15,7 @@ from eai import Benchmark, given, make_task
 from eai.abilities.protocol import Ability
 from eai.agents.episode_server import find_journal_path, open_episode_server
 from eai.agents.journal import read_sealing_key
-from eai.benchmarks.gold_answers import open_answer_book
+from eai.benchmarks.gold_answers import open_gold_answers
 from eai.benchmarks.suite import Suite, open_suite
 from eai.extensions.harbor.verify import compute_episode_rewards, compute_rewards, read_answer
 from eai.logic.formula import Atom, Constant, Not
@@ -164,6 +164,6 @@ def test_a_task_that_excludes_whatever_is_said_pays_nothing() -> None:
 
 def test_an_answer_whose_scorer_raises_is_worth_nothing() -> None:
     suite = open_suite(NAME, Ability("action_sequencing"))
-    gold = open_answer_book(RAISING, suite.ability, suite.source)
+    gold = open_gold_answers(RAISING, suite.ability, suite.source)
     assert compute_rewards(suite, "both", BOOM)["valid"] == 0
     assert compute_rewards(suite, "both", gold["both"].text)["reward"] == 1

@@ -16,7 +16,7 @@ from command_line import Command
 from eai.abilities.protocol import Ability
 from eai.base.errors import EaiError
 from eai.base.store import Store
-from eai.benchmarks.gold_answers import open_answer_book
+from eai.benchmarks.gold_answers import open_gold_answers
 from eai.benchmarks.suite import open_suite
 from eai.cli import app
 from eai.extensions.scenes.rendered import render_task_images
@@ -106,7 +106,7 @@ def test_pictures_are_written_with_their_truth(eai: Command, data_store: Store, 
 
 def test_pictures_come_from_the_data_set(data_store: Store, tmp_path: Path) -> None:
     suite = open_suite("behavior", Ability.ACTION_SEQUENCING, source=Source(data_store))
-    gold = open_answer_book(suite.benchmark, suite.ability, suite.source)[suite.task_ids[0]]
+    gold = open_gold_answers(suite.benchmark, suite.ability, suite.source)[suite.task_ids[0]]
     answers = ResponseFile("me", (Response(suite.task_ids[0], gold.text),))
     runs = write_runs(
         tmp_path, [list(Scoring().score_records(suite, answers.model, answers.responses, explanations=True))]

@@ -13,7 +13,7 @@ from eai.abilities.protocol import Ability
 from eai.abilities.verdict import PlanVerdict
 from eai.agents.setting import ACTING
 from eai.base.store import Store
-from eai.benchmarks.gold_answers import open_answer_book
+from eai.benchmarks.gold_answers import open_gold_answers
 from eai.benchmarks.registry import find_benchmark
 from eai.benchmarks.suite import Suite, open_suite
 from eai.extensions.scenes.course import make_tile_finder, make_tiles_after_each_step, replay_steps
@@ -105,7 +105,7 @@ def test_pictures_of_households_begin_and_end_with_what_is_so(
 ) -> None:
     source, benchmark = Source(data_store), find_benchmark(name)
     suite, course = open_suite(name, ability, source=source), make_tile_finder(source)
-    words, book = make_picture_words(benchmark), open_answer_book(benchmark, ability, source)
+    words, book = make_picture_words(benchmark), open_gold_answers(benchmark, ability, source)
     for task_id in list(suite.task_ids)[::40]:
         record, task = scored(suite, task_id, book[task_id].text), suite.tasks[task_id]
         assert record.explanation is not None

@@ -39,7 +39,7 @@ def kitchen_task() -> Task:
 
 
 KITCHEN = Benchmark("kitchen", DOMAIN, given(kitchen_task()))
-WORDS = SceneWords(KITCHEN.observed_wording())
+WORDS = SceneWords(KITCHEN.observation_wording())
 TRUTH = WORDS.make_true_graph(kitchen_task())
 
 

@@ -6,7 +6,7 @@ import json
 
 from eai.abilities.declaration import AnswerOutcome
 from eai.base.store import Store
-from eai.benchmarks.gold_answers import open_answer_book
+from eai.benchmarks.gold_answers import open_gold_answers
 from eai.benchmarks.suite import open_suite
 from eai.results.batch import Scoring
 from eai.results.codec import record_from_json, record_to_json
@@ -21,7 +21,7 @@ ASKED = ("--domain", "behavior", "--ability", "scene_graph", "--limit", LIMIT)
 def test_right_wrong_and_unreadable_scene_graphs_have_different_outcomes(data_store: Store) -> None:
     suite = open_suite("behavior", SCENE_GRAPH)
     task_ids = suite.task_ids[:LIMIT]
-    gold = [open_answer_book(suite.benchmark, SCENE_GRAPH, suite.source)[i].text for i in task_ids]
+    gold = [open_gold_answers(suite.benchmark, SCENE_GRAPH, suite.source)[i].text for i in task_ids]
     less = json.dumps({**json.loads(gold[1]), "facts": json.loads(gold[1])["facts"][1:]})
     answers = [Response(*each) for each in zip(task_ids, (gold[0], less, "I see nothing"), strict=True)]
     records = list(Scoring().score_records(suite, "m", answers, explanations=True))

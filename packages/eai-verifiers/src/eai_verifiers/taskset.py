@@ -9,7 +9,7 @@ import verifiers.v1 as vf
 from eai.abilities.protocol import Ability
 from eai.agents.rewards import extract_answer
 from eai.benchmarks.generator.spec import PlanLengthTier, TaskSplit
-from eai.benchmarks.gold_answers import open_answer_book
+from eai.benchmarks.gold_answers import open_gold_answers
 from eai.benchmarks.names import TaskReference
 from eai.results.reward import Grade, Reward, Shaping, open_reward
 from eai.tasks.prompts.prompt import PromptSet
@@ -66,7 +66,7 @@ class HouseholdTask(vf.Task[HouseholdData, vf.State, HouseholdTaskConfig]):
     async def validate(self, runtime: vf.Runtime) -> bool:
         """Return whether the gold answer earns the full reward, for ``vf-validate``."""
         task, suite = TaskReference.parse(self.data.task), self.paid().suite
-        book = open_answer_book(suite.benchmark, suite.ability, suite.source)
+        book = open_gold_answers(suite.benchmark, suite.ability, suite.source)
         return self.grade(book[task.task_id].text).value == 1
 
     def grade(self, reply: str) -> Grade:

@@ -24,10 +24,10 @@ from eai.benchmarks.behavior.domain import domain_in_paper_order
 from eai.benchmarks.behavior.notation import PLANS, BehaviorGoals, BehaviorSubgoals
 from eai.benchmarks.behavior.predicates import GOAL_RELATIONS, GOAL_STATES, part_of
 from eai.benchmarks.behavior.tasks import open_tasks as open_behavior_tasks
-from eai.benchmarks.benchmark import Benchmark, DataSet, read_answer_formats, read_short_texts
+from eai.benchmarks.benchmark import Benchmark, DataSet, read_answer_formats, read_short_format_texts
 from eai.benchmarks.errata import load_errata
 from eai.benchmarks.published import make_prompt_reader, open_behavior_operators
-from eai.benchmarks.reference_wheel import find_published_id
+from eai.benchmarks.reference_wheel import find_task_id
 from eai.benchmarks.registry import TITLES
 from eai.tasks.english import read_english_words
 from eai.tasks.prompts.prompt import BelievedTask, GoalSection
@@ -204,7 +204,7 @@ def behavior() -> Benchmark:
             BehaviorGoals(),
             BehaviorSubgoals(),
             formats=read_answer_formats("eai.benchmarks.behavior"),
-            short_texts=read_short_texts("eai.benchmarks.behavior"),
+            short_texts=read_short_format_texts("eai.benchmarks.behavior"),
             wordings=make_wording,
             also_observed=("in_left_hand", "in_right_hand", "robot_on"),
             english=read_english_words("eai.benchmarks.behavior"),
@@ -214,7 +214,7 @@ def behavior() -> Benchmark:
             load_errata(NAME),
             make_prompt_reader(NAME),
             goal_sections=GOAL_SECTIONS,
-            task_id_of=find_published_id,
+            task_id_of=find_task_id,
             own_tasks={Ability.TRANSITION_MODELING: open_operators},
             problem_of=write_task_problem,
             open_bddl=lambda source: open_activities(open_tasks(source)),

@@ -153,7 +153,7 @@ class _RejectionFinder:
             return reason
         if sets.fingerprint_task(task)[0] in self._public:
             return RejectionReason.PUBLIC
-        if self._table.solves_task(task):
+        if self._table.solves_by_adapted_plan(task):
             return RejectionReason.PUBLIC_PLAN
         return None
 

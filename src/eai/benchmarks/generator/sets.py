@@ -161,7 +161,8 @@ def make_shared_plan_test(
     """
     table, later = SimilarTaskTable(earlier_tasks, domain), tuple(later_tasks)
     return lambda task: (
-        table.solves_task(task) or any(map(SimilarTaskTable([task], domain).solves_task, later))
+        table.solves_by_adapted_plan(task)
+        or any(map(SimilarTaskTable([task], domain).solves_by_adapted_plan, later))
     )
 
 
@@ -181,7 +182,7 @@ def measure_overlap(tasks: Sequence[Task], known: Sequence[Task], domain: Domain
         "tasks": len(tasks),
         "same": sum(pair in known_fingerprints for pair in fingerprints),
         "same_goals": sum(goals in known_goals for goals, _ in fingerprints),
-        "solved_by_lookup": sum(map(table.solves_task, tasks)),
+        "solved_by_lookup": sum(map(table.solves_by_adapted_plan, tasks)),
     }
 
 

@@ -21,7 +21,7 @@ from eai.abilities.protocol import Ability
 from eai.base.source import open_archive_files
 from eai.base.store import ReportProgress, Store, ignore_progress
 from eai.benchmarks import reference_wheel as packs
-from eai.benchmarks.benchmark import Benchmark, DataSet, read_answer_formats, read_short_texts
+from eai.benchmarks.benchmark import Benchmark, DataSet, read_answer_formats, read_short_format_texts
 from eai.benchmarks.errata import load_errata
 from eai.benchmarks.packs import open_pack
 from eai.benchmarks.published import make_prompt_reader, open_virtualhome_operators
@@ -265,7 +265,7 @@ def virtualhome() -> Benchmark:
             VirtualHomeGoals(),
             VirtualHomeSubgoals(),
             formats=read_answer_formats("eai.benchmarks.virtualhome"),
-            short_texts=read_short_texts("eai.benchmarks.virtualhome"),
+            short_texts=read_short_format_texts("eai.benchmarks.virtualhome"),
             wordings=make_wording,
             english=read_english_words("eai.benchmarks.virtualhome"),
         ),
@@ -274,7 +274,7 @@ def virtualhome() -> Benchmark:
             load_errata(NAME),
             make_prompt_reader(NAME, {Ability.GOAL_INTERPRETATION: render_goal_interpretation_prompts}),
             goal_sections=GOAL_SECTIONS,
-            task_id_of=packs.find_published_id,
+            task_id_of=packs.find_task_id,
             own_tasks={Ability.TRANSITION_MODELING: open_operators},
             asks={Ability.SUBGOAL_DECOMPOSITION: lambda task: task.temporal_goal is not None},
             own_figures=compute_data_set_figures,

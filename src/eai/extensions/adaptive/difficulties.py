@@ -35,21 +35,23 @@ def load_task_difficulties(domain: str, ability: Ability) -> Mapping[str, float]
     It is empty if no difficulties are published for the suite.
     """
     difficulties: Mapping[str, float] = (
-        _load_tables().get(f"{domain}/{ability.value}", {}).get("difficulties", {})
+        _load_difficulty_tables().get(f"{domain}/{ability.value}", {}).get("difficulties", {})
     )
     return difficulties
 
 
-def load_variance_between_names(domain: str, ability: Ability) -> float:
+def load_ability_variance_between_task_names(domain: str, ability: Ability) -> float:
     """Return the variance of a model's ability between differently named tasks of a suite; 0 if unknown.
 
     Its unit is squared logits.
     """
-    return float(_load_tables().get(f"{domain}/{ability.value}", {}).get("variance_between_names", 0.0))
+    return float(
+        _load_difficulty_tables().get(f"{domain}/{ability.value}", {}).get("variance_between_names", 0.0)
+    )
 
 
 @cache
-def _load_tables() -> dict[str, Any]:
+def _load_difficulty_tables() -> dict[str, Any]:
     text = (resources.files("eai.extensions.adaptive") / FILE).read_text(encoding="utf-8")
     by_suite: dict[str, Any] = json.loads(text)
     return by_suite
@@ -82,7 +84,7 @@ def estimate_ability(
             raises the squared standard error by ``variance`` times the sum of the squared shares of names in
             the Fisher information.
         variance: how much one model's ability varies between names, in squared logits
-            (`eai.extensions.adaptive.rasch.estimate_variance_between_names`); 0 if tasks are independent.
+            (see `rasch.estimate_ability_variance_between_task_names`); 0 if tasks are independent.
     """
     value = 0.0
     for _ in range(_MAX_STEPS):
@@ -92,12 +94,15 @@ def estimate_ability(
         value += max(-1.0, min(1.0, change))
         if abs(change) < _CONVERGENCE_LOGITS:
             break
-    between = variance * _compute_information_concentration(value, scores, difficulties, names or {})
+    between = variance * _sum_squared_information_shares(value, scores, difficulties, names or {})
     return _AbilityEstimate(value, math.sqrt(1 / information + between))
 
 
-def _compute_information_concentration(
-    ability: float, scores: Mapping[str, float], difficulties: Mapping[str, float], names: Mapping[str, str]
+def _sum_squared_information_shares(
+    ability: float,
+    scores: Mapping[str, float],
+    difficulties: Mapping[str, float],
+    name_by_task: Mapping[str, str],
 ) -> float:
     """Return how concentrated the Fisher information is: the sum of the squared shares of names.
 
@@ -107,7 +112,7 @@ def _compute_information_concentration(
     informed: defaultdict[str, float] = defaultdict(float)
     for task in scores:
         p = _compute_success_probability(ability, difficulties[task])
-        informed[names.get(task, task)] += p * (1 - p)
+        informed[name_by_task.get(task, task)] += p * (1 - p)
     whole = sum(informed.values())
     return sum((information / whole) ** 2 for information in informed.values()) if whole else 0.0
 

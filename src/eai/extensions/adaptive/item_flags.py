@@ -10,7 +10,7 @@ from eai.abilities.declaration import get_declaration
 from eai.abilities.protocol import Ability, Protocol
 from eai.abilities.verdict import PlanVerdict
 from eai.benchmarks.benchmark import Benchmark
-from eai.benchmarks.gold_answers import AnswerBook, open_answer_book, open_planned_book
+from eai.benchmarks.gold_answers import AnswersByTask, open_answers_of_planner, open_gold_answers
 from eai.benchmarks.registry import find_benchmark, list_benchmarks
 from eai.benchmarks.suite import Suite, open_suite
 from eai.extensions.adaptive.flag import Flag, FlagReader
@@ -25,7 +25,7 @@ from eai.tasks.task import GoalKind, Task
 from eai.world.action import Action
 
 
-def make_flag_reader(source: Source) -> FlagReader:
+def make_task_flag_reader(source: Source) -> FlagReader:
     """Return a function that reads the flags of a task from the data set.
 
     For a task that no model solves, the function looks for a plan. A plan exists if the gold answer is right,
@@ -46,16 +46,16 @@ def make_flag_reader(source: Source) -> FlagReader:
         return find_plan(open_tasks(domain)[task_id], get_planner(find_benchmark(domain).domain))
 
     @cache
-    def open_suite_and_answers(key: SuiteKey) -> tuple[Suite, tuple[AnswerBook, ...]]:
+    def open_suite_and_answers(key: SuiteKey) -> tuple[Suite, tuple[AnswersByTask, ...]]:
         """Return a suite, its gold answers, and answers made from the planner's plans."""
         benchmark, ability = find_benchmark(key.domain), Ability(key.ability)
-        gold = open_answer_book(benchmark, ability, source)
-        planned = open_planned_book(
+        gold = open_gold_answers(benchmark, ability, source)
+        planned = open_answers_of_planner(
             benchmark, ability, source, find=lambda task, *_: search_plan(key.domain, task.id)
         )
         return open_suite(benchmark, ability, Protocol(key.protocol), source=source), (gold, planned)
 
-    def find_unsolved_flag(key: SuiteKey, task_id: str) -> Flag:
+    def find_flag_of_unsolved_task(key: SuiteKey, task_id: str) -> Flag:
         suite, books = open_suite_and_answers(key)
         for book in books:
             answer = book[task_id].text
@@ -69,7 +69,7 @@ def make_flag_reader(source: Source) -> FlagReader:
         task = open_tasks(key.domain).get(task_id)
         has_plans = task is not None and get_declaration(Ability(key.ability)).answers_are_plans
         if unsolved:
-            yield find_unsolved_flag(key, task_id) if has_plans else "unsolved"
+            yield find_flag_of_unsolved_task(key, task_id) if has_plans else "unsolved"
         if task is not None and has_plans and _has_ambiguous_goals(task, find_benchmark(key.domain)):
             yield "ambiguous names"
 

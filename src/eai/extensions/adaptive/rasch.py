@@ -116,7 +116,9 @@ def estimate_reliability(scores: Matrix) -> float | None:
     return float(number / (number - 1) * (1 - parts / whole))
 
 
-def estimate_variance_between_names(scores: Matrix, fitted: RaschModel, names: Sequence[str]) -> float:
+def estimate_ability_variance_between_task_names(
+    scores: Matrix, fitted: RaschModel, task_names: Sequence[str]
+) -> float:
     """Return the variance of a model's ability between differently named tasks, in squared logits.
 
     If a name is unexpectedly difficult for a model, the scores of two tasks of this name deviate together
@@ -127,7 +129,7 @@ def estimate_variance_between_names(scores: Matrix, fitted: RaschModel, names: S
     Args:
         scores: the scores that the Rasch model was fitted to.
         fitted: the fitted Rasch model.
-        names: name of each task. Near copies share a name.
+        task_names: name of each task. Near copies share a name.
     """
     import numpy as np
 
@@ -136,8 +138,8 @@ def estimate_variance_between_names(scores: Matrix, fitted: RaschModel, names: S
     deviations = np.where(known, scores - chances, 0.0)
     information = np.where(known, _compute_information(chances), 0.0)
     shared = possible = 0.0
-    for name in set(names):
-        of_name = [place for place, each in enumerate(names) if each == name]
+    for name in set(task_names):
+        of_name = [place for place, each in enumerate(task_names) if each == name]
         d, i = deviations[:, of_name], information[:, of_name]
         shared += float((d.sum(axis=1) ** 2 - (d**2).sum(axis=1)).sum())
         possible += float((i.sum(axis=1) ** 2 - (i**2).sum(axis=1)).sum())

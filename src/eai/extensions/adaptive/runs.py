@@ -15,8 +15,8 @@ from eai.benchmarks.suite import Suite
 from eai.extensions.adaptive.difficulties import (
     choose_next_tasks,
     estimate_ability,
+    load_ability_variance_between_task_names,
     load_task_difficulties,
-    load_variance_between_names,
 )
 from eai.results.epochs import SuiteResult
 from eai.results.runs import read_runs
@@ -36,7 +36,7 @@ _Difficulties: TypeAlias = tuple[Mapping[str, float], float, str]
 
 
 def open_runs(
-    suites: Sequence[Suite], named: Sequence[Ability], folder: Path | None
+    suites: Sequence[Suite], chosen_abilities: Sequence[Ability], runs_folder: Path | None
 ) -> tuple[list[Suite], Callable[..., tuple[SuiteResult, str]]]:
     """Return the suites with known difficulties of tasks, and the function that runs such a suite.
 
@@ -44,24 +44,24 @@ def open_runs(
 
     Args:
         suites: the suites that the user asks for.
-        named: the abilities that the user chose with an option; empty if all were taken by default.
-        folder: folder of runs from which difficulties are estimated; None for the published difficulties.
+        chosen_abilities: abilities that the user chose with an option; empty if all were taken by default.
+        runs_folder: runs from which difficulties are estimated; None for the published difficulties.
 
     Raises:
         InputError: a suite of an ability that the user chose has no difficulties, or no suite has any.
     """
-    if folder is None and any(suite.protocol is not DEFAULT_PROTOCOL for suite in suites):
+    if runs_folder is None and any(suite.protocol is not DEFAULT_PROTOCOL for suite in suites):
         raise InputError(
             f"--adaptive: difficulties are only known under the protocol {DEFAULT_PROTOCOL.value}"
         )
     difficulties = {
         (suite.domain, suite.ability): estimate
         for suite in suites
-        if suite.has_plans and (estimate := _estimate_difficulties(suite, folder))[0]
+        if suite.has_plans and (estimate := _estimate_difficulties(suite, runs_folder))[0]
     }
     known = [suite for suite in suites if (suite.domain, suite.ability) in difficulties]
     unknown = [suite for suite in suites if suite not in known]
-    if unknown and (named or not known):
+    if unknown and (chosen_abilities or not known):
         asked = f"{unknown[0].domain} {unknown[0].ability.value}"
         hint = "; --with tasks.calibration=DIR takes them from runs of several models"
         raise InputError(f"--adaptive: the tasks of {asked} have no known difficulties{hint}")
@@ -81,8 +81,15 @@ def _estimate_difficulties(suite: Suite, folder: Path | None) -> _Difficulties:
     """
     if folder is None:
         place = suite.domain, suite.ability
-        return load_task_difficulties(*place), load_variance_between_names(*place), "nine models of 2024"
-    from eai.extensions.adaptive.rasch import estimate_variance_between_names, fit_rasch  # needs numpy
+        return (
+            load_task_difficulties(*place),
+            load_ability_variance_between_task_names(*place),
+            "nine models of 2024",
+        )
+    from eai.extensions.adaptive.rasch import (
+        estimate_ability_variance_between_task_names,
+        fit_rasch,
+    )  # needs numpy
     from eai.extensions.adaptive.study import MIN_MODELS, collect_scores
 
     tables, of_suite = TidyTables(suite.source, features=False), (suite.protocol, suite.domain, suite.ability)
@@ -100,12 +107,12 @@ def _estimate_difficulties(suite: Suite, folder: Path | None) -> _Difficulties:
     fitted = fit_rasch(scores.matrix)
     values = map(float, fitted.difficulties - fitted.abilities.mean())
     by_task = dict(zip(scores.tasks, values, strict=True))
-    variance = estimate_variance_between_names(scores.matrix, fitted, scores.names)
+    variance = estimate_ability_variance_between_task_names(scores.matrix, fitted, scores.names)
     return by_task, variance, f"the {len(scores.models)} models in {folder}"
 
 
 def request_informative_tasks(
-    estimates: Mapping[tuple[str, Ability], _Difficulties],
+    difficulties_by_suite: Mapping[tuple[str, Ability], _Difficulties],
     ask: Callable[[Mapping[str, Prompt]], SuiteResult],
     prompts: Mapping[str, Prompt],
     suite: Suite,
@@ -117,8 +124,8 @@ def request_informative_tasks(
     run resumes. Rounds end early if a task cannot be answered, or if no task is left.
 
     Args:
-        estimates: the difficulties of tasks, and what `_estimate_difficulties` returns with them, by domain
-            and ability.
+        difficulties_by_suite: the difficulties of tasks, and what `_estimate_difficulties` returns with them,
+            by domain and ability.
         ask: a function that asks a model the questions (prompts by task id) and scores the answers.
         prompts: the questions of all tasks that may be asked, by task id.
         suite: the suite.
@@ -127,7 +134,7 @@ def request_informative_tasks(
     Returns:
         the result of the last round, and sentences that report the model's ability.
     """
-    known, variance, models = estimates[suite.domain, suite.ability]
+    known, variance, models = difficulties_by_suite[suite.domain, suite.ability]
     difficulties = {task_id: known[task_id] for task_id in prompts if task_id in known}
     tasks = suite.benchmark.tasks(suite.source)
     names = {task_id: tasks[task_id].title for task_id in difficulties}

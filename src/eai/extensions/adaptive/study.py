@@ -74,7 +74,7 @@ class SuiteScores:
     matrix: Matrix
 
     @property
-    def is_sufficient(self) -> bool:
+    def has_enough_models(self) -> bool:
         """Whether there are at least `MIN_MODELS` models, and at least one task."""
         return len(self.models) >= MIN_MODELS and bool(self.tasks)
 
@@ -84,7 +84,7 @@ class SuiteScores:
         return fit_rasch(self.matrix)
 
     @cached_property
-    def item_rest(self) -> Matrix:
+    def item_rest_correlations(self) -> Matrix:
         """Correlation of each task's score with the sum of the scores of all other tasks."""
         return compute_item_rest_correlations(self.matrix)
 
@@ -118,12 +118,12 @@ def make_item_tables(answers: Sequence[AnswerLine], flags: FlagReader) -> list[T
     """
     of_models = group_by_suite([each for each in answers if not is_null_model(each.model)])
     scored = {suite: (given, collect_scores(given)) for suite, given in of_models.items()}
-    suites = {suite: each for suite, each in scored.items() if each[1].is_sufficient}
+    suites = {suite: each for suite, each in scored.items() if each[1].has_enough_models}
     items = _make_tasks_table(suites, flags)
     return [_make_tests_table(suites), _make_abilities_table(suites), _make_flagged_tasks_table(items), items]
 
 
-def predict_held_out(scores: SuiteScores) -> tuple[float | None, float | None]:
+def compute_held_out_auc_of_rasch_and_means(scores: SuiteScores) -> tuple[float | None, float | None]:
     """Return how well the Rasch model, and how well the models' mean scores, predict held-out answers.
 
     Both values are areas under the ROC curve. Each answer is predicted from the nine tenths of all answers
@@ -156,7 +156,7 @@ def _compute_area_under_curve(success: Matrix, predicted: Matrix) -> float | Non
     return _round_to_six_digits(float((ranks[yes].sum() - wins * (wins + 1) / 2) / (wins * losses)))
 
 
-def estimate_relative_ability(scores: SuiteScores, place: int) -> Estimate:
+def estimate_ability_above_mean(scores: SuiteScores, model_index: int) -> Estimate:
     """Return a model's ability minus the mean of all models, in logits, with its confidence interval.
 
     The variance comes from a first-order jackknife that leaves out the tasks of one name at a time. It takes
@@ -164,7 +164,7 @@ def estimate_relative_ability(scores: SuiteScores, place: int) -> Estimate:
 
     Args:
         scores: the scores of all models.
-        place: index of the model, counted from 0.
+        model_index: index of the model, counted from 0.
     """
     import numpy as np
 
@@ -172,7 +172,7 @@ def estimate_relative_ability(scores: SuiteScores, place: int) -> Estimate:
     p = fitted.predict_success()
     weights, residuals = p * (1 - p), scores.matrix - p
     information = weights.sum(axis=1) + 1
-    value = float(fitted.abilities[place] - fitted.abilities.mean())
+    value = float(fitted.abilities[model_index] - fitted.abilities.mean())
     places = {name: number for number, name in enumerate(dict.fromkeys(scores.names))}
     if len(places) < 2:
         return Estimate(_round_to_six_digits(value))
@@ -180,9 +180,9 @@ def estimate_relative_ability(scores: SuiteScores, place: int) -> Estimate:
     residual_sums = np.array([np.bincount(columns, row, len(places)) for row in residuals])
     weight_sums = np.array([np.bincount(columns, row, len(places)) for row in weights])
     changes = -residual_sums / (information[:, None] - weight_sums)
-    own = changes[place] - changes.mean(axis=0)
+    own = changes[model_index] - changes.mean(axis=0)
     share = np.full(len(information), -1 / len(information))
-    share[place] += 1
+    share[model_index] += 1
     by_name = (len(places) - 1) / len(places) * float((own * own).sum())
     by_task = float((share * share / information).sum())
     half = compute_student_quantile(LEVEL, len(places) - 1) * math.sqrt(max(by_name, by_task))
@@ -191,14 +191,14 @@ def estimate_relative_ability(scores: SuiteScores, place: int) -> Estimate:
     )
 
 
-def _find_score_flags(column: Matrix, agreement: float) -> Iterator[Flag]:
-    if column.sum() >= len(column) - 1:
+def _find_task_score_flags(task_scores: Matrix, item_rest_correlation: float) -> Iterator[Flag]:
+    if task_scores.sum() >= len(task_scores) - 1:
         yield "saturated"
-    if agreement < 0:
+    if item_rest_correlation < 0:
         yield "negative"
 
 
-def _find_first_checks(answers: Sequence[AnswerLine]) -> Mapping[str, str]:
+def _find_most_frequent_failed_checks(answers: Sequence[AnswerLine]) -> Mapping[str, str]:
     """Return a mapping from task to the check that fails first for most models.
 
     Unreadable answers do not count.
@@ -214,7 +214,7 @@ def _round_to_six_digits(number: float) -> float | None:
     return None if math.isnan(number) else round(number, 6)
 
 
-def _simplify_number(number: float) -> float:
+def _to_int_or_rounded(number: float) -> float:
     return int(number) if number == int(number) else round(number, 6)
 
 
@@ -239,12 +239,12 @@ def _make_tests_table(suites: _ScoredSuites) -> Iterator[Row]:
             scores.matrix.sum(axis=0),
             estimate_reliability(scores.matrix),
         )
-        counts = [solved >= models - 1, solved == 0, scores.item_rest < 0]
+        counts = [solved >= models - 1, solved == 0, scores.item_rest_correlations < 0]
         saturated, unsolved, negative = (int(of_task.sum()) for of_task in counts)
         rounded = None if alpha is None else _round_to_six_digits(alpha)
         yield (
             *(*suite, models, len(scores.tasks), saturated, unsolved, negative, rounded),
-            *predict_held_out(scores),
+            *compute_held_out_auc_of_rasch_and_means(scores),
         )
 
 
@@ -261,7 +261,7 @@ def _make_abilities_table(suites: _ScoredSuites) -> Iterator[Row]:
         for place in sorted(range(len(scores.models)), key=lambda place: -abilities[place]):
             model = scores.models[place]
             cases = [make_case(line, compute_score_share(line)) for line in answers if line.agent == model]
-            yield (*suite, model, estimate_relative_ability(scores, place), Estimate.from_cases(cases))
+            yield (*suite, model, estimate_ability_above_mean(scores, place), Estimate.from_cases(cases))
 
 
 _ITEM = (
@@ -289,29 +289,29 @@ def _make_tasks_table(suites: _ScoredSuites, flags: FlagReader) -> Iterator[Row]
     agreement with the other tasks, and its flags.
     """
     for suite, (answers, scores) in suites.items():
-        fitted, checks = scores.rasch, _find_first_checks(answers)
+        fitted, checks = scores.rasch, _find_most_frequent_failed_checks(answers)
         for place, task in enumerate(scores.tasks):
-            column, agreement = scores.matrix[:, place], float(scores.item_rest[place])
+            column, agreement = scores.matrix[:, place], float(scores.item_rest_correlations[place])
             yield (
                 *suite,
                 task,
                 scores.names[place],
-                _simplify_number(float(column.sum())),
+                _to_int_or_rounded(float(column.sum())),
                 len(column),
                 _round_to_six_digits(float(fitted.difficulties[place] - fitted.abilities.mean())),
                 _round_to_six_digits(float(fitted.difficulty_errors[place])),
                 _round_to_six_digits(agreement),
                 checks.get(task),
                 ", ".join(
-                    [*_find_score_flags(column, agreement), *flags(suite, task, bool(column.max() == 0))]
+                    [*_find_task_score_flags(column, agreement), *flags(suite, task, bool(column.max() == 0))]
                 ),
             )
 
 
 def _analyze_items(records: StudyRecords, chosen: Options) -> Iterator[Analysis]:
-    from eai.extensions.adaptive.item_flags import make_flag_reader
+    from eai.extensions.adaptive.item_flags import make_task_flag_reader
 
-    tables = make_item_tables(records.make_plain_tables().answers, make_flag_reader(records.source))
+    tables = make_item_tables(records.make_plain_tables().answers, make_task_flag_reader(records.source))
     if not tables[0].rows:
         raise InputError(f"expected answers of at least {MIN_MODELS} models to one suite")
     yield Analysis(tables, _draw_figures(tables))

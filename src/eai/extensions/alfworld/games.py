@@ -83,7 +83,7 @@ def open_alfworld_games(reference: str) -> Benchmark:
     def build(task_id: str) -> Task:
         return _build_task(task_id, ids[task_id], games[ids[task_id]], source, declaration)
 
-    plans = _CommandPlans(commands)
+    plans = _TextCommandPlans(commands)
     tasks = TaskSet(ids, build, digest)
     return Benchmark(
         "alfworld",
@@ -149,7 +149,7 @@ def _build_task(
     task_id: str, path: Path, game: Mapping[str, Any], source: m.PddlDomain, declaration: ConvertedPddlDomain
 ) -> Task:
     problem = read_problem_text(game["pddl_problem"], path, source).problem
-    names = _number_objects(problem)
+    names = _map_identifiers_to_numbered_names(problem)
     relevant = {
         name for atom in problem.initial if atom.predicate != _CAN_CONTAIN for name in find_object_names(atom)
     }
@@ -166,7 +166,7 @@ def _build_task(
     )
 
 
-def _number_objects(problem: m.PddlProblem) -> Mapping[str, str]:
+def _map_identifiers_to_numbered_names(problem: m.PddlProblem) -> Mapping[str, str]:
     """Return a mapping from each object's identifier to ALFWorld's numbered name, such as ``apple_1``.
 
     The last identifier of a kind, in alphabetical order, gets number 1. An object that is in no fact keeps
@@ -205,7 +205,7 @@ def _replace_actions_by_commands(
         template = templates.get(action.name)
         if template is None:
             raise InputError(f"domain {source.name}: expected a command for the action {action.name}")
-        projected = _bind_other_parameters(action, _PARAMETER.findall(template))
+        projected = _quantify_parameters_except(action, _PARAMETER.findall(template))
         by_command.setdefault(_PARAMETER.sub("{}", template), []).append(projected)
     actions = {template: _merge_actions(template, actions) for template, actions in by_command.items()}
     commands = {action.name: template for template, action in actions.items()}
@@ -233,31 +233,33 @@ def _substitute_in_effect(effect: m.PddlEffect, values: Mapping[f.Term, f.Term])
     return m.map_effect(effect, lambda condition: substitute_terms(condition, values), substitute_in_atom)
 
 
-def _bind_other_parameters(action: m.PddlAction, kept: Sequence[str]) -> m.PddlAction:
+def _quantify_parameters_except(action: m.PddlAction, kept_parameters: Sequence[str]) -> m.PddlAction:
     """Return an action that keeps only some parameters; quantifiers bind its other parameters.
 
     Locations that quantifiers bind must differ, because TextWorld offers no action that changes nothing.
     """
     typed = {parameter.name: parameter for parameter in action.parameters}
     agents: dict[f.Term, f.Term] = {f.Variable(n): _AGENT for n, v in typed.items() if v.category == "agent"}
-    bound = {name: v for name, v in typed.items() if name not in kept and f.Variable(name) not in agents}
+    bound = {
+        name: v for name, v in typed.items() if name not in kept_parameters and f.Variable(name) not in agents
+    }
     needed = [*split_conjuncts(substitute_terms(action.precondition, agents))]
     locations = [f.Variable(name) for name, variable in bound.items() if variable.category == "location"]
     needed += [f.Not(f.Equals(location, locations[-1])) for location in locations[:-1]]
-    groups = [_ConditionGroup(frozenset(), ())]
+    groups = [_ConditionsWithSharedParameters(frozenset(), ())]
     for condition in needed:
-        groups = _add_condition(groups, condition, bound)
+        groups = _add_condition_and_merge(groups, condition, bound)
     conditions = [group.quantify(bound) for group in groups]
     changes = _substitute_in_effect(action.effect, agents)
     effects = [
         _quantify_effect(change, groups, bound)
         for change in (changes.parts if isinstance(changes, m.AndEffect) else [changes])
     ]
-    parameters = tuple([typed[name] for name in kept])
+    parameters = tuple([typed[name] for name in kept_parameters])
     return m.PddlAction(action.name, parameters, f.And(tuple(conditions)), m.AndEffect(tuple(effects)))
 
 
-class _ConditionGroup(NamedTuple):
+class _ConditionsWithSharedParameters(NamedTuple):
     """Conditions of an action that share bound parameters, and the names of these parameters."""
 
     names: frozenset[str]
@@ -271,19 +273,21 @@ class _ConditionGroup(NamedTuple):
         return formula
 
 
-def _add_condition(
-    groups: Sequence[_ConditionGroup], condition: f.Formula, bound: Collection[str]
-) -> list[_ConditionGroup]:
+def _add_condition_and_merge(
+    groups: Sequence[_ConditionsWithSharedParameters], condition: f.Formula, bound_parameters: Collection[str]
+) -> list[_ConditionsWithSharedParameters]:
     """Return the groups after adding a condition. All groups that share a parameter with it are merged."""
-    names = find_free_variables(condition).intersection(bound)
+    names = find_free_variables(condition).intersection(bound_parameters)
     joined = [group for group in groups if group.names & names or group.names == names]
     parts = [part for group in joined for part in group.parts]
-    new_group = _ConditionGroup(names.union(*[group.names for group in joined]), (*parts, condition))
+    new_group = _ConditionsWithSharedParameters(
+        names.union(*[group.names for group in joined]), (*parts, condition)
+    )
     return [*[group for group in groups if group not in joined], new_group]
 
 
 def _quantify_effect(
-    effect: m.PddlEffect, groups: Iterable[_ConditionGroup], bound: Mapping[str, f.Variable]
+    effect: m.PddlEffect, groups: Iterable[_ConditionsWithSharedParameters], bound: Mapping[str, f.Variable]
 ) -> m.PddlEffect:
     """Return an effect for all values of its bound parameters that meet the conditions of the groups."""
     names = m.find_effect_variables(effect)
@@ -295,7 +299,7 @@ def _quantify_effect(
     return effect
 
 
-class _CommandPlans(PddlPlans):
+class _TextCommandPlans(PddlPlans):
     """Notation of plans with one English command a line, such as ``take apple 1 from fridge 1``.
 
     Plans in the form of `PddlPlans` are also read. A space before the number in a command corresponds to

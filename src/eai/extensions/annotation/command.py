@@ -96,7 +96,7 @@ def _make_annotations(
 
 
 @app.command(name="differences")
-def show_differences(
+def show_demonstration_changes(
     domain: OfDomain,
     title: OfTitle = None,
     without: Without = None,
@@ -158,7 +158,7 @@ def _print_counts(
 
 
 @app.command(name="choose")
-def choose_patterns(
+def choose_goal_patterns(
     domain: OfDomain,
     title: Annotated[str, make_flag(metavar="TITLE")],
     decisions: DecisionFile = Path("decisions.toml"),
@@ -185,11 +185,11 @@ def choose_patterns(
     print_result_line(f"{title}: {format_count(len(listing.differences), 'demonstration')}")
     print_result_line(annotation.HELP)
     _print_decisions(listing, saved.get(title, TitleDecisions()))
-    left = _apply_user_commands(decisions, saved, title, listing)
+    left = _apply_commands_and_name_end(decisions, saved, title, listing)
     print_result_line(f"{left}; written to {decisions}")
 
 
-def _apply_user_commands(
+def _apply_commands_and_name_end(
     path: Path, saved: Mapping[str, TitleDecisions], title: str, listing: PatternList
 ) -> str:
     """Apply a user's commands until the input ends. Save the decisions after each command.
@@ -282,7 +282,7 @@ def print_goals(
         return
     if assigned:
         print_result(
-            *_format_assignments(annotations),
+            *_format_candidate_counts(annotations),
             value={difference.task.id: candidate for difference, candidate, _ in annotations},
             as_json=as_json,
         )
@@ -300,7 +300,7 @@ def print_goals(
     print_result(*lines, value=goals, as_json=as_json)
 
 
-def _format_assignments(annotations: Sequence[Annotation]) -> Iterator[str]:
+def _format_candidate_counts(annotations: Sequence[Annotation]) -> Iterator[str]:
     numbers = Counter((difference.task.title, candidate) for difference, candidate, _ in annotations)
     for (name, candidate), times in numbers.items():
         which = "no candidate" if candidate is None else f"candidate {candidate + 1}"
@@ -334,7 +334,7 @@ def write_planning_problems(
     benchmark = find_benchmark(domain)
     with open_data_source(data) as source:
         tasks = benchmark.tasks(source)
-        operators = _read_published_operators(benchmark, source)
+        operators = _read_planning_domain(benchmark, source)
     judge = make_planner(planner, benchmark.data.planner_seconds)
     if judge is None:
         raise InputError("--planner none: choose a planner, as only solvable problems are kept")
@@ -360,7 +360,7 @@ def write_planning_problems(
         raise typer.Exit(1)
 
 
-def _read_published_operators(benchmark: Benchmark, source: Source) -> PddlDomain | None:
+def _read_planning_domain(benchmark: Benchmark, source: Source) -> PddlDomain | None:
     """Return the planning domain of the benchmark's data set, or None if its problems do not use one."""
     if benchmark.data.problem_of is None:
         return None

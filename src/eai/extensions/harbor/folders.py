@@ -17,7 +17,7 @@ from eai.abilities.declaration import get_declaration
 from eai.agents.command import DONE
 from eai.base.errors import InputError
 from eai.base.files import find_files_below, read_content, write_files_atomically
-from eai.benchmarks.gold_answers import open_answer_book
+from eai.benchmarks.gold_answers import open_gold_answers
 from eai.benchmarks.names import TaskReference
 from eai.benchmarks.registry import PDDL, list_benchmarks
 from eai.benchmarks.suite import Suite
@@ -91,7 +91,7 @@ def write_task_folders(
         )
     contents: _Files = {wheel.name: read_content(wheel) for wheel in wheels}
     exporter = _HarborFolderMaker(suite, contents, image, verifier_image, is_shared)
-    gold = open_answer_book(suite.benchmark, suite.ability, suite.source)
+    gold = open_gold_answers(suite.benchmark, suite.ability, suite.source)
     chosen: dict[str, str] = {}
     left_out = Counter[str]()
     for task_id, prompt in prompts.items():

@@ -13,9 +13,16 @@ from eai.agents.setting import ACTING, PICTURES, AgentSetting
 from eai.base.errors import InputError
 from eai.benchmarks.suite import Suite
 from eai.cli.console import format_count, print_note, print_result_line
-from eai.cli.options import OUTPUT, AgentSettings, DataFolder, OfDomain, make_flag, read_outside_agent_setting
+from eai.cli.options import (
+    OUTPUT,
+    AgentSettings,
+    DataFolder,
+    OfDomain,
+    make_flag,
+    parse_external_agent_setting,
+)
 from eai.cli.progress import make_resumable
-from eai.cli.prompts import Sample, SampleSeed, TaskIds, open_acting_tasks
+from eai.cli.prompts import Sample, SampleSeed, TaskIds, open_acting_suite_and_task_ids
 from eai.results.responses import (
     SUFFIX,
     Response,
@@ -56,10 +63,10 @@ def play(
     Options:
         page: Play in a browser on this machine instead of the terminal; 0: at any free port.
     """
-    setting = read_outside_agent_setting(settings or ())
+    setting = parse_external_agent_setting(settings or ())
     if page is None and setting.feedback == PICTURES:
         raise InputError("--with feedback=pictures: a terminal shows no pictures; add --page PORT")
-    suite, chosen = open_acting_tasks(domain, tasks, sample, seed, data)
+    suite, chosen = open_acting_suite_and_task_ids(domain, tasks, sample, seed, data)
     answers = _EpisodeFile(out, suite)
     tasks_left, total = _begin_unfinished_tasks(chosen, suite, setting, answers), len(chosen)
     if page is None:

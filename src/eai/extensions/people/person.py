@@ -68,7 +68,7 @@ def begin_episode(stage: GameSetup, seed: int, answer: str = "") -> tuple[Record
 
 def complete_words(play: RecordedGame, before: str) -> list[str]:
     """Return words that may come next on a line: actions at its beginning, then objects seen so far."""
-    stage, wording = play.stage, play.stage.benchmark.observed_wording()
+    stage, wording = play.stage, play.stage.benchmark.observation_wording()
     if not before.strip():
         return _list_operator_names(stage)
     return [wording.object_name(stage.task, index) for index in sorted(play.memory.known)]

@@ -25,7 +25,7 @@ MOST_HEIGHT = 1536
 
 def make_picture_words(benchmark: Benchmark) -> SceneWords:
     """Return the words for objects and relations in pictures: the words of observations, which name hands."""
-    return SceneWords(benchmark.observed_wording())
+    return SceneWords(benchmark.observation_wording())
 
 
 def draw_scene(

@@ -30,7 +30,7 @@ from eai.abilities.protocol import Ability
 from eai.base.errors import InputError
 from eai.base.files import to_file_name
 from eai.base.grouping import group_pairs
-from eai.benchmarks.protocols import make_preset_attempt_options
+from eai.benchmarks.protocols import make_attempt_options_of_protocol
 from eai.results.certainty import RateCase
 from eai.results.paper_tables import PaperTable, read_paper_table
 from eai.results.plots import LINES, MUTED, RULE, clip_label, draw_line, make_figure
@@ -345,7 +345,7 @@ class _ReplanningOptions(VariationOptions):
         Options without an effect have the values of a plain run. By default, feedback explains failures.
         If attempts continue in the last state, an attempt ends by default when all goals are reached.
         """
-        scripted = make_preset_attempt_options(self.preset, self.slip, self.slip_seed, self.replans)
+        scripted = make_attempt_options_of_protocol(self.preset, self.slip, self.slip_seed, self.replans)
         if scripted is not None:
             return scripted
         feedback = self.feedback or ("explained" if self.replans else "none")

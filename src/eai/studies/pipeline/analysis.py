@@ -21,7 +21,7 @@ from eai.base.errors import InputError
 from eai.base.files import to_file_name
 from eai.base.grouping import group_pairs
 from eai.benchmarks.benchmark import Benchmark
-from eai.benchmarks.gold_answers import open_planned_book, replace_goals
+from eai.benchmarks.gold_answers import open_answers_of_planner, replace_goals_by_answers
 from eai.benchmarks.registry import find_benchmark
 from eai.benchmarks.suite import open_suite
 from eai.planning.search import Limits
@@ -405,8 +405,8 @@ def _find_reachable_tasks(
 ) -> Iterator[tuple[str, bool]]:
     """Yield each task id with whether a plan for the stated goals also reaches the goals of the task."""
     suite = open_suite(benchmark, Ability.ACTION_SEQUENCING, source=source)
-    stated = replace_goals(benchmark, answers)
-    book = open_planned_book(stated, Ability.ACTION_SEQUENCING, source, Limits(_MAX_SEARCH_EFFORT))
+    stated = replace_goals_by_answers(benchmark, answers)
+    book = open_answers_of_planner(stated, Ability.ACTION_SEQUENCING, source, Limits(_MAX_SEARCH_EFFORT))
     for task_id in suite.task_ids:
         if task_id in answers:
             success = getattr(suite.score(task_id, book[task_id].text), "success", False)

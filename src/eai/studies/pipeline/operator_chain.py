@@ -19,7 +19,7 @@ from eai.abilities.transition_modeling.scorer import TransitionModeling
 from eai.abilities.transition_modeling.verdict import OperatorVerdict
 from eai.abilities.verdict import PlanVerdict, Unreadable, make_share_of_one
 from eai.base.errors import InputError
-from eai.benchmarks.gold_answers import AnswerBook, open_answer_book
+from eai.benchmarks.gold_answers import AnswersByTask, open_gold_answers
 from eai.benchmarks.registry import find_benchmark
 from eai.benchmarks.suite import Suite, open_suite
 from eai.pddl.execute import PlanStep
@@ -65,7 +65,7 @@ class _OperatorChain:
 
     operators: Suite
     plans: Suite
-    _true_answers: AnswerBook
+    _true_answers: AnswersByTask
     _readings: OperatorCache = field(default_factory=ResultCache)
 
     @staticmethod
@@ -75,7 +75,7 @@ class _OperatorChain:
         return _OperatorChain(
             open_suite(benchmark, ability, source=source),
             open_suite(benchmark, Ability.ACTION_SEQUENCING, source=source),
-            open_answer_book(benchmark, ability, source),
+            open_gold_answers(benchmark, ability, source),
         )
 
     def find_chain_end(self, task_id: str, answer: str, verdict: OperatorVerdict) -> ChainEnd | None:
