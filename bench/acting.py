@@ -51,7 +51,7 @@ def play_for_progress(
     stage: GameSetup, make: Callable[[Game, int], Agent], seed: int, *, acts_on: bool
 ) -> EpisodeProgress:
     """Play an episode with an agent for the largest budget of actions."""
-    game = Game(stage.make_endless())
+    game = Game(stage.make_setup_without_limits())
     agent, held, done = make(game, seed), [all(game.reached)], None
     most = max(TIMES[-1] * (stage.reference.shortest or 0), stage.action_limit or 0)
     while True:

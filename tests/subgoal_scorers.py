@@ -8,7 +8,7 @@ from eai.abilities.subgoal_decomposition.refinement import SubgoalRefiner
 from eai.abilities.subgoal_decomposition.scorer import SubgoalDecomposition
 from eai.abilities.subgoal_decomposition.search import ExplorationLimits
 from eai.benchmarks.behavior import domain as behavior
-from eai.benchmarks.behavior.notation import BehaviorSubgoals
+from eai.benchmarks.behavior.notation import BehaviorSubgoalNotation
 from eai.benchmarks.behavior.tasks import BehaviorTask
 from eai.benchmarks.virtualhome import domain as virtualhome
 from eai.benchmarks.virtualhome.notation import VirtualHomeSubgoals
@@ -26,6 +26,6 @@ def behavior_subgoals(
     limits: ExplorationLimits | None = None,
 ) -> Callable[[BehaviorTask], SubgoalDecomposition]:
     """Return a function that makes the scorer of a BEHAVIOR task."""
-    domain, notation = behavior.domain_in_paper_order(), BehaviorSubgoals()
+    domain, notation = behavior.domain_in_paper_order(), BehaviorSubgoalNotation()
     refinement = SubgoalRefiner(domain)
     return lambda task: SubgoalDecomposition(task, domain, notation, refinement, limits=limits)

@@ -7,7 +7,7 @@ import pytest
 from eai.abilities.protocol import Ability
 from eai.abilities.subgoal_decomposition.scorer import SubgoalDecomposition
 from eai.base.store import Store
-from eai.benchmarks.behavior.notation import BehaviorSubgoals
+from eai.benchmarks.behavior.notation import BehaviorSubgoalNotation
 from eai.benchmarks.behavior.tasks import BehaviorTask, BehaviorTasks, open_tasks
 from eai.benchmarks.gold_answers import open_gold_answers
 from eai.benchmarks.registry import find_benchmark
@@ -15,7 +15,7 @@ from eai.benchmarks.suite import open_suite
 from eai.tasks.source import Source
 from subgoal_scorers import behavior_subgoals
 
-WORDS = BehaviorSubgoals()
+WORDS = BehaviorSubgoalNotation()
 
 
 @pytest.fixture(scope="module")

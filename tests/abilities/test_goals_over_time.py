@@ -161,7 +161,7 @@ def test_an_environment_continues_until_goals_over_time_hold(lamps: Benchmark) -
     asked = task(lamps, "lit(lamp_1)", LATER)
     rules = GameRules(until="goal")
     game = Game(make_setup(asked, lamps, rules))
-    assert '"always c" says' in game.write_opening()
+    assert '"always c" says' in game.write_first_observation()
     turns = [game.act(command) for command in ("GO(lamp_1)", "PRESS(lamp_1)", "GO(lamp_2)", "PRESS(lamp_2)")]
     assert [turn.info["goals"] for turn in turns] == [
         [False, False],

@@ -6,7 +6,7 @@ import pytest
 
 from benchmarks.plan_scorers import behavior_scorer
 from eai.benchmarks.behavior import domain as behavior
-from eai.benchmarks.behavior.notation import BehaviorSubgoals
+from eai.benchmarks.behavior.notation import BehaviorSubgoalNotation
 from eai.benchmarks.behavior.tasks import BehaviorTask, BehaviorTasks
 from eai.planning.planner import Planner
 from eai.planning.search import SearchResult
@@ -63,7 +63,7 @@ def test_plans_score_and_no_step_can_be_left_out(
 def test_subgoals_of_the_planner_succeed(
     planner_results: list[tuple[BehaviorTask, SearchResult[Action]]],
 ) -> None:
-    words = BehaviorSubgoals()
+    words = BehaviorSubgoalNotation()
     for task, found in planner_results:
         text = words.join(words.write(task, found.plan))
         verdict = behavior_subgoals()(task).score(text)

@@ -326,9 +326,9 @@ def test_goals_reached_without_done_are_no_success(reward: str, kept: float) -> 
     game = Game(make_setup(tasks()[0], SWITCHES, GameRules(reward=Shaping(reward), until="done")))
     for command in WON:
         game.act(command)
-    assert (game.over, game.final_value) == (False, kept)
+    assert (game.over, game.reward_if_ended_now) == (False, kept)
     game.act("DONE")
-    assert game.final_value == 1
+    assert game.reward_if_ended_now == 1
 
 
 def test_the_setup_of_a_task_is_made_once(data_store: Store) -> None:
@@ -573,7 +573,7 @@ def test_admissible_commands_include_done_if_it_ends_the_episode() -> None:
 def test_the_view_of_the_scene_shows_irrelevant_objects() -> None:
     task = replace(SWITCHES.tasks(Source())["both"], relevant=())
     shown = {
-        view: Game(make_setup(task, SWITCHES, GameRules(view=view))).write_opening()
+        view: Game(make_setup(task, SWITCHES, GameRules(view=view))).write_first_observation()
         for view in get_args(View)
     }
     assert "lamp, torch [lamp]" in shown["scene"]
@@ -585,10 +585,10 @@ def test_egocentric_relations_are_shown_only_for_the_agent() -> None:
     task = own.tasks(Source())["both"]
     for view, lamp in (("task", True), ("scene", False)):
         stage = make_setup(task, own, GameRules(view=view))
-        facts = spell_out(Game(stage).write_opening()).partition("Now:")[2]
+        facts = spell_out(Game(stage).write_first_observation()).partition("Now:")[2]
         assert "at(robot, hall)" in facts
         assert ("at(lamp, hall)" in facts) is lamp
-        assert ("at: of yourself alone." in Game(stage).write_briefing()) is not lamp
+        assert ("at: of yourself alone." in Game(stage).write_manual_and_first_observation()) is not lamp
 
 
 def test_players_and_scorers_share_the_setup_of_a_task() -> None:

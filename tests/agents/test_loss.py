@@ -11,7 +11,7 @@ from agents.switches import DOMAIN, SWITCHES, initial
 from eai import Benchmark, given, make_task
 from eai.agents.declaration import compute_share_by_metric
 from eai.agents.setting import ACTING
-from eai.agents.verdict import ActingVerdict, Recoverability, describe_recoverability
+from eai.agents.verdict import ActingVerdict, GoalReachability, describe_goal_reachability
 from eai.benchmarks.suite import Suite, open_suite
 from eai.logic.formula import Atom, Constant, Eventually
 from eai.results.batch import score_run
@@ -42,7 +42,7 @@ def looked_back(task_id: str, *commands: str, states: int = 1_000, suite: Suite 
     ],
 )
 def test_the_first_turn_after_which_the_goals_are_lost_is_found(
-    commands: tuple[str, ...], outlook: Recoverability, lost_at: int | None
+    commands: tuple[str, ...], outlook: GoalReachability, lost_at: int | None
 ) -> None:
     verdict = looked_back("half", *commands)
     assert (verdict.outlook, verdict.lost_at) == (outlook, lost_at)
@@ -55,7 +55,7 @@ def test_a_search_that_is_cut_off_proves_nothing() -> None:
     assert (verdict.outlook, verdict.lost_at) == ("unknown", None)
     assert compute_share_by_metric(verdict)["lost_for_good"] == (0, 0)
     assert compute_share_by_metric(verdict)["outlook_unknown"] == (1, 1)
-    assert describe_recoverability(verdict).endswith("is not known")
+    assert describe_goal_reachability(verdict).endswith("is not known")
 
 
 def test_goals_over_time_can_only_be_proved_lost() -> None:
@@ -83,6 +83,6 @@ def test_records_have_the_loss_if_a_search_was_requested() -> None:
     assert record_from_json(written) == record
     assert isinstance(record.verdict, ActingVerdict)
     assert (
-        describe_recoverability(record.verdict)
+        describe_goal_reachability(record.verdict)
         == "lost for good after turn 2: no actions lead to the goals any more"
     )

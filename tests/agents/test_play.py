@@ -7,7 +7,7 @@ import pytest
 from agents.switches import DOMAIN, SWITCHES
 from eai.agents.play import EpisodeFactory
 from eai.agents.setting import ACTING, AgentSetting
-from eai.agents.tools import make_tools
+from eai.agents.tools import list_tool_names_texts_and_schemas
 from eai.benchmarks.suite import open_suite
 
 TASK = open_suite(SWITCHES, ACTING).tasks["both"]
@@ -22,7 +22,10 @@ BY_TOOLS = (
 )
 def test_the_question_ends_with_instructions_for_commands(harness: str, how: str) -> None:
     arena = EpisodeFactory(SWITCHES, AgentSetting(harness=harness))
-    assert arena.make_prompt(TASK).user == f"{arena.begin_episode(TASK).write_briefing()}\n\n{how}"
+    assert (
+        arena.make_prompt(TASK).user
+        == f"{arena.begin_episode(TASK).write_manual_and_first_observation()}\n\n{how}"
+    )
     assert arena.make_prompt_with_pictures(TASK) == arena.make_prompt(TASK)
 
 
@@ -40,7 +43,7 @@ def test_a_short_question_has_the_rules_and_facts_alone_neither() -> None:
 
 
 def test_the_tools_that_a_question_names_are_those_of_the_harness() -> None:
-    names = [name for name, _, _ in make_tools(DOMAIN)]
+    names = [name for name, _, _ in list_tool_names_texts_and_schemas(DOMAIN)]
     assert names == ["act", "look", "done"]
     assert [name for name in names if f" {name} " in BY_TOOLS] == names
     assert not any(f" {name} " in BY_TEXT for name in names)

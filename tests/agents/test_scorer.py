@@ -69,7 +69,7 @@ def test_an_episode_is_won_only_if_the_agent_says_so(suite: Suite) -> None:
     commands = reference(suite)
     said = verdict_of(suite, episode(SWITCHES, suite.task_ids[0], [*commands, "DONE"]))
     assert (said.success, said.ended, said.declared, said.executable) == (True, "done", True, True)
-    assert len(said.actions) == len(commands)
+    assert len(said.action_turns) == len(commands)
     unsaid = verdict_of(suite, episode(SWITCHES, suite.task_ids[0], commands))
     assert (unsaid.success, unsaid.ended, unsaid.reached) == (False, "stopped", True)
     assert compute_share_by_metric(unsaid)["undeclared"].numerator == 1
@@ -85,7 +85,7 @@ def test_an_episode_that_ends_at_the_goal_counts_its_last_action(suite: Suite) -
         play.play_command(command)
     verdict = verdict_of(suite, play.to_text("stopped"))
     assert (verdict.success, verdict.ended, verdict.declared) == (True, "goal", False)
-    assert len(verdict.actions) == len(WON)
+    assert len(verdict.action_turns) == len(WON)
     shares = compute_share_by_metric(verdict)
     assert (shares["spl"].numerator, shares["undeclared"].numerator) == (3 / 4, 0)
 
@@ -93,7 +93,7 @@ def test_an_episode_that_ends_at_the_goal_counts_its_last_action(suite: Suite) -
 def test_an_action_after_the_last_allowed_one_is_not_counted(suite: Suite) -> None:
     commands = ["GO(hall)", "GO(shed)"] * 20
     verdict = verdict_of(suite, "\n".join(commands[: 1 + (verdict_of(suite, "").budget or 0)]))
-    assert (verdict.ended, len(verdict.actions)) == ("steps", verdict.budget)
+    assert (verdict.ended, len(verdict.action_turns)) == ("steps", verdict.budget)
     assert not verdict.turns[-1].is_action
 
 

@@ -81,7 +81,7 @@ def verdicts(folder: Path, name: str = "agent") -> dict[str, ActingVerdict]:
 @asynccontextmanager
 async def served(worlds: EpisodeServer, *, open_to_all: bool = False) -> AsyncIterator[httpx2.ASGITransport]:
     """Return the application without a port; it handles requests like one with a port."""
-    app = make_http_app(worlds, SWITCHES.domain, [HOST], open_to_all=open_to_all)
+    app = make_http_app(worlds, SWITCHES.domain, [HOST], all_share_first_episode=open_to_all)
     async with app.router.lifespan_context(app):
         yield httpx2.ASGITransport(app=app)
 
@@ -161,7 +161,7 @@ def test_a_whole_plan_in_one_call_is_one_error(tmp_path: Path) -> None:
     with open_episode_server(tmp_path, SUITE, ONE) as worlds:
         asyncio.run(run(worlds))
     verdict = verdicts(tmp_path)[TASK]
-    assert (verdict.success, [turn.fault is None for turn in verdict.actions]) == (False, [False, False])
+    assert (verdict.success, [turn.fault is None for turn in verdict.action_turns]) == (False, [False, False])
 
 
 def test_each_ticket_is_one_episode_forever(tmp_path: Path) -> None:

@@ -57,7 +57,7 @@ def test_incremental_observations_equal_new_ones(
         ]
         lines = spell_out(observation.text).splitlines()
         assert sorted(lines) == sorted([wording.write_fact(task, fact) for fact in facts])
-        changes = observer.find_changes(before, observation, difference)
+        changes = observer.find_visible_changes(before, observation, difference)
         told = [f"{sign} {observer.render_fact(fact)}" for sign, fact in changes]
         expected = {
             f"{sign} {wording.write_fact(task, fact)}"
@@ -82,7 +82,7 @@ def test_visible_facts_follow_from_the_first_observation_and_changes(
         Game(make_setup(task, benchmark, STANDARD.model_copy(update={"budget": None}))),
         random.Random(1),
     )
-    believed = {*spell_out(game.write_opening()).partition("Now:\n")[2].splitlines()}
+    believed = {*spell_out(game.write_first_observation()).partition("Now:\n")[2].splitlines()}
     for turn in range(60):
         walks = [each for each in game.find_possible_actions() if each.operator == "WALK"]
         action = rng.choice(walks if walks and turn % 4 == 0 else [*game.find_possible_actions()])

@@ -12,10 +12,10 @@ from eai.agents.verdict import ActingVerdict
 
 
 def contributions(verdict: ActingVerdict) -> dict[str, Share]:
-    possible = sum(turn.fault is None for turn in verdict.actions)
+    possible = sum(turn.fault is None for turn in verdict.action_turns)
     return {
         "won": make_share_of_one(bool(verdict.success)),
-        "possible": Share(possible, len(verdict.actions)),
+        "possible": Share(possible, len(verdict.action_turns)),
     }
 
 

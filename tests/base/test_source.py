@@ -16,8 +16,8 @@ from eai.base.errors import DataError
 from eai.base.source import (
     PackageArchive,
     download_archive,
-    find_archive,
     find_pip_command,
+    find_verified_archive,
     open_archive_files,
 )
 from eai.base.store import ignore_progress
@@ -127,24 +127,24 @@ def test_an_archive_is_found_as_a_file_in_a_folder_or_unpacked(
         archive.extractall(unpacked)
     renamed = tmp_path / "renamed.whl"
     shutil.copy(path, renamed)
-    assert [find_archive(wheel, place) for place in (path, index, unpacked, renamed)] == [
+    assert [find_verified_archive(wheel, place) for place in (path, index, unpacked, renamed)] == [
         path,
         path,
         unpacked,
         renamed,
     ]
     (tmp_path / "empty").mkdir()
-    assert find_archive(wheel, tmp_path / "empty") is None
-    assert find_archive(build_sdist(tmp_path, tmp_path), path) is None
+    assert find_verified_archive(wheel, tmp_path / "empty") is None
+    assert find_verified_archive(build_sdist(tmp_path, tmp_path), path) is None
 
 
 def test_a_changed_archive_is_refused(index: Path, wheel: PackageArchive) -> None:
     path = index / wheel.filename
     path.write_bytes(path.read_bytes() + b" ")
     with pytest.raises(DataError, match=r"not madeup-eval==1\.0 as published"):
-        find_archive(wheel, index)
+        find_verified_archive(wheel, index)
     with pytest.raises(DataError, match="no such file or folder"):
-        find_archive(wheel, index / "absent")
+        find_verified_archive(wheel, index / "absent")
 
 
 def test_a_changed_file_of_an_unpacked_wheel_is_refused(
@@ -164,7 +164,7 @@ def test_a_changed_file_of_an_unpacked_wheel_is_refused(
     record = unpacked / "madeup_eval-1.0.dist-info" / "RECORD"
     record.write_text(record.read_text().replace("sha256=", "sha256=A"))
     with pytest.raises(DataError, match="as published"):
-        find_archive(wheel, unpacked)
+        find_verified_archive(wheel, unpacked)
 
 
 @pytest.mark.parametrize("name", ["broken.whl", "broken.tar.gz"])

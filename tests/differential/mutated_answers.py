@@ -13,7 +13,7 @@ from differential.mutated_subgoals import Words, subgoals
 from differential.mutations import Dice
 from eai.abilities.protocol import Ability
 from eai.benchmarks.behavior import tasks as behavior
-from eai.benchmarks.behavior.notation import BehaviorSubgoals
+from eai.benchmarks.behavior.notation import BehaviorSubgoalNotation
 from eai.benchmarks.gold_answers import AnswersByTask, open_gold_answers
 from eai.benchmarks.registry import find_benchmark
 from eai.benchmarks.virtualhome import tasks as virtualhome
@@ -65,7 +65,7 @@ def _in_scenes(ability: Ability, book: AnswersByTask) -> Maker:
 
 
 def _words(scene: Scene) -> Words:
-    known = BehaviorSubgoals().make_formula_lexicon(scene)
+    known = BehaviorSubgoalNotation().make_formula_lexicon(scene)
     names = [name for name in known.objects if "." in name and "_part" not in name]
     return Words(known.signature, names, names)
 

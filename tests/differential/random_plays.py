@@ -194,7 +194,7 @@ def compare_mcp(check: Check, place: object, suite: Suite, play: RecordedGame, t
 
             check.same("MCP: observations", place, asyncio.run(run()), told)
             path = find_journal_path(Path(folder), (task_id, 1))
-        text = read_journal(path, read_sealing_key(Path(folder)), ended=False)
+        text = read_journal(path, read_sealing_key(Path(folder)), must_be_ended=False)
         verdict = cast("ActingVerdict", suite.score(task_id, text))
         plain = cast("ActingVerdict", suite.score(task_id, play.to_text("stopped")))
         check.same("MCP: verdict", place, (verdict.turns, verdict.ended), (plain.turns, plain.ended))

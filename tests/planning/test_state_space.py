@@ -13,7 +13,7 @@ from eai.abilities.action_sequencing.scorer import ActionSequencing
 from eai.abilities.protocol import Ability
 from eai.abilities.repair import DEFAULT_EFFORT
 from eai.abilities.verdict import PlanVerdict
-from eai.agents.scorer import Moment, judge_recoverability
+from eai.agents.scorer import StateAndTakenActions, find_goal_reachability_and_loss_turn
 from eai.benchmarks.suite import open_suite
 from eai.pddl.execute import DerivedPredicates
 from eai.pddl.search import search
@@ -83,7 +83,7 @@ def check_states(world: World, random: Random) -> None:
 def check_outlook(world: World, random: Random) -> None:
     """Check that the goal is called lost after a step of a walk if and only if it is unreachable there."""
     state, engine = world.initial, world.task.initial
-    states, moments = [state], list[Moment]([(engine, ())])
+    states, moments = [state], list[StateAndTakenActions]([(engine, ())])
     for _ in range(4):
         if not world.after[state]:
             break
@@ -91,7 +91,9 @@ def check_outlook(world: World, random: Random) -> None:
         state, engine = world.after[state][action], world.domain.apply(engine, action)
         states.append(state)
         moments.append((engine, ()))
-    outlook, lost_at = judge_recoverability(world.task, world.domain, moments, EVERYTHING.states)
+    outlook, lost_at = find_goal_reachability_and_loss_turn(
+        world.task, world.domain, moments, EVERYTHING.states
+    )
     lost = [state not in world.distances for state in states]
     assert (outlook, lost_at) == (("lost", lost.index(True)) if lost[-1] else ("open", None))
 

@@ -13,7 +13,7 @@ import pytest
 from inspect_ai.log import EvalLog, write_eval_log
 from inspect_ai.model import Model, ModelOutput, ModelUsage, get_model
 
-from eai.agents.play import EpisodeFactory, make_prompts_in_setting
+from eai.agents.play import EpisodeFactory, make_prompts_and_metadata
 from eai.agents.setting import ACTING, AgentSetting
 from eai.base.errors import InputError
 from eai.base.store import Store
@@ -151,7 +151,7 @@ def test_an_unknown_harness_is_refused(data_store: Store) -> None:
     with pytest.raises(InputError, match=r"agent\.harness: expected .*module:object"):
         AgentSetting.read("agent", {"harness": "reakt"})
     with pytest.raises(InputError, match="eai has no object 'nobody'"):
-        make_prompts_in_setting(AgentSetting(harness="eai:nobody"), {}, open_suite("virtualhome", ACTING))
+        make_prompts_and_metadata(AgentSetting(harness="eai:nobody"), {}, open_suite("virtualhome", ACTING))
 
 
 def test_an_episode_of_looking_ends_at_the_step_limit(data_store: Store, tmp_path: Path) -> None:

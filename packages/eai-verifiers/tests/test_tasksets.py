@@ -184,4 +184,4 @@ def test_a_new_task_is_all_there_is_to_know_of_it() -> None:
 def test_new_tasks_are_played_step_by_step_too() -> None:
     config = new().config.model_dump(exclude={"task"})
     (task,) = StepsTaskset(StepsConfig.model_validate(config)).take(1)
-    assert task.data.prompt == task.game().write_briefing()
+    assert task.data.prompt == task.game().write_manual_and_first_observation()

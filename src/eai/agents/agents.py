@@ -141,7 +141,7 @@ def _make_scripted_agent(commands: Iterable[str]) -> Agent:
     return lambda: next(pending, DONE)
 
 
-def _substitute_object(formula: Formula, constant: Constant) -> Formula:
+def _replace_variable_x(formula: Formula, constant: Constant) -> Formula:
     """Return a formula with its variable ``x`` replaced by an object."""
     x = Variable("x")
     return rewrite_leaves(
@@ -188,7 +188,7 @@ class _Explorer:
         if self._expected != game.state:
             self._plan.clear()
         if not self._plan:
-            self._plan.extend(self._find_plan() or self._explore_again())
+            self._plan.extend(self._find_plan() or self._revisit_landmarks())
         if not self._plan:
             return DONE
         action = self._plan.popleft()
@@ -210,7 +210,7 @@ class _Explorer:
         self._has_opened |= bool(plan)
         return plan
 
-    def _explore_again(self) -> Sequence[Action]:
+    def _revisit_landmarks(self) -> Sequence[Action]:
         """Visit the landmarks again, because from some of them the agent may look into an opened object."""
         if not self._has_opened:
             return ()
@@ -282,7 +282,7 @@ class _Explorer:
         if visible is None:
             return ()
         landmarks = [i for i in self._game.stage.observer.landmarks if i not in self._visited_objects]
-        return [(i, _substitute_object(visible, Constant(names[i].name))) for i in landmarks]
+        return [(i, _replace_variable_x(visible, Constant(names[i].name))) for i in landmarks]
 
     def _find_closed_containers(self) -> Sequence[tuple[int, Formula]]:
         """Return objects that may hide others, each with the condition under which it hides nothing.
@@ -294,11 +294,16 @@ class _Explorer:
         near = set(game.memory.observation.visible)
         named = self._game.task.find_objects_named_in_goals(game.task.goals)
 
-        def rank_object(index: int) -> tuple[bool, int, bool, int]:
-            return index not in named, self._fruitless[self._get_category(index)], index not in near, index
+        def get_container_sort_key(container: int) -> tuple[bool, int, bool, int]:
+            return (
+                container not in named,
+                self._fruitless[self._get_category(container)],
+                container not in near,
+                container,
+            )
 
         lids = []
-        for index in sorted(game.memory.known, key=rank_object):
+        for index in sorted(game.memory.known, key=get_container_sort_key):
             for predicate, truth in self._lids:
                 if game.state.has(predicate, index) is not truth:
                     atom = Atom(predicate, (Constant(names[index].name),))

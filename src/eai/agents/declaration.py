@@ -50,7 +50,7 @@ def compute_share_by_metric(verdict: ActingVerdict) -> dict[str, Share]:
     """
     if verdict.mean is not None:
         return dict(verdict.mean)
-    won, actions, shortest = bool(verdict.success), verdict.actions, verdict.shortest
+    won, actions, shortest = bool(verdict.success), verdict.action_turns, verdict.shortest
     tried = len(actions)
     kinds = [None if turn.fault is None else turn.fault.value for turn in actions]
     faulty = [i for i, kind in enumerate(kinds) if kind in KINDS]

@@ -150,9 +150,9 @@ class TextEnvironment(gymnasium.Env[str, str]):
         super().reset(seed=seed)
         self._epoch = 0 if seed is not None else self._epoch + 1
         wanted: str | None = (options or {}).get("task_id")
-        stage = self._open_setup(self._draw_task_id() if wanted is None else wanted)
+        stage = self._open_setup(self._choose_random_task_id() if wanted is None else wanted)
         self._game = Game(stage, self.np_random_seed or 0, self._epoch)
-        return self._game.write_opening(), {**self._game.make_info()}
+        return self._game.write_first_observation(), {**self._game.make_turn_info()}
 
     def step(self, action: str) -> tuple[str, float, bool, bool, dict[str, Any]]:
         """Play one turn. Return gymnasium's five values.
@@ -205,7 +205,7 @@ class TextEnvironment(gymnasium.Env[str, str]):
             )
         return self._camera
 
-    def _draw_task_id(self) -> str:
+    def _choose_random_task_id(self) -> str:
         """Return a random task's id. Tasks without goals are drawn only if no task has goals."""
         order = [self.task_ids[int(i)] for i in self.np_random.permutation(len(self.task_ids))]
         return next(

@@ -14,7 +14,12 @@ from eai.agents.journal import EpisodeJournal, has_begun_episode, read_journal, 
 from eai.agents.play import OVER, EpisodeFactory, RecordedGame, read_episode
 from eai.agents.setting import STANDARD, AgentSetting
 from eai.base.errors import InputError
-from eai.base.files import convert_write_errors, lock_run_folder, to_file_name, write_files_atomically
+from eai.base.files import (
+    lock_run_folder,
+    raise_write_errors_as_input_errors,
+    to_file_name,
+    write_files_atomically,
+)
 from eai.base.grouping import group_pairs
 from eai.benchmarks.suite import Suite
 from eai.results.responses import COLUMNS, LINES
@@ -36,7 +41,7 @@ def find_journal_path(folder: Path, key: AnswerKey) -> Path:
 def open_episode_server(
     folder: Path,
     suite: Suite,
-    places: Sequence[AnswerKey],
+    episode_keys: Sequence[AnswerKey],
     setting: AgentSetting = STANDARD,
     agent: str = "agent",
 ) -> Iterator[EpisodeServer]:
@@ -50,7 +55,7 @@ def open_episode_server(
     with suppress(OSError):  # `lock_run_folder` raises if the folder is missing
         folder.mkdir(mode=0o700, parents=True)
     with lock_run_folder(folder):
-        worlds = EpisodeServer(folder, suite, places, arena, agent)
+        worlds = EpisodeServer(folder, suite, episode_keys, arena, agent)
         try:
             yield worlds
         finally:
@@ -79,15 +84,15 @@ class EpisodeServer:
     """
 
     def __init__(
-        self, folder: Path, suite: Suite, places: Sequence[AnswerKey], arena: EpisodeFactory, agent: str
+        self, folder: Path, suite: Suite, episode_keys: Sequence[AnswerKey], arena: EpisodeFactory, agent: str
     ) -> None:
         self._folder, self._suite, self._agent = folder, suite, to_file_name(agent)
         self._key = read_sealing_key(folder)
         self._arena = arena
         self._open: dict[AnswerKey, tuple[RecordedGame, EpisodeJournal]] = {}
         self._written: set[AnswerKey] = set()
-        self.places = places
-        self.tickets = {self._make_ticket(place): place for place in places}
+        self.places = episode_keys
+        self.tickets = {self._make_access_ticket(place): place for place in episode_keys}
         self._write_answers()
 
     def play_command(self, key: AnswerKey, command: str) -> str:
@@ -143,7 +148,8 @@ class EpisodeServer:
         begun = self._find_begun_episodes()
         write_files_atomically(
             group_pairs(
-                (self._find_response_file(episode), self._format_answer_line(episode)) for episode in begun
+                (self._get_episode_response_path(episode), self._format_answer_line(episode))
+                for episode in begun
             )
         )
         self._written.update(begun)
@@ -152,19 +158,19 @@ class EpisodeServer:
         """Append an episode that has ended to the response file."""
         self._written.add(key)
         with (
-            convert_write_errors(self._find_response_file(key)),
-            self._find_response_file(key).open("a", encoding="utf-8") as file,
+            raise_write_errors_as_input_errors(self._get_episode_response_path(key)),
+            self._get_episode_response_path(key).open("a", encoding="utf-8") as file,
         ):
             file.write(self._format_answer_line(key))
 
-    def _find_response_file(self, key: AnswerKey) -> Path:
+    def _get_episode_response_path(self, key: AnswerKey) -> Path:
         """Return the path of an episode's response file. The n-th episodes of all tasks share a file."""
         epoch = key[1]
         return self._folder / f"{self._agent}{'' if epoch == 1 else f'-{epoch}'}{LINES}"
 
     def _format_answer_line(self, key: AnswerKey) -> str:
         path = find_journal_path(self._folder, key)
-        text = read_journal(path, self._key, ended=False)
+        text = read_journal(path, self._key, must_be_ended=False)
         if getattr(read_episode(text), "rules", None) != self._arena.rules:
             raise InputError(f"{path}: the episode is of another setting; give another --out")
         return json.dumps(dict(zip(COLUMNS, (key[0], text), strict=True))) + "\n"
@@ -194,6 +200,6 @@ class EpisodeServer:
             self._open[key] = play, EpisodeJournal(path, self._key, play)
         return self._open[key]
 
-    def _make_ticket(self, key: AnswerKey) -> str:
+    def _make_access_ticket(self, key: AnswerKey) -> str:
         """Return the ticket of an episode, a secret text that is equal after a restart of the server."""
         return hmac.new(self._key, f"ticket {key[1]} {key[0]}".encode(), "sha256").hexdigest()

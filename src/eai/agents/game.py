@@ -143,29 +143,37 @@ class Game:
     @property
     def metrics(self) -> Mapping[str, float]:
         """The metrics of the episode up to now, by name, as in `eai.results.reward.Grade`."""
-        return make_credit_metrics(self._compute_credit(is_last=self.over))
+        return make_credit_metrics(self._compute_reward_basis(is_ended=self.over))
 
     @property
-    def final_value(self) -> float:
+    def reward_if_ended_now(self) -> float:
         """The value of the episode if it ends now.
 
         The rewards `success` and `goals` pay nothing without `DONE`.
         """
-        return self._compute_value(is_last=True)
+        return self._compute_episode_reward(is_ended=True)
 
-    def _compute_value(self, *, is_last: bool) -> float:
+    def _compute_episode_reward(self, *, is_ended: bool) -> float:
         if self.refused is not None:
             return float(self.won)
-        earned = self._compute_credit(is_last=is_last)
+        earned = self._compute_reward_basis(is_ended=is_ended)
         if earned is not None and self._rules.reward is Shaping.REPAIR:
-            last = [None] if self._is_undeclared(is_last=is_last) else [self._last] if self._failed else []
+            last = (
+                [None]
+                if self._lacks_required_done(is_ended=is_ended)
+                else [self._last]
+                if self._failed
+                else []
+            )
             return (
-                self.stage.repairer.compute_closeness_to_success((*self._find_counted_actions(), *last))
+                self.stage.repairer.compute_closeness_to_success(
+                    (*self._list_executed_or_needless_actions(), *last)
+                )
                 or 0.0
             )
         return 0.0 if earned is None else compute_reward_of_credit(earned, self._rules.reward)
 
-    def _find_counted_actions(self) -> list[Action]:
+    def _list_executed_or_needless_actions(self) -> list[Action]:
         """Return the actions that were executed, or skipped because they were not needed."""
         steps = self._episode.trajectory.steps
         return [
@@ -174,31 +182,31 @@ class Game:
             if step.executed or (step.fault is not None and step.fault.kind is FaultKind.ADDITIONAL_STEP)
         ]
 
-    def _compute_credit(self, *, is_last: bool) -> RewardBasis | None:
+    def _compute_reward_basis(self, *, is_ended: bool) -> RewardBasis | None:
         if self.refused is not None:
             return RewardBasis(float(self.won), self.won, ended=False, faults=self._faults)
         if self.task.has_no_plan:  # no plan reaches all goals, so reached goals earn nothing
             return None
-        ended = self._failed or self._is_undeclared(is_last=is_last)
+        ended = self._failed or self._lacks_required_done(is_ended=is_ended)
         earned = compute_plan_reward_basis(
             self.reached, self._at_start, ended_by_error=ended, faults=self._faults
         )
         if earned is None or self._rules.reward is not Shaping.PARTIAL:
             return earned
         partial = self.stage.goals.find_partial_success(self.state, self.taken, self.reached)
-        gained = compute_condition_gain(partial, self.stage.met_at_start, earned.gain)
+        gained = compute_condition_gain(partial, self.stage.share_of_conditions_met_at_start, earned.gain)
         return replace(earned, conditions=gained)
 
-    def _is_undeclared(self, *, is_last: bool) -> bool:
+    def _lacks_required_done(self, *, is_ended: bool) -> bool:
         """Whether the game ended without a required `DONE`."""
-        return is_last and self._rules.until == "done" and self.ended != "done"
+        return is_ended and self._rules.until == "done" and self.ended != "done"
 
-    def write_briefing(self) -> str:
+    def write_manual_and_first_observation(self) -> str:
         """Return the text that an agent reads before its first action: the world, and the task."""
         manual = make_manual(self.stage.benchmark, self._rules)
-        return "\n\n".join([*filter(None, [manual]), self.write_opening()])
+        return "\n\n".join([*filter(None, [manual]), self.write_first_observation()])
 
-    def write_opening(self) -> str:
+    def write_first_observation(self) -> str:
         """Return the first observation: the task, the limit of actions, and the known facts."""
         text = self.stage.opening
         if self._rules.budget is not None:
@@ -304,7 +312,7 @@ class Game:
         if self._rules.feedback == "facts":
             observation += f"\n\nNow:\n{self.memory.observation.text or '-'}"
         terminated = self.over and not truncated
-        info = self.make_info(tried.fault, slipped=tried.slipped, repairs=repairs)
+        info = self.make_turn_info(tried.fault, failed_by_chance=tried.slipped, repairs=repairs)
         return _StepResult(observation, self._compute_reward(), terminated, truncated, info)
 
     @property
@@ -317,7 +325,7 @@ class Game:
 
     def _compute_reward(self) -> float:
         """Return the reward of the turn: the change in the value of the episode."""
-        before, self.value = self.value, self._compute_value(is_last=self.over)
+        before, self.value = self.value, self._compute_episode_reward(is_ended=self.over)
         return self._rules.gamma * self.value - before
 
     def _carry_out(self, meant: CommandMeaning) -> _CommandOutcome:
@@ -352,8 +360,8 @@ class Game:
             episode.state, self.taken, episode.trajectory if goals.has_goals_over_time else None
         )
 
-    def make_info(
-        self, fault: FaultKind | None = None, *, slipped: bool = False, repairs: Sequence[str] = ()
+    def make_turn_info(
+        self, fault: FaultKind | None = None, *, failed_by_chance: bool = False, repairs: Sequence[str] = ()
     ) -> _TurnInfo:
         """Return facts about a turn, or about the start of the game, that no observation shows."""
         info = _TurnInfo(
@@ -361,7 +369,7 @@ class Game:
             goals=list(self.reached),
             won=self.won,
             fault=None if fault is None else fault.value,
-            slipped=slipped,
+            slipped=failed_by_chance,
             repairs=list(repairs),
         )
         if self._rules.admissible:
@@ -384,19 +392,19 @@ class Game:
             )
         return [*commands, DONE] if self._rules.until == "done" else commands
 
-    def find_possible_actions(self, bindings: SearchEffort | None = None) -> Iterator[Action]:
+    def find_possible_actions(self, effort: SearchEffort | None = None) -> Iterator[Action]:
         """Yield all actions that are possible now, about known objects.
 
         Args:
-            bindings: limit of the parameter values to try, after which no more actions are yielded; by
+            effort: limit of the parameter values to try, after which no more actions are yielded; by
                 default `_MAX_BINDINGS`.
         """
         known = self.memory.known
         objects = [index for index in self.stage.observer.subjects if index in known]
         domain, state = self.stage.domain, self._episode.state
-        bindings = bindings or SearchEffort(_MAX_BINDINGS)
+        effort = effort or SearchEffort(_MAX_BINDINGS)
         for operator in domain.operators:
-            yield from generate_applicable_of_operator(domain, operator, state, objects, bindings)
+            yield from generate_applicable_of_operator(domain, operator, state, objects, effort)
 
 
 _MAX_BINDINGS = 1_000_000

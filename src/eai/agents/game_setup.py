@@ -92,7 +92,7 @@ class GameSetup:
         self._find_reference = find_reference
 
     @cached_property
-    def met_at_start(self) -> Share:
+    def share_of_conditions_met_at_start(self) -> Share:
         """The share of goal conditions that hold before any action, as partial success counts them."""
         initial, goals = self.task.initial, self.goals
         return goals.find_partial_success(initial, (), goals.find_reached_goals(initial, ()))
@@ -121,7 +121,7 @@ class GameSetup:
 
         return PlanRepairer(self.task, self.domain, self.benchmark.notation.plans)
 
-    def make_endless(self) -> GameSetup:
+    def make_setup_without_limits(self) -> GameSetup:
         """Return a setup with an equal view, but without slips and limits, whose games end by `DONE`."""
         stage = copy(self)
         stage.rules = self.rules.model_copy(

@@ -75,21 +75,23 @@ def has_begun_episode(path: Path) -> bool:
     return path.exists() and b"\n" in path.read_bytes()
 
 
-def read_journal(path: Path, key: bytes, play: RecordedGame | None = None, *, ended: bool = True) -> str:
+def read_journal(
+    path: Path, seal_key: bytes, expected_game: RecordedGame | None = None, *, must_be_ended: bool = True
+) -> str:
     """Return the text of a journal's episode, as answers to the ability ``acting`` write it.
 
     Args:
         path: the file of the journal.
-        key: the key of the seals.
-        play: a new episode with the expected task and setting; None to accept any episode.
-        ended: whether the episode must have ended.
+        seal_key: the key of the seals.
+        expected_game: a new episode with the expected task and setting; None to accept any episode.
+        must_be_ended: whether the episode must have ended.
 
     Raises:
         InputError: the file cannot be read or is a link, a seal is wrong, a line is missing, or the episode
             is not the expected one.
     """
-    episode = _read_journal_content(path, key, play)
-    if ended and episode.ended is None:
+    episode = _read_journal_content(path, seal_key, expected_game)
+    if must_be_ended and episode.ended is None:
         raise InputError(f"{path}: no final line: the episode was interrupted")
     about = {name: value for name, value in episode.begin.items() if name not in ("task", "task_sha256")}
     whole = {**about, "turns": episode.turns, "ended": episode.ended or "stopped"}

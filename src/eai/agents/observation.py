@@ -106,9 +106,9 @@ class Observer:
         self._mask = make_mask(self.subjects)
         visible = wording.domain.visible or TRUE
         self._visibility_sources = find_stored_predicates(find_predicates(visible), wording.domain.vocabulary)
-        self.first = self._observe_first(task.initial)
+        self.first = self._make_first_observation(task.initial)
 
-    def _observe_first(self, state: State) -> _Observation:
+    def _make_first_observation(self, state: State) -> _Observation:
         visible = self._find_visible_objects(state)
         return _Observation(
             state,
@@ -147,38 +147,40 @@ class Observer:
         return [
             fact
             for listing in self._wording.state_fact_listers
-            for fact in listing.list_facts(state, visible, self._find_required_objects(listing, chosen))
+            for fact in listing.list_facts(
+                state, visible, self._find_objects_facts_must_mention(listing, chosen)
+            )
             if not chosen.isdisjoint(fact.arguments)
         ]
 
-    def observe(self, last: _Observation, state: State, stored: StateChange) -> _Observation:
+    def observe(self, earlier: _Observation, state: State, change: StateChange) -> _Observation:
         """Return the observation of a state, by updating an earlier observation.
 
         Args:
-            last: an earlier observation in the same episode.
+            earlier: an earlier observation in the same episode.
             state: the state.
-            stored: the facts that differ between the earlier state and this state.
+            change: the facts that differ between the earlier state and this state.
         """
-        changed = stored.predicates
+        changed = change.predicates
         visible = (
-            last.visible
+            earlier.visible
             if changed.isdisjoint(self._visibility_sources)
             else self._find_visible_objects(state)
         )
-        is_same = visible == last.visible
+        is_same = visible == earlier.visible
         facts = [
             before
             if is_same and changed.isdisjoint(listing.sources)
             else self._make_visible_facts(listing, state, visible)
-            for listing, before in zip(self._wording.state_fact_listers, last.by_predicate, strict=True)
+            for listing, before in zip(self._wording.state_fact_listers, earlier.by_predicate, strict=True)
         ]
         return _Observation(state, visible, facts)
 
-    def find_changes(
-        self, before: _Observation, after: _Observation, stored: StateChange
+    def find_visible_changes(
+        self, before: _Observation, after: _Observation, state_change: StateChange
     ) -> list[SignedFact]:
         """Return the visible facts that became true, then the visible facts that became false."""
-        changed = stored.predicates
+        changed = state_change.predicates
         is_same = before.visible == after.visible
         added: list[Fact] = []
         removed: list[Fact] = []
@@ -188,8 +190,8 @@ class Observer:
             if changed.isdisjoint(listing.sources):
                 continue
             if listing.is_stored:
-                added += self._select_visible_facts(listing, stored.added, after.visible)
-                removed += self._select_visible_facts(listing, stored.removed, before.visible)
+                added += self._select_visible_facts(listing, state_change.added, after.visible)
+                removed += self._select_visible_facts(listing, state_change.removed, before.visible)
                 continue
             if is_same:
                 earlier, later = old.facts, new.facts
@@ -206,7 +208,9 @@ class Observer:
         """Return the changed facts about some objects, without facts about the agent."""
         return [
             (sign, fact)
-            for sign, fact in self.find_changes(before, after, compare_states(before.state, after.state))
+            for sign, fact in self.find_visible_changes(
+                before, after, compare_states(before.state, after.state)
+            )
             if not chosen.isdisjoint(fact.arguments) and self.agent not in fact.arguments
         ]
 
@@ -216,7 +220,7 @@ class Observer:
         listed = [fact for fact in facts if fact.predicate == listing.predicate and listing.is_listed(fact)]
         if not listed:
             return listed
-        objects, required = {*visible}, self._find_required_objects(listing)
+        objects, required = {*visible}, self._find_objects_facts_must_mention(listing)
         listed = [
             fact
             for fact in listed
@@ -231,14 +235,14 @@ class Observer:
         return tuple(iterate_bits(self._wording.domain.find_visible_objects(state, self._mask)))
 
     def _list_visible_facts(self, listing: FactLister, state: State, visible: Indices) -> Sequence[Fact]:
-        return listing.list_facts(state, visible, self._find_required_objects(listing))
+        return listing.list_facts(state, visible, self._find_objects_facts_must_mention(listing))
 
-    def _find_required_objects(
-        self, listing: FactLister, chosen: AbstractSet[int] | None = None
+    def _find_objects_facts_must_mention(
+        self, listing: FactLister, chosen_objects: AbstractSet[int] | None = None
     ) -> AbstractSet[int] | None:
         """Return objects, at least one of which must occur in a listed fact; None if any fact is listed."""
         if listing.predicate not in self._egocentric_predicates:
-            return chosen
+            return chosen_objects
         return frozenset() if self.agent is None else frozenset((self.agent,))
 
     def _make_visible_facts(self, listing: FactLister, state: State, visible: Indices) -> _VisibleFacts:
@@ -306,7 +310,7 @@ class AgentMemory:
         observer, before = self._observer, self.observation
         stored = compare_states(before.state, state)
         self.observation = after = observer.observe(before, state, stored)
-        self.changes = observer.find_changes(before, after, stored)
+        self.changes = observer.find_visible_changes(before, after, stored)
         news = [*self._render_changes(self.changes)] or ["No fact that you see has changed."]
         new = [index for index in after.visible if index not in self.known]
         self.known.update(new)

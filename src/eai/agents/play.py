@@ -81,7 +81,7 @@ class EpisodeFactory:
         if task.unplannable_reason is not None:
             return Prompt(f"{make_manual(self.benchmark, GameRules())}\n\n{task.unplannable_reason}")
         how = BY_TEXT if self.setting.harness == TEXT else _BY_TOOLS
-        return Prompt(f"{Game(self.make_setup(task)).write_briefing()}\n\n{how}")
+        return Prompt(f"{Game(self.make_setup(task)).write_manual_and_first_observation()}\n\n{how}")
 
     def make_prompt_with_pictures(self, task: Task) -> Prompt:
         """Return the question of a task with the pictures of the first observation.
@@ -108,7 +108,7 @@ class EpisodeFactory:
         return [turn.said for turn in play.turns]
 
 
-def make_prompts_in_setting(
+def make_prompts_and_metadata(
     setting: AgentSetting, prompts: Mapping[str, Prompt], suite: Suite
 ) -> tuple[Mapping[str, Prompt], Mapping[str, Mapping[str, str]]]:
     """Return two mappings by task id: the questions of episodes in a setting, and metadata with the setting.
@@ -287,7 +287,9 @@ class RecordedGame(Game):
         self.harness = harness
         self.without_call = ""
         self._thought = ""
-        self._about = EpisodeAnswer((), stage.rules, seed, epoch, "", begun, hash_text(self.write_opening()))
+        self._about = EpisodeAnswer(
+            (), stage.rules, seed, epoch, "", begun, hash_text(self.write_first_observation())
+        )
 
     def play_command(self, command: str, thought: str = "") -> str:
         """Carry out a command, and keep it with the agent's thought. Return the observation.

@@ -72,13 +72,13 @@ def make_setup(task: Task, benchmark: Benchmark, rules: GameRules) -> GameSetup:
     return GameSetup(task, benchmark, rules, find_reference_solution)
 
 
-def find_reference_solution(stage: GameSetup) -> ReferenceSolution:
+def find_reference_solution(setup: GameSetup) -> ReferenceSolution:
     """Return the shortest known plan of a task, and commands that win the games of its setup."""
-    refusal = write_refusal_command(stage.task, stage.benchmark.notation.plans)
+    refusal = write_refusal_command(setup.task, setup.benchmark.notation.plans)
     if refusal is not None:
         return ReferenceSolution(None, (refusal,))
-    lengths = [len(plan) for plan in _find_plans(stage.task, stage.domain)]
-    endless = stage.make_endless()
+    lengths = [len(plan) for plan in _find_plans(setup.task, setup.domain)]
+    endless = setup.make_setup_without_limits()
     for name in ("gold", "explorer", "seeker"):
         game = Game(endless)
         commands = _play_agent(game, AGENTS[name](game, 0))

@@ -129,7 +129,7 @@ class TrlHousehold:
     def reset(self, *, task: str, **others: object) -> str:
         """Begin an episode. Return the text about the world and the task, which an agent reads first."""
         self._game = Game(find_setup(task, self._rules))
-        return self._game.write_briefing()
+        return self._game.write_manual_and_first_observation()
 
     def act(self, command: str) -> str:
         """Carry out one action in the household.
@@ -146,7 +146,7 @@ class TrlHousehold:
 
     def get_reward(self) -> float:
         """Return the value of the episode up to now, as `eai.Reward` defines it."""
-        return 0.0 if self._game is None else self._game.final_value
+        return 0.0 if self._game is None else self._game.reward_if_ended_now
 
 
 def compute_score(
@@ -203,7 +203,7 @@ def reward_func(
         ``rewards``, ``scores`` (equal to ``rewards``), and metrics with ``prompt_not_found`` as
             ``extra_logs``: numbers for a single answer, as OpenRLHF expects, lists for several answers.
     """
-    texts = [_cut_prompt(prompt, query) for prompt, query in zip(prompts, queries, strict=True)]
+    texts = [_get_text_after_prompt(prompt, query) for prompt, query in zip(prompts, queries, strict=True)]
     is_lost = [text is None for text in texts]
     if any(is_lost):
         warning = (
@@ -224,7 +224,7 @@ def reward_func(
     return {"rewards": paid, "scores": paid, "extra_logs": logs}
 
 
-def _cut_prompt(prompt: str, query: str) -> str | None:
+def _get_text_after_prompt(prompt: str, query: str) -> str | None:
     """Return the text after a prompt in a query, without special tokens; None if the prompt is absent."""
     position = query.find(prompt)
     return None if position < 0 else _SPECIAL_TOKENS.sub("", query[position + len(prompt) :])

@@ -77,13 +77,13 @@ class GameRules(Options):
     prompts: PromptSet = "eai"
 
     @property
-    def replay_rules(self) -> GameRules:
+    def rules_for_replay(self) -> GameRules:
         """The rules for a replay: equal rules without rewards and lists of possible actions."""
         unpaid = {"reward": Shaping.SUCCESS, "gamma": 1.0, "admissible": False}
         return self.model_copy(update=unpaid)
 
     @model_validator(mode="after")
-    def _check_combination(self) -> Self:
+    def _check_observe_and_feedback(self) -> Self:
         if self.observe == "partial" and self.feedback in OUTCOMES:
             raise InputError(
                 "observe=partial needs feedback by facts or changes, because outcomes "

@@ -24,7 +24,7 @@ from eai.agents.game_setup import GameSetup
 from eai.agents.play import EpisodeAnswer, EpisodeFactory, make_game_rules, read_episode
 from eai.agents.reference import make_setup
 from eai.agents.setting import AUTO, STANDARD
-from eai.agents.verdict import ActingVerdict, Recoverability, Turn
+from eai.agents.verdict import ActingVerdict, GoalReachability, Turn
 from eai.benchmarks.benchmark import Benchmark
 from eai.planning.planner import get_planner
 from eai.planning.search import Limits, SearchEndReason
@@ -88,10 +88,10 @@ class _ActingScorer(Scorer):
         return self.task.unplannable_reason
 
     @cached_property
-    def _exclusion(self) -> TaskExclusion | None:
+    def _cached_exclusion(self) -> TaskExclusion | None:
         if self.task.unplannable_reason is not None:
             return self.task.unplannable_reason
-        stage = make_setup(self.task, self.benchmark, make_game_rules(STANDARD).replay_rules)
+        stage = make_setup(self.task, self.benchmark, make_game_rules(STANDARD).rules_for_replay)
         return self.task.make_exclusion(NO_REFERENCE) if stage.reference.commands is None else None
 
     def assess(self, text: str) -> Assessment:
@@ -99,14 +99,14 @@ class _ActingScorer(Scorer):
 
         The episode fails if a replay differs; the verdict then names the turn.
         """
-        excluded = self._exclusion
+        excluded = self._cached_exclusion
         if excluded is not None:
             return Assessment(ActingVerdict(excluded=excluded), lambda: Explanation((excluded,)))
         read = read_episode(text)
         episode = EpisodeAnswer(()) if isinstance(read, Unreadable) else read
         rules = episode.rules or make_game_rules(STANDARD)
         verdict, steps, moments = self._replay_episode(
-            make_setup(self.task, self.benchmark, rules.replay_rules), episode
+            make_setup(self.task, self.benchmark, rules.rules_for_replay), episode
         )
         if isinstance(read, Unreadable):
             unread = ErrorReport(FaultKind.PARSING, None, read.reason)
@@ -114,15 +114,15 @@ class _ActingScorer(Scorer):
         return self._make_assessment(verdict, steps, moments)
 
     def _replay_episode(
-        self, stage: GameSetup, episode: EpisodeAnswer
-    ) -> tuple[ActingVerdict, list[StepReport], list[Moment]]:
-        game = Game(stage, episode.seed, episode.epoch)
+        self, setup: GameSetup, episode: EpisodeAnswer
+    ) -> tuple[ActingVerdict, list[StepReport], list[StateAndTakenActions]]:
+        game = Game(setup, episode.seed, episode.epoch)
         difference = _describe_observation_difference(
-            "the first observation", episode.opening, game.write_opening()
+            "the first observation", episode.opening, game.write_first_observation()
         )
         states: dict[Any, int] = {(game.state, game.reached): 0}
         turns, steps = [], []
-        moments: list[Moment] = [(game.state, ())]
+        moments: list[StateAndTakenActions] = [(game.state, ())]
         for number, command in enumerate(episode.turns, 1):
             if difference is not None:
                 break
@@ -200,21 +200,25 @@ class _ActingScorer(Scorer):
         )
 
     def _make_assessment(
-        self, verdict: ActingVerdict, steps: list[StepReport], moments: list[Moment]
+        self, verdict: ActingVerdict, steps: list[StepReport], moments: list[StateAndTakenActions]
     ) -> Assessment:
-        def add_recoverability(max_states: int) -> ActingVerdict:
+        def judge_goal_reachability(max_states: int) -> ActingVerdict:
             if self.task.has_no_plan:
                 return verdict
             if verdict.is_unreplayable:
                 return replace(verdict, outlook="unknown")
             if verdict.success:
                 return replace(verdict, outlook="open")
-            outlook, lost_at = judge_recoverability(self.task, self.benchmark.domain, moments, max_states)
+            outlook, lost_at = find_goal_reachability_and_loss_turn(
+                self.task, self.benchmark.domain, moments, max_states
+            )
             return replace(verdict, outlook=outlook, lost_at=lost_at)
 
         def make_explanation() -> Explanation:
             notes = [] if verdict.error is None else [f"{verdict.error.kind.value}: {verdict.error.detail}"]
-            notes.append(f"ended: {verdict.ended}; {len(verdict.actions)} actions, at most {verdict.budget}")
+            notes.append(
+                f"ended: {verdict.ended}; {len(verdict.action_turns)} actions, at most {verdict.budget}"
+            )
             if verdict.shortest is not None:
                 notes.append(f"the shortest known plan has {verdict.shortest}")
             if verdict.without_call is not None:
@@ -226,19 +230,21 @@ class _ActingScorer(Scorer):
             goals = report_goals(self.task, verdict.goals_satisfied)
             return Explanation(tuple(notes), tuple(steps), goals)
 
-        return Assessment(verdict, make_explanation, add_recoverability)
+        return Assessment(verdict, make_explanation, judge_goal_reachability)
 
 
 _MAX_SHOWN = 100
 """Maximum number of characters of an observation that an error report quotes."""
 
 
-def _describe_observation_difference(place: str, digest: str | None, told: str) -> str | None:
+def _describe_observation_difference(
+    turn_name: str, recorded_digest: str | None, observation: str
+) -> str | None:
     """Return a text on an observation that differs from its digest in the episode; None if it agrees."""
-    if digest is None or digest == hash_text(told):
+    if recorded_digest is None or recorded_digest == hash_text(observation):
         return None
-    first = told.partition("\n")[0]
-    return f"{place}: the observation is another one: {first[:_MAX_SHOWN]}"
+    first = observation.partition("\n")[0]
+    return f"{turn_name}: the observation is another one: {first[:_MAX_SHOWN]}"
 
 
 def _report_turn(turn: Turn, game: Game) -> StepReport:
@@ -262,13 +268,13 @@ def _report_turn(turn: Turn, game: Game) -> StepReport:
     )
 
 
-Moment: TypeAlias = tuple[State, Sequence[str]]
+StateAndTakenActions: TypeAlias = tuple[State, Sequence[str]]
 """The state of the world after a turn, and the names of the operators of all actions executed up to then."""
 
 
-def judge_recoverability(
-    task: Task, domain: Domain, moments: Sequence[Moment], max_states: int
-) -> tuple[Recoverability, int | None]:
+def find_goal_reachability_and_loss_turn(
+    task: Task, domain: Domain, moments: Sequence[StateAndTakenActions], max_states: int
+) -> tuple[GoalReachability, int | None]:
     """Return whether the goals can be reached at the end, and the turn after which they no longer can.
 
     The turn is the first such turn, from 1 on; 0 if the goals never could be reached; None if the goals are
@@ -285,20 +291,22 @@ def judge_recoverability(
         max_states: maximum number of states that each search may reach; if it is too small, the result is
             ``unknown``.
     """
-    last = _search_recoverability(task, domain, moments[-1], max_states)
+    last = _search_goal_reachability(task, domain, moments[-1], max_states)
     if last != "lost":
         return last, None
     return last, bisect_left(
-        moments[:-1], True, key=lambda at: _search_recoverability(task, domain, at, max_states) == "lost"
+        moments[:-1], True, key=lambda at: _search_goal_reachability(task, domain, at, max_states) == "lost"
     )
 
 
-def _search_recoverability(task: Task, domain: Domain, moment: Moment, states: int) -> Recoverability:
-    state, taken = moment
+def _search_goal_reachability(
+    task: Task, domain: Domain, state_and_actions: StateAndTakenActions, max_states: int
+) -> GoalReachability:
+    state, taken = state_and_actions
     now = replace(task, initial=state, goals=find_remaining_goals(task, taken))
     end = SearchEndReason.STATES
     for objects in (task.relevant, tuple(range(len(task.scene.objects)))):
-        end = find_plan(replace(now, relevant=objects), get_planner(domain), Limits(states)).end
+        end = find_plan(replace(now, relevant=objects), get_planner(domain), Limits(max_states)).end
         if end is SearchEndReason.SOLVED:
             is_over_time = any(goal.is_over_time for goal in task.goals)
             return "unknown" if is_over_time else "open"

@@ -42,7 +42,7 @@ from starlette.applications import Starlette
 from eai import __version__
 from eai.abilities.scorer import describe_exception
 from eai.agents.episode_server import EpisodeServer
-from eai.agents.tools import make_tools, read_tool_call
+from eai.agents.tools import list_tool_names_texts_and_schemas, read_tool_call
 from eai.base.errors import EaiError, InputError
 from eai.tasks.prompts.prompt import Image
 from eai.world.domain import Domain
@@ -60,7 +60,7 @@ _LOG = logging.getLogger(__name__)
 _HOW = "You act in a simulated world. Call look to read your task, act for each action, and done at the end."
 
 
-class _TicketVerifier:
+class _EpisodeTicketVerifier:
     """Verifies the tickets of requests: each must belong to an episode."""
 
     def __init__(self, worlds: EpisodeServer) -> None:
@@ -70,25 +70,27 @@ class _TicketVerifier:
         return AccessToken(token=token, client_id=token, scopes=[]) if token in self._worlds.tickets else None
 
 
-def make_mcp_server(worlds: EpisodeServer, domain: Domain, *, open_to_all: bool = True) -> Server[Any]:
+def make_mcp_server(
+    episodes: EpisodeServer, domain: Domain, *, all_share_first_episode: bool = True
+) -> Server[Any]:
     """Return a server through which agents act in the worlds of episodes.
 
     Args:
-        worlds: the episodes, each with its world.
+        episodes: the episodes, each with its world.
         domain: the domain of all worlds.
-        open_to_all: whether all callers act in the first world; otherwise each caller acts in the world of
-            the caller's ticket.
+        all_share_first_episode: whether all callers act in the first world; otherwise each caller acts in
+            the world of the caller's ticket.
     """
     tools = [
         Tool(name=name, description=meaning, input_schema={**schema})
-        for name, meaning, schema in make_tools(domain)
+        for name, meaning, schema in list_tool_names_texts_and_schemas(domain)
     ]
 
     async def list_tools(context: object, params: object) -> ListToolsResult:
         return ListToolsResult(tools=tools)
 
     async def call_tool(context: ServerRequestContext[Any], params: CallToolRequestParams) -> CallToolResult:
-        place = worlds.places[0] if open_to_all else worlds.tickets[_get_ticket(context)]
+        place = episodes.places[0] if all_share_first_episode else episodes.tickets[_get_ticket(context)]
         try:
             command = read_tool_call(params.name, params.arguments or {})
             if len(command) > MAX_COMMAND:
@@ -96,8 +98,8 @@ def make_mcp_server(worlds: EpisodeServer, domain: Domain, *, open_to_all: bool 
         except InputError as error:
             return CallToolResult(content=[TextContent(text=str(error))], is_error=True)
         try:
-            told = TextContent(text=worlds.play_command(place, command))
-            return CallToolResult(content=[told, *map(_encode_image, worlds.draw_pictures(place))])
+            told = TextContent(text=episodes.play_command(place, command))
+            return CallToolResult(content=[told, *map(_encode_image, episodes.draw_pictures(place))])
         except Exception as error:  # the message names files, which the agent must not know
             _LOG.error("%s", error if isinstance(error, EaiError) else describe_exception(error))
             raise MCPError(INTERNAL_ERROR, "the world is out of order") from None
@@ -137,26 +139,32 @@ def serve_stdio(worlds: EpisodeServer, domain: Domain) -> None:
 
 
 def make_http_app(
-    worlds: EpisodeServer, domain: Domain, names: Sequence[str], *, open_to_all: bool = False
+    episodes: EpisodeServer,
+    domain: Domain,
+    host_names: Sequence[str],
+    *,
+    all_share_first_episode: bool = False,
 ) -> Starlette:
     """Return the application that serves worlds over streamable HTTP at ``/mcp``.
 
     Args:
-        worlds: the episodes, each with its world.
+        episodes: the episodes, each with its world.
         domain: the domain of all worlds.
-        names: host names by which requests may call the application. Requests with another host name, and
-            requests of web pages, are refused.
-        open_to_all: whether all callers act in the first world, without a ticket.
+        host_names: host names by which requests may call the application. Requests with another host name,
+            and requests of web pages, are refused.
+        all_share_first_episode: whether all callers act in the first world, without a ticket.
     """
-    hosts = [text for name in names for text in (name, f"{name}:*")]
+    hosts = [text for name in host_names for text in (name, f"{name}:*")]
     issuer = AnyHttpUrl("http://localhost")  # not a real address, since no server issues tickets
-    return make_mcp_server(worlds, domain, open_to_all=open_to_all).streamable_http_app(
+    return make_mcp_server(
+        episodes, domain, all_share_first_episode=all_share_first_episode
+    ).streamable_http_app(
         json_response=True,
         stateless_http=True,
         max_request_body_size=MAX_BODY,
         transport_security=TransportSecuritySettings(allowed_hosts=hosts),
-        auth=None if open_to_all else AuthSettings(issuer_url=issuer, resource_server_url=None),
-        token_verifier=None if open_to_all else _TicketVerifier(worlds),
+        auth=None if all_share_first_episode else AuthSettings(issuer_url=issuer, resource_server_url=None),
+        token_verifier=None if all_share_first_episode else _EpisodeTicketVerifier(episodes),
     )
 
 

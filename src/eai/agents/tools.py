@@ -13,7 +13,7 @@ ACT, READ, END = "act", "look", "done"
 """Names of the tools that act, read the observation, and end the episode."""
 
 
-def make_tools(domain: Domain) -> tuple[tuple[str, str, Mapping[str, Any]], ...]:
+def list_tool_names_texts_and_schemas(domain: Domain) -> tuple[tuple[str, str, Mapping[str, Any]], ...]:
     """Return the tools of an agent in a domain: name, description, and JSON schema of the arguments.
 
     The schema does not enumerate actions. A call with an unknown action is therefore valid, and

@@ -11,7 +11,7 @@ from eai.abilities.verdict import UNREPLAYABLE, PlanVerdict, Verdict
 from eai.tasks.share import Share
 from eai.world.fault import FaultKind
 
-Recoverability: TypeAlias = Literal["open", "lost", "unknown"]
+GoalReachability: TypeAlias = Literal["open", "lost", "unknown"]
 """Whether the goals can still be reached after an episode: yes, no, or unknown if the search ended early."""
 
 
@@ -72,7 +72,7 @@ class ActingVerdict(PlanVerdict):
     harness: str = ""
     begun: int = 1
     without_call: str | None = None
-    outlook: Recoverability | None = None
+    outlook: GoalReachability | None = None
     lost_at: int | None = None
     mean: Mapping[str, Share] | None = None
 
@@ -85,14 +85,14 @@ class ActingVerdict(PlanVerdict):
         return self.error is not None and self.error.check == UNREPLAYABLE
 
     @property
-    def actions(self) -> tuple[Turn, ...]:
+    def action_turns(self) -> tuple[Turn, ...]:
         """The turns in which an action was tried."""
         return tuple([turn for turn in self.turns if turn.is_action])
 
     @property
     def declines_task(self) -> bool:
         """Whether the agent has called the task impossible, or asked a question that the task allows."""
-        asked = (turn for turn in self.actions if is_clarification_question(turn.said))
+        asked = (turn for turn in self.action_turns if is_clarification_question(turn.said))
         return self.refused is not None or any(turn.fault is None for turn in asked)
 
     def is_step_an_action(self, step: int) -> bool:
@@ -100,7 +100,7 @@ class ActingVerdict(PlanVerdict):
         return self.turns[step].is_action
 
 
-def describe_recoverability(verdict: ActingVerdict) -> str:
+def describe_goal_reachability(verdict: ActingVerdict) -> str:
     """Return a sentence on whether the goals can still be reached at the end of an episode."""
     if verdict.outlook == "lost":
         after = f"after turn {verdict.lost_at}" if verdict.lost_at else "from the start"

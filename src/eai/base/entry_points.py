@@ -99,13 +99,13 @@ def _read_entry_points_of_group(group: str) -> Mapping[str, EntryPoint]:
 
 
 @cache
-def _read_all_entry_points(path: tuple[str, ...]) -> Sequence[EntryPoint]:
+def _read_all_entry_points(sys_path: tuple[str, ...]) -> Sequence[EntryPoint]:
     """Read the entry points of all distributions on `sys.path`.
 
     If two folders of `sys.path` have an entry point of the same name, the first folder counts. Folders are
     therefore read from last to first: entry points of earlier folders replace those of later folders.
     """
-    files = [file for folder in reversed(path) for file in Path(folder).glob("*.*-info/entry_points.txt")]
+    files = [file for folder in reversed(sys_path) for file in Path(folder).glob("*.*-info/entry_points.txt")]
     return [point for file in files for point in _read_entry_points_file(file)]
 
 

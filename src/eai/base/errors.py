@@ -83,12 +83,14 @@ def require_extra(extra: str, message_start: str) -> Iterator[None]:
 
 
 @contextmanager
-def prefix_errors(location: object, kind: type[InputError] = InputError) -> Iterator[None]:
+def prefix_errors_with_location(
+    location: object, error_type: type[InputError] = InputError
+) -> Iterator[None]:
     """Put a location, such as a file name, before the message of an error that the block raises."""
     try:
         yield
-    except kind as error:
-        raise kind(f"{location}: {error}") from error
+    except error_type as error:
+        raise error_type(f"{location}: {error}") from error
 
 
 def read_items_or_raise_all(items: Iterable[S], read: Callable[[S], T]) -> list[T]:

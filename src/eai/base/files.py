@@ -162,7 +162,7 @@ def to_model_name(file_name: str) -> str:
 
 
 @contextlib.contextmanager
-def convert_write_errors(path: Path) -> Iterator[None]:
+def raise_write_errors_as_input_errors(path: Path) -> Iterator[None]:
     """Convert an OSError that the block raises to an InputError that names the path.
 
     Raises:
@@ -186,7 +186,7 @@ def write_files_atomically(contents: Mapping[Path, Content]) -> None:
     partial_files: dict[Path, Path] = {}
     try:
         for path, content in contents.items():
-            with convert_write_errors(path):
+            with raise_write_errors_as_input_errors(path):
                 path.parent.mkdir(parents=True, exist_ok=True)
                 is_device = path.exists() and not (path.is_file() or path.is_dir())
                 partial_file = (
@@ -197,7 +197,7 @@ def write_files_atomically(contents: Mapping[Path, Content]) -> None:
                 with partial_file.open("wb") as file:
                     file.writelines(_encode_content(content))
         for partial_file, path in partial_files.items():
-            with convert_write_errors(path):
+            with raise_write_errors_as_input_errors(path):
                 partial_file.replace(path)
     finally:
         for partial_file in partial_files:

@@ -53,7 +53,7 @@ def _read_from_wheel(archive: zipfile.ZipFile, path: str) -> bytes:
         raise DataError(f"{archive.filename}: no readable file {path} ({error})") from error
 
 
-def _read_from_folder(folder: Path, digests: Mapping[str, str], path: str) -> bytes:
+def _read_verified_file(folder: Path, digests: Mapping[str, str], path: str) -> bytes:
     try:
         content = (folder / path).read_bytes()
     except OSError as error:
@@ -63,9 +63,9 @@ def _read_from_folder(folder: Path, digests: Mapping[str, str], path: str) -> by
     return content
 
 
-def _read_from_source(archive: Path, files: Mapping[str, bytes], path: str) -> bytes:
+def _read_file_of_archive(archive: Path, content_by_path: Mapping[str, bytes], path: str) -> bytes:
     try:
-        return files[path]
+        return content_by_path[path]
     except KeyError as error:
         raise DataError(f"{archive}: no file {path}") from error
 
@@ -90,9 +90,9 @@ def read_wheel_digests(folder: Path) -> dict[str, str]:
     return digests
 
 
-def compute_wheel_sha256(digests: dict[str, str]) -> str:
+def compute_wheel_sha256(digest_by_path: dict[str, str]) -> str:
     """Return one SHA-256 for all files of a wheel. An unpacked wheel is recognized by this digest."""
-    lines = "".join(f"{path},{digest}\n" for path, digest in sorted(digests.items()))
+    lines = "".join(f"{path},{digest}\n" for path, digest in sorted(digest_by_path.items()))
     return hashlib.sha256(lines.encode()).hexdigest()
 
 
@@ -105,7 +105,7 @@ def open_archive_files(path: Path) -> Iterator[ArchiveFiles]:
     """
     if path.is_dir():
         digests = read_wheel_digests(path)
-        yield ArchiveFiles(tuple(digests), partial(_read_from_folder, path, digests))
+        yield ArchiveFiles(tuple(digests), partial(_read_verified_file, path, digests))
     elif path.suffix == ".whl":
         try:
             archive = zipfile.ZipFile(path)
@@ -115,7 +115,7 @@ def open_archive_files(path: Path) -> Iterator[ArchiveFiles]:
             yield ArchiveFiles(tuple(archive.namelist()), partial(_read_from_wheel, archive))
     else:
         files = _read_tar(path)
-        yield ArchiveFiles(tuple(files), partial(_read_from_source, path, files))
+        yield ArchiveFiles(tuple(files), partial(_read_file_of_archive, path, files))
 
 
 def _read_tar(path: Path) -> dict[str, bytes]:
@@ -172,7 +172,7 @@ class PackageArchive:
         return self.filename.endswith(".whl")
 
 
-def find_archive(archive: PackageArchive, path: Path) -> Path | None:
+def find_verified_archive(archive: PackageArchive, path: Path) -> Path | None:
     """Find an archive at a path, and verify its digest.
 
     The path may be the archive file, a folder that contains this file, or an unpacked wheel.

@@ -137,19 +137,21 @@ class Store:
             raise DataError(f"{path}: is damaged (its manifest contradicts itself); {_REPAIR}")
         return file
 
-    def write(self, pack: str, archives: Mapping[str, str], members: Mapping[str, bytes]) -> PackFile:
+    def write(
+        self, pack: str, archive_digests: Mapping[str, str], content_by_member: Mapping[str, bytes]
+    ) -> PackFile:
         """Write a pack. An older file of the pack is replaced as a whole.
 
         Raises:
             DataError: the folder cannot be written to.
         """
         path = self.path(pack)
-        digests = {name: hashlib.sha256(content).hexdigest() for name, content in members.items()}
-        file = PackFile(path, dict(archives), digests)
+        digests = {name: hashlib.sha256(content).hexdigest() for name, content in content_by_member.items()}
+        file = PackFile(path, dict(archive_digests), digests)
         partial = path.with_name(f".{path.name}.{os.getpid()}.partial")
         try:
             self.folder.mkdir(parents=True, exist_ok=True)
-            _write_pack_zip(partial, file, members)
+            _write_pack_zip(partial, file, content_by_member)
             partial.replace(path)
         except OSError as error:
             raise make_unwritable_error(self.folder, error) from error

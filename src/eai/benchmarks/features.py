@@ -74,7 +74,7 @@ def compute_features(task: Task, benchmark: Benchmark) -> TaskStatistics:
     """Return the features of a task of a benchmark."""
     steps, tools = [step.operator for step in task.script], find_tool_operators(benchmark.domain)
     kinds = Counter(goal.kind for goal in task.goals)
-    alternatives = benchmark.notation.goals.list_goal_alternatives(task.without_goals_over_time)
+    alternatives = benchmark.notation.goals.list_alternatives_of_goals(task.without_goals_over_time)
     conditions = [
         condition for goal in alternatives for condition in next(generate_dnf_terms_of_tree(goal.options), ())
     ]

@@ -249,7 +249,7 @@ def _open_archives(
     """Return the paths of the verified archives. They are in `place`, or in a temporary folder."""
     archives = dict.fromkeys(archive for pack in packs for archive in pack.archives)
     if place is not None:
-        paths_by_archive = {archive: source.find_archive(archive, place) for archive in archives}
+        paths_by_archive = {archive: source.find_verified_archive(archive, place) for archive in archives}
         return {archive: path for archive, path in paths_by_archive.items() if path is not None}
     pip = source.find_pip_command(next(iter(archives)))
     paths = {}

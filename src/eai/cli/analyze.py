@@ -12,7 +12,7 @@ import typer
 from pydantic import BeforeValidator
 
 from eai.base.errors import EaiError, InputError, did_you_mean, require_extra
-from eai.base.files import convert_write_errors
+from eai.base.files import raise_write_errors_as_input_errors
 from eai.base.json_value import Json
 from eai.cli import options
 from eai.cli.console import (
@@ -171,7 +171,7 @@ def _draw_figures(figures: Figures, folder: Path) -> int:
         InputError: the folder cannot be written.
     """
     drawn = 0
-    with convert_write_errors(folder):
+    with raise_write_errors_as_input_errors(folder):
         try:
             with use_plot_style():
                 for name, figure in figures:

@@ -27,7 +27,7 @@ from eai.abilities.repair import DEFAULT_EFFORT, describe_repair
 from eai.abilities.reports import action_text
 from eai.abilities.scorer import PlanScorer
 from eai.abilities.verdict import RAISED, ErrorReport, PlanVerdict, SpanKind, Unreadable
-from eai.agents.verdict import ActingVerdict, describe_recoverability
+from eai.agents.verdict import ActingVerdict, describe_goal_reachability
 from eai.base.entry_points import load_from_extension
 from eai.base.errors import EaiError, InputError, did_you_mean, find_enum_member
 from eai.base.files import to_model_name, write_files_atomically
@@ -219,7 +219,7 @@ def _describe_distance_to_success(suite: Suite, record: Record) -> tuple[str, ..
     if known is None and look_back is not None:
         verdict = look_back(Limits().states if isinstance(verdict, ActingVerdict) else DEFAULT_EFFORT)
     if isinstance(verdict, ActingVerdict):
-        return (describe_recoverability(verdict),)
+        return (describe_goal_reachability(verdict),)
     return () if verdict.repair is None else tuple(describe_repair(verdict.repair))
 
 

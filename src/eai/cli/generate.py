@@ -10,7 +10,7 @@ from typing import Annotated, Any
 from rich.table import Table
 
 from eai.base.errors import EaiError, InputError, InterruptError, did_you_mean
-from eai.base.files import convert_write_errors
+from eai.base.files import raise_write_errors_as_input_errors
 from eai.benchmarks.generator import sets
 from eai.benchmarks.generator.generator import TaskGenerator, generate_from_seeds
 from eai.benchmarks.generator.measures import TaskMeasure
@@ -140,7 +140,9 @@ def generate_tasks(
         others[str(path)] = earlier[str(path)] = path
     other_tasks = {name: sets.read_set(path, benchmark.domain) for name, path in others.items()}
     known = {sets.fingerprint_task(task) for tasks in other_tasks.values() for task in tasks}
-    with convert_write_errors(out):  # generating takes long, so check first that the folder can be written
+    with raise_write_errors_as_input_errors(
+        out
+    ):  # generating takes long, so check first that the folder can be written
         out.mkdir(parents=True, exist_ok=True)
     generator = open_generator(spec, source, tuple(earlier.values()), tuple(later.values()))
     seeds = sets.make_seeds(split.value, seed, secret)

@@ -16,7 +16,7 @@ from eai.abilities.declaration import MetricColumn, get_declaration
 from eai.abilities.protocol import PAPER_ABILITIES
 from eai.base.entry_points import load_from_extension
 from eai.base.errors import EaiError, InputError
-from eai.base.files import convert_write_errors, write_files_atomically
+from eai.base.files import raise_write_errors_as_input_errors, write_files_atomically
 from eai.base.store import Store
 from eai.benchmarks.benchmark import Benchmark
 from eai.benchmarks.packs import is_stored
@@ -102,7 +102,7 @@ def report(
     summaries.sort(key=lambda item: item.key.sort_key)
     plain = select_plain_runs(summaries)
     tables = make_rankings(plain, with_paper=paper)
-    with convert_write_errors(out):
+    with raise_write_errors_as_input_errors(out):
         out.mkdir(parents=True, exist_ok=True)
         tex = partial(
             format_tables_latex, models=split_names(models), columns=split_names(columns), intervals=intervals

@@ -297,9 +297,9 @@ def _request_answers_and_score(
     rules: str | None = None
     prompts_name = spec.prompts.prompt_label
     if get_declaration(suite.ability).takes_turns:
-        from eai.agents.play import make_prompts_in_setting
+        from eai.agents.play import make_prompts_and_metadata
 
-        asked, about = make_prompts_in_setting(spec.setting, asked, suite)
+        asked, about = make_prompts_and_metadata(spec.setting, asked, suite)
         rules, prompts_name = spec.setting.label or None, spec.prompts.name
         harness = None if spec.agent.harness == STANDARD.harness else spec.agent.harness
     trials = make_trials(spec.variation.attempts if studied else None, order.library, suite, asked, beliefs)

@@ -88,7 +88,9 @@ def mcp(
         if by_ticket:
             listening += f"; {format_count(len(places), 'ticket')} in {_write_tickets(out, worlds.tickets)}"
         print_note(listening)
-        application = make_http_app(worlds, suite.benchmark.domain, names, open_to_all=trust_network)
+        application = make_http_app(
+            worlds, suite.benchmark.domain, names, all_share_first_episode=trust_network
+        )
         serve_http(worlds, application, listener)
 
 

@@ -12,7 +12,7 @@ from dataclasses import dataclass, replace
 
 import eai.logic.formula as f
 import eai.pddl.model as m
-from eai.base.errors import DomainError, prefix_errors
+from eai.base.errors import DomainError, prefix_errors_with_location
 from eai.logic.rewriting import rename_objects
 from eai.pddl.execute import PddlState, PlanStep
 from eai.pddl.glossary import (
@@ -265,7 +265,7 @@ def _export_operator(
     asked = [check.condition for check in operator.checks]
     if operator.alternatives:
         asked.append(_export_precondition_of_alternatives(operator))
-    with prefix_errors(f"operator {operator.name}", DomainError):
+    with prefix_errors_with_location(f"operator {operator.name}", DomainError):
         precondition = conjoin(
             [
                 conditions.convert_formula(replace_hidden_atoms_by_truth(condition, hidden), scope)

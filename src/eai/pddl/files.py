@@ -12,7 +12,7 @@ from collections.abc import Collection, Iterator, Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
 
-from eai.base.errors import InputError, did_you_mean, prefix_errors
+from eai.base.errors import InputError, did_you_mean, prefix_errors_with_location
 from eai.base.files import read_content
 from eai.logic.signature import find_line_and_column
 from eai.pddl.check import (
@@ -103,7 +103,7 @@ def read_domain_text(text: str, path: Path) -> PddlDomain:
     Raises:
         InputError: the text is not a valid domain in the supported part of PDDL.
     """
-    with prefix_errors(path):
+    with prefix_errors_with_location(path):
         group = _read_definition(text, "domain")
         _check_supported(text, group, "domain", _read_declared_predicates(group))
         domain = PddlReader(text, is_file=True).domain(_remove_costs(group))
@@ -137,7 +137,7 @@ def read_problem_text(
     text: str, path: Path, domain: PddlDomain, declared: tuple[Path, str] | None = None
 ) -> ProblemFile:
     """Read the problem in the text of a file. Errors are raised as by `read_problem_file`."""
-    with prefix_errors(path):
+    with prefix_errors_with_location(path):
         group = _read_definition(text, "problem")
         _check_supported(text, group, "problem", [each.name for each in domain.predicates])
         problem = PddlReader(text, is_file=True).problem(_remove_costs(group))

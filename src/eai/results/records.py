@@ -15,7 +15,7 @@ from typing import TYPE_CHECKING, Any, NamedTuple, TypeAlias, TypeVar
 from pydantic_core import from_json
 
 from eai.abilities.verdict import Verdict
-from eai.base.errors import InputError, prefix_errors
+from eai.base.errors import InputError, prefix_errors_with_location
 from eai.base.files import find_files_below, require_file, write_files_atomically
 from eai.base.json_value import Json
 from eai.results.codec import READABLE_SCHEMAS, experiment_to_json, record_from_json, record_to_json
@@ -60,7 +60,7 @@ def read_records(path: Path) -> Iterator[Record]:
     """
     for number, line in enumerate(_read_lines_of_records(path), 1):
         if line.strip():
-            with prefix_errors(f"{path}, line {number}"):
+            with prefix_errors_with_location(f"{path}, line {number}"):
                 record = _parse_record(line)
             yield record
 

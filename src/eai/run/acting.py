@@ -25,7 +25,7 @@ from eai.abilities.protocol import Ability
 from eai.agents.command import DONE
 from eai.agents.play import BY_TEXT, EpisodeFactory, RecordedGame
 from eai.agents.setting import AUTO, HARNESSES, TEXT, AgentSetting
-from eai.agents.tools import make_tools, read_tool_call
+from eai.agents.tools import list_tool_names_texts_and_schemas, read_tool_call
 from eai.benchmarks.benchmark import Benchmark
 from eai.benchmarks.registry import find_benchmark, load_object
 from eai.benchmarks.suite import open_suite
@@ -113,7 +113,7 @@ def _make_tools(state: TaskState, play: RecordedGame) -> list[ToolDef]:
 
     return [
         ToolDef(make_tool_function(name), name, description, ToolParams.model_validate(schema), max_output=0)
-        for name, description, schema in make_tools(play.stage.domain)
+        for name, description, schema in list_tool_names_texts_and_schemas(play.stage.domain)
     ]
 
 

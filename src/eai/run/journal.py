@@ -18,7 +18,7 @@ from pydantic import TypeAdapter, ValidationError
 
 from eai.abilities.attempt import Attempt
 from eai.base.errors import EaiError, InputError
-from eai.base.files import convert_write_errors, number_lines, read_content
+from eai.base.files import number_lines, raise_write_errors_as_input_errors, read_content
 from eai.results.codec import dataclass_to_json
 from eai.results.trials import Answer, AnswerKey, Conversation, describe_attempts
 from eai.run.job import QuestionJob
@@ -63,7 +63,7 @@ class AnswerJournal:
         Raises:
             InputError: the file cannot be written, or was deleted.
         """
-        with convert_write_errors(self._path):
+        with raise_write_errors_as_input_errors(self._path):
             if not self._size:
                 self._path.parent.mkdir(parents=True, exist_ok=True)
             with self._path.open("r+b" if self._size else "wb") as file:
@@ -80,7 +80,7 @@ class AnswerJournal:
             InputError: the file cannot be read or written.
         """
         path, line = self._path.with_name(BEGUN), json.dumps([*key, request_sha256])
-        with convert_write_errors(path):
+        with raise_write_errors_as_input_errors(path):
             path.parent.mkdir(parents=True, exist_ok=True)
             with path.open("a+", encoding="utf-8") as file:
                 file.seek(0)

@@ -33,10 +33,10 @@ from eai.abilities.attempt_options import AttemptOptions
 from eai.abilities.declaration import get_declaration
 from eai.abilities.experiment import Experiment
 from eai.abilities.protocol import DEFAULT_PROTOCOL, Ability
-from eai.agents.play import make_prompts_in_setting
+from eai.agents.play import make_prompts_and_metadata
 from eai.agents.setting import AGENT, AgentSetting
 from eai.base.errors import EaiError, InputError, InterruptError, did_you_mean
-from eai.base.files import convert_write_errors, require_file, to_file_name
+from eai.base.files import raise_write_errors_as_input_errors, require_file, to_file_name
 from eai.base.grouping import group_pairs
 from eai.base.json_value import Json
 from eai.benchmarks.gold_answers import open_gold_answers
@@ -165,7 +165,7 @@ def register_suite_task(reference: str, ability: Ability) -> Callable[..., inspe
             solver = ask_without_journal(None)
             stage = spec.variation.make_stage(library, {suite.domain: asked}, _refuse_to_ask_model)
             if takes_turns:
-                asked, about = make_prompts_in_setting(spec.setting, asked, suite)
+                asked, about = make_prompts_and_metadata(spec.setting, asked, suite)
                 experiment, solver = Experiment(), player()
             elif spec.variation.choice:
                 spec.variation.select_abilities([ability])
@@ -343,7 +343,7 @@ def write_scores(path: Path, records: Mapping[AnswerKey, Record], source: Source
     for scorer in log.eval.scorers or ():
         scorer.options = {**(scorer.options or {}), **rules}
     recompute_metrics(log)
-    with convert_write_errors(path):
+    with raise_write_errors_as_input_errors(path):
         write_eval_log(log, str(path))
 
 
@@ -446,7 +446,7 @@ def request_missing_answers(
     if log is None:
         if calls_server(job.endpoint) and not run.is_complete:
             require_server(find_model(job.endpoint))
-        with convert_write_errors(log_dir):
+        with raise_write_errors_as_input_errors(log_dir):
             log_dir.mkdir(parents=True, exist_ok=True)
         log_of_run = _evaluate_in_inspect(job, _build_job_task(job, run), log_dir)
         if run.stopped is not None:

@@ -5,7 +5,7 @@ from __future__ import annotations
 from dataclasses import replace
 
 import eai.logic.formula as f
-from eai.base.errors import InputError, did_you_mean, prefix_errors
+from eai.base.errors import InputError, did_you_mean, prefix_errors_with_location
 from eai.logic.ltl import read_formula
 from eai.logic.ltl_printer import print_ltl
 from eai.logic.rewriting import rename_variables, rewrite_state_subformulas
@@ -109,7 +109,7 @@ def make_task(
     scene = initial.scene
     formulas = []
     for number, stated in enumerate(goals, 1):
-        with prefix_errors(f"task {task_id}, goal {number}"):
+        with prefix_errors_with_location(f"task {task_id}, goal {number}"):
             if isinstance(stated, str):
                 formulas.append(read_goal(stated, domain or Domain("", scene.vocabulary, ()), scene))
             else:

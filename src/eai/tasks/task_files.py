@@ -12,7 +12,7 @@ from dataclasses import dataclass
 from functools import cache
 from pathlib import Path
 
-from eai.base.errors import InputError, prefix_errors
+from eai.base.errors import InputError, prefix_errors_with_location
 from eai.base.files import number_lines, read_content, write_files_atomically
 from eai.logic.ltl_printer import print_ltl
 from eai.logic.start import is_refuted_by_initial_state
@@ -68,7 +68,7 @@ class _TaskFiles:
         return TaskSet(self.lines, lambda task_id: self._make_task(self.lines[task_id], domain), self.sha256)
 
     def _make_task(self, place: _TaskFileLine, domain: Domain) -> Task:
-        with prefix_errors(place):
+        with prefix_errors_with_location(place):
             line = read_task_line(place.content)
             if line.base != self.base:
                 raise InputError(f"base: expected {self.base!r}, as in the first line, found {line.base!r}")
@@ -94,7 +94,7 @@ def open_task_files(path: Path) -> _TaskFiles:
     if not lines:
         raise InputError(f"{path}: expected at least one task")
     first = next(iter(lines.values()))
-    with prefix_errors(first):
+    with prefix_errors_with_location(first):
         base = read_task_line(first.content).base
     digest = hashlib.sha256(b"\0".join(contents)).hexdigest()
     return _TaskFiles(path.resolve().name.partition(".")[0], base, lines, digest)

@@ -16,7 +16,7 @@ from pydantic import BaseModel, ConfigDict, Field, JsonValue, ValidationError
 
 import eai.logic.formula as f
 from eai.base.docstrings import read_docstring_entries
-from eai.base.errors import InputError, prefix_errors
+from eai.base.errors import InputError, prefix_errors_with_location
 from eai.base.json_value import Json
 from eai.logic.ltl_printer import print_ltl
 from eai.logic.rewriting import rename_variables, rewrite_state_subformulas
@@ -163,7 +163,7 @@ def _read_special_task_mark(line: _TaskLine, goals: Sequence[Goal], scene: Scene
 
 def _read_initial_state(line: _TaskLine, scene: Scene) -> State:
     stated = [(name, entry) for name, entries in line.facts.items() for entry in entries]
-    with prefix_errors("facts"):
+    with prefix_errors_with_location("facts"):
         return scene.state((name, [entry] if isinstance(entry, str) else entry) for name, entry in stated)
 
 
@@ -175,7 +175,7 @@ def _find_index(name: str, index: Mapping[str, int], place: str) -> int:
 
 def _read_goals(line: _TaskLine, domain: Domain, scene: Scene) -> Iterator[f.Formula]:
     for number, text in enumerate(line.goals):
-        with prefix_errors(f"goals.{number}"):
+        with prefix_errors_with_location(f"goals.{number}"):
             yield read_goal(text, domain, scene)
 
 

@@ -7,7 +7,7 @@ from dataclasses import dataclass, replace
 from functools import cached_property
 from typing import Protocol, TypeAlias
 
-from eai.base.errors import DomainError, prefix_errors
+from eai.base.errors import DomainError, prefix_errors_with_location
 from eai.logic.formula import FALSE, TRUE, Formula, Variable
 from eai.world.action import Action, Fault
 from eai.world.condition import ConditionCompiler
@@ -123,13 +123,13 @@ class Domain:
                 raise DomainError(f"operator {name} is declared twice")
         for derived in self.vocabulary.derived:
             parameters = tuple([Variable(f"p{i}") for i in range(derived.arity)])
-            with prefix_errors(f"derived predicate {derived.name}", DomainError):
+            with prefix_errors_with_location(f"derived predicate {derived.name}", DomainError):
                 ConditionCompiler(self.vocabulary, SlotAllocator(parameters)).compile_test(
                     derived(*parameters)
                 )
-        with prefix_errors("visible", DomainError):
+        with prefix_errors_with_location("visible", DomainError):
             _ = self.find_visible_objects
-        with prefix_errors("landmarks", DomainError):
+        with prefix_errors_with_location("landmarks", DomainError):
             _ = self.find_landmark_objects
         _ = self.compiled_operators
 
@@ -143,7 +143,7 @@ class Domain:
         """Mapping from the name of each operator to the compiled operator."""
         compiled: dict[str, CompiledOperator] = {}
         for operator in self.operators:
-            with prefix_errors(f"operator {operator.name}", DomainError):
+            with prefix_errors_with_location(f"operator {operator.name}", DomainError):
                 compiled[operator.name] = CompiledOperator(operator, self.vocabulary)
         return compiled
 

@@ -118,7 +118,7 @@ def test_a_plan_for_an_impossible_task_earns_nothing() -> None:
     assert isinstance(task, Task)
     for shaping in Shaping:
         game = Game(make_setup(task, asked, TRAINING.model_copy(update={"reward": shaping})))
-        assert (game.act("PRESS(lamp)").reward, game.final_value) == (0.0, 0.0)
+        assert (game.act("PRESS(lamp)").reward, game.reward_if_ended_now) == (0.0, 0.0)
 
 
 def test_an_answer_with_a_plan_and_a_refusal_is_paid_for_the_last() -> None:

@@ -9,7 +9,7 @@ from eai.abilities.subgoal_decomposition.repertoire import (
     CandidateAction,
     OperatorIndex,
     is_action_needless,
-    select_distinguished,
+    select_actions_of_operators,
 )
 from eai.planning.subgoal import GroundAtom
 from eai.world.action import Action
@@ -31,17 +31,17 @@ WARDROBE = w.Scene(
     ("name", "helping"), [("PRESS", []), ("LIFT", ["LIFT", "DROP"]), ("DROP", ["LIFT", "DROP"])]
 )
 def test_operators_that_change_no_needed_condition_are_no_help(name: str, helping: list[str]) -> None:
-    found, movement = OperatorIndex(toy.DOMAIN).find_supporters(frozenset({name}))
+    found, movement = OperatorIndex(toy.DOMAIN).find_enabling_hand_and_movement_operators(frozenset({name}))
     assert [operator.name for operator in found] == helping
     assert movement == ["GO"]
 
 
 def test_an_action_on_the_agent_takes_no_other_object_instead() -> None:
     repertoire = OperatorIndex(DRESS)
-    assert repertoire.find_achievers([GroundAtom("worn", (0, 1), True)], WARDROBE) == {
+    assert repertoire.find_achieving_actions([GroundAtom("worn", (0, 1), True)], WARDROBE) == {
         Action("WEAR", (1,)): 1
     }
-    assert repertoire.find_achievers([GroundAtom("worn", (2, 1), True)], WARDROBE) == {}
+    assert repertoire.find_achieving_actions([GroundAtom("worn", (2, 1), True)], WARDROBE) == {}
 
 
 PUSH = w.Operator(
@@ -69,7 +69,7 @@ def test_the_actions_that_may_achieve_a_literal_are_listed(
 ) -> None:
     repertoire, scene = OperatorIndex(toy.DOMAIN.replace_operators(PUSH, CLIMB)), toy.initial().scene
     literal = GroundAtom(predicate, tuple([scene.index[name] for name in names]), True)
-    wanted = repertoire.find_achievers([literal], scene)
+    wanted = repertoire.find_achieving_actions([literal], scene)
     found = [" ".join([a.operator, *(scene.objects[i].name for i in a.arguments)]) for a in wanted]
     assert found == expected
     assert set(wanted.values()) == {1}
@@ -85,11 +85,11 @@ def test_open_arguments_of_a_literal_are_filled_with_fitting_objects() -> None:
     scene = w.Scene(domain.vocabulary, [w.WorldObject(name, name) for name in "abc"])
     literal = GroundAtom("lit", (0,), True)
     state = scene.state(["link(a, a)", "link(a, c)", "link(b, c)"])
-    assert repertoire.find_achievers([literal], scene, (0, 1, 2), state) == {
+    assert repertoire.find_achieving_actions([literal], scene, (0, 1, 2), state) == {
         Action("SWITCH", (0, 0)): 1,
         Action("SWITCH", (0, 2)): 1,
     }
-    assert repertoire.find_achievers([literal], scene, (0, 1, 2)) == {
+    assert repertoire.find_achieving_actions([literal], scene, (0, 1, 2)) == {
         Action("SWITCH", (0, 1)): 1,
         Action("SWITCH", (0, 2)): 1,
     }
@@ -128,11 +128,11 @@ def test_failing_checks_are_numbered_and_counted(
     state = state_after(*before)
     tried = ground(action, state)
     assert tried.find_failing_checks(state) == failing
-    assert tried.is_possible(state) is (failing == [])
-    assert [tried.count_unmovable_failures(state, enough) for enough in (1, 2, 9)] == [
+    assert tried.all_checks_hold(state) is (failing == [])
+    assert [tried.count_failures_movement_cannot_fix(state, enough) for enough in (1, 2, 9)] == [
         min(lacking, n) for n in (1, 2, 9)
     ]
-    assert tried.is_hopeless(failing) is hopeless
+    assert tried.needs_objects_of_other_kind(failing) is hopeless
     assert (tried.parts, tried.touched) == (0, 0), "it is for nothing yet"
 
 
@@ -148,11 +148,11 @@ def test_failing_checks_are_numbered_and_counted(
 )
 def test_movement_can_establish_some_failing_checks(before: list[str], action: str, *, may_be: bool) -> None:
     state = state_after(*before)
-    assert ground(action, state).can_movement_enable(state) is may_be
+    assert ground(action, state).can_agent_movement_enable(state) is may_be
 
 
 def test_a_failed_try_is_no_check_of_an_objects_kind() -> None:
-    assert not ground("PRESS lamp", toy.initial()).is_hopeless([2])
+    assert not ground("PRESS lamp", toy.initial()).needs_objects_of_other_kind([2])
 
 
 @pytest.mark.parametrize(
@@ -169,6 +169,6 @@ def test_an_action_is_needless_if_it_fails_as_additional_step(
 
 def test_distinguished_actions_keep_their_order() -> None:
     lift, go, drop, press = steps = plan("LIFT red", "GO shed", "DROP red", "PRESS lamp")
-    assert select_distinguished(steps, {"PRESS", "LIFT"}) == (lift, press)
-    assert select_distinguished(steps, {"GO", "DROP"}) == (go, drop)
-    assert select_distinguished(steps, ()) == ()
+    assert select_actions_of_operators(steps, {"PRESS", "LIFT"}) == (lift, press)
+    assert select_actions_of_operators(steps, {"GO", "DROP"}) == (go, drop)
+    assert select_actions_of_operators(steps, ()) == ()

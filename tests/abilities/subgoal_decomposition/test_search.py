@@ -230,7 +230,7 @@ def naive(subgoals: Sequence[Sequence[Plan]], goal: str) -> Reported:
     for trajectory in runs:
         met = 0
         for state, action in zip(trajectory.states, trajectory.executed_actions, strict=False):
-            met = progress.advance(met, state, action)
+            met = progress.count_parts_met_after(met, state, action)
         (successful if progress.is_reached(met, trajectory.final_state) else unsuccessful).append(trajectory)
     others = unsuccessful or [execute_plan(DOMAIN, START, actions(branch)) for branch in failed]
     errors = [sum(step.fault is not None for step in t.steps) for t in successful or others]
@@ -326,7 +326,7 @@ def assert_progress_agrees(formula: Formula, trajectory: Trajectory) -> None:
     progress = GoalProgress(formula, trajectory.states[0].scene)
     met = 0
     for state, action in zip(trajectory.states, trajectory.executed_actions, strict=False):
-        met = progress.advance(met, state, action)
+        met = progress.count_parts_met_after(met, state, action)
     assert progress.is_reached(met, trajectory.final_state) == semantics.holds(formula, to_trace(trajectory))
 
 
@@ -378,7 +378,9 @@ def test_progress_agrees_on_random_formulas_and_trajectories(
 def test_one_position_meets_at_most_one_part() -> None:
     progress = GoalProgress(parse("CLOSED(fridge.10) then CLOSED(fridge.10)"), PARTS_SCENE)
     assert not progress.is_reached(0, PARTS_START)
-    assert progress.is_reached(progress.advance(0, PARTS_START, Action("STANDUP", ())), PARTS_START)
+    assert progress.is_reached(
+        progress.count_parts_met_after(0, PARTS_START, Action("STANDUP", ())), PARTS_START
+    )
 
 
 def test_goals_at_the_end_are_tested_in_the_last_state() -> None:

@@ -111,7 +111,7 @@ def test_few_parts_are_tested_and_the_effort_is_counted(lamps: int) -> None:
         return before & ~touched | sum(1 << i for i in range(lamps) if touched >> i & state.has("lit", i + 2))
 
     press = [
-        CandidateAction.create(Action("PRESS", (i + 2,)), KNOWN["PRESS"], start).set_literal_bits(
+        CandidateAction.create(Action("PRESS", (i + 2,)), KNOWN["PRESS"], start).with_literal_masks(
             1 << i, everything
         )
         for i in range(lamps)

@@ -11,7 +11,7 @@ from collections.abc import Callable
 
 import pytest
 
-from eai.abilities.transition_modeling.rules import OperatorRules, PaperOperatorRules
+from eai.abilities.transition_modeling.rules import OperatorScoringRules, PaperOperatorRules
 from eai.abilities.transition_modeling.scorer import TransitionModeling
 from eai.abilities.transition_modeling.verdict import OperatorVerdict
 from eai.abilities.verdict import Verdict
@@ -48,7 +48,7 @@ def task() -> TransitionTask:
     return TransitionTask("t", domain, ("open", "light"), (Category.OBJECT_STATES,), PROBLEM)
 
 
-def score(task: TransitionTask, text: str, rules: Callable[[PddlPlanner], OperatorRules]) -> Verdict:
+def score(task: TransitionTask, text: str, rules: Callable[[PddlPlanner], OperatorScoringRules]) -> Verdict:
     return TransitionModeling(task, rules(BuiltInPlanner())).score(text)
 
 

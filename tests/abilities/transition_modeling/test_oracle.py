@@ -7,7 +7,7 @@ from collections import Counter
 import pytest
 
 from eai.abilities.protocol import Ability, Protocol
-from eai.abilities.transition_modeling.rules import OperatorRules, PaperOperatorRules
+from eai.abilities.transition_modeling.rules import OperatorScoringRules, PaperOperatorRules
 from eai.abilities.transition_modeling.scorer import TransitionModeling
 from eai.abilities.transition_modeling.verdict import OperatorStatus, OperatorVerdict
 from eai.abilities.verdict import Confusion
@@ -88,7 +88,7 @@ def test_an_operator_has_the_name_that_was_asked_for(
 
 
 @pytest.fixture
-def rules() -> OperatorRules:
+def rules() -> OperatorScoringRules:
     return PaperOperatorRules(planner())
 
 
@@ -103,7 +103,7 @@ def test_gold_answers_are_right_in_every_respect(
     virtualhome: TransitionTasks,
     behavior: TaskSet[TransitionTask],
     domain: str,
-    rules: OperatorRules,
+    rules: OperatorScoringRules,
     plan_works: bool | None,
 ) -> None:
     tasks = virtualhome if domain == "virtualhome" else behavior

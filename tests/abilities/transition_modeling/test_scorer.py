@@ -8,8 +8,8 @@ from typing import TypeAlias
 import pytest
 
 from eai.abilities.transition_modeling.extraction import MAX_CACHED_CHARACTERS, ResultCache
-from eai.abilities.transition_modeling.rules import OperatorRules, PaperOperatorRules
-from eai.abilities.transition_modeling.scorer import TransitionModeling, count_by_category
+from eai.abilities.transition_modeling.rules import OperatorScoringRules, PaperOperatorRules
+from eai.abilities.transition_modeling.scorer import TransitionModeling, count_matches_by_category
 from eai.abilities.transition_modeling.verdict import OperatorStatus, OperatorVerdict, classify_clause
 from eai.abilities.verdict import ALL, Confusion, Verdict
 from eai.pddl.fast_downward import FastDownward
@@ -58,7 +58,7 @@ def answer(*operators: UnparsedOperator) -> str:
     return json.dumps({"output": "\n".join(operator.write_pddl for operator in operators)})
 
 
-MakeRules: TypeAlias = Callable[[PddlPlanner | None], OperatorRules]
+MakeRules: TypeAlias = Callable[[PddlPlanner | None], OperatorScoringRules]
 
 
 @pytest.fixture
@@ -390,8 +390,8 @@ def test_a_clause_counts_once_in_every_category_of_its_predicates(
 ) -> None:
     side = ClauseComparison(matched=(clause,), additional=(), missing=())
     contents = {clause: classify_clause(clause, CATEGORIES)}
-    assert count_by_category([side], contents, clauses=True) == by_clause
-    assert count_by_category([side], contents, clauses=False) == by_predicate
+    assert count_matches_by_category([side], contents, count_clauses=True) == by_clause
+    assert count_matches_by_category([side], contents, count_clauses=False) == by_predicate
 
 
 def test_matched_additional_and_missing_clauses_are_summed() -> None:
@@ -401,9 +401,9 @@ def test_matched_additional_and_missing_clauses_are_summed() -> None:
     ]
     texts = ("(open ?x)", "(lit ?x)", "(inside ?x ?y)", "(open ?y)")
     contents = {text: classify_clause(text, CATEGORIES) for text in texts}
-    assert count_by_category(sides, contents, clauses=True) == {
+    assert count_matches_by_category(sides, contents, count_clauses=True) == {
         "all": Confusion(1, 3, 1),
         "object_states": Confusion(1, 2, 1),
         "spatial_relations": Confusion(0, 1, 0),
     }
-    assert count_by_category([], {}, clauses=True) == {}
+    assert count_matches_by_category([], {}, count_clauses=True) == {}

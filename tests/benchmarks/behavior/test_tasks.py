@@ -9,11 +9,11 @@ from benchmarks.behavior.kitchen import EVIDENCE, GOAL, make_record, make_task
 from eai.benchmarks.behavior.evidence import load_unpublished_facts
 from eai.benchmarks.behavior.tasks import (
     BehaviorTasks,
-    assume_standing_relations,
+    assume_furniture_on_floor,
     build_tasks,
     collect_initial_relations,
     read_listed_relations,
-    yield_initial_states,
+    yield_initial_predicates_and_objects,
 )
 from eai.tasks.source import TaskSet
 from eai.tasks.task import GoalKind
@@ -66,11 +66,13 @@ def test_all_records_equal_the_reconstruction(behavior_tasks: BehaviorTasks, rec
         ] == [{**obj, "states": sorted(obj["states"])} for obj in expected["objects"]]
         relations = expected["initial_relations"]
         assert triples(read_listed_relations(record)) == triples(relations["listed"])
-        assert triples(assume_standing_relations(record, evidence)) == triples(
+        assert triples(assume_furniture_on_floor(record, evidence)) == triples(
             relations["assumed_furniture_onfloor"]
         )
         assert triples(collect_initial_relations(record, evidence)) == triples(relations["used"])
-        states = {(name, respell(state)) for state, name in yield_initial_states(record, evidence)}
+        states = {
+            (name, respell(state)) for state, name in yield_initial_predicates_and_objects(record, evidence)
+        }
         assert states == set(map(tuple, expected["initial_states_true"]))
 
 
@@ -82,7 +84,7 @@ def test_initial_facts_equal_the_simulator_log_of_the_authors(behavior_tasks: Be
         record = behavior_tasks[row["identifier"]].record
         facts = {
             *map(tuple, collect_initial_relations(record, evidence)),
-            *yield_initial_states(record, evidence),
+            *yield_initial_predicates_and_objects(record, evidence),
         }
         logged = [tuple(ast.literal_eval(fact)) for fact in row["initial_state"]]
         true = {fact for fact in logged if fact[0] != "not" and robot not in fact}
@@ -145,7 +147,7 @@ def test_a_plan_keeps_a_misspelt_action(behavior_tasks: BehaviorTasks) -> None:
 
 def test_furniture_without_a_place_stands_on_the_floor_of_its_room() -> None:
     record = make_record()
-    placed = {source for _, source, _ in assume_standing_relations(record, EVIDENCE)}
+    placed = {source for _, source, _ in assume_furniture_on_floor(record, EVIDENCE)}
     assert placed == {"fridge_1", "table_1", "sink_1", "dishwasher_1", "car_1"}
 
 

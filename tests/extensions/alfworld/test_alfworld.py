@@ -115,7 +115,7 @@ def test_a_folder_of_games_is_a_benchmark(tmp_path: Path) -> None:
     names = {task.scene.objects[i].name for i in task.relevant}
     assert {"apple_1", "apple_2", "fridge_1", "sinkbasin_1", "loc_3", "appletype"} <= names
     assert names.isdisjoint({"apple", "mugtype"})
-    assert "inreceptacle(apple_2, fridge_1)" in game(tmp_path).write_opening()
+    assert "inreceptacle(apple_2, fridge_1)" in game(tmp_path).write_first_observation()
 
 
 def test_its_commands_are_those_of_the_environment(tmp_path: Path) -> None:

@@ -15,7 +15,7 @@ from abilities.transition_modeling.test_oracle import (
     virtualhome,
 )
 from eai.abilities.protocol import Protocol
-from eai.abilities.transition_modeling.rules import OperatorRules
+from eai.abilities.transition_modeling.rules import OperatorScoringRules
 from eai.abilities.transition_modeling.scorer import TransitionModeling
 from eai.abilities.transition_modeling.verdict import OperatorStatus, OperatorVerdict
 from eai.abilities.verdict import Confusion, Verdict
@@ -48,7 +48,7 @@ def status() -> OperatorStatus:
 
 
 @pytest.fixture
-def rules() -> OperatorRules:
+def rules() -> OperatorScoringRules:
     return ReferenceRules(planner())
 
 

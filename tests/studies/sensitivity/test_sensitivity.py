@@ -9,7 +9,7 @@ from typing import TypeAlias
 import pytest
 
 from eai.abilities.protocol import Ability
-from eai.abilities.transition_modeling.rules import OperatorRules, PaperOperatorRules, ReplacedPart
+from eai.abilities.transition_modeling.rules import OperatorScoringRules, PaperOperatorRules, ReplacedPart
 from eai.abilities.transition_modeling.scorer import TransitionModeling
 from eai.pddl.model import UnparsedOperator
 from eai.pddl.planning import PddlPlanner, PlannerOutcome
@@ -44,7 +44,7 @@ def answer(*operators: UnparsedOperator) -> str:
     return json.dumps({"output": "\n".join(operator.write_pddl for operator in operators)})
 
 
-MakeRules: TypeAlias = Callable[[PddlPlanner | None], OperatorRules]
+MakeRules: TypeAlias = Callable[[PddlPlanner | None], OperatorScoringRules]
 
 
 @pytest.fixture

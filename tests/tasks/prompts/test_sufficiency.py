@@ -182,7 +182,7 @@ def test_gold_plans_work_in_the_worlds_of_openings(
     ]
 
     def opening(benchmark: Benchmark, task: Task) -> str:
-        text = Game(make_setup(task, benchmark, rules)).write_briefing()
+        text = Game(make_setup(task, benchmark, rules)).write_manual_and_first_observation()
         return write_long_form(text) if prompts in SHORT else text
 
     assert insufficient(benchmark, Ability.ACTION_SEQUENCING, tasks, opening) == {}

@@ -59,7 +59,9 @@ def told(ability: Ability, domain: Domain, task: Task) -> str:
 def observed(domain: Domain, task: Task) -> str:
     """Return everything that an agent reads before its first action."""
     benchmark = Benchmark(domain.name, domain, given(task))
-    return Game(make_setup(replace(task, goals=task.goals or ()), benchmark, TRAINING)).write_briefing()
+    return Game(
+        make_setup(replace(task, goals=task.goals or ()), benchmark, TRAINING)
+    ).write_manual_and_first_observation()
 
 
 def with_other_facts(domain: Domain, task: Task) -> Iterator[tuple[Fact, Task]]:

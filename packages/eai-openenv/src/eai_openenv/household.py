@@ -117,7 +117,7 @@ class Household(Environment[Act, Seen, Standing]):
         self._game = Game(find_setup(chosen, self._rules), seed or 0)
         self._standing = Standing(episode_id=episode_id, task=chosen, over=False)
         self._meters.begun()
-        return Seen(text=self._game.write_briefing(), metadata={"task": chosen})
+        return Seen(text=self._game.write_manual_and_first_observation(), metadata={"task": chosen})
 
     def step(self, action: Act, timeout_s: float | None = None, **others: Any) -> Seen:
         """Play one turn. A turn takes milliseconds, so `timeout_s` is ignored.

@@ -74,7 +74,7 @@ class StepsTaskset(HouseholdTaskset, vf.Taskset[StepsTask, StepsConfig]):
         """Yield the tasks that can be played, in order."""
         for whole in super().load():
             task = StepsTask(whole.data, self.config.task)
-            yield task.with_data(prompt=task.game().write_briefing(), system_prompt=None)
+            yield task.with_data(prompt=task.game().write_manual_and_first_observation(), system_prompt=None)
 
 
 class StepsEnvConfig(vf.EnvConfig):
@@ -96,5 +96,5 @@ class StepsEnv(vf.Env[StepsEnvConfig]):
                 if game.over:
                     break
                 segment = await interaction.turn(turn.observation)
-        interaction.trace.record_reward("household", game.final_value)
+        interaction.trace.record_reward("household", game.reward_if_ended_now)
         interaction.trace.record_metrics(game.metrics)

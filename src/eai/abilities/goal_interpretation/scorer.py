@@ -115,7 +115,7 @@ class GoalInterpretation(Scorer):
         self.task = task = task.without_goals_over_time
         self.notation = notation
         self.lexicon = GoalLexicon(task, domain, notation)
-        self.gold = _GoldGoals(notation.list_goal_alternatives(task), self.lexicon)
+        self.gold = _GoldGoals(notation.list_alternatives_of_goals(task), self.lexicon)
 
     def assess(self, text: str) -> Assessment:
         """Return the verdict on an answer, with the right, missed and wrong goals as its explanation."""

@@ -129,7 +129,8 @@ def write_goals(task: Task, domain: Domain, notation: GoalNotation) -> tuple[str
     task = task.without_goals_over_time
     lexicon = GoalLexicon(task, domain, notation)
     options = [
-        next(generate_dnf_terms_of_tree(goal.options), ()) for goal in notation.list_goal_alternatives(task)
+        next(generate_dnf_terms_of_tree(goal.options), ())
+        for goal in notation.list_alternatives_of_goals(task)
     ]
     conditions = dict.fromkeys(condition for option in options for condition in option)
     return notation.write([lexicon.to_goal_with_answer_names(condition) for condition in conditions])

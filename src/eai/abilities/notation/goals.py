@@ -340,7 +340,7 @@ class GoalNotation(ABC):
         """
         return None
 
-    def list_goal_alternatives(self, task: Task) -> tuple[GoalAlternatives, ...]:
+    def list_alternatives_of_goals(self, task: Task) -> tuple[GoalAlternatives, ...]:
         """Return the goals of the task with their options, for the comparison with answers.
 
         Raises:

@@ -75,7 +75,7 @@ class _QuantifierRange:
         """Return the objects of a variable's class. A ``forall`` requires something of all of them."""
         return tuple(iterate_bits(self._scene.get_category_mask(variable.category)))
 
-    def list_usable_objects(self, variable: f.Variable) -> Sequence[int]:
+    def list_relevant_objects(self, variable: f.Variable) -> Sequence[int]:
         """Return the objects of a variable's class that matter to the task. An ``exists`` tries them all.
 
         If no object of the class matters to the task, return all objects of the class in the scene.
@@ -104,7 +104,7 @@ class _QuantifierRange:
     def _count_objects(self, variable: f.Variable) -> int:
         return max(1, self._scene.get_category_mask(variable.category).bit_count())
 
-    def count_alternative_literals(self, formula: f.Formula) -> int:
+    def count_literals_of_disjuncts(self, formula: f.Formula) -> int:
         """Return the number of literals in all alternatives of a formula together.
 
         Negations stand only before atoms in this formula (negation normal form). An alternative counts as at
@@ -116,34 +116,34 @@ class _QuantifierRange:
         """
         self.count_literals(formula)
         return _check_literal_limit(
-            self._count_alternatives(formula) * max(1, self._max_alternative_literals(formula))
+            self._count_disjuncts(formula) * max(1, self._count_literals_of_longest_disjunct(formula))
         )
 
-    def _count_alternatives(self, formula: f.Formula) -> int:
+    def _count_disjuncts(self, formula: f.Formula) -> int:
         """Return the number of alternatives of a formula, but at most `MAX_LITERALS` plus one."""
         match formula:
             case f.And(parts):
-                choices = prod(map(self._count_alternatives, parts))
+                choices = prod(map(self._count_disjuncts, parts))
             case f.Or(parts):
-                choices = sum(map(self._count_alternatives, parts))
+                choices = sum(map(self._count_disjuncts, parts))
             case f.Exists(variable, body):
-                choices = len(self.list_usable_objects(variable)) * self._count_alternatives(body)
+                choices = len(self.list_relevant_objects(variable)) * self._count_disjuncts(body)
             case f.ForAll(variable, body):
-                choices = self._count_alternatives(body) ** len(self.list_all_objects(variable))
+                choices = self._count_disjuncts(body) ** len(self.list_all_objects(variable))
             case _:
                 choices = 1
         return min(choices, MAX_LITERALS + 1)
 
-    def _max_alternative_literals(self, formula: f.Formula) -> int:
+    def _count_literals_of_longest_disjunct(self, formula: f.Formula) -> int:
         match formula:
             case f.And(parts):
-                return sum(map(self._max_alternative_literals, parts))
+                return sum(map(self._count_literals_of_longest_disjunct, parts))
             case f.Or(parts):
-                return max(map(self._max_alternative_literals, parts), default=0)
+                return max(map(self._count_literals_of_longest_disjunct, parts), default=0)
             case f.Exists(_, body):
-                return self._max_alternative_literals(body)
+                return self._count_literals_of_longest_disjunct(body)
             case f.ForAll(variable, body):
-                return len(self.list_all_objects(variable)) * self._max_alternative_literals(body)
+                return len(self.list_all_objects(variable)) * self._count_literals_of_longest_disjunct(body)
             case _:
                 return 1
 
@@ -226,8 +226,8 @@ class ProgramCompiler:
         self.extent = _QuantifierRange(task)
         self.brings_about = refinement.can_bring_about
         self._exclusion = cache(lambda: refinement.exclusion_rules().make_exclusion_prover(task.initial))
-        self.required = lru_cache(_MAX_CACHED_SUBGOALS)(self._make_requirement)
-        self.needless = lru_cache(_MAX_CACHED_SUBGOALS)(self._make_needless_planner)
+        self.required = lru_cache(_MAX_CACHED_SUBGOALS)(self._make_state_requirement)
+        self.needless = lru_cache(_MAX_CACHED_SUBGOALS)(self._make_planner_for_reached_subgoal)
         self.plans = lru_cache(_MAX_CACHED_SUBGOALS)(self._make_planner)
         self.make_action_planner = lru_cache(_MAX_CACHED_SUBGOALS)(self._make_action_planner)
 
@@ -238,9 +238,9 @@ class ProgramCompiler:
         """
         if isinstance(written, Unreadable):
             return replace(reject_unparseable(written.reason), spans=written.spans)
-        return replace(self._compile_subgoals(written), spans=written.spans)
+        return replace(self._compile_written_subgoals(written), spans=written.spans)
 
-    def _compile_subgoals(self, written: WrittenSubgoals) -> CompiledAnswer | RejectedAnswer:
+    def _compile_written_subgoals(self, written: WrittenSubgoals) -> CompiledAnswer | RejectedAnswer:
         formulas: list[f.Formula] = []
         offences: list[MisusedName] = []
         for number, subgoal in enumerate(written.subgoals):
@@ -267,8 +267,10 @@ class ProgramCompiler:
         builder = _ProgramBuilder(self)
         start = 0
         for number in reversed(range(len(subgoals))):
-            start = builder.add_subgoal(
-                push_negations_inwards(builder.quantify_classes(subgoals[number])), number, start
+            start = builder.add_instructions(
+                push_negations_inwards(builder.replace_class_names_by_variables(subgoals[number])),
+                number,
+                start,
             )
         return builder.program[: start + 1]
 
@@ -276,8 +278,11 @@ class ProgramCompiler:
         plans = self._refinement.make_action_planner(action, self.task.scene, self.task.relevant)
         return lru_cache(_MAX_CACHED_STATES)(plans)
 
-    def _make_requirement(
-        self, formula: f.Formula, why: _FailureReason, alternatives: tuple[tuple[GroundAtom, ...], ...] = ()
+    def _make_state_requirement(
+        self,
+        formula: f.Formula,
+        why_unmet: _FailureReason,
+        disjuncts: tuple[tuple[GroundAtom, ...], ...] = (),
     ) -> _StateRequirement:
         if self.lexicon.has_unknown_names(formula):
             raise _make_not_executable_error(formula)
@@ -287,27 +292,30 @@ class ProgramCompiler:
             reason = f"{print_ltl(formula)} does not hold, and {why.words}"
             return Check(meaning, FaultKind.MISSING_STEP, reason, id=why.id)
 
-        def find_refusal() -> Check | None:
-            sizes = [*map(len, alternatives)]
+        def find_contradiction() -> Check | None:
+            sizes = [*map(len, disjuncts)]
             if min(sizes, default=0) < 2 or sum(sizes) > _MAX_EXCLUSION_LITERALS:
                 return None
-            return make_check(_EXCLUDED) if all(map(self._exclusion().are_exclusive, alternatives)) else None
+            return make_check(_EXCLUDED) if all(map(self._exclusion().are_exclusive, disjuncts)) else None
 
         effort = self.extent.count_literals(formula) // _LITERALS_PER_ACTION
         return _StateRequirement(
-            StateTest(meaning, self.task.scene), make_check(why), effort, cache(find_refusal)
+            StateTest(meaning, self.task.scene), make_check(why_unmet), effort, cache(find_contradiction)
         )
 
-    def _make_needless_planner(self, alternatives: tuple[tuple[GroundAtom, ...], ...]) -> SubgoalPlanner:
+    def _make_planner_for_reached_subgoal(
+        self, disjuncts: tuple[tuple[GroundAtom, ...], ...]
+    ) -> SubgoalPlanner:
         """Return a planner for a subgoal that holds already. Its actions fail as additional (needless) steps.
 
         If several alternatives hold, the alternative with the fewest such actions counts.
         """
-        effort = sum(map(len, alternatives)) // _LITERALS_PER_ACTION
+        effort = sum(map(len, disjuncts)) // _LITERALS_PER_ACTION
 
         def find_plans(state: State) -> SubgoalPlans:
             held = [
-                self._refinement.find_needless_actions(alternative, state) for alternative in alternatives
+                self._refinement.find_actions_for_true_literals(alternative, state)
+                for alternative in disjuncts
             ]
             fewest = min([plan for plan in held if plan is not None], key=len, default=())
             return SubgoalPlans((fewest,) if fewest else (), effort)
@@ -347,7 +355,7 @@ class _ProgramBuilder:
         self._lexicon = programs.lexicon
         self._extent = programs.extent
 
-    def quantify_classes(self, subgoal: f.Formula) -> f.Formula:
+    def replace_class_names_by_variables(self, subgoal: f.Formula) -> f.Formula:
         """Return a subgoal in which variables for objects of a class replace the names of classes."""
         names = dict.fromkeys(
             term
@@ -363,120 +371,136 @@ class _ProgramBuilder:
             f.Exists, [f.Variable(class_name.name, class_name.name) for class_name in names], subgoal
         )
 
-    def add_subgoal(self, formula: f.Formula, number: int, then: int) -> int:
+    def add_instructions(self, formula: f.Formula, subgoal: int, next_instruction: int) -> int:
         """Add instructions for a part of a subgoal, and return the number of the first instruction.
 
         Negations may stand only before atoms in the formula.
 
         Args:
             formula: the part.
-            number: number of the subgoal, from 0.
-            then: number of the instruction that runs after these instructions.
+            subgoal: number of the subgoal, from 0.
+            next_instruction: number of the instruction that runs after these instructions.
         """
-        if _is_about_states(formula):
-            return self._add_condition(formula, number, then)
+        if _is_about_single_state(formula):
+            return self._add_condition(formula, subgoal, next_instruction)
         match formula:
             case f.Occurs():
                 action = self._lexicon.to_action(formula)
                 return self._add_instruction(
-                    PerformInstruction(self._programs.make_action_planner(action), number, then, MAX_ACTIONS)
+                    PerformInstruction(
+                        self._programs.make_action_planner(action), subgoal, next_instruction, MAX_ACTIONS
+                    )
                 )
             case f.Then(parts):
                 for part in reversed(parts):
-                    then = self.add_subgoal(part, number, then)
-                return then
+                    next_instruction = self.add_instructions(part, subgoal, next_instruction)
+                return next_instruction
             case f.And(parts):
-                return self._add_conjunction(parts, number, then)
+                return self._add_conjunction(parts, subgoal, next_instruction)
             case f.Or(parts):
-                return self._add_alternatives(parts, number, then)
+                return self._add_alternatives(parts, subgoal, next_instruction)
             case f.Exists(variable, body):
-                instances = self._instantiate(variable, body, self._extent.list_usable_objects(variable))
-                return self._add_alternatives(list(instances), number, then)
+                instances = self._instantiate(variable, body, self._extent.list_relevant_objects(variable))
+                return self._add_alternatives(list(instances), subgoal, next_instruction)
             case _:
                 raise _make_not_executable_error(formula)
 
-    def _add_conjunction(self, parts: Sequence[f.Formula], number: int, then: int) -> int:
+    def _add_conjunction(self, parts: Sequence[f.Formula], subgoal: int, next_instruction: int) -> int:
         """Add instructions for actions in order, and for conditions that must hold after all actions.
 
         Other actions make the conditions true before or after these actions: both ways are tried.
         """
-        states = [part for part in parts if _is_about_states(part)]
+        states = [part for part in parts if _is_about_single_state(part)]
         actions = f.Then(tuple([part for part in parts if part not in states]))
         if not states:
-            return self.add_subgoal(actions, number, then)
+            return self.add_instructions(actions, subgoal, next_instruction)
         held = f.And(tuple(states))
         tested = self._add_instruction(
-            _make_require_instruction(self._programs.required(held, _NOT_DONE), number, then)
+            _make_require_instruction(self._programs.required(held, _NOT_DONE), subgoal, next_instruction)
         )
-        before = self._add_condition(held, number, self.add_subgoal(actions, number, tested), is_all=False)
-        after = self.add_subgoal(actions, number, self._add_condition(held, number, then, is_all=False))
-        return self._add_fork([before, after], number)
+        before = self._add_condition(
+            held, subgoal, self.add_instructions(actions, subgoal, tested), is_whole_subgoal=False
+        )
+        after = self.add_instructions(
+            actions, subgoal, self._add_condition(held, subgoal, next_instruction, is_whole_subgoal=False)
+        )
+        return self._add_fork([before, after], subgoal)
 
-    def _add_alternatives(self, parts: Sequence[f.Formula], number: int, then: int) -> int:
-        return self._add_fork([self.add_subgoal(part, number, then) for part in reversed(parts)], number)
+    def _add_alternatives(self, parts: Sequence[f.Formula], subgoal: int, next_instruction: int) -> int:
+        return self._add_fork(
+            [self.add_instructions(part, subgoal, next_instruction) for part in reversed(parts)], subgoal
+        )
 
-    def _add_condition(self, formula: f.Formula, number: int, then: int, *, is_all: bool = True) -> int:
+    def _add_condition(
+        self, formula: f.Formula, subgoal: int, next_instruction: int, *, is_whole_subgoal: bool = True
+    ) -> int:
         """Add instructions for a condition on one state: make an alternative true, then test the condition.
 
         If the condition holds already, nothing is done. If the condition is the complete subgoal
-        (``is_all``), the subgoal is then an additional (needless) step.
+        (``is_whole_subgoal``), the subgoal is then an additional (needless) step.
         """
-        observed = self._drop_unobserved_literals(formula)
-        self._extent.count_alternative_literals(observed)
-        alternatives = tuple(dict.fromkeys(self._list_alternatives(observed)))
+        observed = self._drop_literals_unknown_to_domain(formula)
+        self._extent.count_literals_of_disjuncts(observed)
+        alternatives = tuple(dict.fromkeys(self._list_disjuncts(observed)))
         literals = {literal for alternative in alternatives for literal in alternative}
         why = _NOT_DONE if any(map(self._programs.brings_about, literals)) else _BY_NOTHING
         required = self._programs.required(observed, why, alternatives)
-        tested = self._add_instruction(_make_require_instruction(required, number, then))
+        tested = self._add_instruction(_make_require_instruction(required, subgoal, next_instruction))
         entries = [
             self._add_instruction(
                 PerformInstruction(
-                    self._programs.plans(literals_of_one, required), number, tested, MAX_ACTIONS
+                    self._programs.plans(literals_of_one, required), subgoal, tested, MAX_ACTIONS
                 )
             )
             if literals_of_one
             else tested
             for literals_of_one in reversed(alternatives)
         ]
-        to_do = self._add_fork(entries, number)
+        to_do = self._add_fork(entries, subgoal)
         if to_do == tested:
             return tested
         needless = self._programs.needless(alternatives)
-        held = self._add_instruction(PerformInstruction(needless, number, then)) if is_all else then
+        held = (
+            self._add_instruction(PerformInstruction(needless, subgoal, next_instruction))
+            if is_whole_subgoal
+            else next_instruction
+        )
         ways = (to_do,), (held,)
         return self._add_instruction(
-            ForkInstruction(lambda state: ways[required.holds(state)], number, 1 + required.effort)
+            ForkInstruction(lambda state: ways[required.holds(state)], subgoal, 1 + required.effort)
         )
 
-    def _list_alternatives(self, formula: f.Formula) -> Iterator[tuple[GroundAtom, ...]]:
+    def _list_disjuncts(self, formula: f.Formula) -> Iterator[tuple[GroundAtom, ...]]:
         """Yield the literals of each alternative of a formula.
 
         A part that can only be tested adds no literals.
         """
         match formula:
             case f.And(parts):
-                for chosen in product(*map(self._list_alternatives, parts)):
+                for chosen in product(*map(self._list_disjuncts, parts)):
                     yield tuple(dict.fromkeys([literal for instance in chosen for literal in instance]))
             case f.Or(parts):
                 for part in parts:
-                    yield from self._list_alternatives(part)
+                    yield from self._list_disjuncts(part)
             case f.Exists(variable, body):
-                for instance in self._instantiate(variable, body, self._extent.list_usable_objects(variable)):
-                    yield from self._list_alternatives(instance)
+                for instance in self._instantiate(
+                    variable, body, self._extent.list_relevant_objects(variable)
+                ):
+                    yield from self._list_disjuncts(instance)
             case f.ForAll(variable, body):
                 instances = self._instantiate(variable, body, self._extent.list_all_objects(variable))
-                yield from self._list_alternatives(f.And(tuple(instances)))
+                yield from self._list_disjuncts(f.And(tuple(instances)))
             case _:
                 literal = self._lexicon.to_literal(formula)
                 yield () if literal is None else (literal,)
 
-    def _drop_unobserved_literals(self, formula: f.Formula) -> f.Formula:
+    def _drop_literals_unknown_to_domain(self, formula: f.Formula) -> f.Formula:
         """Return a formula with true in place of atoms whose predicates the domain does not observe."""
         match formula:
             case f.And(parts) | f.Or(parts):
-                return type(formula)(tuple([self._drop_unobserved_literals(part) for part in parts]))
+                return type(formula)(tuple([self._drop_literals_unknown_to_domain(part) for part in parts]))
             case f.Exists(variable, body) | f.ForAll(variable, body):
-                return type(formula)(variable, self._drop_unobserved_literals(body))
+                return type(formula)(variable, self._drop_literals_unknown_to_domain(body))
             case f.Atom() | f.Not(f.Atom()) if self._lexicon.has_unknown_names(formula):
                 return f.TRUE
             case _:
@@ -506,7 +530,7 @@ def _make_require_instruction(required: _StateRequirement, number: int, then: in
     return RequireInstruction(required.holds, required.check, number, then, 1 + required.effort)
 
 
-def _is_about_states(formula: f.Formula) -> bool:
+def _is_about_single_state(formula: f.Formula) -> bool:
     """Whether a formula is about a single state and contains no action."""
     return is_state_formula(formula) and not any(
         isinstance(part, f.Occurs) for part in walk_subformulas(formula)

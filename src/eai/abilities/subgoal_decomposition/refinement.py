@@ -22,6 +22,7 @@ from eai.abilities.subgoal_decomposition.repertoire import (
     MAX_LISTED,
     CandidateAction,
     Holds,
+    LiteralBits,
     OperatorIndex,
     is_action_needless,
     list_objects,
@@ -57,15 +58,15 @@ class _SubgoalSearchInput(NamedTuple):
     """
 
     state: State
-    wanted: Mapping[Action, int]
-    touched: Mapping[str, int]
+    wanted: Mapping[Action, LiteralBits]
+    touched: Mapping[str, LiteralBits]
     named: Sequence[int]
     objects: Sequence[int]
     candidates: dict[Action, CandidateAction]
-    wider: Callable[[State], Mapping[Action, int]] | None = None
+    wider: Callable[[State], Mapping[Action, LiteralBits]] | None = None
 
-    def find_changed_literal_bits(self, operators: Iterable[str]) -> int:
-        """Return the bit mask of the subgoal's literals that some operators can change."""
+    def find_changeable_literals(self, operators: Iterable[str]) -> LiteralBits:
+        """Return the subgoal's literals that some operators can change."""
         return reduce(or_, [self.touched.get(name, 0) for name in operators], 0)
 
 
@@ -89,15 +90,15 @@ class SubgoalRefiner:
 
     def can_bring_about(self, literal: GroundAtom) -> bool:
         """Whether any action of the domain changes the predicate of a literal."""
-        return bool(self._repertoire.find_writers(literal.predicate))
+        return bool(self._repertoire.find_operators_that_change(literal.predicate))
 
     def make_planner(
         self,
         literals: Sequence[GroundAtom],
-        holds: Holds,
+        subgoal_holds: Holds,
         scene: Scene,
         objects: Sequence[int],
-        distinguished: Collection[str] = (),
+        operators_in_goal: Collection[str] = (),
         *,
         test_effort: int = 0,
     ) -> SubgoalPlanner:
@@ -109,10 +110,10 @@ class SubgoalRefiner:
 
         Args:
             literals: the literals of the subgoal.
-            holds: tests the complete subgoal in a state. It may require more than its literals.
+            subgoal_holds: tests the complete subgoal in a state. It may require more than its literals.
             scene: the scene.
             objects: the objects that actions may use.
-            distinguished: operators whose use matters to the goal.
+            operators_in_goal: operators whose use matters to the goal.
             test_effort: cost of a test of the subgoal, in applied actions.
         """
         tests = [
@@ -120,37 +121,44 @@ class SubgoalRefiner:
             for i, subgoal_literal in enumerate(literals)
         ]
         everything = (1 << len(literals)) - 1
-        touched = self._repertoire.map_changed_literals(literals)
-        wanted = self._repertoire.find_achievers(literals, scene)
+        touched = self._repertoire.map_operators_to_changeable_literals(literals)
+        wanted = self._repertoire.find_achieving_actions(literals, scene)
         named = list_objects([literal.arguments for literal in literals], scene)
 
-        def find_wider_achievers(state: State) -> Mapping[Action, int]:
+        def find_achieving_actions_on_any_object(state: State) -> Mapping[Action, LiteralBits]:
             fitting = None if self._repertoire.movement else state
-            return self._repertoire.find_achievers(literals, scene, objects, fitting)
+            return self._repertoire.find_achieving_actions(literals, scene, objects, fitting)
 
-        def find_met_literal_bits(state: State, touched: int, before: int) -> int:
-            holding = before & ~touched
+        def find_true_literals(
+            state: State, changeable: LiteralBits, true_before: LiteralBits
+        ) -> LiteralBits:
+            holding = true_before & ~changeable
             for part, test in tests:
-                if touched & part and test(state):
+                if changeable & part and test(state):
                     holding |= part
             return holding
 
         def find_subgoal_plans(state: State) -> SubgoalPlans:
             goal = SearchGoal(
-                find_met_literal_bits(state, everything, 0),
-                find_met_literal_bits,
+                find_true_literals(state, everything, 0),
+                find_true_literals,
                 everything,
-                holds,
-                distinguished,
+                subgoal_holds,
+                operators_in_goal,
                 test_effort,
             )
             return self._search_plans(
-                goal, _SubgoalSearchInput(state, wanted, touched, named, objects, {}, find_wider_achievers)
+                goal,
+                _SubgoalSearchInput(
+                    state, wanted, touched, named, objects, {}, find_achieving_actions_on_any_object
+                ),
             )
 
         return find_subgoal_plans
 
-    def find_needless_actions(self, literals: Sequence[GroundAtom], state: State) -> ActionSequence | None:
+    def find_actions_for_true_literals(
+        self, literals: Sequence[GroundAtom], state: State
+    ) -> ActionSequence | None:
         """Return actions for literals that hold already. These actions fail as additional (needless) steps.
 
         The result has the first such action for each literal. It is None if a literal does not hold.
@@ -159,9 +167,9 @@ class SubgoalRefiner:
             return None
         needless: list[Action] = []
         covered = 0
-        for action, parts in self._repertoire.find_achievers(literals, state.scene).items():
+        for action, parts in self._repertoire.find_achieving_actions(literals, state.scene).items():
             releases = self._get_role(action) is OperatorRole.RELEASES
-            if not releases and parts & ~covered and self._is_needless(action, state):
+            if not releases and parts & ~covered and self._is_additional_step(action, state):
                 needless.append(action)
                 covered |= parts
         return tuple(needless)
@@ -177,17 +185,17 @@ class SubgoalRefiner:
         named = list_objects([action.arguments], scene)
 
         def find_action_plans(state: State) -> SubgoalPlans:
-            if self._is_needless(action, state):
+            if self._is_additional_step(action, state):
                 return SubgoalPlans(((action,),))
             return self._search_plans(goal, _SubgoalSearchInput(state, {action: 1}, {}, named, objects, {}))
 
         return find_action_plans
 
     def _search_plans(self, goal: SearchGoal, need: _SubgoalSearchInput) -> SubgoalPlans:
-        budget = min(self._budget * goal.size, _MAX_TESTED_LITERALS // goal.size)
-        return find_plans(goal, self._list_permitted_sets(need), need.state, budget)
+        budget = min(self._budget * goal.part_count, _MAX_TESTED_LITERALS // goal.part_count)
+        return find_plans(goal, self._list_growing_action_sets(need), need.state, budget)
 
-    def _list_permitted_sets(self, need: _SubgoalSearchInput) -> Iterator[PermittedActions]:
+    def _list_growing_action_sets(self, search_input: _SubgoalSearchInput) -> Iterator[PermittedActions]:
         """Yield growing sets of actions that a search may use.
 
         Actions of the first set use only the objects in the subgoal. Actions of the second set may also
@@ -195,39 +203,46 @@ class SubgoalRefiner:
         the literal leaves open. If the domain has movement but the subgoal does not depend on the position,
         only tools are added. Without movement, as in most PDDL domains, all fitting objects are added.
         """
-        helping, movement = self._repertoire.find_supporters(_get_operator_names(need.wanted))
-        moves, changes = self._split_off_movement(need.wanted, need)
-        handled = any(self._get_role(action) is not OperatorRole.RELEASES for action in need.wanted)
-        takes = self._to_candidates(
-            self._list_actions_of_role(helping, OperatorRole.TAKES, need.named if handled else ()), need
+        helping, movement = self._repertoire.find_enabling_hand_and_movement_operators(
+            _get_operator_names(search_input.wanted)
         )
-        touched = need.find_changed_literal_bits(movement)
-        moving = self._to_candidates(self._list_moves(movement, need.named), need)
+        moves, changes = self._separate_movement_actions(search_input.wanted, search_input)
+        handled = any(self._get_role(action) is not OperatorRole.RELEASES for action in search_input.wanted)
+        takes = self._to_candidates(
+            self._list_actions_of_role(helping, OperatorRole.TAKES, search_input.named if handled else ()),
+            search_input,
+        )
+        touched = search_input.find_changeable_literals(movement)
+        moving = self._to_candidates(self._list_moves(movement, search_input.named), search_input)
         yield PermittedActions(changes, takes, moves, moving, touched)
         releases = self._to_candidates(
-            self._list_actions_of_role(helping, OperatorRole.RELEASES, need.objects), need
+            self._list_actions_of_role(helping, OperatorRole.RELEASES, search_input.objects), search_input
         )
         if releases:
             yield PermittedActions(changes, [*takes, *releases], moves, moving, touched)
-        wider = need.wanted if need.wider is None else need.wider(need.state)
-        _, movement = self._repertoire.find_supporters(_get_operator_names(wider))
+        wider = search_input.wanted if search_input.wider is None else search_input.wider(search_input.state)
+        _, movement = self._repertoire.find_enabling_hand_and_movement_operators(_get_operator_names(wider))
         if self._repertoire.movement and not movement:
             tools = self._repertoire.with_tools
-            wider = {a: p for a, p in wider.items() if a in need.wanted or a.operator in tools}
-        if movement or not wider.keys() <= need.wanted.keys():
-            moves, changes = self._split_off_movement(wider, need)
-            touched = need.find_changed_literal_bits(movement)
-            moving = self._to_candidates(self._list_moves(movement, need.objects), need)
+            wider = {a: p for a, p in wider.items() if a in search_input.wanted or a.operator in tools}
+        if movement or not wider.keys() <= search_input.wanted.keys():
+            moves, changes = self._separate_movement_actions(wider, search_input)
+            touched = search_input.find_changeable_literals(movement)
+            moving = self._to_candidates(self._list_moves(movement, search_input.objects), search_input)
             yield PermittedActions(changes, [*takes, *releases], moves, moving, touched)
 
-    def _split_off_movement(
-        self, wanted: Mapping[Action, int], need: _SubgoalSearchInput
+    def _separate_movement_actions(
+        self, achieving_actions: Mapping[Action, LiteralBits], search_input: _SubgoalSearchInput
     ) -> tuple[list[CandidateAction], list[CandidateAction]]:
         """Return two lists of wanted actions: movement to a position that is wanted, and other actions."""
-        leading = need.wider is not None
-        moves = {a: p for a, p in wanted.items() if leading and self._get_role(a) is OperatorRole.MOVEMENT}
-        changes = {action: parts for action, parts in wanted.items() if action not in moves}
-        return self._to_candidates(moves, need), self._to_candidates(changes, need)
+        leading = search_input.wider is not None
+        moves = {
+            a: p
+            for a, p in achieving_actions.items()
+            if leading and self._get_role(a) is OperatorRole.MOVEMENT
+        }
+        changes = {action: parts for action, parts in achieving_actions.items() if action not in moves}
+        return self._to_candidates(moves, search_input), self._to_candidates(changes, search_input)
 
     def _list_actions_of_role(
         self, operators: Iterable[Operator], role: OperatorRole, objects: Sequence[int]
@@ -253,7 +268,7 @@ class SubgoalRefiner:
         }
 
     def _to_candidates(
-        self, actions: Mapping[Action, int], need: _SubgoalSearchInput
+        self, actions: Mapping[Action, LiteralBits], need: _SubgoalSearchInput
     ) -> list[CandidateAction]:
         candidates = []
         for action, parts in actions.items():
@@ -262,10 +277,10 @@ class SubgoalRefiner:
                 info = self._repertoire.operators[action.operator]
                 candidate = need.candidates[action] = CandidateAction.create(action, info, need.state)
             touched = need.touched.get(action.operator, 0) | parts
-            candidates.append(candidate.set_literal_bits(parts, touched))
+            candidates.append(candidate.with_literal_masks(parts, touched))
         return candidates
 
-    def _is_needless(self, action: Action, state: State) -> bool:
+    def _is_additional_step(self, action: Action, state: State) -> bool:
         return is_action_needless(self._repertoire.operators[action.operator].operator, action, state)
 
     def _get_role(self, action: Action) -> OperatorRole:

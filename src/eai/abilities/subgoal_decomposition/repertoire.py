@@ -40,6 +40,9 @@ from eai.world.operator import Check, Operator, OperatorRole
 from eai.world.relation import make_mask
 from eai.world.state import Scene, State
 
+LiteralBits: TypeAlias = int
+"""Set of a subgoal's literals: a bit mask in which bit i stands for literal i."""
+
 Holds: TypeAlias = Callable[[State], bool]
 """Function that tests a condition in a state."""
 
@@ -57,7 +60,7 @@ MAX_LISTED = 100_000
 """Maximum number of actions of one operator that a search lists."""
 
 
-class _CheckKind(Enum):
+class _CheckChangeability(Enum):
     """Kinds of checks of an operator, by the actions that can change the truth value of the check.
 
     `FIXED`: no action can change it. `COMMON`: some action can change it, but it depends neither on the
@@ -115,9 +118,9 @@ class OperatorIndex:
         movement: the operators that move the agent, without duplicates.
         with_tools: names of operators that use a tool, which is an argument in no effect. They do not move
             the agent.
-        find_writers: returns the operators that change a predicate (cached).
-        find_supporters: returns the operators that can make other operators possible, given the latters'
-            names (cached).
+        find_operators_that_change: returns the operators that change a predicate (cached).
+        find_enabling_hand_and_movement_operators: returns the operators that can make other operators
+            possible, given the latters' names (cached).
     """
 
     def __init__(self, domain: Domain) -> None:
@@ -125,11 +128,11 @@ class OperatorIndex:
         self._effects = {o.name: tuple(make_effect_schemas(o)) for o in domain.operators}
         self._writes = {o.name: frozenset(find_changed_predicates(o)) for o in domain.operators}
         self._checks = {
-            o.name: self._find_stored_predicates(_list_check_conditions(o)) for o in domain.operators
+            o.name: self._find_non_derived_predicates(_list_check_conditions(o)) for o in domain.operators
         }
         self._asks = {
             name: self._checks[name]
-            | self._find_stored_predicates([f for effect in effects for f in effect.conditions])
+            | self._find_non_derived_predicates([f for effect in effects for f in effect.conditions])
             for name, effects in self._effects.items()
         }
         self.movement = _drop_duplicates(
@@ -139,40 +142,43 @@ class OperatorIndex:
             [
                 o.name
                 for o in domain.operators
-                if infer_operator_role(o) is not OperatorRole.MOVEMENT and self._find_tool_parameters(o)
+                if infer_operator_role(o) is not OperatorRole.MOVEMENT
+                and self._find_parameters_without_effects(o)
             ]
         )
         self._moved = frozenset[str]().union(*[self._writes[o.name] for o in self.movement])
         self._changed = frozenset[str]().union(*self._writes.values())
         self.operators = {operator.name: self._make_operator_info(operator) for operator in domain.operators}
-        self.find_writers = cache(self._find_writers)
-        self.find_supporters = cache(self._find_supporters)
+        self.find_operators_that_change = cache(self._find_operators_that_change)
+        self.find_enabling_hand_and_movement_operators = cache(
+            self._find_enabling_hand_and_movement_operators
+        )
         self._cached_patterns = cache(self._find_operator_patterns)
-        self._compiled = cache(self._compile_literal)
+        self._compiled = cache(self._compile_literal_test)
         self._taking = cache(
             lambda name: Achiever(
                 make_operator_schema(self.operators[name].operator.operator), domain.vocabulary
             )
         )
 
-    def _find_tool_parameters(self, operator: Operator) -> set[Variable]:
+    def _find_parameters_without_effects(self, operator: Operator) -> set[Variable]:
         return {*operator.parameters}.difference(
             *[effect.atom.arguments for effect in self._effects[operator.name]]
         )
 
-    def _find_writers(self, predicate: str) -> Sequence[Operator]:
+    def _find_operators_that_change(self, predicate: str) -> Sequence[Operator]:
         """Return the operators that change a predicate, in declared order.
 
         For a derived predicate, these operators change the stored predicates in its definition.
         """
-        sources = self._find_stored_predicates([Atom(predicate)])
+        sources = self._find_non_derived_predicates([Atom(predicate)])
         return [o for o in self._domain.operators if not self._writes[o.name].isdisjoint(sources)]
 
-    def map_changed_literals(self, literals: Sequence[GroundAtom]) -> dict[str, int]:
+    def map_operators_to_changeable_literals(self, literals: Sequence[GroundAtom]) -> dict[str, LiteralBits]:
         """Return a mapping from names of operators to the literals that each can change, as a bit mask."""
         touched: dict[str, int] = {}
         for i, literal in enumerate(literals):
-            for operator in self.find_writers(literal.predicate):
+            for operator in self.find_operators_that_change(literal.predicate):
                 touched[operator.name] = touched.get(operator.name, 0) | 1 << i
         return touched
 
@@ -182,22 +188,22 @@ class OperatorIndex:
         binding = frame.bind_arguments(scene, literal.arguments)
         return lambda state: truth(state, [*binding])  # copied, because quantifiers write into the list
 
-    def _compile_literal(
-        self, predicate: str, arity: int, truth: bool
+    def _compile_literal_test(
+        self, predicate: str, arity: int, expected_truth: bool
     ) -> tuple[SlotAllocator, ConditionTest]:
         variables = tuple([Variable(f"argument {i}") for i in range(arity)])
         frame, atom = SlotAllocator(variables), Atom(predicate, variables)
         return frame, ConditionCompiler(self._domain.vocabulary, frame).compile_test(
-            atom if truth else Not(atom)
+            atom if expected_truth else Not(atom)
         )
 
-    def find_achievers(
+    def find_achieving_actions(
         self,
         literals: Sequence[GroundAtom],
         scene: Scene,
-        others: Sequence[int] = (),
-        fitting: State | None = None,
-    ) -> dict[Action, int]:
+        other_objects: Sequence[int] = (),
+        possible_in: State | None = None,
+    ) -> dict[Action, LiteralBits]:
         """Return a mapping from actions that may make literals true to the literals that each may make true.
 
         The literals are a bit mask. The arguments of an action are different objects of a literal, or other
@@ -207,46 +213,48 @@ class OperatorIndex:
         Args:
             literals: the literals.
             scene: the scene.
-            others: objects that open arguments may also have.
-            fitting: a state or None. If it is a state, the result has no actions that a fixed check forbids,
-                and an action may have the same object twice.
+            other_objects: objects that open arguments may also have.
+            possible_in: a state or None. If it is a state, the result has no actions that a fixed check
+                forbids, and an action may have the same object twice.
         """
         wanted: dict[Action, int] = {}
         for i, literal in enumerate(literals):
-            for action in self._list_achievers(literal, scene, others, fitting):
+            for action in self._list_achieving_actions(literal, scene, other_objects, possible_in):
                 wanted[action] = wanted.get(action, 0) | 1 << i
         return wanted
 
-    def _list_achievers(
-        self, literal: GroundAtom, scene: Scene, others: Sequence[int], fitting: State | None
+    def _list_achieving_actions(
+        self, literal: GroundAtom, scene: Scene, other_objects: Sequence[int], possible_in: State | None
     ) -> Iterable[Action]:
         named = list_objects([literal.arguments], scene)
-        objects = list_objects([named, others], scene)
+        objects = list_objects([named, other_objects], scene)
         agent = UNBOUND if scene.agent is None else scene.agent
         values = (agent, *named)
         shape = literal._replace(arguments=tuple([values.index(i) for i in literal.arguments]))
         actions: dict[Action, None] = {}
         for operator, numbers in self._cached_patterns(shape):
             given = [None if number is None else values[number] for number in numbers]
-            if fitting is None:
+            if possible_in is None:
                 ways = [*islice(_fill_arguments(given, objects), MAX_LISTED)]
             else:
-                ways = self._find_fitting_arguments(operator, given, objects, fitting)
+                ways = self._find_possible_arguments(operator, given, objects, possible_in)
             actions |= {Action(operator, arguments): None for arguments in ways if agent not in arguments}
         moving = [
             action for action in actions if self.operators[action.operator].role is OperatorRole.MOVEMENT
         ]
         return moving if moving and agent in literal.arguments else actions
 
-    def _find_fitting_arguments(
-        self, operator: str, given: Sequence[int | None], objects: Sequence[int], state: State
+    def _find_possible_arguments(
+        self, operator: str, decided_arguments: Sequence[int | None], objects: Sequence[int], state: State
     ) -> list[tuple[int, ...]]:
         """Return the tuples of arguments with which an operator's fixed checks hold.
 
-        ``given`` has an object for each argument that is decided, and None for every other argument.
+        ``decided_arguments`` has an object for each decided argument, and None for every other argument.
         """
         taken = self._taking(operator)
-        scope = {p: i for p, i in zip(taken.schema.variables, given, strict=True) if i is not None}
+        scope = {
+            p: i for p, i in zip(taken.schema.variables, decided_arguments, strict=True) if i is not None
+        }
         usable = make_mask(objects)
         partial, effort = (
             taken.make_partial_binding(state.scene, scope, for_all_states=True),
@@ -256,48 +264,57 @@ class OperatorIndex:
         return [taken.get_operator_arguments(binding) for binding in islice(bindings, _MAX_FITTING_ACTIONS)]
 
     def _find_operator_patterns(self, shape: GroundAtom) -> Sequence[_OperatorPattern]:
-        changes = find_changes_for_literal(shape, self._domain.vocabulary, _find_agent_number)
+        changes = find_changes_for_literal(shape, self._domain.vocabulary, _get_agent_placeholder)
         patterns: dict[_OperatorPattern, None] = {}
-        for operator in self.find_writers(shape.predicate):
+        for operator in self.find_operators_that_change(shape.predicate):
             for effect, change in product(self._effects[operator.name], changes):
                 scope = _match_effect(effect, change)
                 if scope is not None:
                     patterns[operator.name, tuple([scope.get(p.name) for p in operator.parameters])] = None
         return tuple(patterns)
 
-    def _find_supporters(self, names: frozenset[str]) -> tuple[Sequence[Operator], Sequence[str]]:
+    def _find_enabling_hand_and_movement_operators(
+        self, enabled_operators: frozenset[str]
+    ) -> tuple[Sequence[Operator], Sequence[str]]:
         """Return the operators that can make some operators possible, directly or through further operators.
 
         The first result has the operators that take or release objects. The second result has the names of
         the operators that move the agent.
         """
         operators = self._domain.operators
-        asking = [operator for operator in operators if operator.name in names]
+        asking = [operator for operator in operators if operator.name in enabled_operators]
         hands = [
             o for o in operators if self.operators[o.name].role in (OperatorRole.TAKES, OperatorRole.RELEASES)
         ]
-        helping = self._select_supporting_operators(asking, hands, self._asks)
-        movement = self._select_supporting_operators([*asking, *helping], self.movement, self._checks)
-        return helping, [o.name for o in self.movement if o in movement or o.name in names]
+        helping = self._select_enabling_operators(asking, hands, self._asks)
+        movement = self._select_enabling_operators([*asking, *helping], self.movement, self._checks)
+        return helping, [o.name for o in self.movement if o in movement or o.name in enabled_operators]
 
     def _make_operator_info(self, operator: Operator) -> _OperatorInfo:
         compiled = self._domain.compiled_operators[operator.name]
         tried = [condition for attempt in operator.alternatives for condition in attempt.conditions]
         conditions = [*([check.condition] for check in operator.checks), tried]
         moved = [
-            not self._moved.isdisjoint(self._find_stored_predicates(formulas)) for formulas in conditions
+            not self._moved.isdisjoint(self._find_non_derived_predicates(formulas)) for formulas in conditions
         ]
         needed = [check.fault is not FaultKind.ADDITIONAL_STEP for check in operator.checks]
         fixable = [*(can and for_need for can, for_need in zip(moved, needed, strict=False)), False]
-        kinds = [self._classify_check(check, can) for check, can in zip(operator.checks, moved, strict=False)]
+        kinds = [
+            self._classify_changeability(check, can)
+            for check, can in zip(operator.checks, moved, strict=False)
+        ]
         checks = list(zip(compiled.checks, kinds, strict=True))
         fixed, common, rest = [
-            conjoin_tests([c.holds for c, k in checks if k is kind]) for kind in _CheckKind
+            conjoin_tests([c.holds for c, k in checks if k is kind]) for kind in _CheckChangeability
         ]
         rest = compiled.is_possible if operator.alternatives else rest
         checks_with_kind = zip(compiled.checks, kinds, fixable, strict=False)
         unmoved = conjoin_tests(
-            [check.holds for check, kind, can in checks_with_kind if kind is _CheckKind.REST and not can]
+            [
+                check.holds
+                for check, kind, can in checks_with_kind
+                if kind is _CheckChangeability.REST and not can
+            ]
         )
         return _OperatorInfo(
             compiled,
@@ -310,22 +327,26 @@ class OperatorIndex:
             unmoved,
         )
 
-    def _classify_check(self, check: Check, moved: bool) -> _CheckKind:
-        if self._changed.isdisjoint(self._find_stored_predicates([check.condition])):
-            return _CheckKind.FIXED
-        return _CheckKind.REST if moved or find_free_variables(check.condition) else _CheckKind.COMMON
+    def _classify_changeability(self, check: Check, movement_can_change: bool) -> _CheckChangeability:
+        if self._changed.isdisjoint(self._find_non_derived_predicates([check.condition])):
+            return _CheckChangeability.FIXED
+        return (
+            _CheckChangeability.REST
+            if movement_can_change or find_free_variables(check.condition)
+            else _CheckChangeability.COMMON
+        )
 
-    def _select_supporting_operators(
+    def _select_enabling_operators(
         self,
-        operators: Iterable[Operator],
+        enabled_operators: Iterable[Operator],
         candidates: Sequence[Operator],
-        asks: Mapping[str, frozenset[str]],
+        required_predicates: Mapping[str, frozenset[str]],
     ) -> list[Operator]:
         """Return the candidates that change a condition of the operators or of other returned candidates."""
         supporting: list[Operator] = []
-        asking = list(operators)
+        asking = list(enabled_operators)
         while asking:
-            conditions = frozenset[str]().union(*[asks[operator.name] for operator in asking])
+            conditions = frozenset[str]().union(*[required_predicates[operator.name] for operator in asking])
             asking = [
                 o
                 for o in candidates
@@ -334,7 +355,7 @@ class OperatorIndex:
             supporting += asking
         return [operator for operator in candidates if operator in supporting]
 
-    def _find_stored_predicates(self, formulas: Iterable[Formula]) -> frozenset[str]:
+    def _find_non_derived_predicates(self, formulas: Iterable[Formula]) -> frozenset[str]:
         return frozenset(find_stored_predicates(find_predicates(*formulas), self._domain.vocabulary))
 
 
@@ -365,10 +386,10 @@ def _match_effect(effect: EffectSchema, change: FactChange) -> dict[str, int] | 
     """
     if effect.atom.predicate != change.predicate or effect.adds is not change.truth:
         return None
-    return match_atom(effect.atom, change.arguments, _find_agent_number)
+    return match_atom(effect.atom, change.arguments, _get_agent_placeholder)
 
 
-def _find_agent_number(constant: Constant) -> int | None:
+def _get_agent_placeholder(constant: Constant) -> int | None:
     """Return the agent's number in an `_OperatorPattern` for a constant that names the agent, or None."""
     return _AGENT if constant == AGENT else None
 
@@ -395,7 +416,7 @@ class CandidateAction(NamedTuple):
         action: the action.
         info: the action's operator.
         binding: the values of the operator's variables in this search.
-        possible: results of `is_possible_now`, cached by state.
+        possible: results of `is_possible_if_fixed_checks_hold`, cached by state.
         results: results of `compute_result`, cached by state.
         parts: the subgoal's literals that the action may make true, as a bit mask; 0 for an action that only
             prepares another action.
@@ -407,18 +428,18 @@ class CandidateAction(NamedTuple):
     binding: FrameBinding
     possible: dict[State, bool]
     results: dict[State, State]
-    parts: int = 0
-    touched: int = 0
+    parts: LiteralBits = 0
+    touched: LiteralBits = 0
 
     @classmethod
     def create(cls, action: Action, info: _OperatorInfo, state: State) -> CandidateAction:
         """Return a candidate action for a new search. Its bit masks and its caches are empty."""
         return cls(action, info, info.operator.bind(state, action.arguments), {}, {})
 
-    def set_literal_bits(self, parts: int, touched: int) -> CandidateAction:
+    def with_literal_masks(self, achieved: LiteralBits, changeable: LiteralBits) -> CandidateAction:
         """Return this candidate with two bit masks: the literals that it may make true, and can change."""
         return CandidateAction(
-            self.action, self.info, self.binding, self.possible, self.results, parts, touched
+            self.action, self.info, self.binding, self.possible, self.results, achieved, changeable
         )
 
     @property
@@ -429,25 +450,25 @@ class CandidateAction(NamedTuple):
         """
         return self.info.role is OperatorRole.CHANGE
 
-    def is_possible(self, state: State) -> bool:
+    def all_checks_hold(self, state: State) -> bool:
         """Whether all checks of the action hold in a state."""
         return self.info.operator.is_possible(state, self.binding)
 
-    def is_ever_possible(self, state: State) -> bool:
+    def fixed_checks_hold(self, state: State) -> bool:
         """Whether the fixed checks of the action hold.
 
         If they hold, they hold in all states of the episode.
         """
         return self.info.fixed_checks_hold(state, self.binding)
 
-    def is_possible_now(self, state: State) -> bool:
+    def is_possible_if_fixed_checks_hold(self, state: State) -> bool:
         """Whether all checks of the action hold in a state in which the fixed and the common checks hold."""
         is_possible = self.possible.get(state)
         if is_possible is None:
             is_possible = self.possible[state] = self.info.rest_checks_hold(state, self.binding)
         return is_possible
 
-    def can_movement_enable(self, state: State) -> bool:
+    def can_agent_movement_enable(self, state: State) -> bool:
         """Whether movement can make all failing checks true, if no fixed or common check fails."""
         if not self.info.unmovable_checks_hold(state, self.binding):
             return False
@@ -469,22 +490,22 @@ class CandidateAction(NamedTuple):
         """
         checks = self.info.operator.checks
         numbers = [i for i, check in enumerate(checks) if not check.holds(state, self.binding)]
-        return numbers if numbers or self.is_possible(state) else [len(checks)]
+        return numbers if numbers or self.all_checks_hold(state) else [len(checks)]
 
-    def count_unmovable_failures(self, state: State, enough: int) -> int:
-        """Return the number of failing checks that movement cannot change. The count stops at ``enough``."""
+    def count_failures_movement_cannot_fix(self, state: State, max_count: int) -> int:
+        """Return the number of failing checks that movement cannot change, but at most ``max_count``."""
         count = 0
         for check, moved in zip(self.info.operator.checks, self.info.movable, strict=False):
             if not moved and not check.holds(state, self.binding):
                 count += 1
-                if count == enough:
+                if count == max_count:
                     break
         return count
 
-    def is_hopeless(self, failing: Sequence[int]) -> bool:
+    def needs_objects_of_other_kind(self, failing_checks: Sequence[int]) -> bool:
         """Whether a failing check requires objects of another kind. Then no other action can help."""
         checks = self.info.operator.checks
-        return any(checks[i].check.fault is FaultKind.AFFORDANCE for i in failing if i < len(checks))
+        return any(checks[i].check.fault is FaultKind.AFFORDANCE for i in failing_checks if i < len(checks))
 
 
 def is_action_needless(operator: CompiledOperator, action: Action, state: State) -> bool:
@@ -493,6 +514,6 @@ def is_action_needless(operator: CompiledOperator, action: Action, state: State)
     return any(failure.check.check.fault is FaultKind.ADDITIONAL_STEP for failure in failures)
 
 
-def select_distinguished(plan: Sequence[Action], operators: Collection[str]) -> tuple[Action, ...]:
+def select_actions_of_operators(plan: Sequence[Action], operators: Collection[str]) -> tuple[Action, ...]:
     """Return those actions of a plan that use an operator which matters to the goal."""
     return tuple([action for action in plan if action.operator in operators])

@@ -57,7 +57,7 @@ class _GoalPart:
         self._actions = frozenset(
             [part.action for part in walk_subformulas(formula) if isinstance(part, f.Occurs)]
         )
-        self._test = cache(self._compile_test)
+        self._test = cache(self._compile_test_at_action)
 
     def holds(self, state: State, action: Action | None) -> bool:
         """Whether the formula holds at a position: in a state, and for the action taken in the state."""
@@ -65,28 +65,28 @@ class _GoalPart:
             return self._test(None)(state)
         return self._test(action.operator)(state, action.arguments)
 
-    def _compile_test(self, name: str | None) -> StateTest:
+    def _compile_test_at_action(self, action_name: str | None) -> StateTest:
         """Return a test of the part at positions with a given action.
 
         None stands for all actions that do not occur in the part.
         """
         formula = self._formula
         at_action = (
-            rewrite_leaves(formula, lambda leaf, _: _replace_action_test(leaf, name))
+            rewrite_leaves(formula, lambda leaf, _: _evaluate_action_leaf(leaf, action_name))
             if self._actions
             else formula
         )
         return StateTest(at_action, self._scene)
 
 
-def _replace_action_test(leaf: f.Leaf, name: str | None) -> f.Formula:
+def _evaluate_action_leaf(leaf: f.Leaf, taken_action: str | None) -> f.Formula:
     """Return the formula that replaces a part of a goal at positions with a given action.
 
     A test for this action becomes a test of the action's objects. A test for another action becomes false.
     """
     if not isinstance(leaf, f.Occurs):
         return leaf
-    if leaf.action != name:
+    if leaf.action != taken_action:
         return f.FALSE
     pairs = zip(leaf.arguments, ACTION_ARGUMENTS, strict=False)
     return f.And(tuple(f.Equals(term, argument) for term, argument in pairs))
@@ -128,34 +128,34 @@ class GoalProgress:
             [e.action for part in parts for e in walk_subformulas(part) if isinstance(e, f.Occurs)]
         )
 
-    def advance(self, met: int, state: State, action: Action) -> int:
-        """Return the number of goal parts that are met after a position; ``met`` is the number before."""
-        if met < len(self._parts) and self._parts[met].holds(state, action):
-            return met + 1
-        return met
+    def count_parts_met_after(self, parts_met_before: int, state: State, action: Action) -> int:
+        """Return the number of goal parts that are met after a position."""
+        if parts_met_before < len(self._parts) and self._parts[parts_met_before].holds(state, action):
+            return parts_met_before + 1
+        return parts_met_before
 
-    def is_reached(self, met: int, final: State) -> bool:
+    def is_reached(self, parts_met: int, final_state: State) -> bool:
         """Whether the goal is reached at the end of a trajectory.
 
         The last state itself may meet the last part.
         """
-        missing = len(self._parts) - met
-        met_by_now = missing == 0 or (missing == 1 and self._parts[-1].holds(final, None))
-        return met_by_now and (self._at_end is None or self._at_end(final))
+        missing = len(self._parts) - parts_met
+        met_by_now = missing == 0 or (missing == 1 and self._parts[-1].holds(final_state, None))
+        return met_by_now and (self._at_end is None or self._at_end(final_state))
 
 
 _MIN_BRANCHES_TO_MERGE = 5
 """Minimum number of branches that are merged if they are equal. Fewer branches are faster without a merge."""
 
 
-class _TriedStepChain(NamedTuple):
+class _LinkedStep(NamedTuple):
     """A tried step, linked to the step before.
 
     Branches with the same first steps share one chain for them.
     """
 
     step: Step
-    before: _TriedStepChain | None
+    before: _LinkedStep | None
 
 
 class ExecutionBranch(NamedTuple):
@@ -173,7 +173,7 @@ class ExecutionBranch(NamedTuple):
     """
 
     past: History
-    tried: _TriedStepChain | None = None
+    tried: _LinkedStep | None = None
     errors: int = 0
     met: int = 0
     subgoal: int = 0
@@ -222,8 +222,8 @@ def _rank_failure(branch: ExecutionBranch) -> tuple[int, int]:
     return branch.errors, -branch.past.number
 
 
-def _merge_branches(
-    branches: list[ExecutionBranch], subgoal: int, *, with_pasts: bool
+def _drop_needless_branches(
+    branches: list[ExecutionBranch], subgoal_number: int, *, same_actions_only: bool
 ) -> list[ExecutionBranch]:
     """Return the branches without needless ones: two are enough for each group with the same future.
 
@@ -231,16 +231,16 @@ def _merge_branches(
 
     Args:
         branches: the branches, in order.
-        subgoal: number of the subgoal with which the branches continue.
-        with_pasts: whether branches with different executed actions are in different groups, because these
-            actions matter to the goal.
+        subgoal_number: number of the subgoal with which the branches continue.
+        same_actions_only: whether branches with different executed actions are in different groups, because
+            these actions matter to the goal.
     """
     if len(branches) < _MIN_BRANCHES_TO_MERGE:
         return branches
     groups: dict[object, list[ExecutionBranch]] = {}
     for branch in branches:
-        way = branch.trajectory.executed_actions if with_pasts else ()
-        key = (branch.state, branch.met, branch.count_executed(subgoal), way)
+        way = branch.trajectory.executed_actions if same_actions_only else ()
+        key = (branch.state, branch.met, branch.count_executed(subgoal_number), way)
         groups.setdefault(key, []).append(branch)
     best = [
         (min(branches_to_merge, key=_rank_success), min(branches_to_merge, key=_rank_failure))
@@ -258,16 +258,19 @@ _NO_SUBGOAL = -1
 """Number of a subgoal that stands for the end of a program, after all subgoals."""
 
 
-def _end_branch(
-    branch: ExecutionBranch, subgoal: int, check: Check, earlier: int | None = None
+def _fail_branch(
+    branch: ExecutionBranch,
+    subgoal_number: int,
+    failed_check: Check,
+    state_where_subgoal_held: int | None = None,
 ) -> ExecutionBranch:
     """Return a branch after it failed at a subgoal before any action was tried.
 
-    ``earlier`` is the number of the last state in which the subgoal held, or None.
+    ``state_where_subgoal_held`` is the number of the last state in which the subgoal held, or None.
     """
-    kind = check.fault if earlier is None else FaultKind.WRONG_ORDER
-    fault = Fault(kind, check, earlier)
-    return branch._replace(errors=branch.errors + 1, subgoal=subgoal, failure=fault)
+    kind = failed_check.fault if state_where_subgoal_held is None else FaultKind.WRONG_ORDER
+    fault = Fault(kind, failed_check, state_where_subgoal_held)
+    return branch._replace(errors=branch.errors + 1, subgoal=subgoal_number, failure=fault)
 
 
 @dataclass(frozen=True, slots=True)
@@ -315,11 +318,7 @@ class ExplorationResult:
 
 
 def explore_program(
-    domain: Domain,
-    initial: State,
-    program: Program,
-    goal: GoalProgress,
-    limits: ExplorationLimits,
+    domain: Domain, initial: State, program: Program, goal: GoalProgress, limits: ExplorationLimits
 ) -> ExplorationResult:
     """Execute a program of subgoals in all possible ways, within limits, and return the result.
 
@@ -359,13 +358,13 @@ class _Exploration:
         for number in reversed(range(len(self._program))):
             instruction, waiting = self._program[number], self._waiting[number]
             self._waiting[number] = []
-            for branch in self._select_branches(waiting, instruction):
+            for branch in self._merge_and_limit_branches(waiting, instruction):
                 self._execute_instruction(branch, instruction)
                 if self._end != "complete":
                     return self._make_result(branch)
         return self._make_result(start)
 
-    def _select_branches(
+    def _merge_and_limit_branches(
         self, waiting: list[ExecutionBranch], instruction: Instruction
     ) -> list[ExecutionBranch]:
         """Return the branches that continue at an instruction, after those with the same future are merged.
@@ -373,19 +372,21 @@ class _Exploration:
         Tests and the end of the answer do not limit the number of branches.
         """
         subgoal = _NO_SUBGOAL if instruction is None else instruction.subgoal
-        branches = _merge_branches(waiting, subgoal, with_pasts=self._goal.trajectory_test is not None)
+        branches = _drop_needless_branches(
+            waiting, subgoal, same_actions_only=self._goal.trajectory_test is not None
+        )
         if not isinstance(instruction, PerformInstruction | ForkInstruction):
             return branches
         self._is_cut |= len(branches) > self._limits.branches
         return branches[: self._limits.branches]
 
-    def _make_result(self, fallback: ExecutionBranch) -> ExplorationResult:
+    def _make_result(self, unfinished_branch: ExecutionBranch) -> ExplorationResult:
         if self._is_cut and self._end == "complete" and not self._successful:
             self._end = "branches"
         if self._successful:
             reported = min(self._successful, key=_rank_success)
         else:
-            reported = min(self._executable or self._failed or [fallback], key=_rank_failure)
+            reported = min(self._executable or self._failed or [unfinished_branch], key=_rank_failure)
         return ExplorationResult(
             reported=reported,
             success=bool(self._successful),
@@ -423,7 +424,7 @@ class _Exploration:
         self._effort.used += result.effort
         if result.failed_check is not None:
             self._add_ended_branch(
-                _end_branch(branch, instruction.subgoal, result.failed_check), self._failed
+                _fail_branch(branch, instruction.subgoal, result.failed_check), self._failed
             )
         elif not result.plans:
             self._waiting[instruction.then].append(branch)
@@ -451,14 +452,14 @@ class _Exploration:
             outcome = attempt_action(self._domain, past, action)
             if isinstance(outcome, State):
                 if executed == most:
-                    return _end_branch(branch, subgoal, TOO_FAR)
+                    return _fail_branch(branch, subgoal, TOO_FAR)
                 executed += 1
                 refined += executed == 1
-                met = self._goal.advance(met, past.state, action)
-                past, tried = past.extend(outcome), _TriedStepChain(Step(action, None), tried)
+                met = self._goal.count_parts_met_after(met, past.state, action)
+                past, tried = past.extend(outcome), _LinkedStep(Step(action, None), tried)
                 continue
             errors += 1
-            tried = _TriedStepChain(Step(action, outcome), tried)
+            tried = _LinkedStep(Step(action, outcome), tried)
             if outcome.kind is not FaultKind.ADDITIONAL_STEP:
                 self._effort.used += past.number // _PAST_STATES_PER_ACTION
                 return ExecutionBranch(past, tried, errors, met, subgoal, outcome, executed, refined)
@@ -473,7 +474,7 @@ class _Exploration:
             return
         earlier = self._find_earlier_state(branch, instruction)
         if not self._has_reached_limit():
-            failed = _end_branch(branch, instruction.subgoal, instruction.check, earlier)
+            failed = _fail_branch(branch, instruction.subgoal, instruction.check, earlier)
             self._add_ended_branch(failed, self._failed)
 
     def _find_earlier_state(self, branch: ExecutionBranch, instruction: RequireInstruction) -> int | None:
@@ -488,9 +489,11 @@ class _Exploration:
 
         return branch.past.find_last_state_index(instruction.holds, has_held)
 
-    def _add_ended_branch(self, branch: ExecutionBranch, among: list[ExecutionBranch]) -> None:
+    def _add_ended_branch(
+        self, branch: ExecutionBranch, branches_with_this_end: list[ExecutionBranch]
+    ) -> None:
         self._ended.append(branch)
-        among.append(branch)
+        branches_with_this_end.append(branch)
 
     def _has_reached_limit(self) -> bool:
         if self._attempts.is_used_up:

@@ -15,7 +15,7 @@ from itertools import tee
 from typing import NamedTuple, TypeAlias
 
 from eai.abilities.subgoal_decomposition.program import MAX_ACTIONS, TOO_FAR, ActionSequence, SubgoalPlans
-from eai.abilities.subgoal_decomposition.repertoire import CandidateAction, Holds, select_distinguished
+from eai.abilities.subgoal_decomposition.repertoire import CandidateAction, Holds, select_actions_of_operators
 from eai.planning.search import OpenList, SearchEffort, SearchEndReason, SearchNode, run_best_first_search
 from eai.planning.successor_generator import PlanNode
 from eai.world.action import Action
@@ -76,14 +76,14 @@ class SearchGoal(NamedTuple):
     effort: int = 0
 
     @property
-    def size(self) -> int:
+    def part_count(self) -> int:
         """Number of parts of the goal."""
         return self.everything.bit_count()
 
     @property
-    def step_effort(self) -> int:
+    def effort_per_step(self) -> int:
         """Cost of one applied action and a test of all parts, counted in applied actions."""
-        return 1 + self.size // _PARTS_PER_ACTION
+        return 1 + self.part_count // _PARTS_PER_ACTION
 
 
 def find_plans(
@@ -104,7 +104,7 @@ def find_plans(
     for permitted in permitted_sets:
         search = _UniformCostSearch(goal, permitted, budget)
         plans = search.find_shortest_plans(start)
-        effort += search.effort.used * goal.step_effort
+        effort += search.effort.used * goal.effort_per_step
         if plans:
             return SubgoalPlans(plans, effort)
         failed.append(search)
@@ -135,7 +135,7 @@ class _MovementFinder:
         return copy(self._ways[state])  # every copy first yields explored paths, then explores further paths
 
     def _explore_paths(self, start: State) -> Iterator[MovementPath]:
-        moves = [candidate for candidate in self._moves if candidate.is_ever_possible(start)]
+        moves = [candidate for candidate in self._moves if candidate.fixed_checks_hold(start)]
         seen = {start}
         ways: list[MovementPath] = [SearchNode(start)]
         for _ in range(_MAX_MOVEMENTS):
@@ -147,7 +147,7 @@ class _MovementFinder:
                         continue
                     if candidate.info.common_checks_hold(
                         way.state, candidate.binding
-                    ) and candidate.is_possible_now(way.state):
+                    ) and candidate.is_possible_if_fixed_checks_hold(way.state):
                         self._effort.used += 1
                         after = candidate.compute_result(way.state)
                         if after not in seen:
@@ -197,9 +197,9 @@ class _UniformCostSearch:
         Among plans with equal results for the goal, one is returned.
         """
         actions = (*self.permitted.achievers, *self.permitted.helping)
-        self._candidates = [candidate for candidate in actions if candidate.is_ever_possible(start)]
+        self._candidates = [candidate for candidate in actions if candidate.fixed_checks_hold(start)]
         self._push_node(SearchNode(start, self.goal.at_start))
-        run_best_first_search(self._open.pop, self._visit_node)
+        run_best_first_search(self._open.pop, self._expand_and_find_stop)
         return [node.list_actions() for node in self._found.values()]
 
     def _push_node(self, node: PlanNode) -> None:
@@ -207,7 +207,7 @@ class _UniformCostSearch:
         self._open.push(node, node.depth, self._pushed)
         self._pushed += 1
 
-    def _visit_node(self, node: PlanNode) -> PlanNode | SearchEndReason | None:
+    def _expand_and_find_stop(self, node: PlanNode) -> PlanNode | SearchEndReason | None:
         """Add the successors of a node to the open list, and keep those that reach the goal as solutions.
 
         Return None to continue the search. A node or a `SearchEndReason` stops the search.
@@ -227,7 +227,7 @@ class _UniformCostSearch:
         if node.depth < self._best:
             self._best = node.depth
             self._found = {}
-        distinguished = select_distinguished(node.list_actions(), self.goal.distinguished)
+        distinguished = select_actions_of_operators(node.list_actions(), self.goal.distinguished)
         self._found.setdefault((node.state, distinguished), node)
 
     def _meets_goal(self, state: State) -> bool:
@@ -244,7 +244,7 @@ class _UniformCostSearch:
             name = candidate.action.operator
             if name not in allowed:
                 allowed[name] = candidate.info.common_checks_hold(node.state, candidate.binding)
-            way = self._find_approach(node, candidate) if allowed[name] else None
+            way = self._find_enabling_movement(node, candidate) if allowed[name] else None
             if way is None:
                 continue
             self.effort.used += 1
@@ -265,19 +265,19 @@ class _UniformCostSearch:
                 if met & ~node.met:
                     yield SearchNode(way.state, met, depth, node, way.list_actions())
 
-    def _find_approach(self, node: PlanNode, candidate: CandidateAction) -> MovementPath | None:
+    def _find_enabling_movement(self, node: PlanNode, candidate: CandidateAction) -> MovementPath | None:
         """Return the shortest movement that makes an action possible, or None if no short movement does."""
         state, before = node.state, node.depth + 1
         if before > self._best:
             return None
-        if candidate.is_possible_now(state):
+        if candidate.is_possible_if_fixed_checks_hold(state):
             return SearchNode(state)
-        if not self.movement or not candidate.can_movement_enable(state):
+        if not self.movement or not candidate.can_agent_movement_enable(state):
             return None
         for way in self.movement.list_paths(state):
             if before + way.depth > self._best:
                 return None
-            if candidate.is_possible_now(way.state):
+            if candidate.is_possible_if_fixed_checks_hold(way.state):
                 return way
         self.out_of_reach.add((state, candidate.action))
         return None
@@ -336,7 +336,9 @@ def _find_best_failed_attempt(searches: Sequence[_UniformCostSearch]) -> Subgoal
         if reported is None:
             return SubgoalPlans((), effort, TOO_FAR, has_failed=True)
         return SubgoalPlans(
-            (reported.plan,), effort, has_failed=not reported.candidate.is_hopeless(reported.failing)
+            (reported.plan,),
+            effort,
+            has_failed=not reported.candidate.needs_objects_of_other_kind(reported.failing),
         )
     nodes = [node for search in searches for node in search.nodes]
     most = max(nodes, key=lambda node: (node.met.bit_count(), -node.depth))
@@ -363,7 +365,7 @@ class _FailedSearch:
         start, *others = search.nodes
         self.most_met = max([node.met.bit_count() for node in search.nodes])
         others.sort(key=lambda node: -node.met.bit_count())
-        tests = self._goal.size * (len(self._permitted.achievers) + len(self._permitted.moving))
+        tests = self._goal.part_count * (len(self._permitted.achievers) + len(self._permitted.moving))
         self._nodes = [start, *others][
             : max(1, min(_MAX_FAILURE_STATES, _MAX_FAILURE_TESTS // max(1, tests)))
         ]
@@ -377,8 +379,8 @@ class _FailedSearch:
         rank: _AttemptRank = (0, 0, 0)
         for node in self._nodes:
             for candidate in (*self._permitted.achievers, *self._permitted.moving):
-                met = -self._count_goal_parts_met_after(node, candidate)
-                if not met or (best is not None and self._find_min_rank(node, candidate, met) >= rank):
+                met = -self._count_goal_parts_met_if_possible(node, candidate)
+                if not met or (best is not None and self._bound_attempt_rank(node, candidate, met) >= rank):
                     continue
                 attempt = self._try_action(node, candidate)
                 if attempt.failing and -met <= self.most_met:
@@ -388,45 +390,49 @@ class _FailedSearch:
                 if not made and (best is None or attempt_rank < rank):
                     best, rank = attempt, attempt_rank
         if best is not None:
-            return rank, self._choose_reported_attempt(best)
+            return rank, self._choose_attempt_to_report(best)
         first = self._nodes[0]
         # report an action that another action must precede, or whose only failure is its tried effects
         for candidate in self._permitted.achievers:
             attempt = self._try_action(first, candidate)
-            reported = self._choose_reported_attempt(attempt)
+            reported = self._choose_attempt_to_report(attempt)
             only_tries = attempt.failing == [len(candidate.info.operator.checks)]
             if attempt.failing and (only_tries or reported is not attempt):
                 return (0, len(attempt.failing), len(attempt.plan)), reported
         return None
 
-    def _count_goal_parts_met_after(self, node: PlanNode, candidate: CandidateAction) -> int:
+    def _count_goal_parts_met_if_possible(self, node: PlanNode, candidate: CandidateAction) -> int:
         missing = candidate.parts & ~node.met
         if not missing:
             return 0
-        self.effort += self._goal.step_effort
+        self.effort += self._goal.effort_per_step
         after = candidate.compute_result(node.state)
         if not self._goal.met(after, candidate.touched & missing, 0):
             return 0
         met = self._goal.met(after, candidate.touched, node.met).bit_count()
         return met if met > node.met.bit_count() else 0
 
-    def _find_min_rank(self, node: PlanNode, candidate: CandidateAction, met: int) -> _AttemptRank:
-        lacking = candidate.count_unmovable_failures(node.state, len(candidate.info.movable))
-        return met, self._find_min_failing_checks(node, candidate, lacking), node.depth + 1
+    def _bound_attempt_rank(
+        self, node: PlanNode, candidate: CandidateAction, negated_parts_met: int
+    ) -> _AttemptRank:
+        lacking = candidate.count_failures_movement_cannot_fix(node.state, len(candidate.info.movable))
+        return negated_parts_met, self._bound_failing_check_count(node, candidate, lacking), node.depth + 1
 
-    def _find_min_failing_checks(self, node: PlanNode, candidate: CandidateAction, lacking: int) -> int:
+    def _bound_failing_check_count(
+        self, node: PlanNode, candidate: CandidateAction, failures_movement_cannot_fix: int
+    ) -> int:
         """Return a lower bound of the number of an action's failing checks.
 
         It is at least 1 if no movement makes the action possible.
         """
-        return lacking or int((node.state, candidate.action) in self._out_of_reach)
+        return failures_movement_cannot_fix or int((node.state, candidate.action) in self._out_of_reach)
 
     def _try_action(self, node: PlanNode, candidate: CandidateAction) -> _TriedAction:
         """Return the result of an action after the movement with which the fewest of its checks fail."""
         self.effort += 1
         failing = candidate.find_failing_checks(node.state)
         best = _TriedAction(node, candidate, (*node.list_actions(), candidate.action), node.state, failing)
-        least = self._find_min_failing_checks(
+        least = self._bound_failing_check_count(
             node, candidate, sum([not candidate.info.movable[i] for i in failing])
         )
         if len(failing) > least:
@@ -440,28 +446,34 @@ class _FailedSearch:
                         break
         return best
 
-    def _choose_reported_attempt(self, attempt: _TriedAction) -> _TriedAction | None:
+    def _choose_attempt_to_report(self, failed_attempt: _TriedAction) -> _TriedAction | None:
         """Return the attempt to report in place of a failed attempt, or None to report none.
 
         If all actions that would make failing checks of the attempt true fail, the first such action is
         reported instead. The result is None if the attempt is only too long, or if such an action is possible
         and undoes nothing.
         """
-        node, candidate, _, state, failing = attempt
+        node, candidate, _, state, failing = failed_attempt
         if not failing:
             return None
-        if candidate.is_hopeless(failing):
-            return attempt
+        if candidate.needs_objects_of_other_kind(failing):
+            return failed_attempt
         mending = [
             self._try_action(node, other)
             for other in self._permitted.helping
             if len(candidate.find_failing_checks(other.compute_result(state))) < len(failing)
         ]
-        if any(not tried_action.failing and self._undoes_nothing(tried_action) for tried_action in mending):
+        if any(
+            not tried_action.failing and self._keeps_met_goal_parts(tried_action) for tried_action in mending
+        ):
             return None
-        return mending[0] if mending and all(tried_action.failing for tried_action in mending) else attempt
+        return (
+            mending[0]
+            if mending and all(tried_action.failing for tried_action in mending)
+            else failed_attempt
+        )
 
-    def _undoes_nothing(self, attempt: _TriedAction) -> bool:
+    def _keeps_met_goal_parts(self, attempt: _TriedAction) -> bool:
         node, candidate = attempt.node, attempt.candidate
         return (
             self._goal.met(candidate.compute_result(attempt.state), candidate.touched, node.met) == node.met

@@ -167,10 +167,10 @@ def _make_unreadable(reading: ParsedAnswer[str], reason: str) -> Unreadable:
     return Unreadable(reason, spans=tuple(sorted([*unread, *others])))
 
 
-def _read_output(value: object) -> str | None:
-    if not isinstance(value, JsonObject) or _find_flaw(value) is not None:
+def _read_output_text(json_value: object) -> str | None:
+    if not isinstance(json_value, JsonObject) or _find_flaw(json_value) is not None:
         return None
-    output = dict(value.members).get("output")
+    output = dict(json_value.members).get("output")
     if isinstance(output, list) and all(isinstance(item, str) for item in output):
         return "\n".join(output)
     return output if isinstance(output, str) else None
@@ -187,7 +187,7 @@ def _find_flaw(value: object) -> str | None:
 
 _OUTPUT = AnswerFormat(
     'JSON object with a text of operators under "output"',
-    _read_output,
+    _read_output_text,
     is_part=lambda text: _OPERATOR_SIGN.search(text) is not None,
     is_line_of_answer=lambda line: _HEAD.search(line) is not None,
     flaw=_find_flaw,
@@ -238,9 +238,9 @@ def _split_operators(text: str) -> list[str]:
 def _read_operator(segment: str) -> WrittenOperator | PddlFinding:
     """Return the operator at the beginning of a text. Prose after the operator is ignored."""
     text = _COMMENT.sub("", segment)
-    operator = _read_operator_parts(text, len(segment))
+    operator = _read_operator_definition(text, len(segment))
     end = _find_end_before_prose(text) if isinstance(operator, PddlFinding) else None
-    return operator if end is None else _read_operator_parts(text[:end], len(segment))
+    return operator if end is None else _read_operator_definition(text[:end], len(segment))
 
 
 def _find_end_before_prose(text: str) -> int | None:
@@ -251,7 +251,7 @@ def _find_end_before_prose(text: str) -> int | None:
     return end if text[end:].lstrip()[:1].isalpha() else None
 
 
-def _read_operator_parts(text: str, size: int) -> WrittenOperator | PddlFinding:
+def _read_operator_definition(text: str, length_with_comments: int) -> WrittenOperator | PddlFinding:
     head = _HEAD.match(text)
     name = head.group(1).lower() if head else ""
     action = PddlAction(name, (), TRUE, NO_EFFECT)
@@ -274,7 +274,9 @@ def _read_operator_parts(text: str, size: int) -> WrittenOperator | PddlFinding:
         return PddlFinding(error.offence, error.expected, place)
     has_parameters = all(finding.place != f"parameters of {name}" for finding in unread)
     is_known = not unread or (has_parameters and not allowed.isdisjoint(("precondition", "effect")))
-    return WrittenOperator(name, action if is_known else None, tuple(unread), tuple(repairs), size)
+    return WrittenOperator(
+        name, action if is_known else None, tuple(unread), tuple(repairs), length_with_comments
+    )
 
 
 class _OperatorPart(NamedTuple):

@@ -119,8 +119,8 @@ class OperatorJudgement:
     excluded: TaskExclusion | None = None
 
 
-def _solve_if_needed(planner: PddlPlanner, task: PlanningTask | PlannerResult) -> PlannerResult:
-    return task if isinstance(task, PlannerResult) else planner.solve(task)
+def _solve_unless_result(planner: PddlPlanner, task_or_result: PlanningTask | PlannerResult) -> PlannerResult:
+    return task_or_result if isinstance(task_or_result, PlannerResult) else planner.solve(task_or_result)
 
 
 ReplacedPart: TypeAlias = Literal["operator", "precondition", "effect"]
@@ -132,7 +132,7 @@ its parameters differently, its variables are unbound in this test.
 
 
 @dataclass(frozen=True, slots=True)
-class OperatorRules(ABC):
+class OperatorScoringRules(ABC):
     """Rules for reading the operators of answers, comparing them with gold operators, and planning with them.
 
     Answers to one problem often have the same operators, so results of the planner are cached.
@@ -157,8 +157,8 @@ class OperatorRules(ABC):
         """Return the judgement on a missing answer: each operator of the task is missing."""
 
     @abstractmethod
-    def plan_with_each_operator(
-        self, task: TransitionTask, text: str, replaced: ReplacedPart
+    def plan_with_each_written_operator(
+        self, task: TransitionTask, answer: str, replaced_part: ReplacedPart
     ) -> dict[str, PlannerResult | None]:
         """Map each operator's name to the planner's result with the answer's version of this operator.
 
@@ -184,7 +184,7 @@ class OperatorRules(ABC):
         planner = self.planner
         if planner is None:
             return NOT_RUN
-        return self.results.get_or_compute(key, size, lambda: _solve_if_needed(planner, make()))
+        return self.results.get_or_compute(key, size, lambda: _solve_unless_result(planner, make()))
 
 
 _ReadOperator: TypeAlias = tuple[PddlAction | None, tuple[PddlFinding, ...]]
@@ -196,7 +196,7 @@ _OperatorComparison: TypeAlias = tuple[OperatorReport, OperatorMatch]
 
 
 @dataclass(frozen=True, slots=True)
-class PaperOperatorRules(OperatorRules):
+class PaperOperatorRules(OperatorScoringRules):
     """The rules of the paper for one domain. Caches ensure that equal operators are read and compared once.
 
     Attributes:
@@ -256,35 +256,44 @@ class PaperOperatorRules(OperatorRules):
         works = None if planning.outcome is PlannerOutcome.NOT_RUN else False
         return OperatorJudgement(missing, planning, works, literals=_sum_literal_counts(compared))
 
-    def plan_with_each_operator(
-        self, task: TransitionTask, text: str, replaced: ReplacedPart
+    def plan_with_each_written_operator(
+        self, task: TransitionTask, answer: str, replaced_part: ReplacedPart
     ) -> dict[str, PlannerResult | None]:
         """Map each operator's name to the planner's result with the answer's version of this operator.
 
         All other operators are gold operators. The result is None for an operator that the answer lacks. The
         mapping is empty for an excluded answer.
         """
-        written = read_operators(text, self.readings)
+        written = read_operators(answer, self.readings)
         by_name = {} if isinstance(written, Unreadable) else written.value
         return {
-            name: self._plan_with_operator(
-                task, _replace_part(by_name[name], task.gold_operators[name], replaced)
+            name: self._plan_with_written_operator(
+                task, _replace_part(by_name[name], task.gold_operators[name], replaced_part)
             )
             if name in by_name
             else None
             for name in task.operators
         }
 
-    def _plan_with_operator(self, task: TransitionTask, tried: WrittenOperator) -> PlannerResult:
-        actions = [tried.action if name == tried.name else gold for name, gold in task.gold_operators.items()]
+    def _plan_with_written_operator(
+        self, task: TransitionTask, written_operator: WrittenOperator
+    ) -> PlannerResult:
+        actions = [
+            written_operator.action if name == written_operator.name else gold
+            for name, gold in task.gold_operators.items()
+        ]
         readable = tuple(action for action in actions if action is not None)
-        return self._solve_with_actions(task, readable, self._find_operator_defects(task, tried), tried.size)
+        return self._solve_with_actions(
+            task, readable, self._find_operator_defects(task, written_operator), written_operator.size
+        )
 
     def _compare_with_gold(
         self, task: TransitionTask, name: str, written: WrittenOperator | None
     ) -> _OperatorComparison:
         read, size = (None, 0) if written is None else ((written.action, written.unread), written.size)
-        return self.compared.get_or_compute((read, name), size, lambda: _compare_operator(task, name, read))
+        return self.compared.get_or_compute(
+            (read, name), size, lambda: _compare_read_operator_with_gold(task, name, read)
+        )
 
     def _find_operator_defects(
         self, task: TransitionTask, written: WrittenOperator
@@ -314,19 +323,21 @@ class PaperOperatorRules(OperatorRules):
     ) -> PlannerResult:
         refusals = tuple(finding for finding in findings if finding.offence.makes_planners_refuse_domain)
         key = (task.problem_text, actions, refusals)
-        return self.solve(key, size, lambda: _make_planning_task(task, actions, refusals))
+        return self.solve(key, size, lambda: _make_planning_task_or_result(task, actions, refusals))
 
 
-def _compare_operator(task: TransitionTask, name: str, read: _ReadOperator | None) -> _OperatorComparison:
-    gold = task.gold_operators[name]
-    action, findings = read or (None, ())
+def _compare_read_operator_with_gold(
+    task: TransitionTask, operator_name: str, read_operator: _ReadOperator | None
+) -> _OperatorComparison:
+    gold = task.gold_operators[operator_name]
+    action, findings = read_operator or (None, ())
     if action is not None:
         status, match = OperatorStatus.COMPARED, match_operators(action, gold)
         findings = (*findings, *_check_operator(task, action))
     else:
-        status = OperatorStatus.MISSING if read is None else OperatorStatus.UNREADABLE
+        status = OperatorStatus.MISSING if read_operator is None else OperatorStatus.UNREADABLE
         match = mark_all_clauses_missing(gold)
-    return OperatorReport(name, status, match.precondition, match.effect, findings), match
+    return OperatorReport(operator_name, status, match.precondition, match.effect, findings), match
 
 
 def _check_operator(task: TransitionTask, action: PddlAction) -> tuple[PddlFinding, ...]:
@@ -352,9 +363,9 @@ def _sum_literal_counts(compared: Sequence[_OperatorComparison]) -> dict[str, Co
     }
 
 
-def _make_planning_task(
-    task: TransitionTask, actions: tuple[PddlAction, ...], refusals: tuple[PddlFinding, ...]
+def _make_planning_task_or_result(
+    task: TransitionTask, actions: tuple[PddlAction, ...], preventing_findings: tuple[PddlFinding, ...]
 ) -> PlanningTask | PlannerResult:
-    if refusals:
-        return make_input_error_result(refusals[0])
+    if preventing_findings:
+        return make_input_error_result(preventing_findings[0])
     return PlanningTask(replace(task.domain.header, actions=actions), task.problem)

@@ -7,7 +7,7 @@ from functools import lru_cache, partial
 
 from eai.abilities.explanation import Explanation, Statement, StepReport
 from eai.abilities.scorer import Assessment, Scorer
-from eai.abilities.transition_modeling.rules import OperatorJudgement, OperatorRules, ReplacedPart
+from eai.abilities.transition_modeling.rules import OperatorJudgement, OperatorScoringRules, ReplacedPart
 from eai.abilities.transition_modeling.verdict import (
     OTHER,
     ClausePredicates,
@@ -26,25 +26,28 @@ _MAX_CACHED_CLAUSES = 1000
 """Maximum number of clauses whose predicates are cached for a task."""
 
 
-def count_by_category(
-    sides: Iterable[ClauseComparison], contents: Mapping[str, ClausePredicates], *, clauses: bool
+def count_matches_by_category(
+    side_matches: Iterable[ClauseComparison],
+    predicates_of_clauses: Mapping[str, ClausePredicates],
+    *,
+    count_clauses: bool,
 ) -> dict[str, Confusion]:
     """Return the numbers of matched, additional and missing clauses for each category that has any.
 
     Args:
-        sides: matched, additional and missing clauses of preconditions, or of effects.
-        contents: mapping from the text of a clause to its predicates.
-        clauses: whether clauses are counted: each counts once in each category of its predicates, including
-            `OTHER`, and once in `ALL`. If False, predicates with a category are counted instead.
+        side_matches: matched, additional and missing clauses of preconditions, or of effects.
+        predicates_of_clauses: mapping from the text of a clause to its predicates.
+        count_clauses: whether clauses are counted: each counts once in each category of its predicates,
+            including `OTHER`, and once in `ALL`. If False, predicates with a category are counted instead.
     """
     counts: dict[str, list[int]] = {}
-    for side in sides:
+    for side in side_matches:
         for index, side_clauses in enumerate((side.matched, side.additional, side.missing)):
             for clause in side_clauses:
-                for name in contents[clause].categories:
-                    if clauses or name != OTHER:
+                for name in predicates_of_clauses[clause].categories:
+                    if count_clauses or name != OTHER:
                         counts.setdefault(name, [0, 0, 0])[index] += 1
-                if clauses:
+                if count_clauses:
                     counts.setdefault(ALL, [0, 0, 0])[index] += 1
     return {name: Confusion(*counts[name]) for name in sorted(counts)}
 
@@ -59,7 +62,7 @@ class TransitionModeling(Scorer):
         rules: the rules that judge answers; shared by the tasks of a benchmark.
     """
 
-    def __init__(self, task: TransitionTask, rules: OperatorRules) -> None:
+    def __init__(self, task: TransitionTask, rules: OperatorScoringRules) -> None:
         self.task = task
         self._rules = rules
         self._cached_content = lru_cache(_MAX_CACHED_CLAUSES)(
@@ -75,15 +78,15 @@ class TransitionModeling(Scorer):
         """Return the verdict on a missing answer: all operators are missing."""
         return self._make_verdict(self._rules.judge_missing_answer(self.task))
 
-    def plan_with_each_operator(
-        self, text: str, replaced: ReplacedPart = "operator"
+    def plan_with_each_written_operator(
+        self, answer: str, replaced_part: ReplacedPart = "operator"
     ) -> Mapping[str, PlannerResult | None]:
         """Map each operator's name to the planner's result with the answer's version of this operator.
 
         All other operators are gold operators. The result is None for an operator that the answer lacks. The
         mapping is empty for an excluded answer.
         """
-        return self._rules.plan_with_each_operator(self.task, text, replaced)
+        return self._rules.plan_with_each_written_operator(self.task, answer, replaced_part)
 
     def _make_verdict(self, judgement: OperatorJudgement) -> OperatorVerdict:
         categories = tuple(category.value for category in self.task.categories)
@@ -124,8 +127,10 @@ class TransitionModeling(Scorer):
     ) -> Mapping[str, Mapping[str, Confusion]]:
         clauses = self._rules.counts_clauses
         return {
-            "precondition": count_by_category([r.precondition for r in reports], contents, clauses=clauses),
-            "effect": count_by_category([r.effect for r in reports], contents, clauses=clauses),
+            "precondition": count_matches_by_category(
+                [r.precondition for r in reports], contents, count_clauses=clauses
+            ),
+            "effect": count_matches_by_category([r.effect for r in reports], contents, count_clauses=clauses),
         }
 
 
@@ -153,7 +158,7 @@ def _list_notes(judgement: OperatorJudgement) -> Iterator[str]:
             pairs = [f"its ?{ours} is the data set's ?{theirs}" for ours, theirs in match.renamed]
             whose = "clauses that it lacks have the data set's names, additional ones its own"
             yield f"{report.name}: compared so that {', '.join(pairs)}; {whose}"
-        yield from _describe_sides(report, match)
+        yield from _describe_clause_differences(report, match)
         for finding in report.offences:
             yield f"{report.name}: {finding.offence.value} in the {finding.place}: {finding.description}"
     planning = judgement.planning
@@ -167,7 +172,7 @@ def _list_notes(judgement: OperatorJudgement) -> Iterator[str]:
         yield f"the plan does not work with the data set's operators: {step}{reason}"
 
 
-def _describe_sides(report: OperatorReport, match: OperatorMatch | None) -> Iterator[str]:
+def _describe_clause_differences(report: OperatorReport, match: OperatorMatch | None) -> Iterator[str]:
     """Yield texts on the missing and the additional clauses of an operator's precondition and effect.
 
     The clauses of an unreadable precondition or effect are unknown.
@@ -177,7 +182,7 @@ def _describe_sides(report: OperatorReport, match: OperatorMatch | None) -> Iter
         of_condition = match if side == "precondition" else None
         missing_any = of_condition is not None and of_condition.missing_any
         additional_any = of_condition is not None and of_condition.additional_any
-        lost = _format_clauses(clauses.missing, are_any=missing_any)
+        lost = _format_clauses(clauses.missing, are_alternatives=missing_any)
         if report.status is OperatorStatus.UNREADABLE or f"{side} of {report.name}" in unread:
             if clauses.missing:
                 yield f"{report.name}: the {side} cannot be compared, so it counts as lacking the {lost}"
@@ -185,7 +190,7 @@ def _describe_sides(report: OperatorReport, match: OperatorMatch | None) -> Iter
         if clauses.missing:
             yield f"{report.name}: the {side} lacks the {lost}"
         if clauses.additional:
-            besides = _format_clauses(clauses.additional, are_any=additional_any)
+            besides = _format_clauses(clauses.additional, are_alternatives=additional_any)
             unbound = _describe_unbound_variables(report, side)
             yield f"{report.name}: the {side} has the additional {besides}{unbound}"
 
@@ -205,7 +210,7 @@ def _describe_unbound_variables(report: OperatorReport, side: str) -> str:
     return f" (no parameter: {', '.join(names)})" if names else ""
 
 
-def _format_clauses(clauses: tuple[str, ...], *, are_any: bool) -> str:
+def _format_clauses(clauses: tuple[str, ...], *, are_alternatives: bool) -> str:
     """Return a list of clauses as text, such as ``clauses (open ?x), (near ?y)``."""
-    noun = "alternative" if are_any else "clause"
+    noun = "alternative" if are_alternatives else "clause"
     return f"{noun}{'s' if len(clauses) > 1 else ''} {', '.join(clauses)}"

@@ -38,7 +38,7 @@ _UsualObject: TypeAlias = tuple[str, str, tuple[str, ...]]
 """Model, synset (sense of a word) and abilities that most objects of a category have."""
 
 
-def open_activities(tasks: TaskSet[BehaviorTask]) -> DomainAndProblemReader:
+def make_problem_world_of_activities(tasks: TaskSet[BehaviorTask]) -> DomainAndProblemReader:
     """Return the names that problem files of activities may use, and a function that makes initial states.
 
     Args:
@@ -55,31 +55,35 @@ def open_activities(tasks: TaskSet[BehaviorTask]) -> DomainAndProblemReader:
     header = make_domain_without_operators(
         "behavior", dict.fromkeys((*kinds, AGENT_CATEGORY, "room"), OBJECT), rooms, arities
     )
-    return header, lambda problem: _build_initial_state(problem, published.get(problem.name), usual)
+    return header, lambda problem: _build_state_and_translator(problem, published.get(problem.name), usual)
 
 
-def _build_initial_state(
-    problem: PddlProblem, published: BehaviorRecord | None, usual: Mapping[str, _UsualObject]
+def _build_state_and_translator(
+    problem: PddlProblem,
+    published_record: BehaviorRecord | None,
+    usual_object_by_category: Mapping[str, _UsualObject],
 ) -> tuple[State, ConditionConverter]:
     """Return the initial state of a problem, and a function that translates its conditions to that state.
 
     Args:
         problem: the problem.
-        published: the data set's record of the problem with this name, or None.
-        usual: category -> the most frequent model, synset and abilities of its objects.
+        published_record: the data set's record of the problem with this name, or None.
+        usual_object_by_category: category -> the most frequent model, synset and abilities of its objects.
     """
     published_objects = {
-        (obj.instance, obj.category): obj for obj in (() if published is None else published.objects)
+        (obj.instance, obj.category): obj
+        for obj in (() if published_record is None else published_record.objects)
     }
     declared = [(item.name, item.type) for item in problem.objects if item.type != AGENT_CATEGORY]
     objs = [
-        published_objects.get((n, kind)) or BehaviorObject(n, n, kind, *usual[kind]) for n, kind in declared
+        published_objects.get((n, kind)) or BehaviorObject(n, n, kind, *usual_object_by_category[kind])
+        for n, kind in declared
     ]
     record = BehaviorRecord(
         id=problem.name,
         activity=problem.name,
         definition=0,
-        scene="" if published is None else published.scene,
+        scene="" if published_record is None else published_record.scene,
         instruction="",
         objects=tuple(objs),
         problem=problem,
@@ -87,12 +91,12 @@ def _build_initial_state(
         goal_options=(),
     )
     names = {obj.instance: obj.name for obj in objs}
-    return build_task(record, load_unpublished_facts()).initial, lambda formula: _translate_condition(
-        formula, names
-    )
+    return build_task(
+        record, load_unpublished_facts()
+    ).initial, lambda formula: _write_condition_with_scene_names(formula, names)
 
 
-def _translate_condition(formula: f.Formula, names: Mapping[str, str]) -> f.Formula:
+def _write_condition_with_scene_names(formula: f.Formula, scene_names: Mapping[str, str]) -> f.Formula:
     """Return a BDDL condition in which objects have their names in the scene.
 
     Conditions about rooms become true, because states have no rooms.
@@ -100,12 +104,12 @@ def _translate_condition(formula: f.Formula, names: Mapping[str, str]) -> f.Form
     match formula:
         case f.Atom(name) if name == _ROOM:
             return f.TRUE
-        case f.Atom("onfloor", (obj, floor)) if obj.name not in names and floor.name in names:
-            return f.Atom(p.robot_on.name, (f.Constant(names[floor.name]),))
+        case f.Atom("onfloor", (obj, floor)) if obj.name not in scene_names and floor.name in scene_names:
+            return f.Atom(p.robot_on.name, (f.Constant(scene_names[floor.name]),))
         case f.Not(operand):
-            return f.Not(_translate_condition(operand, names))
+            return f.Not(_write_condition_with_scene_names(operand, scene_names))
         case _:
-            return rename_objects(formula, names)
+            return rename_objects(formula, scene_names)
 
 
 _CLEANERS = (
@@ -158,12 +162,15 @@ def build_pddl_problem(record: BehaviorRecord, goals: Sequence[f.Formula]) -> Pd
     helping = {category for name in find_predicates(*goals) for category in _HELPERS.get(name, ())}
     needed |= {name for name, category in categories.items() if category in helping}
 
-    def select_facts(facts: Iterable[f.Atom]) -> list[f.Atom]:
+    def select_facts_about_needed_objects(facts: Iterable[f.Atom]) -> list[f.Atom]:
         """Return the facts that mention at least one needed object and no room."""
         about = ((fact, {*find_object_names(fact)}) for fact in facts)
         return [fact for fact, names in about if names & needed and names <= categories.keys()]
 
-    initial, denied = select_facts(problem.initial), select_facts(problem.denied)
+    initial, denied = (
+        select_facts_about_needed_objects(problem.initial),
+        select_facts_about_needed_objects(problem.denied),
+    )
     mentioned = needed.union(*map(find_object_names, (*initial, *denied)))
     initial += [f.Atom(_SAME, (f.Constant(name), f.Constant(name))) for name in sorted(mentioned)]
     pddl = {name: name.replace(".", "_") for name in categories}

@@ -19,9 +19,9 @@ from eai.abilities.notation.notation import Notation
 from eai.abilities.protocol import Ability
 from eai.abilities.verdict import Unreadable
 from eai.base.grouping import group_pairs
-from eai.benchmarks.behavior.activities import open_activities, write_task_problem
+from eai.benchmarks.behavior.activities import make_problem_world_of_activities, write_task_problem
 from eai.benchmarks.behavior.domain import domain_in_paper_order
-from eai.benchmarks.behavior.notation import PLANS, BehaviorGoals, BehaviorSubgoals
+from eai.benchmarks.behavior.notation import PLANS, BehaviorGoals, BehaviorSubgoalNotation
 from eai.benchmarks.behavior.predicates import GOAL_RELATIONS, GOAL_STATES, part_of
 from eai.benchmarks.behavior.tasks import open_tasks as open_behavior_tasks
 from eai.benchmarks.benchmark import Benchmark, DataSet, read_answer_formats, read_short_format_texts
@@ -38,43 +38,49 @@ from eai.tasks.wording import ObjectName, SuiteWording, get_declared_object_name
 _NOTATION = BehaviorGoals()
 
 
-def _format_plan_goals(belief: BelievedTask) -> str:
+def _format_answered_goals_as_lists(belief: BelievedTask) -> str:
     """Return each goal of an answer as a flat list with objects by name: ``['not', 'open', 'jar_0']``."""
-    spelling = _map_instance_names(belief)
+    spelling = _map_instance_to_object_names(belief)
     entries = [
-        [spelling.get(word, word) for word in _flatten_words(entry)] for entry in _read_goal_entries(belief)
+        [spelling.get(word, word) for word in _flatten_words(entry)] for entry in _read_answered_goals(belief)
     ]
     return "\n".join([str(words) for words in entries if words])
 
 
-def _format_subgoal_goals(belief: BelievedTask) -> str:
+def _format_answered_goals_as_formulas(belief: BelievedTask) -> str:
     """Return each goal of an answer as a formula: ``forall(jar_n_01, (not open(jar_n_01)))``."""
-    names = _map_instance_names(belief)
+    names = _map_instance_to_object_names(belief)
     categories = {obj.category for obj in belief.task.scene.objects}
 
-    def spell_word(word: str) -> str:
+    def spell_as_in_subgoals(word: str) -> str:
         return word.replace(".", "_") if word in categories else _write_object_name(names.get(word, word))
 
-    formulas = [_format_formula(entry, spell_word, nested=False) for entry in _read_goal_entries(belief)]
+    formulas = [
+        _format_formula(entry, spell_as_in_subgoals, nested=False) for entry in _read_answered_goals(belief)
+    ]
     return "\n".join([formula for formula in formulas if formula is not None])
 
 
 GOAL_SECTIONS: Mapping[Ability, GoalSection] = {
     Ability.ACTION_SEQUENCING: GoalSection(
-        "target environment state:\n", "\n\n\ninteractable objects", _format_plan_goals
+        "target environment state:\n", "\n\n\ninteractable objects", _format_answered_goals_as_lists
     ),
-    Ability.SUBGOAL_DECOMPOSITION: GoalSection("## Goal States\n", "\n\n## Output", _format_subgoal_goals),
+    Ability.SUBGOAL_DECOMPOSITION: GoalSection(
+        "## Goal States\n", "\n\n## Output", _format_answered_goals_as_formulas
+    ),
 }
 """Ability -> section of the official prompts that states the goals."""
 
 
-def _read_goal_entries(belief: BelievedTask) -> Iterator[object]:
+def _read_answered_goals(belief: BelievedTask) -> Iterator[object]:
     """Yield the goals in an answer. Goals about states come first. An unreadable answer gives no goals."""
     entries = _NOTATION.read_entries(belief.answer)
-    return iter(() if isinstance(entries, Unreadable) else [_unwrap_entry(entry) for _, entry in entries])
+    return iter(
+        () if isinstance(entries, Unreadable) else [_remove_needless_brackets(entry) for _, entry in entries]
+    )
 
 
-def _map_instance_names(belief: BelievedTask) -> Mapping[str, str]:
+def _map_instance_to_object_names(belief: BelievedTask) -> Mapping[str, str]:
     objects = belief.task.scene.objects
     return {
         instance: obj.name
@@ -82,15 +88,15 @@ def _map_instance_names(belief: BelievedTask) -> Mapping[str, str]:
     }
 
 
-def _unwrap_entry(entry: object) -> object:
+def _remove_needless_brackets(goal: object) -> object:
     """Return a goal without superfluous brackets: a list whose only item is a list becomes this item."""
-    match entry:
+    match goal:
         case [[*_] as inner]:
-            return _unwrap_entry(inner)
+            return _remove_needless_brackets(inner)
         case [*items]:
-            return [_unwrap_entry(item) for item in items]
+            return [_remove_needless_brackets(item) for item in items]
         case _:
-            return entry
+            return goal
 
 
 def _flatten_words(entry: object) -> Iterator[str]:
@@ -160,15 +166,15 @@ def make_wording(ability: Ability) -> SuiteWording:
         return SuiteWording(domain_in_paper_order(), _GOAL_PREDICATES, {}, _get_instance_name)
     predicates, written_as, names = _GOAL_PREDICATES, dict[str, str](), get_declared_object_name
     if ability is Ability.SUBGOAL_DECOMPOSITION:
-        predicates, names = (*_GOAL_PREDICATES, *_HANDS), _write_dotted_name
+        predicates, names = (*_GOAL_PREDICATES, *_HANDS), _write_subgoal_object_name
         written_as = {**_HANDS, "toggled_on": "toggledon"}
-    halves = partial(_describe_halves, names)
+    halves = partial(_describe_sliced_halves, names)
     return SuiteWording(
         domain_in_paper_order(), predicates, written_as, names, conventions=halves, unchanging=(part_of.name,)
     )
 
 
-def _describe_halves(name: ObjectName, task: Task) -> str:
+def _describe_sliced_halves(name: ObjectName, task: Task) -> str:
     halves = group_pairs((whole, half) for half, whole in task.initial.relation(part_of.name).pairs())
     return "\n".join(
         f"SLICE makes {' and '.join([name(task, half) for half in half_indices])} of {name(task, whole)}."
@@ -176,7 +182,7 @@ def _describe_halves(name: ObjectName, task: Task) -> str:
     )
 
 
-def _write_dotted_name(task: Task, index: int) -> str:
+def _write_subgoal_object_name(task: Task, index: int) -> str:
     """Return an object's name in subgoals: ``rag.51`` for ``rag_51``."""
     return ".".join(get_declared_object_name(task, index).rsplit("_", 1))
 
@@ -202,7 +208,7 @@ def behavior() -> Benchmark:
         Notation(
             PLANS,
             BehaviorGoals(),
-            BehaviorSubgoals(),
+            BehaviorSubgoalNotation(),
             formats=read_answer_formats("eai.benchmarks.behavior"),
             short_texts=read_short_format_texts("eai.benchmarks.behavior"),
             wordings=make_wording,
@@ -217,7 +223,7 @@ def behavior() -> Benchmark:
             task_id_of=find_task_id,
             own_tasks={Ability.TRANSITION_MODELING: open_operators},
             problem_of=write_task_problem,
-            open_bddl=lambda source: open_activities(open_tasks(source)),
+            open_bddl=lambda source: make_problem_world_of_activities(open_tasks(source)),
             planner_seconds=200,
         ),
     )

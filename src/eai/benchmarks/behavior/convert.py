@@ -51,7 +51,7 @@ def convert_tasks(wheel: ArchiveFiles, bddl: ArchiveFiles, report: ReportProgres
     for done, (task_id, stats) in enumerate(tasks.items()):
         report("converting", "BEHAVIOR tasks", done, len(tasks))
         lines.append(_format_line(task_id, converter.convert_task(task_id, stats)))
-        options.append(_format_line(task_id, converter.read_goal_options(task_id)))
+        options.append(_format_line(task_id, converter.read_alternatives_by_goal(task_id)))
     report("converting", "BEHAVIOR tasks", len(tasks), len(tasks))
     return {TASKS_MEMBER: b"".join(lines), OPTIONS_MEMBER: b"".join(options)}
 
@@ -95,7 +95,7 @@ class _TaskConverter:
             "plan": [[step["action"], re.split(r"\s*,\s*", step["object"].strip())] for step in plan],
         }
 
-    def read_goal_options(self, task_id: str) -> list[object]:
+    def read_alternatives_by_goal(self, task_id: str) -> list[object]:
         """Return, for each published goal, its options: sets of conditions that together reach the goal."""
         return list(self._options[task_id]["goal_conditions"].values())
 
@@ -107,7 +107,7 @@ class _TaskConverter:
             raise DataError(f"{task_id}: the prompt's objects differ from the problem's")
         states = self._states[task_id]
         for item, named_item in zip(declared, named, strict=True):
-            model = _parse_model_name(named_item["name"])
+            model = _get_object_model(named_item["name"])
             kind = self._kinds[_FLOOR_MODEL if model == FLOOR else model]
             if _get_possible_states(kind) != set(states[item.name]):
                 raise DataError(
@@ -129,11 +129,13 @@ def _read_prompt_objects(prompt: str) -> list[dict[str, str]]:
     return [ast.literal_eval(line) for line in task.splitlines() if line.startswith("{")]
 
 
-def _parse_model_name(name: str) -> str:
-    match = _MODEL.fullmatch(name)
+def _get_object_model(object_name: str) -> str:
+    match = _MODEL.fullmatch(object_name)
     if match is None:
-        raise DataError(f"{name!r} is not an object's name; expected a model and a number, as in `rag_51`")
-    return FLOOR if name.startswith(f"{FLOOR}_") else match[1]
+        raise DataError(
+            f"{object_name!r} is not an object's name; expected a model and a number, as in `rag_51`"
+        )
+    return FLOOR if object_name.startswith(f"{FLOOR}_") else match[1]
 
 
 def _get_possible_states(kind: _TaxonomyEntry) -> set[str]:

@@ -64,10 +64,10 @@ def translate_plan_steps(task: Task, steps: Sequence[PlanStep]) -> tuple[Action,
     """
     names = BehaviorGoals().list_object_names(task)
     index = {name.replace(".", "_"): number for number, name in enumerate(names)}
-    return tuple(_choose_hands(translate_steps(steps, COUNTERPARTS, index.get), steps))
+    return tuple(_add_hands_to_actions(translate_steps(steps, COUNTERPARTS, index.get), steps))
 
 
-def _choose_hands(actions: Iterable[Action], steps: Sequence[PlanStep]) -> Iterator[Action]:
+def _add_hands_to_actions(actions: Iterable[Action], steps: Sequence[PlanStep]) -> Iterator[Action]:
     """Yield the actions with hands: a free hand to grasp, or else the hand that holds the first object."""
     held: dict[str, str] = {}
     for action, step in zip(actions, steps, strict=False):

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 from functools import cache
 
-from eai.benchmarks.behavior.operators import add_movement, make_operators
+from eai.benchmarks.behavior.operators import add_robot_movement, make_operators
 from eai.benchmarks.behavior.predicates import VOCABULARY, X, held, is_sliced, part, shut_in
 from eai.world.domain import Domain
 from eai.world.history import find_when_action_was_possible
@@ -18,7 +18,9 @@ def domain_in_paper_order() -> Domain:
 
     Actions move the robot to their objects.
     """
-    return _build_household([add_movement(sort_operator_checks(operator)) for operator in make_operators()])
+    return _build_household(
+        [add_robot_movement(sort_operator_checks(operator)) for operator in make_operators()]
+    )
 
 
 def domain_in_reference_order() -> Domain:

@@ -108,7 +108,7 @@ def make_behavior_lexicon(scene: Scene, signature: Signature, objects: Mapping[s
         objects: name -> index of the object that the name means.
     """
     categories = {
-        n: c for n, c in map_category_predicates(scene).items() if scene.vocabulary.find_arity(n) is None
+        n: c for n, c in map_predicates_to_categories(scene).items() if scene.vocabulary.find_arity(n) is None
     }
     actions = {name: name.upper() for name in ACTION_ARITIES}
     return FormulaLexicon(
@@ -116,7 +116,7 @@ def make_behavior_lexicon(scene: Scene, signature: Signature, objects: Mapping[s
     )
 
 
-def map_category_predicates(scene: Scene) -> dict[str, str]:
+def map_predicates_to_categories(scene: Scene) -> dict[str, str]:
     """Return a mapping from predicates that state an object's category to this category."""
     categories = dict.fromkeys(obj.category for obj in scene.objects)
     return {category.replace(".", "_"): category for category in categories if "." in category}
@@ -128,18 +128,20 @@ def map_object_names(scene: Scene) -> dict[str, int]:
     Names in formulas have underscores in place of hyphens.
     """
     names = {obj.name.replace("-", "_"): i for i, obj in enumerate(scene.objects)}
-    return {**names, **{_write_dotted(name): i for name, i in names.items()}}
+    return {**names, **{_write_dot_before_number(name): i for name, i in names.items()}}
 
 
-def map_published_names(scene: Scene) -> dict[str, int]:
+def map_paper_names_to_objects(scene: Scene) -> dict[str, int]:
     """Return a mapping from object names in the paper's package to indices.
 
     Parts of objects have no such name.
     """
-    return {_write_dotted(obj.name): i for i, obj in enumerate(scene.objects) if "." in obj.category}
+    return {
+        _write_dot_before_number(obj.name): i for i, obj in enumerate(scene.objects) if "." in obj.category
+    }
 
 
-def _write_dotted(name: str) -> str:
+def _write_dot_before_number(name: str) -> str:
     match = _NUMBERED.fullmatch(name)
     return name if match is None else f"{match[1]}.{match[2]}"
 
@@ -147,7 +149,7 @@ def _write_dotted(name: str) -> str:
 _SPELLINGS = (("toggled.on", "toggledon"), ("toggled_on", "toggledon"), ("t-shirt", "t_shirt"))
 
 
-class BehaviorSubgoals(SubgoalNotation):
+class BehaviorSubgoalNotation(SubgoalNotation):
     """The notation of subgoals in answers to BEHAVIOR's prompts."""
 
     def __init__(self) -> None:
@@ -158,7 +160,7 @@ class BehaviorSubgoals(SubgoalNotation):
         actions = {name: arity for name, arity in ACTION_ARITIES.items() if arity is not None}
         objects = map_object_names(scene)
         names = {*objects, *ROBOT_NAMES}
-        predicates = {**dict.fromkeys(map_category_predicates(scene), 1), **PREDICATE_ARITIES}
+        predicates = {**dict.fromkeys(map_predicates_to_categories(scene), 1), **PREDICATE_ARITIES}
         return make_behavior_lexicon(scene, Signature(predicates, actions, names), objects)
 
     def read(self, text: str) -> WrittenSubgoals | Unreadable:
@@ -183,7 +185,9 @@ class _BehaviorPlans(JsonPlans):
     def make_object_lookup(self, task: Task) -> Callable[[object], int | None]:
         """Return the function that finds an object by its name or its instance name."""
         find = super().make_object_lookup(task)
-        index = {instance: task.scene.index[name] for name, instance in _map_instances(task).items()}
+        index = {
+            instance: task.scene.index[name] for name, instance in _map_object_to_instance_names(task).items()
+        }
 
         def find_object(word: object) -> int | None:
             number = find(word)
@@ -222,34 +226,34 @@ class BehaviorGoals(JsonGoals):
 
     def list_object_names(self, task: Task) -> tuple[str, ...]:
         """Return each object's name in goals: its instance name, or the usual name of half an object."""
-        instances = _map_instances(task)
+        instances = _map_object_to_instance_names(task)
         return tuple([instances.get(obj.name, obj.name) for obj in task.scene.objects])
 
-    def list_goal_alternatives(self, task: Task) -> tuple[GoalAlternatives, ...]:
+    def list_alternatives_of_goals(self, task: Task) -> tuple[GoalAlternatives, ...]:
         """Return, for each published goal, its options: sets of conditions that together reach the goal.
 
         If the task is not from the data set, the options follow from its goals.
         """
         if not isinstance(task, BehaviorTask):
-            return super().list_goal_alternatives(task)
-        names = {instance: name for name, instance in _map_instances(task).items()}
+            return super().list_alternatives_of_goals(task)
+        names = {instance: name for name, instance in _map_object_to_instance_names(task).items()}
 
         @cache  # a condition occurs in many options of a goal
-        def make_leaf(condition: GoalCondition) -> AndOrTreeLiteral:
+        def make_literal_leaf(condition: GoalCondition) -> AndOrTreeLiteral:
             return AndOrTreeLiteral(_to_literal(condition, names))
 
-        def make_choice(options: tuple[GroundOption, ...]) -> AndOrTree:
-            return AnyOf(tuple([AllOf(tuple(map(make_leaf, option))) for option in options]))
+        def make_choice_among_options(options: tuple[GroundOption, ...]) -> AndOrTree:
+            return AnyOf(tuple([AllOf(tuple(map(make_literal_leaf, option))) for option in options]))
 
         return tuple(
             [
-                GoalAlternatives("condition", None, make_choice(options))
+                GoalAlternatives("condition", None, make_choice_among_options(options))
                 for options in task.record.goal_options
             ]
         )
 
 
-def _map_instances(task: Task) -> Mapping[str, str]:
+def _map_object_to_instance_names(task: Task) -> Mapping[str, str]:
     """Return a mapping from object name to instance name; empty if the data set does not have the task."""
     objs = task.record.objects if isinstance(task, BehaviorTask) else ()
     return {obj.name: obj.instance for obj in objs}

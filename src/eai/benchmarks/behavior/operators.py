@@ -56,7 +56,7 @@ def require_not_in_other_hand(hand: _Hand) -> Check:
     return missing_step(~hand.other(X), "{x} is in the other hand already")
 
 
-def require_cut_off(obj: Variable) -> Check:
+def require_sliced_if_half(obj: Variable) -> Check:
     """Return the check that a half of an object has been cut off.
 
     Objects that are no halves pass the check.
@@ -74,11 +74,11 @@ def require_interactable(obj: Variable) -> tuple[Check, ...]:
     return (
         missing_step(~p.shut_in(obj), f"{{{obj.name}}} is inside something that is closed", witness=shut),
         affordance(~p.cut_up(obj), f"{{{obj.name}}} is sliced; only its parts can be handled"),
-        require_cut_off(obj),
+        require_sliced_if_half(obj),
     )
 
 
-def add_movement(operator: Operator) -> Operator:
+def add_robot_movement(operator: Operator) -> Operator:
     """Return a copy of an action that also moves the robot to the floor below the action's last argument."""
     target = operator.parameters[-1]
     go = Let(F, p.floor_below(target, F), (Delete(p.robot_on(ANYTHING)), Add(p.robot_on(F))))
@@ -101,7 +101,7 @@ def put_on(obj: Variable, support: Variable) -> tuple[Effect, ...]:
     )
 
 
-def put_with(obj: Variable, neighbour: Variable) -> tuple[Effect, ...]:
+def put_where_neighbour_lies(obj: Variable, neighbour: Variable) -> tuple[Effect, ...]:
     """Return effects that put a loose object onto, or into, the object that supports its neighbour."""
     support = Exists(C, p.carries(C, neighbour))
     return (
@@ -112,7 +112,7 @@ def put_with(obj: Variable, neighbour: Variable) -> tuple[Effect, ...]:
     )
 
 
-def clear_support(obj: Variable) -> tuple[Effect, ...]:
+def remove_from_support(obj: Variable) -> tuple[Effect, ...]:
     """Return effects that remove an object from the object or floor that supports it."""
     return Delete(p.lies_in(obj, ANYTHING)), Delete(p.lies_on(obj, ANYTHING))
 
@@ -134,8 +134,8 @@ def make_grasp_action(hand: _Hand) -> Operator:
         Delete(p.stands_on(X, ANYTHING)),
         *make_symmetric_effects(Delete, p.stands_under(X, ANYTHING)),
         *make_symmetric_effects(Delete, p.stands_by(X, ANYTHING)),
-        *clear_support(X),
-        ForEach(C, p.carries(X, C) & p.much_larger(C, X), clear_support(C)),
+        *remove_from_support(X),
+        ForEach(C, p.carries(X, C) & p.much_larger(C, X), remove_from_support(C)),
         Add(hand.holds(X)),
     )
     text = "take the object into that hand"
@@ -180,9 +180,9 @@ def make_placing_actions(hand: _Hand) -> Iterator[Operator]:
     fits = affordance(~Exists(H, hand.holds(H) & p.larger(H, X)), "what the hand holds is too big for {x}")
     for name, checks, effects, where in (
         ("ONTOP", free, put_on(H, X), "onto the object"),
-        ("INSIDE", (*_require_fitting(hand, fits), *free), put_in(H, X), "into the object"),
-        ("NEXTTO", free, (*beside, *put_with(H, X)), "next to the object"),
-        ("UNDER", free, (Add(p.stands_under(H, X)), *put_with(H, X)), "under the object"),
+        ("INSIDE", (*_require_object_fits_inside(hand, fits), *free), put_in(H, X), "into the object"),
+        ("NEXTTO", free, (*beside, *put_where_neighbour_lies(H, X)), "next to the object"),
+        ("UNDER", free, (Add(p.stands_under(H, X)), *put_where_neighbour_lies(H, X)), "under the object"),
     ):
         yield _make_placing_action(hand, name, (X,), checks, effects, where)
     both = (*free, *require_target_for_placing(hand, Y))
@@ -190,8 +190,8 @@ def make_placing_actions(hand: _Hand) -> Iterator[Operator]:
     yield _make_placing_action(hand, "NEXTTO_ONTOP", (X, Y), both, (*beside, *put_on(H, Y)), where)
 
 
-def _require_fitting(hand: _Hand, fits: Check) -> tuple[Check, ...]:
-    return NO_INSIDE, fits, missing_step(hand.is_empty | ~p.closed(X), "{x} is closed")
+def _require_object_fits_inside(hand: _Hand, fits_inside: Check) -> tuple[Check, ...]:
+    return NO_INSIDE, fits_inside, missing_step(hand.is_empty | ~p.closed(X), "{x} is closed")
 
 
 def _make_placing_action(
@@ -214,10 +214,10 @@ def make_pouring_actions(hand: _Hand) -> Iterator[Operator]:
     empty = Exists(H, hand.holds(H) & ~Exists(C, p.carries(H, C)))
     has_contents = affordance(~empty, "what the hand holds is empty")
     for name, checks, effects, where in (
-        ("INSIDE", _require_fitting(hand, fits), put_in(C, X), "into the object"),
+        ("INSIDE", _require_object_fits_inside(hand, fits), put_in(C, X), "into the object"),
         ("ONTOP", (has_contents,), put_on(C, X), "onto the object"),
     ):
-        poured = ForEach(C, Exists(H, hand.holds(H) & p.carries(H, C)), (*clear_support(C), *effects))
+        poured = ForEach(C, Exists(H, hand.holds(H) & p.carries(H, C)), (*remove_from_support(C), *effects))
         text = f"pour what is in or on the object in that hand {where}"
         checks = (*checks, *require_target_for_placing(hand, X))
         yield Operator(f"{hand.name}_TRANSFER_CONTENTS_{name}", (X,), checks, (poured,), text)
@@ -255,7 +255,7 @@ def make_state_action(
         *first,
         A_HAND_FREE,
         affordance(ability(X), f"{{x}} is not {ability.name}"),
-        additional_step(~wanted if to else wanted, f"{{x}} {_describe_existing_state(state, holds=to)}"),
+        additional_step(~wanted if to else wanted, f"{{x}} {_write_already_message(state, holds=to)}"),
         *require_interactable(X),
         *last,
     )
@@ -292,12 +292,12 @@ def make_slice_action() -> Operator:
             When(~state(X), (ForEach(P, parts, (Delete(state(P)),)),)),
         )
     )
-    labels = tuple(effect for label in p.LOOSE_RELATIONS for effect in _pass_relation_to_halves(label))
+    labels = tuple(effect for label in p.LOOSE_RELATIONS for effect in _pass_relation_to_sliced_halves(label))
     supports: tuple[Effect, ...] = tuple(
         Let(
             C,
             relation(X, C),
-            (ForEach(P, parts, (*clear_support(P), Add(relation(P, C)))), *clear_support(X)),
+            (ForEach(P, parts, (*remove_from_support(P), Add(relation(P, C)))), *remove_from_support(X)),
         )
         for relation in (p.lies_in, p.lies_on)
     )
@@ -312,13 +312,13 @@ def make_slice_action() -> Operator:
     )
 
 
-def _pass_relation_to_halves(label: Predicate) -> tuple[Effect, ...]:
+def _pass_relation_to_sliced_halves(relation: Predicate) -> tuple[Effect, ...]:
     """Return effects that replace the object ``x`` by its halves in all facts of a relation."""
     parts = p.part_of(P, X)
     return (
-        ForEach(C, label(X, C), (ForEach(P, parts, (Add(label(P, C)),)),)),
-        ForEach(C, label(C, X), (ForEach(P, parts, (Add(label(C, P)),)),)),
-        *make_symmetric_effects(Delete, label(X, ANYTHING)),
+        ForEach(C, relation(X, C), (ForEach(P, parts, (Add(relation(P, C)),)),)),
+        ForEach(C, relation(C, X), (ForEach(P, parts, (Add(relation(C, P)),)),)),
+        *make_symmetric_effects(Delete, relation(X, ANYTHING)),
     )
 
 
@@ -334,13 +334,13 @@ def make_clean_action() -> Operator:
         additional_step(p.is_dusty(X) | p.is_stained(X), "{x} is neither dusty nor stained"),
     )
     tries = (
-        _make_cleaning_try(
+        _make_cleaning_alternative(
             p.is_dusty,
             in_sink | in_dishwasher | tool,
             "no hand holds a cleaning tool, and {x} is in no running sink or dishwasher",
             "there_is_no_cleaning_tool_running_sink_or_dishwasher_for",
         ),
-        _make_cleaning_try(
+        _make_cleaning_alternative(
             p.is_stained,
             in_sink | wet_tool | detergent,
             "no hand holds a soaked cleaning tool or detergent, and {x} is in no running sink",
@@ -350,11 +350,13 @@ def make_clean_action() -> Operator:
     return Operator("CLEAN", (X,), checks, (), "clean the object of dust and stains", alternatives=tries)
 
 
-def _make_cleaning_try(dirt: Predicate, means: Formula, lacking: str, id: str) -> OperatorAlternative:
+def _make_cleaning_alternative(
+    dirt: Predicate, cleaning_means: Formula, message_without_means: str, check_id: str
+) -> OperatorAlternative:
     checks = (
-        additional_step(dirt(X), f"{{x}} {_describe_existing_state(dirt, holds=False)}"),
+        additional_step(dirt(X), f"{{x}} {_write_already_message(dirt, holds=False)}"),
         *require_interactable(X),
-        replace(missing_step(means, lacking), id=id),
+        replace(missing_step(cleaning_means, message_without_means), id=check_id),
     )
     return OperatorAlternative(dirt(X), checks, (Delete(dirt(X)),))
 
@@ -405,6 +407,6 @@ def make_operators() -> tuple[Operator, ...]:
     )
 
 
-def _describe_existing_state(state: Predicate, *, holds: bool) -> str:
+def _write_already_message(state: Predicate, *, holds: bool) -> str:
     words = state.name.removeprefix("is_").replace("_", " ")
     return f"is already {words}" if holds else f"is already not {words}"

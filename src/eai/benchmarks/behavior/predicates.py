@@ -10,44 +10,44 @@ from __future__ import annotations
 import eai.logic.formula as f
 from eai.benchmarks import support
 from eai.world.derived import DefinedPredicate, LookupFunction, LookupPredicate
-from eai.world.relation import iterate_bits
+from eai.world.relation import ObjectMask, iterate_bits
 from eai.world.state import State
 from eai.world.vocabulary import Predicate, Vocabulary
 
 _SUPPORTS = ("lies_in", "lies_on")
 
 
-def make_target_lookup(relation: str) -> LookupFunction:
+def make_related_objects_lookup(relation: str) -> LookupFunction:
     """Return a function that finds, as a bit mask, the objects to which a relation relates an object."""
 
-    def find_targets(state: State, arguments: tuple[int, ...]) -> int:
+    def find_related_objects(state: State, arguments: tuple[int, ...]) -> ObjectMask:
         return state.relation(relation).row(arguments[0])
 
-    return find_targets
+    return find_related_objects
 
 
-def make_lookup_with_halves(values: LookupFunction) -> LookupFunction:
+def make_lookup_over_sliced_halves(lookup: LookupFunction) -> LookupFunction:
     """Return a function that finds the objects to which a relation in goals relates an object.
 
     A sliced object is related to the objects to which both of its halves are related.
     """
 
-    def find_common_values(state: State, arguments: tuple[int, ...]) -> int:
+    def find_objects_common_to_halves(state: State, arguments: tuple[int, ...]) -> ObjectMask:
         (x,) = arguments
         halves = state.relation("part_of").column(x) if state.mask("is_sliced") >> x & 1 else 0
         if not halves:
-            return values(state, arguments)
+            return lookup(state, arguments)
         common = state.scene.everything
         for half in iterate_bits(halves):
-            common &= values(state, (half,))
+            common &= lookup(state, (half,))
         return common
 
-    return find_common_values
+    return find_objects_common_to_halves
 
 
-def _find_floor_bits(state: State, root: int) -> int:
+def _find_floor_under(state: State, unsupported_object: int) -> ObjectMask:
     """Return the floor on which an object stands that no other object supports. The result is a bit mask."""
-    return state.relation("stands_on").row(root)
+    return state.relation("stands_on").row(unsupported_object)
 
 
 X = f.Variable("x")
@@ -135,7 +135,7 @@ shut_in = DefinedPredicate("shut_in", (X,), f.Exists(Y, closed(Y) & within(X, Y)
 floor_below = LookupPredicate(
     "floor_below",
     2,
-    support.make_floor_lookup(_SUPPORTS, _find_floor_bits),
+    support.make_floor_lookup(_SUPPORTS, _find_floor_under),
     (*_SUPPORTS, "floor", "stands_on"),
     support.make_floor_of_predicate("floor_below", floor, carries, stands_on(X, Y)),
 )
@@ -147,26 +147,31 @@ _BASIC_DERIVED = tuple(
 # Derived predicates that goals use.
 
 
-def _make_goal_state(name: str, stored: Predicate) -> DefinedPredicate:
+def _make_goal_state_predicate(name: str, stored_state: Predicate) -> DefinedPredicate:
     """Return a predicate for goals.
 
     It holds for a sliced object if the state holds for all halves of the object.
     """
-    of_parts = f.ForAll(P, f.Implies(part_of(P, X), stored(P)))
-    return DefinedPredicate(name, (X,), (stored(X) & ~halved(X)) | (halved(X) & of_parts))
+    of_parts = f.ForAll(P, f.Implies(part_of(P, X), stored_state(P)))
+    return DefinedPredicate(name, (X,), (stored_state(X) & ~halved(X)) | (halved(X) & of_parts))
 
 
-def _make_goal_relation(name: str, stored: Predicate | DefinedPredicate) -> DefinedPredicate:
+def _make_goal_relation_predicate(
+    name: str, stored_relation: Predicate | DefinedPredicate
+) -> DefinedPredicate:
     """Return a relation for goals. It holds for a sliced object if it holds for all halves of the object."""
-    values = stored.values if isinstance(stored, DefinedPredicate) else None
-    of_parts = f.ForAll(P, f.Implies(part_of(P, X), stored(P, Y)))
-    seen = (stored(X, Y) & ~halved(X)) | (halved(X) & of_parts)
+    values = stored_relation.values if isinstance(stored_relation, DefinedPredicate) else None
+    of_parts = f.ForAll(P, f.Implies(part_of(P, X), stored_relation(P, Y)))
+    seen = (stored_relation(X, Y) & ~halved(X)) | (halved(X) & of_parts)
     return DefinedPredicate(
-        name, (X, Y), seen, make_lookup_with_halves(values or make_target_lookup(stored.name))
+        name,
+        (X, Y),
+        seen,
+        make_lookup_over_sliced_halves(values or make_related_objects_lookup(stored_relation.name)),
     )
 
 
-GOAL_STATES = tuple(_make_goal_state(state.name.removeprefix("is_"), state) for _, state in STATES)
+GOAL_STATES = tuple(_make_goal_state_predicate(state.name.removeprefix("is_"), state) for _, state in STATES)
 STORED = {
     "inside": lies_in,
     "ontop": lies_on,
@@ -177,9 +182,10 @@ STORED = {
 """Relation of BDDL -> stored relation, in the order in which a new state gets its initial facts."""
 
 GOAL_RELATIONS = tuple(
-    _make_goal_relation(name, within if stored is lies_in else stored) for name, stored in STORED.items()
+    _make_goal_relation_predicate(name, within if stored is lies_in else stored)
+    for name, stored in STORED.items()
 )
-directly_inside = _make_goal_relation("directly_inside", lies_in)
+directly_inside = _make_goal_relation_predicate("directly_inside", lies_in)
 
 VOCABULARY = Vocabulary(
     predicates=tuple([item for item in globals().values() if isinstance(item, Predicate)]),

@@ -107,7 +107,10 @@ class BehaviorRecord:
 
 def read_records(pack: PackFile) -> TaskSet[BehaviorRecord]:
     """Return the records of a pack by task id, in data set order. Each record is decoded on first use."""
-    lines, options = _split_by_id(pack.read(TASKS_MEMBER)), _split_by_id(pack.read(OPTIONS_MEMBER))
+    lines, options = (
+        _map_task_ids_to_json(pack.read(TASKS_MEMBER)),
+        _map_task_ids_to_json(pack.read(OPTIONS_MEMBER)),
+    )
 
     def read(task_id: str) -> BehaviorRecord:
         return _read_record(task_id, json.loads(lines[task_id]), json.loads(options[task_id]))
@@ -115,7 +118,7 @@ def read_records(pack: PackFile) -> TaskSet[BehaviorRecord]:
     return TaskSet(lines, read, pack.sha256)
 
 
-def _split_by_id(content: bytes) -> dict[str, bytes]:
+def _map_task_ids_to_json(content: bytes) -> dict[str, bytes]:
     """Return a mapping from task id to JSON text. A line of the content is an id, a tab and JSON."""
     pairs = (line.split(b"\t", 1) for line in content.splitlines())
     return {task_id.decode(): text for task_id, text in pairs}

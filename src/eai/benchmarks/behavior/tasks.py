@@ -8,7 +8,7 @@ from dataclasses import dataclass
 from typing import TypeAlias
 
 from eai.benchmarks.behavior import predicates as p
-from eai.benchmarks.behavior.evidence import GroundRelation, UnpublishedFacts, load_unpublished_facts
+from eai.benchmarks.behavior.evidence import FactsMissingInDataSet, GroundRelation, load_unpublished_facts
 from eai.benchmarks.behavior.predicates import VOCABULARY
 from eai.benchmarks.behavior.records import PACK, BehaviorRecord, read_records
 from eai.benchmarks.packs import open_pack
@@ -61,13 +61,13 @@ class BehaviorTask(Task):
 BehaviorTasks: TypeAlias = TaskSet[BehaviorTask]
 
 
-def build_tasks(records: TaskSet[BehaviorRecord], evidence: UnpublishedFacts) -> BehaviorTasks:
+def build_tasks(records: TaskSet[BehaviorRecord], evidence: FactsMissingInDataSet) -> BehaviorTasks:
     """Return the tasks made from records. Their digest covers the records and the unpublished facts."""
     sha256 = hashlib.sha256(f"{records.sha256}{evidence.sha256}".encode()).hexdigest()
     return TaskSet(records, lambda task_id: build_task(records[task_id], evidence), sha256)
 
 
-def build_task(record: BehaviorRecord, evidence: UnpublishedFacts) -> BehaviorTask:
+def build_task(record: BehaviorRecord, evidence: FactsMissingInDataSet) -> BehaviorTask:
     """Return the task made from a record.
 
     Args:
@@ -83,7 +83,7 @@ def build_task(record: BehaviorRecord, evidence: UnpublishedFacts) -> BehaviorTa
         instruction=record.instruction,
         initial=initial,
         annotated_final=None,
-        script=tuple(builder.yield_script()),
+        script=tuple(builder.yield_human_plan()),
         goals=tuple(builder.yield_goals()),
         temporal_goal=None,
         relevant=tuple(range(len(builder.scene.objects))),
@@ -102,7 +102,7 @@ def open_tasks(source: Source | None = None) -> BehaviorTasks:
 
 
 def collect_initial_relations(
-    record: BehaviorRecord, evidence: UnpublishedFacts
+    record: BehaviorRecord, evidence: FactsMissingInDataSet
 ) -> tuple[GroundRelation, ...]:
     """Return the initial relations of a task, with object names of the scene.
 
@@ -111,7 +111,7 @@ def collect_initial_relations(
     listed = read_listed_relations(record)
     removed = evidence.removed.get(record.id, ())
     remaining = tuple(relation for relation in listed if relation[:2] not in removed)
-    return (*remaining, *assume_standing_relations(record, evidence), *evidence.added.get(record.id, ()))
+    return (*remaining, *assume_furniture_on_floor(record, evidence), *evidence.added.get(record.id, ()))
 
 
 def read_listed_relations(record: BehaviorRecord) -> tuple[GroundRelation, ...]:
@@ -126,8 +126,8 @@ def read_listed_relations(record: BehaviorRecord) -> tuple[GroundRelation, ...]:
     )
 
 
-def assume_standing_relations(
-    record: BehaviorRecord, evidence: UnpublishedFacts
+def assume_furniture_on_floor(
+    record: BehaviorRecord, evidence: FactsMissingInDataSet
 ) -> tuple[GroundRelation, ...]:
     """Return relations that put furniture on the floor of its room, if the problem file does not place it."""
     stated = [fact for fact in record.problem.initial if fact.predicate == "inroom"]
@@ -144,7 +144,9 @@ def assume_standing_relations(
     )
 
 
-def yield_initial_states(record: BehaviorRecord, evidence: UnpublishedFacts) -> Iterator[tuple[str, str]]:
+def yield_initial_predicates_and_objects(
+    record: BehaviorRecord, evidence: FactsMissingInDataSet
+) -> Iterator[tuple[str, str]]:
     """Yield the initial states of objects, each as a pair of a predicate and the object's name."""
     name_of = {obj.instance: obj.name for obj in record.objects}
     for fact in record.problem.initial:
@@ -158,7 +160,7 @@ def yield_initial_states(record: BehaviorRecord, evidence: UnpublishedFacts) -> 
 class _BehaviorTaskBuilder:
     """Builds the scene, the initial state and the goals of one task."""
 
-    def __init__(self, record: BehaviorRecord, evidence: UnpublishedFacts) -> None:
+    def __init__(self, record: BehaviorRecord, evidence: FactsMissingInDataSet) -> None:
         self._record = record
         self._evidence = evidence
         parts = (WorldObject(half, f"half_{obj.model}") for obj in record.objects for half in obj.half_names)
@@ -170,9 +172,9 @@ class _BehaviorTaskBuilder:
         """Return the initial state of the task with the given relations."""
         return self.scene.state(
             (
-                *self._yield_kind_facts(),
-                *self._yield_volume_comparisons(),
-                *self._yield_situation_facts(relations),
+                *self._yield_object_property_facts(),
+                *self._yield_facts_from_volumes(),
+                *self._yield_start_state_facts(relations),
             )
         )
 
@@ -183,12 +185,12 @@ class _BehaviorTaskBuilder:
         for formula in get_operands(rename_objects(problem.goal, names), And):
             yield Goal(_classify_goal(formula), formula)
 
-    def yield_script(self) -> Iterator[Action]:
+    def yield_human_plan(self) -> Iterator[Action]:
         """Yield the actions of the plan that a human wrote. A misspelt action keeps its wrong name."""
         for action, objects in self._record.plan:
             yield Action(action, tuple([self._index[name] for name in objects]))
 
-    def _yield_kind_facts(self) -> Iterator[Fact]:
+    def _yield_object_property_facts(self) -> Iterator[Fact]:
         for obj in self._record.objects:
             names = [_ABILITY_PREDICATES[a] for a in obj.abilities if a in _ABILITY_PREDICATES]
             names += [obj.model] if obj.model in _MODEL_PREDICATES else []
@@ -198,7 +200,7 @@ class _BehaviorTaskBuilder:
             for half in obj.half_names:
                 yield Fact(p.part_of.name, (self._index[half], self._index[obj.name]))
 
-    def _yield_volume_comparisons(self) -> Iterator[Fact]:
+    def _yield_facts_from_volumes(self) -> Iterator[Fact]:
         estimates, scene = self._evidence.volumes, self._record.scene
         volumes = [estimates.get_volume(scene, obj.name, obj.model) for obj in self._record.objects]
         for obj, volume in zip(self._record.objects, tuple(volumes), strict=True):
@@ -212,8 +214,8 @@ class _BehaviorTaskBuilder:
                     if mine > MUCH_LARGER_RATIO * other:
                         yield Fact(p.much_larger.name, (i, j))
 
-    def _yield_situation_facts(self, relations: Iterable[GroundRelation]) -> Iterator[Fact]:
-        for state, name in yield_initial_states(self._record, self._evidence):
+    def _yield_start_state_facts(self, relations: Iterable[GroundRelation]) -> Iterator[Fact]:
+        for state, name in yield_initial_predicates_and_objects(self._record, self._evidence):
             yield Fact(f"is_{state}", (self._index[name],))
         for predicate, source, target in relations:
             pair = (self._index[source], self._index[target])

@@ -9,7 +9,7 @@ from collections.abc import Iterable, Sequence
 from pathlib import Path
 
 import eai.logic.formula as f
-from eai.base.errors import InputError, prefix_errors, read_items_or_raise_all
+from eai.base.errors import InputError, prefix_errors_with_location, read_items_or_raise_all
 from eai.base.files import find_files_below
 from eai.benchmarks.benchmark import Benchmark
 from eai.benchmarks.generator.words import InstructionWriter
@@ -119,7 +119,7 @@ def _require_known_names(formula: f.Formula, initial: State, file: ProblemFile, 
 
     Raises InputError for an invalid goal. A problem may lack the agent.
     """
-    with prefix_errors(f"{file.path}: line {line}"):
+    with prefix_errors_with_location(f"{file.path}: line {line}"):
         check_goal_names(formula, initial.scene)
     return formula
 
@@ -136,7 +136,7 @@ def _read_problem_file(path: Path, header: PddlDomain) -> ProblemFile:
     if path.suffix == PDDL:
         return read_problem_file(path, header)
     text = read_text(path)
-    with prefix_errors(path):
+    with prefix_errors_with_location(path):
         problem = parse_problem(text)
         vocabulary = DeclaredNames.from_domain(header, problem.objects)
         raise_for_findings(text, read_group(text), check_problem(problem, header), vocabulary)

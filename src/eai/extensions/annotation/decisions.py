@@ -28,7 +28,7 @@ from functools import cache, cached_property
 from pathlib import Path
 from typing import TypeAlias
 
-from eai.base.errors import InputError, did_you_mean, prefix_errors
+from eai.base.errors import InputError, did_you_mean, prefix_errors_with_location
 from eai.base.files import write_files_atomically
 from eai.base.grouping import group_pairs
 from eai.logic.formula import Atom, Constant, Occurs, Or
@@ -366,7 +366,7 @@ def read_decisions(path: Path) -> tuple[tuple[str, ...], dict[str, TitleDecision
         return (), {}
     content, titles = _DecisionTables.read_file(path), {}
     for name, table in content.title.items():
-        with prefix_errors(f"{path}: title {name!r}"):
+        with prefix_errors_with_location(f"{path}: title {name!r}"):
             candidates = tuple(tuple(map(_parse_entry, entries)) for entries in table.candidates)
             titles[name] = TitleDecisions(candidates, tuple(map(parse_pattern, table.dropped)))
     return content.without, titles
@@ -573,7 +573,7 @@ def annotate(
         candidates = decisions.get(name, TitleDecisions()).candidates
         for candidate in candidates:
             for pattern in (p for entry in candidate for p in entry):
-                with prefix_errors(f"title {name!r}: {pattern}"):
+                with prefix_errors_with_location(f"title {name!r}: {pattern}"):
                     refuse_unknown_name(pattern, domain)
         for difference in (find_difference(task, domain) for task in tasks):
             number = find_first_met_candidate(candidates, difference)

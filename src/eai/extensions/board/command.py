@@ -8,7 +8,7 @@ from typing import Annotated
 import typer
 
 from eai.base.errors import InputError
-from eai.base.files import convert_write_errors, write_files_atomically
+from eai.base.files import raise_write_errors_as_input_errors, write_files_atomically
 from eai.base.json_value import Json
 from eai.benchmarks.registry import find_benchmark, list_paper_benchmarks
 from eai.cli import options
@@ -82,7 +82,7 @@ def board(
 
     with open_data_source(data) as source:
         page, number = build_board_page(submissions, source, told=lambda name: print_note(f"scoring {name}"))
-    with convert_write_errors(out):
+    with raise_write_errors_as_input_errors(out):
         write_files_atomically({out / BOARD_FILE: page})
     made: Json = {"folder": str(out), "submissions": number}
     print_result(f"{format_count(number, 'submission')} in {out / BOARD_FILE}", value=made, as_json=as_json)
@@ -112,7 +112,7 @@ def results(
     files = make_published_files(about, summaries)
     if not files:
         raise InputError(f"{about}: none of its models answered a whole suite")
-    with convert_write_errors(out):
+    with raise_write_errors_as_input_errors(out):
         write_files_atomically({out / name: content for name, content in files.items()})
     made: Json = {"folder": str(out), "files": [*files]}
     print_result(f"{format_count(len(files), 'file')} written to {out}", value=made, as_json=as_json)

@@ -146,7 +146,7 @@ def _play_in_terminal(
 
     print_result_line(f"{RULES}\n  {_QUIT}      stop here; the same command resumes\n")
     for number, play, observations in tasks:
-        print_result_line(f"Task {number} of {total}\n\n{play.write_opening()}\n")
+        print_result_line(f"Task {number} of {total}\n\n{play.write_first_observation()}\n")
         for turn, text in zip(play.turns, observations, strict=True):
             print_result_line(f"> {turn.said}\n{text}\n")
         _play_task(play, save)

@@ -80,7 +80,7 @@ def _make_page_content(
         "number": number,
         "total": total,
         "rules": RULES,
-        "opening": play.write_opening(),
+        "opening": play.write_first_observation(),
         "pictures": [image.url for image in play.draw_pictures()],
         "log": [*log],
         "at": f"{number}.{len(log)}",

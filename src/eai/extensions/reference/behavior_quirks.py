@@ -153,15 +153,15 @@ def make_aborted_transfers() -> Iterator[Operator]:
     """Yield operators that move only the first content of a container, after which eai-eval aborts."""
     for hand, (name, place) in product(o.HANDS, (("INSIDE", p.lies_in), ("ONTOP", p.lies_on))):
         first = Exists(o.H, hand.holds(o.H) & p.carries(o.H, o.C))
-        moved = Let(o.C, first & ~p.floor(X), (*o.clear_support(o.C), Add(place(o.C, X))))
-        lost = Let(o.C, first & p.floor(X), o.clear_support(o.C))
+        moved = Let(o.C, first & ~p.floor(X), (*o.remove_from_support(o.C), Add(place(o.C, X))))
+        lost = Let(o.C, first & p.floor(X), o.remove_from_support(o.C))
         yield Operator(f"{hand.name}_TRANSFER_CONTENTS_{name}", (X,), (), (moved, lost))
 
 
 @_change_operators
 def parts_before_slicing(operator: Operator) -> Operator:
     """Let the robot handle the parts of an object before the object is sliced (``interactivity_precond``)."""
-    unwanted = (o.require_cut_off(X), o.require_cut_off(Y))
+    unwanted = (o.require_sliced_if_half(X), o.require_sliced_if_half(Y))
 
     def keep_wanted(checks: tuple[Check, ...]) -> tuple[Check, ...]:
         return tuple(check for check in checks if check not in unwanted)

@@ -34,10 +34,10 @@ from eai.benchmarks.behavior import predicates as p
 from eai.benchmarks.behavior.notation import (
     ACTION_ARITIES,
     PREDICATE_ARITIES,
-    BehaviorSubgoals,
+    BehaviorSubgoalNotation,
     make_behavior_lexicon,
-    map_category_predicates,
-    map_published_names,
+    map_paper_names_to_objects,
+    map_predicates_to_categories,
 )
 from eai.benchmarks.behavior.tasks import BehaviorTask
 from eai.extensions.reference import behavior_quirks
@@ -172,7 +172,7 @@ def _free_a_hand(hands: _Hands) -> ActionSequence:
 _QUANTIFIERS = ("forall", "exists", "forpairs", "forn")
 
 
-class _BehaviorSubgoalNotation(BehaviorSubgoals):
+class _BehaviorSubgoalNotation(BehaviorSubgoalNotation):
     """The notation of BEHAVIOR subgoals, read as eai-eval reads it.
 
     Its table of names has no arities (numbers of arguments), because `find_wrong_use` tests arities.
@@ -180,9 +180,11 @@ class _BehaviorSubgoalNotation(BehaviorSubgoals):
 
     def make_formula_lexicon(self, scene: Scene) -> FormulaLexicon:
         """Return the names that formulas may use: the data set's. It names no parts of other objects."""
-        predicates = dict.fromkeys((*map_category_predicates(scene), *PREDICATE_ARITIES))
+        predicates = dict.fromkeys((*map_predicates_to_categories(scene), *PREDICATE_ARITIES))
         return make_behavior_lexicon(
-            scene, Signature(predicates, dict.fromkeys(ACTION_ARITIES), None), map_published_names(scene)
+            scene,
+            Signature(predicates, dict.fromkeys(ACTION_ARITIES), None),
+            map_paper_names_to_objects(scene),
         )
 
 

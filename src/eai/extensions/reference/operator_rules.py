@@ -49,7 +49,12 @@ from functools import partial
 from typing import ClassVar, TypeAlias
 
 from eai.abilities.transition_modeling.extraction import ResultCache
-from eai.abilities.transition_modeling.rules import NOT_RUN, OperatorJudgement, OperatorRules, ReplacedPart
+from eai.abilities.transition_modeling.rules import (
+    NOT_RUN,
+    OperatorJudgement,
+    OperatorScoringRules,
+    ReplacedPart,
+)
 from eai.abilities.transition_modeling.verdict import OperatorReport, OperatorStatus
 from eai.abilities.verdict import ErrorReport
 from eai.extensions.reference.planner_of_2024 import normalise, read_operator
@@ -141,7 +146,7 @@ No other exclusion depends on an answer.
 
 
 @dataclass(frozen=True, slots=True)
-class ReferenceRules(OperatorRules):
+class ReferenceRules(OperatorScoringRules):
     """Scores operators as eai-eval does. Caches avoid repeated comparison of equal texts."""
 
     counts_clauses: ClassVar[bool] = False
@@ -172,8 +177,8 @@ class ReferenceRules(OperatorRules):
         ]
         return OperatorJudgement(tuple(missing), self.empty_result)
 
-    def plan_with_each_operator(
-        self, task: TransitionTask, text: str, replaced: ReplacedPart
+    def plan_with_each_written_operator(
+        self, task: TransitionTask, answer: str, replaced_part: ReplacedPart
     ) -> dict[str, PlannerResult | None]:
         """Return the planner's result for each required operator of an answer, by the operator's name.
 
@@ -182,12 +187,12 @@ class ReferenceRules(OperatorRules):
         because eai-eval skips such answers (``evaluate_results_sequential``). The count
         ``task_variate_control_precond`` of eai-eval is never filled.
         """
-        written = extract_as_reference(text)
+        written = extract_as_reference(answer)
         if written is None:
             return {}
         gold = task.domain.operators
         tried = {
-            operator.name: _replace_part(operator, gold[operator.name], replaced)
+            operator.name: _replace_part(operator, gold[operator.name], replaced_part)
             for operator in written
             if operator.name in gold
         }

@@ -76,7 +76,7 @@ class VirtualHomeGoalInterpretation(GoalInterpretation):
         by_id = sorted(task.relevant, key=lambda i: get_object_id(task.initial, i))
         self._objects = {task.scene.objects[i].category: task.scene.objects[i].name for i in by_id}
         self._options: list[tuple[str, frozenset[WrittenGoal]]] = []
-        for goal in notation.list_goal_alternatives(task):
+        for goal in notation.list_alternatives_of_goals(task):
             literals = chain.from_iterable(generate_dnf_terms_of_tree(goal.options))
             options = dict.fromkeys(map(self.lexicon.to_ground_goal, literals))
             self._options.append((" or ".join(map(str, options)), frozenset(options)))

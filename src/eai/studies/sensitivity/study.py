@@ -88,7 +88,7 @@ def replace_operators_one_by_one(
     An excluded answer has no trials. A missing answer has no operators, so all of its trials fail.
     """
     errors = _list_operator_errors(record, replaced)
-    results = scorer.plan_with_each_operator(record.response, replaced)
+    results = scorer.plan_with_each_written_operator(record.response, replaced)
     if record.unanswered is not None:
         results = dict.fromkeys(scorer.task.operators)
     for operator, result in results.items():
