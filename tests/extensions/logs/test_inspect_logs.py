@@ -187,6 +187,25 @@ def test_a_damaged_log_is_refused(tmp_path: Path, cut: int) -> None:
         read_log(path)
 
 
+def test_a_call_with_wrong_arguments_is_an_unreadable_action_of_the_agent(tmp_path: Path) -> None:
+    changed = sample([OPENED, OPENED, OPENED])
+    calls = [
+        call
+        for message in changed.messages
+        if message.role == "assistant"
+        for call in message.tool_calls or ()
+    ]
+    calls[0].arguments = {"action": "OPEN", "objects": "box"}
+    calls[1].parse_error = "no JSON"
+    (episode,) = read_log(write(tmp_path, changed))
+    assert [(step.accepted, step.kind) for step in episode.steps] == [(False, FaultKind.PARSING)] * 2 + [
+        (True, None)
+    ]
+    calls[2].arguments = {"command": "open the box"}
+    with pytest.raises(InputError, match="expected calls of act with an action and objects"):
+        read_log(write(tmp_path, changed))
+
+
 def test_a_log_without_these_tools_is_refused(tmp_path: Path) -> None:
     with pytest.raises(InputError, match="sample t, epoch 1: expected calls of act"):
         read_log(write(tmp_path, sample([("look", "You see a box.")]), sample([OPENED], id="u")))

@@ -4,16 +4,23 @@ from __future__ import annotations
 
 import csv
 import json
+from dataclasses import replace
 from pathlib import Path
 
 import pytest
 
+from agents.switches import DOMAIN, initial
 from command_line import Command
+from eai import Benchmark, given, make_task
 from eai.base.errors import InputError
+from eai.base.store import Store
+from eai.benchmarks.registry import find_benchmark
 from eai.extensions.logs import readers, study
 from eai.extensions.logs.episode import Ending, EpisodeOutcome, LoggedEpisode, LoggedStep
 from eai.extensions.logs.readers import LogReader, read_log, read_logs
+from eai.extensions.logs.twin import make_twins_table
 from eai.studies.records import StudyRecords
+from eai.tasks.source import Source
 from eai.world.fault import FaultKind
 
 STEPS = (
@@ -21,8 +28,8 @@ STEPS = (
     LoggedStep("take cup", False, FaultKind.MISSING_STEP, "no", 0.5),
     LoggedStep("take cup", False, None, "no", 0.25),
 )
-LOST = LoggedEpisode("a", "t1", "s", EpisodeOutcome.GOAL_UNMET, Ending.BY_AGENT, STEPS, unknown=("seconds",))
-WON = LoggedEpisode("a", "t2", "s", EpisodeOutcome.WON, Ending.GOAL, STEPS[:1], progress=1.0)
+LOST = LoggedEpisode("t1", EpisodeOutcome.GOAL_UNMET, Ending.BY_AGENT, STEPS, "a", "s", unknown=("seconds",))
+WON = LoggedEpisode("t2", EpisodeOutcome.WON, Ending.GOAL, STEPS[:1], "a", "s", progress=1.0)
 
 
 def record(success: int) -> dict[str, object]:
@@ -92,3 +99,42 @@ def test_a_folder_and_a_log_of_two_forms_are_refused(tmp_path: Path, monkeypatch
     monkeypatch.setattr(readers, "list_readers", lambda: (reader, reader))
     with pytest.raises(InputError, match="several readers recognize this file"):
         read_log(written(tmp_path, "a.json", sweep=0))
+
+
+def test_a_benchmark_with_the_tasks_describes_their_twins_by_length(tmp_path: Path) -> None:
+    tasks = [
+        make_task("far", "Open the box.", initial(), "not shut(box)", domain=DOMAIN),
+        make_task("near", "Light the lamp.", initial(), "lit(lamp)", domain=DOMAIN),
+        replace(
+            make_task("odd", "Both.", initial(), "lit(lamp)", domain=DOMAIN),
+            unsolvable="it contradicts itself",
+        ),
+    ]
+    table = make_twins_table(
+        read_log(written(tmp_path, "run.json", odd=1, far=0, near=0, absent=1)),
+        {task.id: task for task in tasks},
+        Benchmark("switches", DOMAIN, given(*tasks)),
+    )
+    near, far, odd = table.row_dicts()
+    assert (near["task"], near["outcomes"], near["plan"]) == ("near", "limited: goal unmet", 1)
+    assert (far["task"], far["plan"], far["conditions"], far["at_start"], far["reason"]) == (
+        "far",
+        2,
+        1,
+        0,
+        "",
+    )
+    assert (odd["outcomes"], odd["plan"], odd["reason"]) == ("limited: won", None, "it contradicts itself")
+
+
+def test_hidden_objects_of_a_twin_are_those_that_its_gold_plan_uses_and_nobody_sees(
+    data_store: Store, tmp_path: Path
+) -> None:
+    benchmark = find_benchmark("behavior-1k")
+    tasks = benchmark.tasks(Source(data_store))
+    table = make_twins_table(
+        read_log(written(tmp_path, "run.json", bringing_water=0, turning_on_radio=1)), tasks, benchmark
+    )
+    radio, water = table.row_dicts()
+    assert (radio["hidden"], radio["plan"]) == ("", 1)
+    assert (water["hidden"], water["plan"], water["conditions"]) == ("bottle_1, bottle_2", 6, 3)

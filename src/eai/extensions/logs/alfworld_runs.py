@@ -119,18 +119,9 @@ def _make_episode(
     name: str, opening: str, steps: Sequence[LoggedStep], outcome: EpisodeOutcome, ending: Ending
 ) -> LoggedEpisode:
     unstated = ("verdict",) if outcome is EpisodeOutcome.CANNOT_TELL else ()
+    unknown = ("kinds of errors", "progress", *unstated)
     words = steps[-1].feedback if steps else ""
-    return LoggedEpisode(
-        "",
-        name,
-        "",
-        outcome,
-        ending,
-        tuple(steps),
-        opening,
-        words=words,
-        unknown=("kinds of errors", "progress", *unstated),
-    )
+    return LoggedEpisode(name, outcome, ending, tuple(steps), opening=opening, words=words, unknown=unknown)
 
 
 class _Segment(NamedTuple):

@@ -9,6 +9,7 @@ from __future__ import annotations
 import json
 import re
 from collections.abc import Sequence
+from dataclasses import replace
 from pathlib import Path
 from typing import Annotated
 
@@ -86,19 +87,9 @@ def _read(path: Path, content: bytes) -> list[LoggedEpisode]:
     ending = _find_ending(
         result.task_success, result.num_invalid_actions, result.num_steps, bool(result.empty_plan)
     )
-    return [
-        LoggedEpisode(
-            agent="",
-            task=result.instruction,
-            setting="",
-            outcome=_OUTCOMES.get(ending, EpisodeOutcome.GOAL_UNMET),
-            ending=ending,
-            actions=result.num_steps,
-            progress=result.task_progress,
-            calls=result.planner_steps,
-            unknown=("errors of steps",),
-        )
-    ]
+    episode = LoggedEpisode(result.instruction, _OUTCOMES.get(ending, EpisodeOutcome.GOAL_UNMET), ending)
+    episode = replace(episode, actions=result.num_steps, calls=result.planner_steps)
+    return [replace(episode, progress=result.task_progress, unknown=("errors of steps",))]
 
 
 def _read_steps(path: Path, content: bytes) -> LoggedEpisode:
@@ -127,12 +118,10 @@ def _read_steps(path: Path, content: bytes) -> LoggedEpisode:
         lines[-1].action_id == _EMPTY_PLAN,
     )
     return LoggedEpisode(
-        agent="",
-        task=last.instruction if last else path.stem,
-        setting="",
-        outcome=_OUTCOMES.get(ending, EpisodeOutcome.GOAL_UNMET),
-        ending=ending,
-        steps=tuple(steps),
+        last.instruction if last else path.stem,
+        _OUTCOMES.get(ending, EpisodeOutcome.GOAL_UNMET),
+        ending,
+        tuple(steps),
         progress=last.task_progress if last else None,
         words=steps[-1].feedback if steps else "",
         unknown=() if ending is not Ending.CANNOT_TELL else ("the end",),
@@ -150,8 +139,8 @@ def _make_step(line: _PlanLine, before: Sequence[LoggedStep]) -> LoggedStep:
     if not isinstance(line, _StepLine):
         progress = before[-1].progress if before else None
         return LoggedStep(line.action_description, False, _find_plan_error(line.reasoning), "", progress)
-    kind = None if line.last_action_success else _find_kind(line, before)
     accepted = bool(line.last_action_success)
+    kind = None if accepted else _find_kind(line, before)
     return LoggedStep(line.action_description, accepted, kind, line.env_feedback, line.task_progress)
 
 

@@ -63,12 +63,12 @@ class LoggedEpisode:
     """An episode in a log.
 
     Attributes:
-        agent: name of the agent; empty if unknown.
         task: name of the task in the log.
-        setting: mode or setting of the episode; empty if the log has only one.
         outcome: the result of the episode.
         ending: the reason for the end of the episode.
         steps: the actions, in order; empty if the log shows only low-level control.
+        agent: name of the agent; empty if unknown.
+        setting: mode or setting of the episode; empty if the log has only one.
         opening: the first observation; empty if unknown.
         actions: number of actions; None if unknown.
         progress: share of the goal's conditions that hold at the end; None if unknown.
@@ -81,12 +81,12 @@ class LoggedEpisode:
         format: name of the form of the log. `read_log` adds it.
     """
 
-    agent: str
     task: str
-    setting: str
     outcome: EpisodeOutcome
     ending: Ending
     steps: tuple[LoggedStep, ...] = ()
+    agent: str = ""
+    setting: str = ""
     opening: str = ""
     actions: int | None = None
     progress: float | None = None

@@ -7,6 +7,7 @@ from __future__ import annotations
 
 import re
 from collections.abc import Iterator, Mapping, Sequence
+from contextlib import suppress
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -43,9 +44,9 @@ def _read(path: Path, content: bytes) -> list[LoggedEpisode]:
 
 
 def _read_sample(path: Path, log: InspectLog, sample: InspectSample) -> LoggedEpisode:
-    calls = [*_read_calls(path, sample)]
+    calls = [*_read_calls(sample)]
     steps = [_make_step(command, reply, failed) for name, command, reply, failed in calls if name == ACT]
-    if not steps:
+    if all(step.action == ACT for step in steps):
         place = f"{path}, sample {sample.id}, epoch {sample.epoch}"
         raise InputError(f"{place}: expected calls of {ACT} with an action and objects, found none")
     ending = Ending.BY_AGENT if any(name == END for name, *_ in calls) else Ending.CANNOT_TELL
@@ -55,12 +56,12 @@ def _read_sample(path: Path, log: InspectLog, sample: InspectSample) -> LoggedEp
     told = all(step.kind is not None for step in steps if step.accepted is False)
     known = all(step.accepted is not None for step in steps)
     return LoggedEpisode(
+        str(sample.id),
+        _find_outcome(sample),
+        ending,
+        tuple(steps),
         agent=log.eval.model,
-        task=str(sample.id),
         setting=log.eval.task if sample.epoch == 1 else f"{log.eval.task}, epoch {sample.epoch}",
-        outcome=_find_outcome(sample),
-        ending=ending,
-        steps=tuple(steps),
         seconds=sample.total_time,
         calls=sum(message.role == "assistant" for message in sample.messages),
         tokens=sum(usage) if usage else None,
@@ -69,10 +70,10 @@ def _read_sample(path: Path, log: InspectLog, sample: InspectSample) -> LoggedEp
     )
 
 
-def _read_calls(path: Path, sample: InspectSample) -> Iterator[tuple[str, str, str, bool]]:
+def _read_calls(sample: InspectSample) -> Iterator[tuple[str, str, str, bool]]:
     """Yield the name of each tool call, its command, its reply, and whether the tool failed.
 
-    Calls of other tools are left out.
+    The command is empty if the arguments are invalid. Calls of other tools are left out.
     """
     replies = {message.tool_call_id: message for message in sample.messages if message.role == "tool"}
     for message in sample.messages:
@@ -82,15 +83,17 @@ def _read_calls(path: Path, sample: InspectSample) -> Iterator[tuple[str, str, s
             failed = reply is not None and reply.error is not None
             if call.function == END:
                 yield END, "", text, failed
-            elif call.function == ACT and call.parse_error is None:
-                try:
-                    yield ACT, read_tool_call(ACT, call.arguments), text, failed
-                except InputError as error:
-                    raise InputError(f"{path}, sample {sample.id}, epoch {sample.epoch}: {error}") from error
+            elif call.function == ACT:
+                command = ""
+                with suppress(InputError):
+                    command = read_tool_call(ACT, call.arguments) if call.parse_error is None else ""
+                yield ACT, command, text, failed
 
 
 def _make_step(command: str, reply: str, failed: bool) -> LoggedStep:
     line = reply.partition("\n")[0]
+    if not command:
+        return LoggedStep(ACT, False, FaultKind.PARSING, line)
     if (match := _FAILED.match(line)) is not None:
         name = match[1].replace(" ", "_")
         kind = FaultKind(name) if name in [member.value for member in FaultKind] else None

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections import Counter
 from collections.abc import Iterator, Mapping, Sequence
+from itertools import chain
 from pathlib import Path
 from typing import TYPE_CHECKING, TypeAlias
 
@@ -12,6 +13,7 @@ from eai.base.grouping import group_pairs
 from eai.benchmarks.registry import find_benchmark
 from eai.extensions.logs.episode import CANNOT_TELL, EpisodeOutcome, LoggedEpisode
 from eai.extensions.logs.readers import read_logs
+from eai.extensions.logs.twin import make_twins_table
 from eai.results.plots import COLUMN, INK, MUTED, OUTCOME_COLORS, RULE, make_figure, wrap_label
 from eai.results.rate import Rate
 from eai.results.table import Estimate, Row, Table, make_table
@@ -34,6 +36,9 @@ _EPISODE_COLUMNS = (
 _FILE_ONLY = ("seconds", "calls", "tokens", "words")
 """Columns of episodes that only files have."""
 
+_SHOWN_OF_TWINS = ("task", "outcomes", "hidden", "plan")
+"""Columns of twins on the screen."""
+
 _MAX_WORDS_CHARACTERS = 200
 """Maximum number of characters of an agent's words in a table."""
 
@@ -49,7 +54,7 @@ class _LogOptions(Options):
 
     Attributes:
         tasks: A benchmark with the tasks of the logs, such as alfworld:FOLDER. Logged actions are replayed in
-            these tasks.
+            these tasks. Tasks of the same name are described in a table of twins.
     """
 
     tasks: str = ""
@@ -61,11 +66,14 @@ def _analyze_logs(records: StudyRecords, options: _LogOptions) -> Iterator[Analy
     groups = group_pairs(((e.format, e.agent, e.setting), e) for episodes in logs.values() for e in episodes)
     outcomes, episodes = _make_outcomes_table(groups), _make_episodes_table(groups)
     shown = [_drop_constant_names(table.drop_columns(_FILE_ONLY)) for table in (outcomes, episodes)]
+    twins: list[Table] = []
+    if benchmark is not None:
+        twins.append(make_twins_table(chain(*logs.values()), benchmark.tasks(records.source), benchmark))
     yield Analysis(
-        [outcomes, episodes],
+        [outcomes, episodes, *twins],
         [("logs", _draw_outcomes(groups))],
         [_describe_log(path, episodes) for path, episodes in logs.items()],
-        screen_tables=shown,
+        screen_tables=[*shown, *[table.select_columns(_SHOWN_OF_TWINS) for table in twins if table.rows]],
     )
 
 
