@@ -21,9 +21,9 @@ from eai.results.certainty import (
     Interval,
     RateCase,
     compute_difference_intervals,
-    compute_rate_deviations,
     compute_rate_intervals,
-    sum_by_name,
+    compute_rate_with_error_by_unit,
+    sum_shares_by_task_name,
 )
 from extensions.adaptive.abilities import ability
 from results.near_copies import SIZES as NAME_SIZES
@@ -57,7 +57,7 @@ def independent(cases: Sequence[RateCase], generator: random.Random) -> Interval
 
 def bootstrap(cases: Sequence[RateCase], generator: random.Random) -> Interval:
     """Return the percentile interval of a bootstrap over names."""
-    sums = list(sum_by_name(cases).values())
+    sums = list(sum_shares_by_task_name(cases).values())
     values = []
     for _ in range(DRAWS):
         drawn = generator.choices(sums, k=len(sums))
@@ -68,7 +68,7 @@ def bootstrap(cases: Sequence[RateCase], generator: random.Random) -> Interval:
 
 def plain(cases: Sequence[RateCase], generator: random.Random) -> Interval:
     """Return Wilson's interval with the observed design effect; one task per name if nothing varies."""
-    rate = compute_rate_deviations(sum_by_name(cases))
+    rate = compute_rate_with_error_by_unit(sum_shares_by_task_name(cases))
     if rate is None:
         raise ValueError("no cases: a rate needs at least one")
     p, observed = rate.value, rate.observed_variance

@@ -46,12 +46,12 @@ from eai.results.paper_tables import (
     NULL_MODELS,
     SCHEMA,
     PaperTable,
-    format_null_models_file_name,
     format_published_file_name,
-    read_null_scores,
-    read_paper_models,
+    format_trivial_baselines_file_name,
+    map_files_to_paper_models,
     read_paper_table,
     read_published_scores,
+    read_trivial_baseline_scores,
 )
 from eai.results.record import Record
 from eai.results.responses import SUFFIX, Response, ResponseFile, read_responses
@@ -69,7 +69,7 @@ NOTES: Mapping[str, Sequence[str]] = {
         "The published VirtualHome plans name objects without ids: of two objects of one class that matter "
         "to a task they name one only, plans with ids both. They give the figures of "
         "the paper's text, not those of its tables.",
-    ),
+    )
 }
 """Notes for readers on the published answers to a suite."""
 
@@ -139,7 +139,7 @@ def main() -> None:
         if arguments.protocol not in (None, protocol.value):
             continue
         if arguments.null_models:
-            made[format_null_models_file_name(protocol.value)] = (
+            made[format_trivial_baselines_file_name(protocol.value)] = (
                 protocol,
                 partial(null_suite, protocol=protocol),
             )
@@ -196,7 +196,7 @@ def scored_suite(
     suite = open_suite(domain, Ability(ability), protocol, source=Source(planner=planner))
     metrics = list(compute_metric_rates([], suite.ability))
     models: dict[str, Any] = {}
-    for file, model in sorted(read_paper_models().items(), key=lambda item: item[1]):
+    for file, model in sorted(map_files_to_paper_models().items(), key=lambda item: item[1]):
         answers = find_answers(folder / domain / ability, file, suite)
         if answers is None or (only is not None and file not in only):
             continue
@@ -264,7 +264,9 @@ def score_rows(columns: Sequence[tuple[str, Ability, str, Protocol]]) -> list[li
         [file, *cells(model, columns, read_published_scores)]
         for file, model in sorted(answer_files().items())
     ]
-    return rows + [[f"`{model}`", *cells(model, columns, read_null_scores)] for model in NULL_MODELS]
+    return rows + [
+        [f"`{model}`", *cells(model, columns, read_trivial_baseline_scores)] for model in NULL_MODELS
+    ]
 
 
 def agreement_rows() -> Iterator[list[Figure]]:
@@ -285,7 +287,10 @@ def differences(table: PaperTable, domain: str) -> Iterator[float]:
     for column in [each for each in table.columns if each.domain == domain]:
         suite = suites[f"{domain}/{column.ability}"]
         for model in table.rows:
-            printed, ours = table.find_figure(model, column), suite.find_rates(model)[column.metric].percent
+            printed, ours = (
+                table.find_printed_number(model, column),
+                suite.find_rates(model)[column.metric].percent,
+            )
             if printed is not None and ours is not None:
                 yield abs(ours - printed)
 
@@ -293,14 +298,13 @@ def differences(table: PaperTable, domain: str) -> Iterator[float]:
 def answer_files() -> Mapping[str, str]:
     """Return the paper's name of each model by the name of its public file, each model once."""
     return {
-        file: model for model, file in {model: file for file, model in read_paper_models().items()}.items()
+        file: model
+        for model, file in {model: file for file, model in map_files_to_paper_models().items()}.items()
     }
 
 
 def cells(
-    model: str,
-    columns: Sequence[tuple[str, Ability, str, Protocol]],
-    scores: Callable[[str], Any],
+    model: str, columns: Sequence[tuple[str, Ability, str, Protocol]], scores: Callable[[str], Any]
 ) -> Iterator[Figure]:
     """Yield the rates of a model in percent, with one decimal, or "-" without a rate."""
     for domain, ability, metric, protocol in columns:

@@ -18,7 +18,7 @@ import eai
 from eai import Ability, Suite
 from eai.abilities.declaration import get_declaration
 from eai.benchmarks.prompt_library import PromptLibrary
-from eai.results.summary import compute_contributions
+from eai.results.summary import compute_metric_contributions
 
 
 @cache
@@ -48,7 +48,7 @@ def shares(row: Mapping[str, str], answers: Sequence[str]) -> dict[str, Any]:
     """Return the numerator and denominator that an answer adds to each main metric."""
     ability = Ability(row["ability"])
     verdict = suite_of(row["domain"], row["ability"]).score(row["task_id"], answers[0])
-    counted = compute_contributions([verdict], ability)
+    counted = compute_metric_contributions([verdict], ability)
     return {
         name: tuple(each[name]) for each in counted for name in get_declaration(ability).overview_headings
     }

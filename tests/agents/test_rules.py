@@ -27,7 +27,7 @@ from eai.agents.rules import GameRules
 from eai.agents.setting import ACTING, STANDARD, AgentSetting
 from eai.base.store import Store
 from eai.benchmarks.suite import open_suite
-from eai.results.batch import OTHER_RULES, score_run, split_by_game_rules
+from eai.results.batch import OTHER_RULES, score_run, split_answers_by_game_rules
 from eai.results.options import ScoringOptions
 from eai.results.records import read_records
 from eai.results.responses import Response, ResponseFile, read_responses
@@ -136,15 +136,15 @@ def test_answers_are_split_by_their_rules_with_all_epochs() -> None:
     texts = {"both": won("both"), "half": won("half", EASY), "greet": "{}", "done": EMPTY}
     further = ResponseFile("m", (Response("both", won("both", EASY)), Response("half", won("half"))))
     answers = ResponseFile("m", tuple([Response(*each) for each in texts.items()]), further_epochs=(further,))
-    parts = split_by_game_rules(ACTING, answers)
+    parts = split_answers_by_game_rules(ACTING, answers)
     tasks = {
         rules: [[r.task_id for r in epoch.responses] for epoch in (part, *part.further_epochs)]
         for rules, part in parts.items()
     }
     assert tasks == {None: [["both", "greet", "done"], ["half"]], EASY_NAME: [["half"], ["both"]]}
     void = ResponseFile("m", (Response("both", ""), Response("half", won("half", EASY))))
-    assert split_by_game_rules(ACTING, void) == {EASY_NAME: void}
-    assert split_by_game_rules(ACTING, ResponseFile("m", (Response("both", "{"),))).keys() == {None}
+    assert split_answers_by_game_rules(ACTING, void) == {EASY_NAME: void}
+    assert split_answers_by_game_rules(ACTING, ResponseFile("m", (Response("both", "{"),))).keys() == {None}
 
 
 def test_a_file_with_several_samples_is_split_too(tmp_path: Path) -> None:
@@ -152,7 +152,7 @@ def test_a_file_with_several_samples_is_split_too(tmp_path: Path) -> None:
     rows = [{"identifier": task, "sample": number, "llm_output": text} for task, number, text in texts]
     file = tmp_path / "m_outputs.jsonl"
     file.write_text("".join([json.dumps(row) + "\n" for row in rows]))
-    parts = split_by_game_rules(ACTING, read_responses(file, SUITE.task_ids, samples=True))
+    parts = split_answers_by_game_rules(ACTING, read_responses(file, SUITE.task_ids, samples=True))
     found = {rules: [(each.task_id, each.sample) for each in part.responses] for rules, part in parts.items()}
     assert found == {None: [("both", 0), ("half", 0), ("half", 1)], EASY_NAME: [("both", 1)]}
     assert [(len(part.responses), {*part.answered_task_ids}) for part in parts.values()] == [
@@ -233,7 +233,7 @@ def test_served_episodes_have_the_rules_of_their_server(tmp_path: Path) -> None:
         for command in (*WIN["half"], "DONE"):
             worlds.play_command(("half", 1), command)
     answers = read_responses(tmp_path / "agent_outputs.jsonl", SUITE.task_ids)
-    assert split_by_game_rules(ACTING, answers).keys() == {setting.label}
+    assert split_answers_by_game_rules(ACTING, answers).keys() == {setting.label}
     (record,) = score_run(SUITE, answers, {}, ScoringOptions())
     assert record.experiment == Experiment(harness="mcp", rules="observe-full_feedback-facts")
     assert record.verdict.success  # type: ignore[attr-defined]

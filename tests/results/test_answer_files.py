@@ -6,7 +6,7 @@ import pytest
 
 from eai.abilities.protocol import Ability
 from eai.base.errors import InputError
-from eai.results.answer_files import find_files_of_suite, find_recorded_file
+from eai.results.answer_files import find_files_of_suite, find_response_file_of_suite
 
 PLANS, GOALS = Ability.ACTION_SEQUENCING, Ability.GOAL_INTERPRETATION
 
@@ -31,36 +31,36 @@ def test_a_folder_has_a_file_for_each_suite(tmp_path: Path, place: str) -> None:
     file(tmp_path / "virtualhome" / "goal_interpretation" / "m_outputs.json")
     file(tmp_path / "behavior" / "action_sequencing" / "m_outputs.json")
     file(tmp_path / "behavior_action_sequencing_outputs.json")
-    assert find_recorded_file(tmp_path, "virtualhome", PLANS) == wanted
+    assert find_response_file_of_suite(tmp_path, "virtualhome", PLANS) == wanted
 
 
 @pytest.mark.parametrize("place", ["m_outputs.json", "behavior/action_sequencing/m_outputs.json"])
 def test_the_only_file_of_a_folder_is_not_taken_for_every_suite(tmp_path: Path, place: str) -> None:
     file(tmp_path / place)
     with pytest.raises(InputError, match=r"expected one file .*virtualhome/action_sequencing/.*, found none"):
-        find_recorded_file(tmp_path, "virtualhome", PLANS)
+        find_response_file_of_suite(tmp_path, "virtualhome", PLANS)
 
 
 def test_a_suite_with_files_of_two_models_is_refused(tmp_path: Path) -> None:
     for model in ("a", "b"):
         file(tmp_path / "lamps" / "action_sequencing" / f"{model}_outputs.json")
     with pytest.raises(InputError, match="found 2"):
-        find_recorded_file(tmp_path, "lamps", PLANS)
+        find_response_file_of_suite(tmp_path, "lamps", PLANS)
 
 
 def test_a_file_is_used_unless_it_names_another_suite(tmp_path: Path) -> None:
     bare = file(tmp_path / "m_outputs.json")
-    assert find_recorded_file(bare, "virtualhome", PLANS) == bare
-    assert find_recorded_file(bare, "behavior", GOALS) == bare
+    assert find_response_file_of_suite(bare, "virtualhome", PLANS) == bare
+    assert find_response_file_of_suite(bare, "behavior", GOALS) == bare
     named = file(tmp_path / "virtualhome" / "action_sequencing" / "m_outputs.json")
-    assert find_recorded_file(named, "virtualhome", PLANS) == named
+    assert find_response_file_of_suite(named, "virtualhome", PLANS) == named
     placed = file(tmp_path / "answers" / "action_sequencing" / "m_outputs.json")
-    assert find_recorded_file(placed, "virtualhome", PLANS) == placed
+    assert find_response_file_of_suite(placed, "virtualhome", PLANS) == placed
     for domain, ability in (("virtualhome", GOALS), ("behavior", PLANS)):
         with pytest.raises(InputError, match="not to virtualhome action_sequencing"):
-            find_recorded_file(named, domain, ability)
+            find_response_file_of_suite(named, domain, ability)
     with pytest.raises(InputError, match="no such file"):
-        find_recorded_file(tmp_path / "none.json", "virtualhome", PLANS)
+        find_response_file_of_suite(tmp_path / "none.json", "virtualhome", PLANS)
 
 
 def test_files_of_other_suites_in_a_folder_are_ignored(tmp_path: Path) -> None:

@@ -100,7 +100,10 @@ def test_a_killed_worker_changes_no_record() -> None:
 def test_each_worker_gets_two_equal_batches_of_a_known_number_of_answers(
     ability: Ability, workers: int, answers: int, shares: tuple[int, int]
 ) -> None:
-    assert Scoring(workers)._choose_batch_sizes(replace(echo_suite(), ability=ability), answers) == shares
+    assert (
+        Scoring(workers)._choose_first_and_max_batch_size(replace(echo_suite(), ability=ability), answers)
+        == shares
+    )
 
 
 @pytest.mark.parametrize("workers", [1, 2])

@@ -10,7 +10,7 @@ from eai.results.certainty import (
     RateCase,
     compute_difference_intervals,
     compute_mean_intervals,
-    compute_mean_over_names,
+    compute_mean_rate_over_task_names,
     compute_rate_intervals,
     compute_student_quantile,
 )
@@ -50,7 +50,12 @@ def test_independent_tasks_have_wilsons_interval(right: int, tasks: int, low: fl
     assert found is not None
     assert found.interval == pytest.approx(Interval(low, high), abs=0.05)
     assert found.by_task == found.interval
-    assert (found.tasks, found.names, found.design_effect, found.effective_tasks) == (tasks, tasks, 1, tasks)
+    assert (found.tasks, found.names, found.design_effect, found.effective_task_count) == (
+        tasks,
+        tasks,
+        1,
+        tasks,
+    )
 
 
 def test_near_copies_have_a_wider_interval_than_different_tasks() -> None:
@@ -60,7 +65,7 @@ def test_near_copies_have_a_wider_interval_than_different_tasks() -> None:
     assert apart is not None
     assert (together.tasks, together.names) == (200, 10)
     assert together.design_effect == pytest.approx(20)  # each name is worth one task
-    assert together.effective_tasks == pytest.approx(10)
+    assert together.effective_task_count == pytest.approx(10)
     assert together.by_task == apart.by_task == pytest.approx(Interval(43.1, 56.9), abs=0.05)
     assert together.interval.low < 25
     assert together.interval.high > 75
@@ -71,7 +76,7 @@ def test_the_effective_number_of_tasks_never_exceeds_their_number() -> None:
     found = compute_rate_intervals(copies((10, 20), (11, 20), (9, 20)))
     assert found is not None
     assert 0 < (found.design_effect or 0) < 1
-    assert found.effective_tasks == found.tasks == 60
+    assert found.effective_task_count == found.tasks == 60
 
 
 def test_few_names_with_equal_results_still_have_a_wide_interval() -> None:
@@ -79,7 +84,7 @@ def test_few_names_with_equal_results_still_have_a_wide_interval() -> None:
         found = compute_rate_intervals(copies(*[(right, 10)] * 4))
         assert found is not None
         assert found.design_effect is None  # nothing varies
-        assert found.effective_tasks is None
+        assert found.effective_task_count is None
         assert found.interval.high - found.interval.low > 50
         assert found.by_task.high - found.by_task.low < 10
 
@@ -97,11 +102,11 @@ def test_a_rate_without_cases_has_no_interval() -> None:
     assert compute_rate_intervals(nothing) is None
     assert compute_difference_intervals(nothing, nothing) is None
     assert compute_mean_intervals([(0.5, alone(1, 2)), (0.5, nothing)]) is None
-    assert compute_mean_over_names(nothing) is None
+    assert compute_mean_rate_over_task_names(nothing) is None
 
 
 def test_the_mean_over_names_gives_each_name_equal_weight() -> None:
-    assert compute_mean_over_names(copies((30, 30), (0, 10))) == 50
+    assert compute_mean_rate_over_task_names(copies((30, 30), (0, 10))) == 50
 
 
 def test_a_mean_of_rates_of_the_same_tasks_varies_with_their_names() -> None:

@@ -213,7 +213,7 @@ def test_repairs_made_before_scoring_stand_first_and_are_distinguished() -> None
     line = record_to_json(written)
     assert line["repairs"] == ["reasoning", "code_fence", "single_quotes"]
     assert line["answer_repairs"] == ["reasoning"]
-    assert written.repairs == ("reasoning", "code_fence", "single_quotes")
+    assert written.all_answer_repairs == ("reasoning", "code_fence", "single_quotes")
     assert record_from_json(line) == written
 
 
@@ -248,13 +248,7 @@ def test_an_explanation_is_a_field_of_the_record() -> None:
             }
         ],
         "goals": [
-            {
-                "kind": "state",
-                "goal": "ON(light.2)",
-                "satisfied": True,
-                "why": "",
-                "predicates": ["ON"],
-            }
+            {"kind": "state", "goal": "ON(light.2)", "satisfied": True, "why": "", "predicates": ["ON"]}
         ],
         "parts": [
             {

@@ -14,7 +14,7 @@ from eai.abilities.protocol import Ability
 from eai.abilities.task_features import TaskFeatures
 from eai.abilities.verdict import Confusion, Verdict
 from eai.results.certainty import RateCase
-from eai.results.comparison import compare_runs, compute_exchange_p, compute_sign_flip_p
+from eai.results.comparison import compare_runs, compute_permutation_p_value, compute_sign_flip_p
 from eai.results.rate import Rate
 from eai.results.record import Record
 from eai.tasks.share import Share
@@ -126,10 +126,10 @@ def test_random_exchanges_agree_with_exact_sign_flips() -> None:
     exact = compute_sign_flip_p(
         [round(b.numerator - a.numerator) for a, b in zip(first, second, strict=True)]
     )
-    assert compute_exchange_p(first, second) == pytest.approx(exact, abs=0.01)
-    assert compute_exchange_p(first, second) == compute_exchange_p(first, second)
-    assert compute_exchange_p(first, first) == 1
-    assert compute_exchange_p(first, [Share(0, 0)] * 10) is None
+    assert compute_permutation_p_value(first, second) == pytest.approx(exact, abs=0.01)
+    assert compute_permutation_p_value(first, second) == compute_permutation_p_value(first, second)
+    assert compute_permutation_p_value(first, first) == 1
+    assert compute_permutation_p_value(first, [Share(0, 0)] * 10) is None
 
 
 def test_equally_good_runs_rarely_differ_significantly() -> None:

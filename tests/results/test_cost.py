@@ -13,10 +13,10 @@ from eai.base.errors import InputError
 from eai.results.cost import (
     PriceList,
     Spending,
-    _PaperCost,
+    _BenchmarkPaperCost,
     _TokenPrice,
-    make_cost_cases,
-    read_paper_cost,
+    map_cost_units_to_rate_cases,
+    read_benchmark_paper_cost,
     sum_spending,
 )
 from eai.results.record import AnswerOrigin, Record
@@ -54,7 +54,7 @@ def test_unknown_numbers_of_tokens_are_not_zero() -> None:
     found = sum_spending([answer(Usage()), answer(Usage(100, 10))])
     assert (found.answers, found.tokens) == (1, 110)
     assert sum_spending([answer(Usage())]).tokens is None
-    assert make_cost_cases([answer(Usage()), answer(Usage(100, 10))]) == {}
+    assert map_cost_units_to_rate_cases([answer(Usage()), answer(Usage(100, 10))]) == {}
 
 
 def test_a_price_applies_only_to_answers_without_one() -> None:
@@ -96,8 +96,8 @@ def test_an_invalid_price_list_is_refused_with_its_place(
 
 
 def test_the_papers_costs_are_read_as_printed() -> None:
-    figures = read_paper_cost()
+    figures = read_benchmark_paper_cost()
     assert (figures.runs, figures.tokens, figures.queries) == (180, 192_280_000, 84_960)
     assert figures.dollars == 1540.70
     with pytest.raises(ValidationError):
-        _PaperCost.model_validate({**figures.model_dump(), "tokens": "192280000"})
+        _BenchmarkPaperCost.model_validate({**figures.model_dump(), "tokens": "192280000"})

@@ -15,7 +15,7 @@ from eai.benchmarks.virtualhome.benchmark import count_record_figures
 from eai.benchmarks.virtualhome.records import PACK as VIRTUALHOME
 from eai.benchmarks.virtualhome.records import VirtualHomeRecords, open_records
 from eai.logic.formula import Constant, Exists, ForAll, Occurs, Variable
-from eai.results.data_set import _DataSetFigure, count_data_set_figures, profile_tasks
+from eai.results.data_set import _DataSetStatistic, compute_data_set_statistics, profile_tasks
 from eai.studies.report.distributions import make_distributions
 from eai.tasks.goal_text import make_task
 from eai.tasks.source import ErrataChoice, Source, given
@@ -64,7 +64,7 @@ def test_profiles_have_the_features_of_a_task() -> None:
 
 
 def test_any_benchmark_has_a_table() -> None:
-    rows = count_data_set_figures(TOY, Source())
+    rows = compute_data_set_statistics(TOY, Source())
     values = {row.label: row.value for row in rows}
     assert all(row.printed is None and not row.remark for row in rows)
     assert {label: values[label] for label in ("tasks", "instructions", "goals", "goal conditions")} == {
@@ -86,7 +86,8 @@ def test_distributions_count_only_tasks_with_goals() -> None:
 
 def test_a_benchmark_without_plans_or_tasks_has_a_table_too() -> None:
     rows = {
-        row.label: row.value for row in count_data_set_figures(Benchmark("none", DOMAIN, given()), Source())
+        row.label: row.value
+        for row in compute_data_set_statistics(Benchmark("none", DOMAIN, given()), Source())
     }
     assert rows["tasks"] == rows["trajectories"] == rows["goals"] == 0
     assert "action steps" not in rows
@@ -100,8 +101,8 @@ NOT_AS_PRINTED = {
 """The figures of the paper that do not come out, each with a remark that says why."""
 
 
-def rows_of(domain: str, store: Store) -> dict[str, _DataSetFigure]:
-    return {row.label: row for row in count_data_set_figures(find_benchmark(domain), Source(store))}
+def rows_of(domain: str, store: Store) -> dict[str, _DataSetStatistic]:
+    return {row.label: row for row in compute_data_set_statistics(find_benchmark(domain), Source(store))}
 
 
 def test_annotated_records_are_counted(store: Store, packs: Sequence[Pack]) -> None:

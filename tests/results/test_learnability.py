@@ -10,7 +10,7 @@ import eai
 from agents.switches import SWITCHES
 from eai.abilities.protocol import PAPER_ABILITIES
 from eai.benchmarks.copied_answers import open_copied_answers
-from eai.results.learnability import count_answer_groups, measure_null_rewards
+from eai.results.learnability import count_tasks_by_reward_spread, measure_rewards_of_trivial_baselines
 from eai.results.reward import Reward
 from results.test_training_data import HALF, record, suite_reward
 
@@ -18,7 +18,7 @@ from results.test_training_data import HALF, record, suite_reward
 @pytest.mark.parametrize("ability", PAPER_ABILITIES, ids=str)
 def test_null_models_earn_the_mean_of_their_answers_rewards(ability: str) -> None:
     reward = Reward(eai.open(SWITCHES, ability), "progress")
-    rewards = measure_null_rewards(reward)
+    rewards = measure_rewards_of_trivial_baselines(reward)
     assert {"eai/copy", "eai/empty", "eai/random"} <= rewards.keys()
     book = open_copied_answers(SWITCHES, reward.suite.ability)
     paid = [reward(task_id, book[task_id].text) for task_id in reward.suite.task_ids]
@@ -26,7 +26,7 @@ def test_null_models_earn_the_mean_of_their_answers_rewards(ability: str) -> Non
     mean, full = rewards["eai/copy"]
     assert (mean.numerator, mean.denominator) == (sum(values), len(values))
     assert full.numerator == sum(value == 1 for value in values)
-    assert measure_null_rewards(reward) == rewards
+    assert measure_rewards_of_trivial_baselines(reward) == rewards
 
 
 def test_groups_are_counted_by_the_rewards_of_their_answers() -> None:
@@ -38,7 +38,7 @@ def test_groups_are_counted_by_the_rewards_of_their_answers() -> None:
     assert 0 < (reward("both", HALF) or 0) < 1
 
     def count(*records: eai.Record) -> dict[str, int]:
-        return dict(count_answer_groups(records, reward))
+        return dict(count_tasks_by_reward_spread(records, reward))
 
     assert count(half) == {"single": 1}
     assert count(half, other) == {"single": 2}

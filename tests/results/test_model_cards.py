@@ -3,7 +3,7 @@ from __future__ import annotations
 import re
 
 from eai.results.model_cards import make_model_table
-from eai.results.paper_tables import read_paper_models
+from eai.results.paper_tables import map_files_to_paper_models
 from eai.results.table import Label
 
 
@@ -11,7 +11,7 @@ def test_every_model_of_the_paper_has_one_card() -> None:
     rows = make_model_table().row_dicts()
     names = [row["model"] for row in rows]
     assert len(names) == len(set(names)) == 18
-    assert set(names) == set(read_paper_models().values())
+    assert set(names) == set(map_files_to_paper_models().values())
 
 
 def test_a_card_has_a_date_and_a_source_for_a_known_size() -> None:

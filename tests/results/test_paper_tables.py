@@ -22,17 +22,17 @@ from eai.results.paper_tables import (
     PublishedSuite,
     format_published_file_name,
     hash_published_scores,
-    read_null_scores,
-    read_paper_models,
-    read_paper_setting,
+    map_files_to_paper_models,
+    read_paper_protocol_and_tables,
     read_paper_table,
     read_published_scores,
+    read_trivial_baseline_scores,
 )
 from eai.results.summary import compute_metric_rates
 from oracle import MODELS, NO_REFERENCE, Oracle
 from sweeps import swept
 
-FULL_TABLES = read_paper_setting().full_tables
+FULL_TABLES = read_paper_protocol_and_tables().tables_of_all_models
 NOTES = read_toml(Path(paper_tables.__file__).parent / "paper" / "notes.toml")["note"]
 
 DIGIT = 0.056
@@ -43,10 +43,10 @@ def test_a_misspelt_published_file_name_has_its_model() -> None:
     """The published name lacks a digit; without its entry one of the 18 models would be missing without
     notice.
     """
-    assert read_paper_models()["claude-3-sonnet-2024022"] == "Claude-3 Sonnet"
+    assert map_files_to_paper_models()["claude-3-sonnet-2024022"] == "Claude-3 Sonnet"
 
 
-@pytest.mark.parametrize("name", [*FULL_TABLES, *read_paper_setting().others])
+@pytest.mark.parametrize("name", [*FULL_TABLES, *read_paper_protocol_and_tables().others])
 def test_every_row_fills_every_column(name: str) -> None:
     table = read_paper_table(name)
     assert {len(row) for row in table.rows.values()} == {len(table.columns)}
@@ -56,13 +56,13 @@ def test_every_row_fills_every_column(name: str) -> None:
 @pytest.mark.parametrize("name", FULL_TABLES)
 def test_full_tables_have_the_same_models_and_our_metrics(name: str) -> None:
     table = read_paper_table(name)
-    assert set(table.rows) == set(read_paper_models().values())
+    assert set(table.rows) == set(map_files_to_paper_models().values())
     for column in table.columns:
         if column.ability:
             assert column.metric in compute_metric_rates([], Ability(column.ability))
 
 
-@pytest.mark.parametrize("name", [*FULL_TABLES, *read_paper_setting().others])
+@pytest.mark.parametrize("name", [*FULL_TABLES, *read_paper_protocol_and_tables().others])
 def test_every_note_belongs_to_an_existing_cell(name: str) -> None:
     table = read_paper_table(name)
     assert {model for model, _ in table.notes} <= {"", *table.rows}
@@ -76,22 +76,20 @@ def test_contradicting_cells_of_two_tables_both_have_a_note() -> None:
         table = read_paper_table(name)
         texts = table.notes["GPT-4o", column]
         assert any(str(printed) in text for text in texts)
-        assert table.find_figure("GPT-4o", column) == {"overview": 87.6}.get(name, 88.8)
+        assert table.find_printed_number("GPT-4o", column) == {"overview": 87.6}.get(name, 88.8)
 
 
 @pytest.mark.parametrize("model", MODELS)
 def test_goal_interpretation_of_behavior_equals_the_papers_figures(model: str, oracle: Oracle) -> None:
     verdicts = [
-        GoalVerdict(
-            counts={key: _confusion(row["verdict"][part]) for key, part in _PARTS.items()},
-        )
+        GoalVerdict(counts={key: _confusion(row["verdict"][part]) for key, part in _PARTS.items()})
         for row in oracle("behavior", "goal_interpretation", model)["records"]
         if row["verdict"]
     ]
     rates = compute_metric_rates(verdicts, Ability.GOAL_INTERPRETATION)
     table = read_paper_table("goal_interpretation")
     for column in table.columns:
-        printed = table.find_figure(read_paper_models()[model], column)
+        printed = table.find_printed_number(map_files_to_paper_models()[model], column)
         if column.domain == "behavior" and printed is not None:
             assert rates[column.metric].percent == pytest.approx(printed, abs=DIGIT), column
 
@@ -119,7 +117,7 @@ def test_operators_of_behavior_equal_the_papers_figures(model: str, oracle: Orac
     rates = compute_metric_rates(verdicts, Ability.TRANSITION_MODELING)
     table = read_paper_table("transition_modeling_behavior_logic")
     for column in table.columns:
-        printed = table.find_figure(read_paper_models()[model], column)
+        printed = table.find_printed_number(map_files_to_paper_models()[model], column)
         assert rates[column.metric].percent == pytest.approx(printed, abs=DIGIT), column
 
 
@@ -152,7 +150,7 @@ def test_every_suite_has_all_models_of_the_paper_and_all_metrics(protocol: str) 
     assert set(suites) == {f"{d}/{a.value}" for d in ("virtualhome", "behavior") for a in PAPER_ABILITIES}
     for name, suite in suites.items():
         assert list(suite.metrics) == list(compute_metric_rates([], Ability(name.split("/")[1])))
-        assert set(suite.models) == set(read_paper_models().values())
+        assert set(suite.models) == set(map_files_to_paper_models().values())
         for model, row in suite.models.items():
             assert suite.find_coverage(model).is_ranked
             assert row.answered <= suite.tasks
@@ -162,7 +160,7 @@ def test_every_suite_has_all_models_of_the_paper_and_all_metrics(protocol: str) 
 
 @pytest.mark.parametrize("protocol", list(Protocol.list_names()))
 def test_null_models_have_answers_to_every_suite(protocol: Protocol) -> None:
-    table = read_null_scores(protocol.value)
+    table = read_trivial_baseline_scores(protocol.value)
     assert (table.schema, table.protocol) == (SCHEMA, protocol.value)
     assert table.suites.keys() == SUITES.keys()
     for name, suite in table.suites.items():
@@ -187,7 +185,7 @@ def test_scoring_the_copy_model_again_gives_its_published_row(name: str, tool: M
     """If this fails, verdicts have changed: run tools/published_scores.py --null-models."""
     strict = Protocol.STRICT
     made = tool.null_suite(name, protocol=strict, only=["eai/copy"], planner=PlannerChoice.NONE)
-    shipped: PublishedSuite = read_null_scores(strict.value).suites[name]
+    shipped: PublishedSuite = read_trivial_baseline_scores(strict.value).suites[name]
     again = made["models"]["eai/copy"]
     assert again["answers_sha256"] == shipped.models["eai/copy"].answers_sha256
     rates = dict(zip(shipped.metrics, again["rates"], strict=True))
@@ -216,7 +214,7 @@ def test_scoring_published_answers_again_gives_their_row(name: str, protocol: st
         name, tool.ANSWERS, protocol=Protocol(protocol), only=[SAMPLE], planner=PlannerChoice.NONE
     )
     shipped: PublishedSuite = read_published_scores(protocol).suites[name]
-    model = read_paper_models()[SAMPLE]
+    model = map_files_to_paper_models()[SAMPLE]
     again = suite["models"][model]
     assert suite["data_sha256"] == shipped.data_sha256
     assert again["answers_sha256"] == shipped.models[model].answers_sha256

@@ -13,10 +13,10 @@ from hypothesis import strategies as st
 
 from eai.abilities.attempt import Usage
 from eai.results.certainty import RateCase, compute_ratio_interval
-from eai.results.cost import cost_cases_to_json, make_cost_cases
+from eai.results.cost import cost_cases_to_json, map_cost_units_to_rate_cases
 from eai.results.rate import compute_rate
 from eai.results.record import AnswerOrigin, Record
-from eai.results.repeats import make_pass_cases, make_pass_table, pass_cases_to_json, strip_epoch
+from eai.results.repeats import make_pass_at_k_cases, make_pass_at_k_table, pass_at_k_to_json, strip_epoch
 from eai.results.table import Estimate
 from eai.tasks.share import Share
 from studies.report.samples import action_run
@@ -36,7 +36,7 @@ def tasks_of(number: int) -> st.SearchStrategy[list[list[bool]]]:
 
 @given(st.integers(1, 5).flatmap(tasks_of))
 def test_pass_at_k_and_pass_hat_k_are_means_over_all_choices_of_answers(answers: list[list[bool]]) -> None:
-    found = make_pass_cases(epochs(answers))
+    found = make_pass_at_k_cases(epochs(answers))
     for k in range(1, len(answers[0]) + 1):
         ways = [list(combinations(right, k)) for right in answers]
         for name, holds in ((f"pass@{k}", any), (f"pass^{k}", all)):
@@ -46,17 +46,17 @@ def test_pass_at_k_and_pass_hat_k_are_means_over_all_choices_of_answers(answers:
 
 def test_a_task_with_fewer_than_k_answers_is_left_out() -> None:
     first, second = epochs([[True, False], [True, True]])
-    found = make_pass_cases([first, second[:1]])
+    found = make_pass_at_k_cases([first, second[:1]])
     assert [case.task for case in found["pass@2"]] == ["0"]
     assert len(found["pass^1"]) == 2
 
 
 def test_the_table_of_passes_has_powers_of_two_and_the_number_of_answers() -> None:
-    table = make_pass_table({"model": epochs([[True, False, True, True, False]] * 2)})
+    table = make_pass_at_k_table({"model": epochs([[True, False, True, True, False]] * 2)})
     assert [row[2] for row in table.rows] == [1, 2, 4, 5]
     last = table.rows[-1][3:]
     assert [cell.value for cell in last if isinstance(cell, Estimate)] == [100, 0]
-    written = pass_cases_to_json(make_pass_cases(epochs([[True, False]] * 2)))["pass@1"]
+    written = pass_at_k_to_json(make_pass_at_k_cases(epochs([[True, False]] * 2)))["pass@1"]
     assert isinstance(written, dict)
     assert (written["value"], len(written["interval"])) == (50, 2)
     assert strip_epoch("gpt-4o.epoch_12") == "gpt-4o"
@@ -70,7 +70,7 @@ def costing(**usage: float) -> list[Record]:
 
 def test_the_cost_of_a_success_includes_failed_answers() -> None:
     records = costing(seconds=2.0)
-    written = cost_cases_to_json(make_cost_cases(records))
+    written = cost_cases_to_json(map_cost_units_to_rate_cases(records))
     counted = [record for record in records if record.verdict.excluded is None]
     won = sum(bool(record.verdict.success) for record in counted)  # type: ignore[attr-defined]
     assert 0 < won < len(counted) < len(records)
@@ -80,7 +80,7 @@ def test_the_cost_of_a_success_includes_failed_answers() -> None:
     low, high = written["tokens"]["interval"]  # type: ignore[index, call-overload]
     assert low < written["tokens"]["value"] < high  # type: ignore[index, call-overload]
     some = [*costing(cost=0.5)[:-1], replace(counted[0], task_id="another")]
-    assert "dollars" not in make_cost_cases(some)
+    assert "dollars" not in map_cost_units_to_rate_cases(some)
 
 
 def test_the_cost_of_a_success_is_missing_without_a_success() -> None:

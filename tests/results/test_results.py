@@ -24,7 +24,7 @@ ANSWERS = ResponseFile("m", tuple(Response(i, f"answer to {i}") for i in TASK_ID
 
 def summary(folder: Path, records: list[Record], **run: Any) -> dict[str, Any]:
     write_record_batches(
-        folder, [make_record_batch(records)], **run, stages=compute_rates_by_attempt(records)
+        folder, [make_record_batch(records)], **run, rates_after_attempts=compute_rates_by_attempt(records)
     )
     found: dict[str, Any] = json.loads((folder / SUMMARY).read_text())
     return found

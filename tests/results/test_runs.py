@@ -7,7 +7,7 @@ import pytest
 
 from eai.base.errors import InputError
 from eai.results.responses import find_response_files
-from eai.results.runs import find_record_files, read_runs, write_log_samples
+from eai.results.runs import find_record_files, read_runs, write_inspect_log_reference
 from record_files import write_records
 from studies.report.samples import action_run, all_runs, goal_run, write_runs
 
@@ -80,9 +80,9 @@ def test_a_pipe_in_a_folder_is_ignored(tmp_path: Path) -> None:
 def test_a_run_reads_the_log_reference_beside_its_records(tmp_path: Path) -> None:
     folder = write_runs(tmp_path, [action_run()])
     assert [run.log for run in read_runs([folder])] == [None]
-    write_log_samples(folder / "run0", Path("logs/a.eval"), 2)
+    write_inspect_log_reference(folder / "run0", Path("logs/a.eval"), 2)
     assert [run.log for run in read_runs([folder])] == [("a.eval", 2)]
-    write_log_samples(folder / "run0", Path("logs/a.eval"), {"27_2": 3})
+    write_inspect_log_reference(folder / "run0", Path("logs/a.eval"), {"27_2": 3})
     assert [run.log for run in read_runs([folder])] == [("a.eval", {"27_2": 3})]
     (folder / "run0" / "inspect.json").write_text("{}")
     with pytest.raises(InputError, match=r'inspect.json: expected a JSON object {"log": ..., "epoch": ...}'):

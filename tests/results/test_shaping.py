@@ -20,7 +20,7 @@ from eai.abilities.verdict import (
 )
 from eai.pddl.check import PddlFinding, PddlViolationKind
 from eai.pddl.matching import ClauseComparison
-from eai.results.reward import METRICS, Shaping, compute_credit, compute_reward_of_credit, make_credit_metrics
+from eai.results.reward import METRICS, Shaping, compute_credit, convert_credit_to_reward, make_credit_metrics
 from eai.tasks.share import Share
 from eai.world.fault import FaultKind
 
@@ -177,17 +177,17 @@ def paid(earned: RewardBasis | None) -> Worth | None:
     if earned is None:
         return None
     success, goals, progress, diagnosis = [
-        compute_reward_of_credit(earned, shaping) for shaping in [*Shaping][:4]
+        convert_credit_to_reward(earned, shaping) for shaping in [*Shaping][:4]
     ]
     assert (
-        compute_reward_of_credit(earned, Shaping.PARTIAL) == progress
+        convert_credit_to_reward(earned, Shaping.PARTIAL) == progress
     )  # conditions are measured by `Reward`
     return success, goals, progress, diagnosis
 
 
 def test_plans_are_paid_for_the_conditions_that_they_gain() -> None:
     earned = RewardBasis(1 / 4, success=False, ended=True, faults={A: 2}, added_actions=1, conditions=1 / 2)
-    assert compute_reward_of_credit(earned, Shaping.PARTIAL) == 1 / 4
+    assert convert_credit_to_reward(earned, Shaping.PARTIAL) == 1 / 4
 
 
 def stated(

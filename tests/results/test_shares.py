@@ -1,10 +1,10 @@
 from __future__ import annotations
 
-from eai.results.lines import TidyLine, estimate_share_of_each_kind
+from eai.results.lines import TidyTableLine, estimate_share_of_each_kind
 
 
-def line(task: str, name: str) -> TidyLine:
-    return TidyLine(protocol="strict", domain="d", ability="a", model="m", task=task, name=name)
+def line(task: str, name: str) -> TidyTableLine:
+    return TidyTableLine(protocol="strict", domain="d", ability="a", model="m", task=task, name=name)
 
 
 def test_each_kind_has_its_share_of_all_lines_in_the_order_asked() -> None:

@@ -35,7 +35,7 @@ from eai.benchmarks.suite import open_suite
 from eai.pddl.planning import PlannerChoice
 from eai.results.batch import NO_ROW, score_run
 from eai.results.options import ScoringOptions
-from eai.results.paper_tables import read_paper_models, read_published_scores
+from eai.results.paper_tables import map_files_to_paper_models, read_published_scores
 from eai.results.runs import read_runs
 from eai.tasks.source import Source
 
@@ -92,7 +92,7 @@ def from_answers(
     for domain in domains:
         for ability in abilities:
             suite = open_suite(domain, ability, Protocol("eai-1.0.5"), source=source)
-            for file in read_paper_models():
+            for file in map_files_to_paper_models():
                 answers = find_answers(folder / domain / ability.value, file, suite)
                 if answers is None:
                     continue

@@ -33,7 +33,7 @@ from eai.abilities.verdict import EMPTY_SHARE
 from eai.benchmarks.registry import find_benchmark
 from eai.results.certainty import RateCase
 from eai.results.comparison import compare_metric
-from eai.results.paper_tables import read_paper_models
+from eai.results.paper_tables import map_files_to_paper_models
 from eai.results.record import Record
 from eai.results.summary import find_task_name, map_tasks_to_shares
 from eai.results.table import Estimate
@@ -200,9 +200,7 @@ def asked(evidence: Evidence, text: str) -> Finding:
         total += len(texts)
         shown.append(f"{Suite(WORLDS[world], ABILITIES[ability])} {hits} of {len(texts)}")
     return if_so(
-        wanted == total,
-        f"shipped questions with “{_plain(pattern)}”: {'; '.join(shown)}",
-        in_part=wanted > 0,
+        wanted == total, f"shipped questions with “{_plain(pattern)}”: {'; '.join(shown)}", in_part=wanted > 0
     )
 
 
@@ -266,7 +264,7 @@ def _rates(evidence: Evidence, side: str, *, printed: bool) -> Mapping[str, floa
 def _records(evidence: Evidence, column: str, model: str) -> list[Record]:
     world, ability, _ = column.split("/")
     runs = evidence.suites.get(Suite(WORLDS[world], ABILITIES[ability]), {})
-    return next((records for file, records in runs.items() if read_paper_models()[file] == model), [])
+    return next((records for file, records in runs.items() if map_files_to_paper_models()[file] == model), [])
 
 
 def _cases(records: list[Record], column: str) -> list[RateCase]:
@@ -352,7 +350,7 @@ def _metric(side: str) -> str:
 
 
 def _occurs(models: list[str], what: str) -> Finding:
-    names = sorted({read_paper_models().get(model, model) for model in models})
+    names = sorted({map_files_to_paper_models().get(model, model) for model in models})
     shown = ", ".join(names) if len(names) <= MAX_NAMED else f"{len(names)} models"
     return if_so(bool(models), f"{what}: {len(models)}{f', of {shown}' if models else ''}")
 

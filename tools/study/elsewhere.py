@@ -9,10 +9,10 @@ from claim import Claim, Finding, Row, Status, by_degree, fisher
 from evidence import GI, GPT_4O, NAMED, TM, B, Evidence, Suite, V
 
 from eai.benchmarks.registry import find_benchmark
-from eai.results.data_set import count_data_set_figures
-from eai.results.paper_tables import PaperColumn, read_paper_models, read_paper_table
+from eai.results.data_set import compute_data_set_statistics
+from eai.results.paper_tables import PaperColumn, map_files_to_paper_models, read_paper_table
 from eai.results.rate import Rate
-from eai.results.summary import compute_average_performance, make_average_weights
+from eai.results.summary import compute_average_performance, make_weights_of_average_score
 from eai.studies.sensitivity.study import OVERALL
 
 PRINTED_V = {
@@ -143,11 +143,11 @@ def averages(evidence: Evidence) -> Finding:
     for domain in (V, B):
         for model in overview.rows:
             values = {
-                place: overview.find_figure(model, PaperColumn(place[0].value, place[1], domain))
-                for place in make_average_weights()
+                place: overview.find_printed_number(model, PaperColumn(place[0].value, place[1], domain))
+                for place in make_weights_of_average_score()
             }
             ours = compute_average_performance(values)
-            said = overview.find_figure(model, PaperColumn("", "average_performance", domain))
+            said = overview.find_printed_number(model, PaperColumn("", "average_performance", domain))
             if ours is None or said is None:
                 continue
             number += 1
@@ -195,7 +195,7 @@ def people(evidence: Evidence) -> Finding:
 def data_set(evidence: Evidence) -> Finding:
     rows, printed = [], 0
     for domain in (V, B):
-        for row in count_data_set_figures(find_benchmark(domain), evidence.published):
+        for row in compute_data_set_statistics(find_benchmark(domain), evidence.published):
             if row.printed is None:
                 continue
             printed += 1
@@ -253,7 +253,7 @@ def format_errors(evidence: Evidence) -> Finding:
     }
     (domain, worst), most = max(unread.items(), key=lambda item: item[1])
     number = len(evidence.suites[Suite(domain, GI)][worst])
-    name = read_paper_models().get(worst, worst)
+    name = map_files_to_paper_models().get(worst, worst)
     what = f"{NAMED[domain]}, goal interpretation: answers of {name} that cannot be read"
     rows.append(Row(what, "", f"{most} of {number}"))
     return Finding(

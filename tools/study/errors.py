@@ -8,7 +8,7 @@ from claim import Claim, Finding, Row, Status, by_degree
 from evidence import AS, GI, GPT_4O, NAMED, PLANS, SD, TM, B, Evidence, Suite, V, rate, told
 
 from eai.results.lines import AnswerLine, make_case
-from eai.results.paper_tables import read_paper_models
+from eai.results.paper_tables import map_files_to_paper_models
 from eai.results.table import Estimate
 from eai.tasks.share import Share
 
@@ -226,7 +226,7 @@ def statements(evidence: Evidence) -> Finding:
 
 
 def _names(models: Sequence[str]) -> str:
-    named = [read_paper_models().get(each, each) for each in models]
+    named = [map_files_to_paper_models().get(each, each) for each in models]
     return " and ".join([", ".join(named[:-1]), named[-1]] if len(named) > 1 else named) or "no model"
 
 

@@ -13,8 +13,8 @@ from eai.abilities.transition_modeling.scorer import TransitionModeling
 from eai.benchmarks.suite import Suite as ScoredSuite
 from eai.benchmarks.suite import open_suite
 from eai.pddl.planning import PlannerChoice
-from eai.results.lines import AnswerLine, TidyLine, make_case
-from eai.results.paper_tables import PublishedSuite, read_paper_models
+from eai.results.lines import AnswerLine, TidyTableLine, make_case
+from eai.results.paper_tables import PublishedSuite, map_files_to_paper_models
 from eai.results.rate import Rate, compute_rate
 from eai.results.record import Record
 from eai.results.table import Estimate
@@ -36,7 +36,7 @@ AS, TM = Ability.ACTION_SEQUENCING.value, Ability.TRANSITION_MODELING.value
 GPT_4O = "gpt-4o-2024-05-13"
 """The model of the paper's analyses of single models."""
 
-L = TypeVar("L", bound=TidyLine)
+L = TypeVar("L", bound=TidyTableLine)
 
 
 class Suite(NamedTuple):
@@ -83,12 +83,12 @@ class Evidence:
     def models(self) -> list[str]:
         """Names of all models in the paper."""
         found = {model for models in self.suites.values() for model in models}
-        return sorted(found, key=lambda model: read_paper_models().get(model, model))
+        return sorted(found, key=lambda model: map_files_to_paper_models().get(model, model))
 
     @cached_property
     def names(self) -> list[str]:
         """The paper's names of its 18 models."""
-        return sorted(set(read_paper_models().values()))
+        return sorted(set(map_files_to_paper_models().values()))
 
     @property
     def is_whole(self) -> bool:
@@ -109,7 +109,7 @@ class Evidence:
             suite = self._scores[f"{domain}/{ability}"]
             return suite.find_rates(model) if model in suite.models else {}
         for name, records in self.suites.get(Suite(domain, ability), {}).items():
-            if read_paper_models().get(name, name) == model:
+            if map_files_to_paper_models().get(name, name) == model:
                 return RunTotals.from_records(records).rates
         return {}
 

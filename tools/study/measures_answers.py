@@ -32,7 +32,7 @@ from rates import all_of, if_so, most_of, rates_of
 from eai.abilities.protocol import Ability
 from eai.benchmarks.registry import find_benchmark
 from eai.results.lines import AnswerLine
-from eai.results.paper_tables import read_paper_models
+from eai.results.paper_tables import map_files_to_paper_models
 from eai.results.record import Record
 
 GRAMMAR = ("parsing", "hallucination", "argument_number")
@@ -232,7 +232,9 @@ def explanations(evidence: Evidence) -> Finding:
         for model, records in evidence.suites[Suite(domain, GI)].items():
             number += len(records)
             talking[model] += sum(FRAME.fullmatch(each.response) is None for each in records)
-    models = [read_paper_models()[m] for m, n in talking.most_common() if n > 0.05 * number / len(talking)]
+    models = [
+        map_files_to_paper_models()[m] for m, n in talking.most_common() if n > 0.05 * number / len(talking)
+    ]
     return most_of(
         (len(models), 18),
         text=f"{sum(talking.values()):,} of {number:,} answers with goals are more than their JSON; "
@@ -470,7 +472,7 @@ def next_to_the_floor(evidence: Evidence) -> Finding:
         for each in evidence.of(evidence.tables.steps, Suite(B, AS))
         if each.operator.endswith("PLACE_NEXTTO") and each.objects.startswith("room_floor")
     ]
-    models = {read_paper_models()[each.model] for each in steps}
+    models = {map_files_to_paper_models()[each.model] for each in steps}
     return if_so(bool(steps), f"{len(steps)} steps of {len(models)} models in BEHAVIOR")
 
 
@@ -513,7 +515,7 @@ def _unreadable(evidence: Evidence, domain: str, ability: str, name: str) -> tup
 
 
 def _files(names: Collection[str]) -> list[str]:
-    return [file for file, name in read_paper_models().items() if name in names]
+    return [file for file, name in map_files_to_paper_models().items() if name in names]
 
 
 def _both(counts: Iterable[tuple[int, int]], what: str) -> str:

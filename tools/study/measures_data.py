@@ -9,15 +9,7 @@ from collections.abc import Mapping
 
 from claim import Finding, by_degree
 from evidence import GI, NAMED, SD, B, Evidence, Suite, V
-from rates import (
-    DIGIT,
-    NEAR,
-    RateColumn,
-    all_of,
-    if_so,
-    measured_rates,
-    most_of,
-)
+from rates import DIGIT, NEAR, RateColumn, all_of, if_so, measured_rates, most_of
 
 from eai.abilities.protocol import Ability, Protocol
 from eai.benchmarks.errata import load_all_errata
@@ -26,9 +18,9 @@ from eai.benchmarks.registry import find_benchmark
 from eai.benchmarks.suite import open_suite
 from eai.logic import formula as f
 from eai.logic.ltl import parse
-from eai.results.data_set import count_data_set_figures
+from eai.results.data_set import compute_data_set_statistics
 from eai.results.lines import AnswerLine
-from eai.results.paper_tables import read_paper_setting, read_paper_table
+from eai.results.paper_tables import read_paper_protocol_and_tables, read_paper_table
 from eai.results.totals import RunTotals
 from eai.tasks.operator_task import OperatorLibrary
 from eai.tasks.task import GoalKind, Task
@@ -236,7 +228,7 @@ def preconditions_by_world(evidence: Evidence) -> Finding:
     for domain in (V, B):
         table = {
             each.label: each.value
-            for each in count_data_set_figures(find_benchmark(domain), evidence.published)
+            for each in compute_data_set_statistics(find_benchmark(domain), evidence.published)
         }
         means[domain] = table["preconditions"] / table["transition models"]
     return if_so(
@@ -509,7 +501,7 @@ def micro_averages(evidence: Evidence) -> Finding:
 
 def cells_that_come_out(evidence: Evidence) -> Finding:
     near = exact = number = 0
-    for name in read_paper_setting().full_tables:
+    for name in read_paper_protocol_and_tables().tables_of_all_models:
         table = read_paper_table(name)
         for column in table.columns:
             if name == "overview" or not column.ability:
@@ -531,12 +523,14 @@ def cells_that_come_out(evidence: Evidence) -> Finding:
 
 def figures_of_tables(evidence: Evidence) -> Finding:
     """Compare the figures of each model and rate that several of the paper's tables print."""
-    names = (*read_paper_setting().full_tables, "transition_modeling_summary")
+    names = (*read_paper_protocol_and_tables().tables_of_all_models, "transition_modeling_summary")
     tables = [read_paper_table(name) for name in names]
     gaps = {}
     for column in {column for table in tables for column in table.columns if column.ability}:
         for model in evidence.names:
-            figures = [each for table in tables if (each := table.find_figure(model, column)) is not None]
+            figures = [
+                each for table in tables if (each := table.find_printed_number(model, column)) is not None
+            ]
             if len(figures) > 1:
                 gaps[model, column] = max(figures) - min(figures)
     equal = sum(gap <= DIGIT for gap in gaps.values())

@@ -17,7 +17,7 @@ from eai.abilities.subgoal_decomposition.verdict import SubgoalVerdict
 from eai.benchmarks.registry import find_benchmark
 from eai.results.comparison import compare_runs
 from eai.results.lines import AnswerLine, StepLine, compute_goal_share
-from eai.results.paper_tables import read_paper_models
+from eai.results.paper_tables import map_files_to_paper_models
 from eai.studies.cofactors.effects import compute_rank_correlation
 
 RESULTS_IN_BEHAVIOR = {
@@ -142,7 +142,9 @@ def lead_of_o1(evidence: Evidence) -> Finding:
     """Compare the two models task by task; Claude-3.5 Sonnet's goals in VirtualHome cannot be read."""
     text, clear, number = [], Counter[str](), Counter[str]()
     for suite in (Suite(V, AS), Suite(V, SD), Suite(V, TM), *(Suite(B, each) for each in (GI, AS, SD, TM))):
-        runs = {read_paper_models()[file]: records for file, records in evidence.suites[suite].items()}
+        runs = {
+            map_files_to_paper_models()[file]: records for file, records in evidence.suites[suite].items()
+        }
         for metric, found in compare_runs(runs[SECOND], runs[LEADER]).differences.items():
             if found.percentage_points is None or found.p_value is None:
                 continue
@@ -164,7 +166,7 @@ def hallucinated_in_subgoals(evidence: Evidence) -> Finding:
     text, right = [], []
     for what, pattern in (("actions", r"is no predicate|is not an action"), ("objects", r"there is no ")):
         models = {
-            read_paper_models()[file]
+            map_files_to_paper_models()[file]
             for domain in (V, B)
             for file, records in evidence.suites[Suite(domain, SD)].items()
             for record in records

@@ -13,7 +13,7 @@ from rates import all_of, if_so, most_of, range_over_models, rates_of
 
 from eai.benchmarks.registry import find_benchmark
 from eai.pddl.planning import PlannerOutcome
-from eai.results.paper_tables import read_paper_models, read_published_scores
+from eai.results.paper_tables import map_files_to_paper_models, read_published_scores
 from eai.studies.sensitivity.study import OperatorReplacement
 from eai.tasks.operator_task import OperatorLibrary
 
@@ -45,8 +45,8 @@ def effect_of_grab(evidence: Evidence) -> Finding:
     return if_so(
         hits.total() < number.total() / 10,
         f"{hits.total()} of {number.total():,} answers with grab name both hands in its effect, "
-        f"{most} of {number[first]} of {read_paper_models()[first]}; annotated clauses of the effect are "
-        f"matched {matched} times",
+        f"{most} of {number[first]} of {map_files_to_paper_models()[first]}; annotated clauses of the "
+        f"effect are matched {matched} times",
         in_part=hits.total() < number.total() / 2,
     )
 
@@ -184,11 +184,11 @@ def mixtures_by_model(evidence: Evidence) -> Finding:
         shares = {}
         for model in evidence.suites[Suite(domain, TM)]:
             trials = evidence.trials(domain, model)
-            own = evidence.percent(domain, TM, "overall.planner_success", read_paper_models()[model])
+            own = evidence.percent(domain, TM, "overall.planner_success", map_files_to_paper_models()[model])
             shares[model] = 100 * _solved(trials), own or 0.0
         lower.append((sum(mixed < own for mixed, own in shares.values()), len(shares)))
         named = ", ".join(
-            f"{read_paper_models()[model]} {shares[model][0]:.1f} against {shares[model][1]:.1f} %"
+            f"{map_files_to_paper_models()[model]} {shares[model][0]:.1f} against {shares[model][1]:.1f} %"
             for model in (GPT_4O, O1)
         )
         text.append(f"{NAMED[domain]} lower in {lower[-1][0]} of {lower[-1][1]} models ({named})")

@@ -18,7 +18,7 @@ from eai.benchmarks.gold_answers import open_gold_answers
 from eai.benchmarks.registry import find_benchmark
 from eai.benchmarks.suite import open_suite
 from eai.results.model_cards import make_model_table
-from eai.results.paper_tables import read_paper_models
+from eai.results.paper_tables import map_files_to_paper_models
 from eai.tasks.prompts.prompt import BelievedTask, Prompt
 
 PLANNING = (Ability.SUBGOAL_DECOMPOSITION, Ability.ACTION_SEQUENCING)
@@ -209,7 +209,7 @@ def equal_questions(evidence: Evidence) -> Finding:
             answers = {record.task_id: record.response for record in records}
             same[model] += sum(len({answers[task] for task in tasks}) == 1 for tasks in equal)
     order = sorted(same, key=lambda model: (same[model], model))
-    text = ", ".join(f"{read_paper_models()[model]} {same[model]}" for model in order[:3])
+    text = ", ".join(f"{map_files_to_paper_models()[model]} {same[model]}" for model in order[:3])
     return all_of(
         (sum(hits == number for hits in same.values()), len(same)),
         text=f"shipped questions fall into {number} groups of equal ones; all answers of "
@@ -270,9 +270,9 @@ def relevant_objects(evidence: Evidence) -> Finding:
 def ids_on_cards(evidence: Evidence) -> Finding:
     cards = {row[0]: (str(row[2]), str(row[3])) for row in make_model_table().rows}
     others = [
-        f"{cards[read_paper_models()[file]][0]} ({file})"
+        f"{cards[map_files_to_paper_models()[file]][0]} ({file})"
         for file in evidence.models
-        if cards[read_paper_models()[file]][0] != file.lower()
+        if cards[map_files_to_paper_models()[file]][0] != file.lower()
     ]
     dates = {name: match for name, (text, _) in cards.items() if (match := _DATE.search(text))}
     right = sum("-".join(match.groups()) == cards[name][1] for name, match in dates.items())

@@ -23,7 +23,7 @@ from rates import (
     rates_of,
 )
 
-from eai.results.paper_tables import read_paper_models, read_paper_table, read_published_scores
+from eai.results.paper_tables import map_files_to_paper_models, read_paper_table, read_published_scores
 
 OPEN_WEIGHT = ("Llama 3 8B", "Llama 3 70B", "Mistral Large", "Mixtral 8x22B MoE")
 """The models that the paper counts as open; Cohere's weights are open too."""
@@ -80,7 +80,7 @@ AGES = (
 
 
 def number_of_models(evidence: Evidence) -> Finding:
-    models = {read_paper_models().get(name, name) for name in evidence.models}
+    models = {map_files_to_paper_models().get(name, name) for name in evidence.models}
     return if_so(len(models) == 18, f"public answers of {len(models)} models")
 
 

@@ -17,8 +17,8 @@ from eai.abilities.protocol import Ability
 from eai.benchmarks.registry import find_benchmark
 from eai.benchmarks.suite import open_suite
 from eai.logic.choice import count_dnf_terms
-from eai.results.lines import AnswerLine, compute_score_share
-from eai.results.paper_tables import read_paper_models, read_published_scores
+from eai.results.lines import AnswerLine, compute_main_score_share
+from eai.results.paper_tables import map_files_to_paper_models, read_published_scores
 
 TOOLS = (
     "there_is_no_soaked_cleaning_tool_detergent_or_running_sink_for",
@@ -291,8 +291,7 @@ def length_explains_worlds(evidence: Evidence) -> Finding:
     )
     left = [even[ability] / gaps[ability] for ability in gaps]
     return Finding(
-        by_degree(max(left) < 0.25, min(left) < 0.75),
-        f"VirtualHome's lead in executed answers: {text}",
+        by_degree(max(left) < 0.25, min(left) < 0.75), f"VirtualHome's lead in executed answers: {text}"
     )
 
 
@@ -323,7 +322,7 @@ def size_by_length(evidence: Evidence) -> Finding:
 def length_of_plans(evidence: Evidence) -> Finding:
     """Compare steps of executed plans with annotated steps, for Mistral Large and other models."""
     named = ("Mistral Large", "o1-preview", "Claude-3 Opus", "GPT-4o", "Gemini 1.5 Pro")
-    files = {name: file for file, name in read_paper_models().items()}
+    files = {name: file for file, name in map_files_to_paper_models().items()}
     ratios = {}
     for name in named:
         answers = [each for each in evidence.answers(Suite(V, AS), files[name]) if each.executable]
@@ -366,7 +365,8 @@ def intermediate_by_openness(evidence: Evidence) -> Finding:
             wrong = [
                 each.reason
                 for each in evidence.of(evidence.tables.atoms, Suite(domain, GI))
-                if each.verdict == "wrong" and (read_paper_models()[each.model] in OPEN_MODELS) == is_open
+                if each.verdict == "wrong"
+                and (map_files_to_paper_models()[each.model] in OPEN_MODELS) == is_open
             ]
             shares.append(wrong.count("intermediate") / len(wrong))
             kind = "open" if is_open else "proprietary"
@@ -381,7 +381,7 @@ def intermediate_by_openness(evidence: Evidence) -> Finding:
 def hallucinated_goals(evidence: Evidence) -> Finding:
     """Compare Llama 3 70B's goals that name something unknown with those of proprietary models."""
     shares = {}
-    for file, name in read_paper_models().items():
+    for file, name in map_files_to_paper_models().items():
         answers = [each for domain in (V, B) for each in evidence.answers(Suite(domain, GI), file)]
         shares[name] = sum(a.hallucinated or 0 for a in answers) / max(1, sum(a.stated or 0 for a in answers))
     closed = {name: share for name, share in shares.items() if name not in OPEN_MODELS}
@@ -430,7 +430,7 @@ def plywood_moved(evidence: Evidence) -> Finding:
             for fact in step.removed
         )
     ]
-    names = sorted({read_paper_models()[model] for model, _ in undone})
+    names = sorted({map_files_to_paper_models()[model] for model, _ in undone})
     return if_so(
         bool(undone),
         f"a step ends such a nearness in {len(undone)} of {len(wanted)} executed answers that miss the goal "
@@ -440,7 +440,7 @@ def plywood_moved(evidence: Evidence) -> Finding:
 
 def _hallucinations(evidence: Evidence, domain: str, pattern: str) -> Counter[str]:
     return Counter(
-        read_paper_models()[record.model]
+        map_files_to_paper_models()[record.model]
         for records in evidence.suites[Suite(domain, SD)].values()
         for record in records
         if (error := record.verdict.error) is not None
@@ -458,7 +458,7 @@ def _runtime_counts(answers: Sequence[AnswerLine]) -> Counter[str]:
 def _answers_of(
     evidence: Evidence, suite: Suite, name: str, limit: float, is_short: bool
 ) -> list[AnswerLine]:
-    file = next(file for file, paper in read_paper_models().items() if paper == name)
+    file = next(file for file, paper in map_files_to_paper_models().items() if paper == name)
     return [
         each for each in evidence.answers(suite, file) if ((each.annotated_steps or 0) <= limit) == is_short
     ]
@@ -485,5 +485,5 @@ def _share(values: Sequence[bool]) -> float:
 
 
 def _f1(answer: AnswerLine) -> float | None:
-    share = compute_score_share(answer)
+    share = compute_main_score_share(answer)
     return share.numerator / share.denominator if share.denominator else None

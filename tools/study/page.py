@@ -12,7 +12,7 @@ from conditions import partial_success_table
 from evidence import Evidence
 from statements import Checker, Statement, read_statements
 
-from eai.results.paper_tables import read_paper_models
+from eai.results.paper_tables import map_files_to_paper_models
 
 HEAD = (Path(__file__).parent / "head.md").read_text(encoding="utf-8")
 
@@ -62,7 +62,7 @@ def has_records(claim: Claim, evidence: Evidence) -> bool:
 
 
 def head(evidence: Evidence, claims: int, judged: Sequence[tuple[Statement, Finding]]) -> str:
-    names = [read_paper_models().get(model, model) for model in evidence.models]
+    names = [map_files_to_paper_models().get(model, model) for model in evidence.models]
     records = next(iter(next(iter(evidence.suites.values())).values()), None) if evidence.suites else None
     protocol = records[0].protocol.value if records else "-"
     return HEAD.format(

@@ -48,11 +48,7 @@ QUOTED: Sequence[Quoted] = (
     *_quoted(OPERATORS, TM, "object_states.f1", B, ("Claude-3.5 Sonnet", 78.8)),
     *_quoted(OPERATORS, TM, "non_spatial_relations.f1", B, ("o1-preview", 83.5)),
     *_quoted(
-        "transition_modeling_virtualhome_logic",
-        TM,
-        "non_spatial_relations.f1",
-        V,
-        ("o1-preview", 11.9),
+        "transition_modeling_virtualhome_logic", TM, "non_spatial_relations.f1", V, ("o1-preview", 11.9)
     ),
 )
 """Figures of “Summary of Empirical Findings” that are also in a table of all models."""
@@ -76,7 +72,7 @@ ORDERS: Sequence[tuple[str, str, PaperColumn, str, int, Sequence[str]]] = (
 def prose(evidence: Evidence) -> Finding:
     rows = []
     for model, table, column, figure in QUOTED:
-        printed = read_paper_table(table).find_figure(model, column)
+        printed = read_paper_table(table).find_printed_number(model, column)
         if printed is None or abs(printed - figure) > 0.05:
             what = f"{NAMED[column.domain]}, {column.ability.replace('_', ' ')}: {model}, {column.metric}"
             rows.append(Row(what, f"{figure:.1f} in the text", f"{_told(printed)} in the table"))
@@ -100,7 +96,7 @@ def _orders() -> Iterator[Row]:
     for what, table_name, column, said, rank, others in ORDERS:
         table = read_paper_table(table_name)
         models = [model for model in table.rows if model not in others]
-        order = sorted(models, key=lambda model: -(table.find_figure(model, column) or 0))
+        order = sorted(models, key=lambda model: -(table.find_printed_number(model, column) or 0))
         yield Row(f"{NAMED[column.domain]}: {what}", said, order[rank - 1])
 
 
@@ -113,9 +109,9 @@ def easier(evidence: Evidence) -> Finding:
     overview = read_paper_table("overview")
     for domain in (V, B):
         pairs = [
-            (overview.find_figure(model, PaperColumn(SD, SOLVED, domain)), plans)
+            (overview.find_printed_number(model, PaperColumn(SD, SOLVED, domain)), plans)
             for model in overview.rows
-            if (plans := overview.find_figure(model, PaperColumn(AS, SOLVED, domain))) is not None
+            if (plans := overview.find_printed_number(model, PaperColumn(AS, SOLVED, domain))) is not None
         ]
         known = [(subgoals, plans) for subgoals, plans in pairs if subgoals is not None]
         ahead[domain] = sum(subgoals > plans for subgoals, plans in known)
@@ -179,8 +175,8 @@ def _differences(table: PaperTable, column: PaperColumn) -> Iterator[float]:
     for name in table.rows:
         model, _, way = name.rpartition(" ")
         if way == "(modular)":
-            before = table.find_figure(name, column)
-            after = table.find_figure(f"{model} (pipeline)", column)
+            before = table.find_printed_number(name, column)
+            after = table.find_printed_number(f"{model} (pipeline)", column)
             if before is not None and after is not None:
                 yield after - before
 
@@ -192,11 +188,7 @@ def replanning_behavior(evidence: Evidence) -> Finding:
         "replanning, which tells the model nothing of what went wrong. And asking again what failed can only "
         "gain: without an arm that is asked again and told nothing, no gain is feedback's.",
         [
-            Row(
-                "task success without and with",
-                "47.0 %, 59.0 %",
-                f"unpaired p = {fisher(47, 59, 100):.2f}",
-            ),
+            Row("task success without and with", "47.0 %, 59.0 %", f"unpaired p = {fisher(47, 59, 100):.2f}"),
             Row("execution without and with", "53.0 %, 63.0 %", f"unpaired p = {fisher(53, 63, 100):.2f}"),
             Row("additional steps without and with", "0.0 %, 3.0 %", f"p = {fisher(0, 3, 100):.2f}"),
         ],
@@ -213,8 +205,8 @@ def slips(evidence: Evidence) -> Finding:
     for chance in ("0.05", "0.1", "0.2"):
         for metric, named in ((EXECUTED, "execution"), (SOLVED, "success")):
             column = PaperColumn(AS, metric, B)
-            without = table.find_figure(f"GPT-4o, p = {chance}", column) or 0.0
-            replanned = table.find_figure(f"GPT-4o w/ replanning, p = {chance}", column) or 0.0
+            without = table.find_printed_number(f"GPT-4o, p = {chance}", column) or 0.0
+            replanned = table.find_printed_number(f"GPT-4o w/ replanning, p = {chance}", column) or 0.0
             hits = [round(figure * SLIPS_TASKS / 100) for figure in (without, replanned)]
             p = fisher(*hits, SLIPS_TASKS)
             clear.append(p < 0.05)

@@ -9,8 +9,8 @@ from typing import NamedTuple
 from claim import Finding, Status, by_degree
 from evidence import AS, GI, SD, TM, B, Evidence, V
 
-from eai.results.paper_tables import PaperColumn, read_paper_setting, read_paper_table
-from eai.results.summary import compute_average_performance, make_average_weights
+from eai.results.paper_tables import PaperColumn, read_paper_protocol_and_tables, read_paper_table
+from eai.results.summary import compute_average_performance, make_weights_of_average_score
 
 AVERAGE = "average_performance"
 WORLDS = {"V": V, "B": B}
@@ -42,19 +42,20 @@ def printed_figures(column: RateColumn, model: str) -> list[float]:
     """Return the different figures that the paper's full tables print for a model."""
     place = PaperColumn(column.ability, column.metric, column.domain)
     tables = [
-        read_paper_table(name) for name in (*read_paper_setting().full_tables, "transition_modeling_summary")
+        read_paper_table(name)
+        for name in (*read_paper_protocol_and_tables().tables_of_all_models, "transition_modeling_summary")
     ]
-    figures = [table.find_figure(model, place) for table in tables]
+    figures = [table.find_printed_number(model, place) for table in tables]
     return sorted({figure for figure in figures if figure is not None})
 
 
 def printed_rates(column: RateColumn) -> dict[str, float]:
     """Return the paper's figure for each model, of the first table that has it."""
     place = PaperColumn(column.ability, column.metric, column.domain)
-    for name in (*reversed(read_paper_setting().full_tables), "overview"):
+    for name in (*reversed(read_paper_protocol_and_tables().tables_of_all_models), "overview"):
         table = read_paper_table(name)
         if place in table.columns:
-            figures = {model: table.find_figure(model, place) for model in table.rows}
+            figures = {model: table.find_printed_number(model, place) for model in table.rows}
             return {model: figure for model, figure in figures.items() if figure is not None}
     return {}
 
@@ -75,7 +76,7 @@ def _averages(evidence: Evidence, domain: str) -> dict[str, float]:
     for model in evidence.names:
         values = {
             place: evidence.percent(domain, place[0].value, place[1], model)
-            for place in make_average_weights()
+            for place in make_weights_of_average_score()
         }
         average = compute_average_performance(values)
         if average is not None:

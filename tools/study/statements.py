@@ -55,7 +55,7 @@ from rates import (
 )
 
 from eai.benchmarks.registry import find_benchmark
-from eai.results.data_set import count_data_set_figures
+from eai.results.data_set import compute_data_set_statistics
 from eai.results.paper_tables import read_paper_table
 
 FILE = Path(__file__).parent / "statements.tsv"
@@ -224,7 +224,7 @@ class Checker:
 
     def _count(self, text: str) -> Finding:
         world, label, said = text.split("/")
-        table = count_data_set_figures(find_benchmark(WORLDS[world]), self._evidence.published)
+        table = compute_data_set_statistics(find_benchmark(WORLDS[world]), self._evidence.published)
         value = next(figure.value for figure in table if figure.label == label)
         same = round(value, len(said.partition(".")[2])) == float(said)
         return Finding(by_degree(same, False), f"{label}: {value:,}")

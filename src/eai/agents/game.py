@@ -20,7 +20,7 @@ from eai.agents.rules import OUTCOMES
 from eai.base.errors import EaiError, InputError
 from eai.planning.search import SearchEffort
 from eai.planning.successor_generator import generate_applicable_of_operator
-from eai.results.reward import Shaping, compute_reward_of_credit, make_credit_metrics
+from eai.results.reward import Shaping, convert_credit_to_reward, make_credit_metrics
 from eai.tasks.prompts.template import PromptTemplates
 from eai.tasks.special import AmbiguousTaskMark, ImpossibleTaskMark
 from eai.world.action import Action, Fault
@@ -171,7 +171,7 @@ class Game:
                 )
                 or 0.0
             )
-        return 0.0 if earned is None else compute_reward_of_credit(earned, self._rules.reward)
+        return 0.0 if earned is None else convert_credit_to_reward(earned, self._rules.reward)
 
     def _list_executed_or_needless_actions(self) -> list[Action]:
         """Return the actions that were executed, or skipped because they were not needed."""

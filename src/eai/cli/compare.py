@@ -247,7 +247,7 @@ def _make_metric_rows(metric: str, difference: MetricDifference) -> Iterator[tup
 
 def _format_effective_sample_size(intervals: ConfidenceIntervals | None) -> str:
     """Return the number of independent tasks that would give an interval of equal width, as text."""
-    effective = None if intervals is None else intervals.effective_tasks
+    effective = None if intervals is None else intervals.effective_task_count
     return "-" if effective is None else f"{effective:.0f}"
 
 

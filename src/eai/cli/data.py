@@ -27,7 +27,7 @@ from eai.cli.console import (
 from eai.cli.options import AsJson, DataFolder, Errata, make_flag, open_data_source, open_store
 from eai.cli.progress import show_data_progress
 from eai.pddl.planning import PlannerChoice
-from eai.results.data_set import count_data_set_figures, make_figure_table, profile_tasks
+from eai.results.data_set import compute_data_set_statistics, make_statistics_table, profile_tasks
 from eai.results.table import Column, Table
 from eai.results.table_files import format_rows_as_csv, write_files
 from eai.results.terminal import print_table
@@ -156,7 +156,7 @@ def print_statistics(
     """
     benchmarks = [find_benchmark(name) for name in domain or list_paper_benchmarks()]
     with open_data_source(data, errata=ErrataChoice.NONE) as source:
-        tables = [count_data_set_figures(each, source) for each in benchmarks]
+        tables = [compute_data_set_statistics(each, source) for each in benchmarks]
     written: list[Path] = []
     for benchmark in benchmarks:
         if by_task:
@@ -172,7 +172,7 @@ def print_statistics(
         )
         return
     for benchmark, rows in zip(benchmarks, tables, strict=True):
-        print_table(get_output_console(), make_figure_table(benchmark.title, rows))
+        print_table(get_output_console(), make_statistics_table(benchmark.title, rows))
     for path in written:
         print_result_line(f"written to {path}")
 

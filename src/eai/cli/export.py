@@ -28,7 +28,7 @@ from eai.cli.prompts import OfSet, choose_tasks, is_prompt_list_file, write_prom
 from eai.pddl.planning import PlannerChoice
 from eai.results import training_data
 from eai.results.records import read_records
-from eai.results.reward import Reward, Shaping, is_paid
+from eai.results.reward import Reward, Shaping, can_earn_reward
 from eai.results.runs import find_record_files
 from eai.results.training_data import TrainingRow
 from eai.tasks.prompts.prompt import PromptSet
@@ -218,7 +218,7 @@ def export_process_data(
         effort: Limit of the search for the distance of a state: about the number of steps that it tries.
     """
     left_out, counts = Counter[str](), Counter[str]()
-    label = partial(training_data.make_step_columns, effort=effort, counts=counts)
+    label = partial(training_data.make_step_column_adder, search_effort=effort, step_counts=counts)
     answers = _read_rewarded_answers(records, domain or [], shaping, prompt_set, data, left_out, label)
     number = _write_data_set(answers, out, form)
     executed = format_count(counts["executed"], "executed step")
@@ -242,7 +242,7 @@ def _read_rewarded_answers(
     by_suite = group_pairs(((record.domain, record.ability), record) for record in records)
     with open_data_source(data, PlannerChoice.NONE) as source:
         for (domain, ability), of_suite in by_suite.items():
-            if not is_paid(ability):
+            if not can_earn_reward(ability):
                 left_out[training_data.NOT_PAID] += len(of_suite)
                 continue
             if domain not in named and domain not in list_benchmarks():

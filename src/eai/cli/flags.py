@@ -19,7 +19,7 @@ from eai.base.json_value import Json
 from eai.benchmarks.suite import Suite
 from eai.cli import options
 from eai.cli.options import SETTING, split_setting
-from eai.results.answer_files import find_recorded_file
+from eai.results.answer_files import find_response_file_of_suite
 from eai.run.job import CAPTIONER, PROVIDER, can_model_answer, check_model_name
 from eai.run.spec import RunSpec, list_option_defaults, list_sections, read_spec
 from eai.studies.registry import list_run_studies
@@ -168,7 +168,9 @@ def check_recordings_match_suites(endpoints: Sequence[Endpoint], suites: Sequenc
         path = endpoint.arguments.get("path")
         if endpoint.model != REPLAY or path is None:
             continue
-        files = [find_recorded_file(Path(str(path)), suite.domain, suite.ability) for suite in suites]
+        files = [
+            find_response_file_of_suite(Path(str(path)), suite.domain, suite.ability) for suite in suites
+        ]
         if len(set(files)) < len(files):
             hint = "name its suite with --domain and --ability, or give a folder"
             raise InputError(f"-M path={path}: one file cannot answer {len(files)} suites; {hint}")

@@ -16,7 +16,7 @@ from eai.cli.console import format_count, get_output_console, inspect_needed, pr
 from eai.cli.options import open_data_source
 from eai.cli.table import PERCENT
 from eai.pddl.planning import PlannerChoice
-from eai.results.learnability import count_answer_groups, measure_null_rewards
+from eai.results.learnability import count_tasks_by_reward_spread, measure_rewards_of_trivial_baselines
 from eai.results.rate import Rate
 from eai.results.records import read_records
 from eai.results.reward import Reward, Shaping
@@ -45,7 +45,7 @@ def print_learnability(
     """
     with open_data_source(data, PlannerChoice.NONE) as source:
         suite = open_suite(find_benchmark(reference), ability, source=source)
-        nulls = measure_null_rewards(Reward(suite, shaping))
+        nulls = measure_rewards_of_trivial_baselines(Reward(suite, shaping))
         value: dict[str, Json] = {
             "null_models": {
                 name: {"mean": rewards.mean.to_json(), "full": rewards.full.to_json()}
@@ -65,7 +65,7 @@ def print_learnability(
             of_suite = [
                 record for record in records if (record.domain, record.ability) == (suite.domain, ability)
             ]
-            groups = count_answer_groups(of_suite, Reward(suite, shaping))
+            groups = count_tasks_by_reward_spread(of_suite, Reward(suite, shaping))
             value["groups"] = {**groups}
             lines.append(_describe_reward_groups(groups))
         if context is not None:

@@ -29,7 +29,7 @@ from eai.results.answer_files import find_benchmarks_of_runs
 from eai.results.cost import PriceList
 from eai.results.plots import FORMATS
 from eai.results.record import Record
-from eai.results.runs import count_goals_as_paper, find_record_files, read_runs
+from eai.results.runs import find_record_files, read_runs, recount_goals_as_in_paper
 from eai.results.table import Table, format_superscript
 from eai.results.terminal import print_table
 from eai.studies.report.document import write_remark_on_unnamed_tasks
@@ -96,7 +96,7 @@ def report(
     files = len(find_record_files(records))
     with show_scoring_progress("reading records", files, quiet=False) as watch:
         for number, run in enumerate(read_runs(records), 1):
-            summaries.append(summarize_run(count_goals_as_paper(run) if paper else run))
+            summaries.append(summarize_run(recount_goals_as_in_paper(run) if paper else run))
             explorer.add_run(run)
             watch(min(number, files))
     summaries.sort(key=lambda item: item.key.sort_key)
@@ -200,7 +200,9 @@ def _collect_prompts_for_explorer(benchmark: Benchmark, store: Store) -> Explore
 
 def _print_main_results(records: Sequence[Path], *, paper: bool, as_json: bool, wide: bool) -> None:
     """Print a table of main results for each domain and protocol."""
-    summaries = [summarize_run(count_goals_as_paper(run) if paper else run) for run in read_runs(records)]
+    summaries = [
+        summarize_run(recount_goals_as_in_paper(run) if paper else run) for run in read_runs(records)
+    ]
     summaries.sort(key=lambda item: item.key.sort_key)
     ranked = select_plain_runs(summaries)
     shown = {_OVERVIEW, *{item.key.ability.value for item in ranked}.difference(PAPER_ABILITIES)}
@@ -227,7 +229,7 @@ def _format_overview(ranking: Ranking) -> Table:
     headings = map(_format_column_heading, ranking.columns)
     columns = [
         replace(column, heading_without_group=text)
-        for column, text in zip(table.full_columns[first:], headings, strict=True)
+        for column, text in zip(table.columns_with_headings[first:], headings, strict=True)
     ]
     title = f"{get_title(ranking.domain)}, protocol {ranking.protocol.value} (percent{ranking.rank_caption})"
     return replace(table, title=title, columns=(*table.columns[:first], *columns))

@@ -34,8 +34,8 @@ from eai.cli.prompts import select_tasks_of_suites
 from eai.cli.table import print_results, result_to_json
 from eai.pddl.planning import PlannerChoice
 from eai.results.epochs import SuiteResult, score_answers
-from eai.results.repeats import make_pass_table
-from eai.results.runs import write_log_samples
+from eai.results.repeats import make_pass_at_k_table
+from eai.results.runs import write_inspect_log_reference
 from eai.results.terminal import print_table
 from eai.run.job import QuestionJob, can_model_answer
 from eai.run.journal import JOURNAL
@@ -243,7 +243,7 @@ def _print_suite_results(spec: RunSpec, outcomes: Sequence[SuiteResult], *, wide
     print_results({each.model: each.totals for each in outcomes}, spec.variation.heading, wide=wide)
     repeated = {each.model: each.success_cases_by_epoch for each in outcomes if each.success_cases_by_epoch}
     if repeated:
-        print_table(console.get_output_console(), make_pass_table(repeated), wide=wide)
+        print_table(console.get_output_console(), make_pass_at_k_table(repeated), wide=wide)
 
 
 def _make_stage_before_answers(
@@ -334,9 +334,9 @@ def _request_answers_and_score(
             result = score_answers(obtained, folder, suite, spec.scoring, report)
         write_scores(answers.log, result.map_keys_to_records(), suite.source)
         for epoch, one in enumerate(result.by_epoch or (result,), 1):
-            write_log_samples(one.folder, answers.log, epoch)
+            write_inspect_log_reference(one.folder, answers.log, epoch)
         if result.by_epoch:
-            write_log_samples(folder, answers.log, result.find_shown_epochs())
+            write_inspect_log_reference(folder, answers.log, result.map_tasks_to_recorded_epoch())
     return replace(result, remarks=list_remarks(job, answers.answers))
 
 
@@ -345,7 +345,7 @@ def _print_failures_and_effort(outcomes: Sequence[SuiteResult], order: _RunReque
     if as_json:
         known = [(each, result_to_json(each.totals, each.folder)) for each in outcomes]
         console.print_json(
-            [{**found, "model": each.model, **each.make_effort_fields()} for each, found in known]
+            [{**found, "model": each.model, **each.make_non_metric_fields()} for each, found in known]
         )
     for outcome in outcomes:
         for why, task_ids in _merge_similar_failures(outcome.failures):

@@ -42,7 +42,13 @@ from eai.results.answer_files import (
     find_suite_files,
     unpack_answers,
 )
-from eai.results.batch import OTHER_RULES, Scoring, find_tasks_without_row, score_run, split_by_game_rules
+from eai.results.batch import (
+    OTHER_RULES,
+    Scoring,
+    map_unanswered_tasks_to_reason,
+    score_run,
+    split_answers_by_game_rules,
+)
 from eai.results.options import ScoringOptions
 from eai.results.record import Record
 from eai.results.records import RecordBatch, RunShard, read_records
@@ -179,7 +185,7 @@ def score(
 
 def _split_answers_by_game_rules(answers_to_score: _AnswersToScore) -> list[_AnswersToScore]:
     """Split answers by their game rules. If there are several rules, each has a separate folder."""
-    parts = split_by_game_rules(answers_to_score.suite.ability, answers_to_score.answers)
+    parts = split_answers_by_game_rules(answers_to_score.suite.ability, answers_to_score.answers)
     shares = []
     for rules, answers in parts.items():
         out = answers_to_score.out
@@ -271,7 +277,7 @@ def _score_in_batches(
 
     suite = share.suite
     of_epochs = [
-        score_run(suite, answers, find_tasks_without_row(suite, answers), settings)
+        score_run(suite, answers, map_unanswered_tasks_to_reason(suite, answers), settings)
         for answers in (share.answers, *share.answers.further_epochs)
     ]
     by_task = {record.task_id: record for record in average_records_over_epochs(of_epochs, averaged)}
@@ -284,7 +290,7 @@ def _score_and_show_progress(
     share: _AnswersToScore, settings: ScoringOptions, workplace: Scoring, *, quiet: bool
 ) -> Iterator[RecordBatch]:
     suite, answers = share.suite, share.answers
-    missing = find_tasks_without_row(suite, answers)
+    missing = map_unanswered_tasks_to_reason(suite, answers)
     missing |= dict.fromkeys(missing.keys() & set(share.elsewhere), OTHER_RULES)
     title = f"scoring {suite.domain} {suite.ability.value} {answers.model}"
     with show_scoring_progress(title, len(answers.responses) + len(missing), quiet=quiet) as report:
@@ -301,7 +307,7 @@ def _make_record_finisher(share: _AnswersToScore) -> Callable[[Record], Record] 
     """Return a function that adds study options, stated goals and prompt name to a record, or None."""
     if share.goals is None and share.prompt_name is None:
         return share.logged
-    from eai.results.epochs import add_run_to_record
+    from eai.results.epochs import add_beliefs_and_experiment
     from eai.studies.prompts.choice import make_prompts_experiment
 
     beliefs, suite = None, share.suite
@@ -310,7 +316,9 @@ def _make_record_finisher(share: _AnswersToScore) -> Callable[[Record], Record] 
 
         goals = (suite.benchmark, suite.ability, suite.source, share.answers.model)
         beliefs = replace(read_goal_beliefs(share.goals, *goals), beliefs={}, metadata={})
-    mark = partial(add_run_to_record, beliefs=beliefs, experiment=make_prompts_experiment(share.prompt_name))
+    mark = partial(
+        add_beliefs_and_experiment, beliefs=beliefs, experiment=make_prompts_experiment(share.prompt_name)
+    )
     return mark if share.logged is None else partial(_apply_both, share.logged, mark)
 
 

@@ -83,12 +83,12 @@ def find_benchmarks_of_runs(paths: Iterable[Path]) -> Mapping[str, Benchmark]:
     return benchmarks
 
 
-def find_suite_files(path: Path, unregistered: Collection[str] = ()) -> list[_SuiteFile]:
+def find_suite_files(path: Path, unregistered_benchmarks: Collection[str] = ()) -> list[_SuiteFile]:
     """Return the response file at a path, or all below a folder, sorted; each must name its suite.
 
     Args:
         path: the file or folder.
-        unregistered: names of further benchmarks that files may name.
+        unregistered_benchmarks: names of further benchmarks that files may name.
 
     Raises:
         InputError: there is no response file, or one does not name its suite.
@@ -102,7 +102,7 @@ def find_suite_files(path: Path, unregistered: Collection[str] = ()) -> list[_Su
                 f"{file}: give --domain and --ability; its path does not name them ({expected_names})"
             )
         domain, ability = suite
-        if domain not in (*list_benchmarks(), *unregistered):
+        if domain not in (*list_benchmarks(), *unregistered_benchmarks):
             raise InputError(f"{file}: {domain} is not a registered benchmark; give --domain")
         model = read_model_name(file)
         if model == f"{domain}_{ability}":
@@ -112,7 +112,7 @@ def find_suite_files(path: Path, unregistered: Collection[str] = ()) -> list[_Su
 
 
 @contextmanager
-def unpack_answers(path: Path, other_names: Collection[str] = ()) -> Iterator[Path]:
+def unpack_answers(path: Path, other_file_names: Collection[str] = ()) -> Iterator[Path]:
     """Yield a path, or a temporary folder with the response files of the zip at this path.
 
     The folder has the zip's name and exists until the block ends. An InputError that the block raises names a
@@ -120,7 +120,7 @@ def unpack_answers(path: Path, other_names: Collection[str] = ()) -> Iterator[Pa
 
     Args:
         path: the path of a file, a folder or a zip.
-        other_names: names of further files to unpack, besides response files.
+        other_file_names: names of further files to unpack, besides response files.
 
     Raises:
         InputError: the zip or a response file in it cannot be read, or its files unpack to too many bytes.
@@ -133,7 +133,9 @@ def unpack_answers(path: Path, other_names: Collection[str] = ()) -> Iterator[Pa
         name = str(path)
         try:
             with zipfile.ZipFile(path) as archive:
-                members = [info for info in list_zip_members(archive) if _must_be_unpacked(info, other_names)]
+                members = [
+                    info for info in list_zip_members(archive) if _must_be_unpacked(info, other_file_names)
+                ]
                 limit = MAX_UNPACKED + UNPACKED_PER_BYTE * path.stat().st_size
                 if (
                     sum(info.file_size for info in members) > limit
@@ -180,7 +182,9 @@ def find_files_of_suite(path: Path, domain: str, ability: Ability) -> list[Path]
     """
     files = find_response_files(path)
     suites_of_others = {
-        file: suite for file in files if (suite := _find_other_suite(file, domain, ability)) is not None
+        file: suite
+        for file in files
+        if (suite := _find_conflicting_suite_in_path(file, domain, ability)) is not None
     }
     if len(suites_of_others) == len(files):
         other_suite = " ".join(suites_of_others[files[0]])
@@ -188,7 +192,7 @@ def find_files_of_suite(path: Path, domain: str, ability: Ability) -> list[Path]
     return [file for file in files if file not in suites_of_others]
 
 
-def find_recorded_file(path: Path, domain: str, ability: Ability, attempt: int = 1) -> Path:
+def find_response_file_of_suite(path: Path, domain: str, ability: Ability, attempt: int = 1) -> Path:
     """Return the only response file with the answers to a suite. In a folder, the file must name the suite.
 
     Experiments with several attempts have a file for each attempt. Only the file with the first answers has
@@ -225,7 +229,7 @@ def _read_suite_from_path(file: Path) -> tuple[str, str] | None:
     return (folders[positions[-1] - 1], folders[positions[-1]]) if positions else None
 
 
-def _find_other_suite(file: Path, domain: str, ability: Ability) -> tuple[str, str] | None:
+def _find_conflicting_suite_in_path(file: Path, domain: str, ability: Ability) -> tuple[str, str] | None:
     """Return the suite that a file names, or None if the file names the wanted suite or no suite.
 
     Folders that have no benchmark's name say nothing about the suite.

@@ -77,7 +77,7 @@ class Scoring(WorkerPool):
             self if suite.is_openable_by_reference else Scoring()
         )  # workers cannot open a suite that has no name
         answered, to_score = tee(responses)
-        batch_sizes = workers._choose_batch_sizes(suite, length_hint(responses))
+        batch_sizes = workers._choose_first_and_max_batch_size(suite, length_hint(responses))
         outcomes = workers.map_batches(
             partial(_score_batch, suite, settings), to_score, batch_sizes=batch_sizes
         )
@@ -114,7 +114,9 @@ class Scoring(WorkerPool):
         )
         if shard is not None:
             items, number = shard.select(items), -(-number // shard.of)
-        mark = partial(_add_harness_and_rules, first=_find_harness_and_rules(suite.ability, answers))
+        mark = partial(
+            _add_harness_and_game_rules, default=_find_harness_and_game_rules(suite.ability, answers)
+        )
         work = partial(_score_record_batch, suite, settings, answers.model, mark, finish)
         if self._number < 2 or not suite.is_openable_by_reference:
             sizes = (
@@ -123,7 +125,7 @@ class Scoring(WorkerPool):
                 else (MIN_BATCH_SIZE, MAX_BATCH_RECORDS)
             )
             return (ready for batch in split_batches(items, 1, *sizes) for ready in work(batch))
-        first, largest = self._choose_batch_sizes(suite, number)
+        first, largest = self._choose_first_and_max_batch_size(suite, number)
         return self.map_batches(
             work, items, batch_sizes=(min(first, MAX_BATCH_RECORDS), min(largest, MAX_BATCH_RECORDS))
         )
@@ -136,10 +138,10 @@ class Scoring(WorkerPool):
             answers: pairs of a task id and an answer to the task.
         """
         workers = self if reward.suite.is_openable_by_reference else Scoring()
-        sizes = workers._choose_batch_sizes(reward.suite, length_hint(answers))
+        sizes = workers._choose_first_and_max_batch_size(reward.suite, length_hint(answers))
         return workers.map_batches(partial(_compute_batch_rewards, reward), answers, batch_sizes=sizes)
 
-    def _choose_batch_sizes(self, suite: Suite, number: int) -> tuple[int, int]:
+    def _choose_first_and_max_batch_size(self, suite: Suite, answer_count: int) -> tuple[int, int]:
         """Return two numbers: the size of a worker's first batch, and the maximum size of a batch.
 
         Both are small if a planner may take minutes for an answer. If the number of answers is known, each
@@ -147,13 +149,13 @@ class Scoring(WorkerPool):
 
         Args:
             suite: the suite that the answers are for.
-            number: number of answers; 0 if unknown.
+            answer_count: number of answers; 0 if unknown.
         """
         if suite.ability is Ability.TRANSITION_MODELING:
             return 1, 4
-        if not number:
+        if not answer_count:
             return MIN_BATCH_SIZE, MAX_BATCH_SIZE
-        share = min(max(MIN_BATCH_SIZE, -(-number // (2 * max(1, self._number)))), MAX_BATCH_SIZE)
+        share = min(max(MIN_BATCH_SIZE, -(-answer_count // (2 * max(1, self._number)))), MAX_BATCH_SIZE)
         return share, share
 
 
@@ -189,22 +191,23 @@ def _score_record_batch(
     suite: Suite,
     settings: ScoringOptions,
     model: str,
-    marked: Callable[[Record], Record],
-    finish: Callable[[Record], Record] | None,
+    mark_record: Callable[[Record], Record],
+    finish_record: Callable[[Record], Record] | None,
     rows: Sequence[ResponseRow],
 ) -> list[RecordBatch]:
     items = [read_response(row, suite.benchmark.data.task_id_of) for row in rows]
     records = [
-        marked(_make_record(suite, model, item, _score_response(suite, settings, item))) for item in items
+        mark_record(_make_record(suite, model, item, _score_response(suite, settings, item)))
+        for item in items
     ]
-    return [make_record_batch(records if finish is None else [*map(finish, records)])]
+    return [make_record_batch(records if finish_record is None else [*map(finish_record, records)])]
 
 
 def _compute_batch_rewards(reward: Reward, items: Sequence[tuple[str, str]]) -> list[float | None]:
     return [reward(task_id, text) for task_id, text in items]
 
 
-def find_tasks_without_row(suite: Suite, answers: ResponseFile) -> dict[str, str]:
+def map_unanswered_tasks_to_reason(suite: Suite, answers: ResponseFile) -> dict[str, str]:
     """Return the tasks without a row in a response file, each with `NO_ROW` as the reason."""
     answered = answers.answered_task_ids
     return {task_id: NO_ROW for task_id in suite.task_ids if task_id not in answered}
@@ -224,7 +227,7 @@ def _list_rows_in_task_order(
     return (by_id[task_id] for task_id in suite.task_ids if task_id in by_id)
 
 
-def split_by_game_rules(ability: Ability, answers: ResponseFile) -> dict[str | None, ResponseFile]:
+def split_answers_by_game_rules(ability: Ability, answers: ResponseFile) -> dict[str | None, ResponseFile]:
     """Return the answers of a response file, grouped by the game rules by which the model played.
 
     Games by the standard rules come first, under the key None. Empty and unreadable answers name no rules;
@@ -241,11 +244,11 @@ def split_by_game_rules(ability: Ability, answers: ResponseFile) -> dict[str | N
         return dict.fromkeys(counts or (None,), answers)
     usual = None if None in counts else counts.most_common(1)[0][0]
 
-    def find_game_rules(text: str) -> str | None:
-        agent = made_by(text)
+    def find_named_game_rules(answer_text: str) -> str | None:
+        agent = made_by(answer_text)
         return usual if agent is None else agent.rules
 
-    epochs_by_rules = [epoch.split_by_key(find_game_rules) for epoch in epochs]
+    epochs_by_rules = [epoch.split_by_key(find_named_game_rules) for epoch in epochs]
     files = {}
     for rules in sorted(counts, key=lambda rules: rules or ""):
         first, *further = [by_key[rules] for by_key in epochs_by_rules if rules in by_key]
@@ -253,7 +256,7 @@ def split_by_game_rules(ability: Ability, answers: ResponseFile) -> dict[str | N
     return files
 
 
-def _find_harness_and_rules(ability: Ability, answers: ResponseFile) -> Experiment:
+def _find_harness_and_game_rules(ability: Ability, answers: ResponseFile) -> Experiment:
     """Return the first harness that answers name, and the game rules of the first readable answer.
 
     A harness is the program that lets a model act.
@@ -271,10 +274,10 @@ def _find_harness_and_rules(ability: Ability, answers: ResponseFile) -> Experime
     return first or Experiment()
 
 
-def _add_harness_and_rules(record: Record, first: Experiment) -> Record:
+def _add_harness_and_game_rules(record: Record, default: Experiment) -> Record:
     """Return a record with the harness and the game rules that its answer names, or else the run's."""
-    agent = get_declaration(record.ability).read_episode_settings(record.response) or first
-    return record.add_experiment(replace(agent, harness=agent.harness or first.harness))
+    agent = get_declaration(record.ability).read_episode_settings(record.response) or default
+    return record.add_experiment(replace(agent, harness=agent.harness or default.harness))
 
 
 def score_run(
@@ -297,10 +300,10 @@ def score_run(
     rows = _list_rows_in_task_order(suite, answers, unanswered)
     items = [read_response(row, suite.benchmark.data.task_id_of) for row in rows]
     records: list[Record] = []
-    first = _find_harness_and_rules(suite.ability, answers)
+    first = _find_harness_and_game_rules(suite.ability, answers)
     with Scoring(settings.workers) as scoring:
         for record in scoring._score_responses(suite, answers.model, items, settings):
-            records.append(_add_harness_and_rules(record, first))
+            records.append(_add_harness_and_game_rules(record, first))
             if on_progress is not None:
                 on_progress(len(records))
     return records

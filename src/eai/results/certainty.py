@@ -76,7 +76,7 @@ _PSEUDO_UNITS = 2
 
 
 @dataclass(frozen=True, slots=True)
-class _RateDeviations:
+class _RateWithErrorByUnit:
     """An estimated rate, or difference of rates, with the contribution of each unit to its error.
 
     Units are tasks, or all tasks of one name. Pseudo-units are explained at the top of this module.
@@ -118,19 +118,19 @@ class _RateDeviations:
         return math.floor(effective_units) + _PSEUDO_UNITS - 1
 
 
-def compute_rate_deviations(sums: Mapping[str, Share]) -> _RateDeviations | None:
+def compute_rate_with_error_by_unit(shares_by_unit: Mapping[str, Share]) -> _RateWithErrorByUnit | None:
     """Return a rate with each unit's contribution to its error, or None if the denominator is zero.
 
     Args:
-        sums: mapping from each unit to the numerator and denominator that it adds to the rate.
+        shares_by_unit: mapping from each unit to the numerator and denominator that it adds to the rate.
     """
-    parts = {unit: share for unit, share in sums.items() if share.denominator}
+    parts = {unit: share for unit, share in shares_by_unit.items() if share.denominator}
     whole, units = sum(share.denominator for share in parts.values()), len(parts)
     if not units:
         return None
     value = sum(share.numerator for share in parts.values()) / whole
     centre = (value * units + _PSEUDO_UNITS / 2) / (units + _PSEUDO_UNITS)
-    return _RateDeviations(
+    return _RateWithErrorByUnit(
         value,
         centre,
         {unit: (share.numerator - value * share.denominator) / whole for unit, share in parts.items()},
@@ -139,29 +139,34 @@ def compute_rate_deviations(sums: Mapping[str, Share]) -> _RateDeviations | None
     )
 
 
-def compute_mean_deviations(parts: Sequence[tuple[float, _RateDeviations]]) -> _RateDeviations:
+def compute_weighted_mean_of_rates(
+    weighted_rates: Sequence[tuple[float, _RateWithErrorByUnit]],
+) -> _RateWithErrorByUnit:
     """Return the weighted mean of rates over the same units, with each unit's contribution to its error.
 
     Pseudo-units count as right in all rates, or as wrong in all.
 
     Args:
-        parts: for each rate, its weight and the result of `compute_rate_deviations`; the weights sum to 1.
+        weighted_rates: for each rate, its weight and the result of `compute_rate_with_error_by_unit`; the
+            weights sum to 1.
     """
-    return _RateDeviations(
-        sum(weight * rate.value for weight, rate in parts),
-        sum(weight * rate.centre for weight, rate in parts),
-        _sum_weighted_deviations([(weight, rate.of_units) for weight, rate in parts]),
-        tuple(sum(weight * rate.of_pseudo_units[case] for weight, rate in parts) for case in (0, 1)),
-        _sum_weighted_deviations([(weight, rate.weights) for weight, rate in parts]),
+    return _RateWithErrorByUnit(
+        sum(weight * rate.value for weight, rate in weighted_rates),
+        sum(weight * rate.centre for weight, rate in weighted_rates),
+        _sum_weighted_deviations([(weight, rate.of_units) for weight, rate in weighted_rates]),
+        tuple(sum(weight * rate.of_pseudo_units[case] for weight, rate in weighted_rates) for case in (0, 1)),
+        _sum_weighted_deviations([(weight, rate.weights) for weight, rate in weighted_rates]),
     )
 
 
-def compute_difference_deviations(first: _RateDeviations, second: _RateDeviations) -> _RateDeviations:
+def compute_difference_deviations(
+    first: _RateWithErrorByUnit, second: _RateWithErrorByUnit
+) -> _RateWithErrorByUnit:
     """Return the second rate minus the first, with each unit's contribution to the error of the difference.
 
     Pseudo-units are right or wrong in each rate independently.
     """
-    return _RateDeviations(
+    return _RateWithErrorByUnit(
         second.value - first.value,
         second.centre - first.centre,
         _sum_weighted_deviations([(1, second.of_units), (-1, first.of_units)]),
@@ -203,7 +208,7 @@ class RateCase(NamedTuple):
     share: Share
 
 
-Cases: TypeAlias = Sequence[RateCase]
+RateCases: TypeAlias = Sequence[RateCase]
 
 
 @dataclass(frozen=True, slots=True)
@@ -226,28 +231,28 @@ class ConfidenceIntervals:
     design_effect: float | None
 
     @property
-    def effective_tasks(self) -> float | None:
+    def effective_task_count(self) -> float | None:
         """Number of independent tasks that give as much information as these tasks; at most their number."""
         return self.tasks / max(1.0, self.design_effect) if self.design_effect else None
 
 
-def sum_by_task(cases: Cases) -> dict[str, Share]:
+def sum_shares_by_task(cases: RateCases) -> dict[str, Share]:
     """Return a mapping from each task to the numerator and denominator that it adds to a rate."""
     return _sum_shares_by_unit([(case.task, case.share) for case in cases])
 
 
-def sum_by_name(cases: Cases) -> dict[str, Share]:
+def sum_shares_by_task_name(cases: RateCases) -> dict[str, Share]:
     """Return a mapping from each name to the numerator and denominator that its tasks add to a rate."""
     return _sum_shares_by_unit([(case.name, case.share) for case in cases])
 
 
-def compute_mean_over_names(cases: Cases) -> float | None:
+def compute_mean_rate_over_task_names(cases: RateCases) -> float | None:
     """Return the mean of the rates of all names of tasks, in percent; None if there are no cases."""
-    rates = [Rate(*share).percent for share in sum_by_name(cases).values() if share.denominator]
+    rates = [Rate(*share).percent for share in sum_shares_by_task_name(cases).values() if share.denominator]
     return fmean(rate for rate in rates if rate is not None) if rates else None
 
 
-def compute_rate_intervals(cases: Cases) -> ConfidenceIntervals | None:
+def compute_rate_intervals(cases: RateCases) -> ConfidenceIntervals | None:
     """Return the confidence intervals of a rate, or None if there are no cases.
 
     A task can add more than one to the numerator, such as several errors. Then the rate is divided by the
@@ -268,21 +273,21 @@ def compute_rate_intervals(cases: Cases) -> ConfidenceIntervals | None:
     return replace(certainty, interval=by_name, by_task=by_task)
 
 
-def _compute_share_intervals(cases: Cases) -> ConfidenceIntervals | None:
-    each_task, each_name = sum_by_task(cases), sum_by_name(cases)
-    tasks = compute_rate_deviations(each_task)
-    names = tasks if len(each_name) == len(each_task) else compute_rate_deviations(each_name)
+def _compute_share_intervals(cases: RateCases) -> ConfidenceIntervals | None:
+    each_task, each_name = sum_shares_by_task(cases), sum_shares_by_task_name(cases)
+    tasks = compute_rate_with_error_by_unit(each_task)
+    names = tasks if len(each_name) == len(each_task) else compute_rate_with_error_by_unit(each_name)
     if tasks is None or names is None:
         return None
     yes_no = len(tasks.of_units) == len(cases) and all(case.share in _YES_NO for case in cases)
     return _make_confidence_intervals(
-        _make_binomial_interval_parts(tasks) if yes_no else _make_scaled_interval_parts(tasks),
-        _make_scaled_interval_parts(names),
+        _make_binomial_interval_parts(tasks) if yes_no else _make_wilson_interval_inputs(tasks),
+        _make_wilson_interval_inputs(names),
         _compute_wilson_interval,
     )
 
 
-def compute_mean_intervals(parts: Sequence[tuple[float, Cases]]) -> ConfidenceIntervals | None:
+def compute_mean_intervals(parts: Sequence[tuple[float, RateCases]]) -> ConfidenceIntervals | None:
     """Return the confidence intervals of a weighted mean of rates on the same tasks.
 
     The result is None if a rate has no cases.
@@ -290,27 +295,31 @@ def compute_mean_intervals(parts: Sequence[tuple[float, Cases]]) -> ConfidenceIn
     Args:
         parts: pairs of the weight and the cases of a rate; the weights sum to 1.
     """
-    tasks = [(weight, compute_rate_deviations(sum_by_task(cases))) for weight, cases in parts]
-    names = [(weight, compute_rate_deviations(sum_by_name(cases))) for weight, cases in parts]
+    tasks = [(weight, compute_rate_with_error_by_unit(sum_shares_by_task(cases))) for weight, cases in parts]
+    names = [
+        (weight, compute_rate_with_error_by_unit(sum_shares_by_task_name(cases))) for weight, cases in parts
+    ]
     complete = [[(weight, rate) for weight, rate in rates if rate is not None] for rates in (tasks, names)]
     if len(complete[0]) < len(parts):
         return None
-    by_task, by_name = (_make_scaled_interval_parts(compute_mean_deviations(rates)) for rates in complete)
+    by_task, by_name = (
+        _make_wilson_interval_inputs(compute_weighted_mean_of_rates(rates)) for rates in complete
+    )
     return _make_confidence_intervals(by_task, by_name, _compute_wilson_interval)
 
 
-def compute_difference_intervals(first: Cases, second: Cases) -> ConfidenceIntervals | None:
+def compute_difference_intervals(first: RateCases, second: RateCases) -> ConfidenceIntervals | None:
     """Return the confidence intervals of the difference of two rates on the same tasks.
 
     They are in percentage points, symmetric around the second rate minus the first; None if a rate has no
     cases.
     """
     pairs = [
-        (compute_rate_deviations(sums(first)), compute_rate_deviations(sums(second)))
-        for sums in (sum_by_task, sum_by_name)
+        (compute_rate_with_error_by_unit(sums(first)), compute_rate_with_error_by_unit(sums(second)))
+        for sums in (sum_shares_by_task, sum_shares_by_task_name)
     ]
     both_parts = [
-        _make_interval_parts(compute_difference_deviations(one, other))
+        _make_interval_inputs(compute_difference_deviations(one, other))
         for one, other in pairs
         if one and other
     ]
@@ -320,7 +329,7 @@ def compute_difference_intervals(first: Cases, second: Cases) -> ConfidenceInter
     return _make_confidence_intervals(by_task, by_name, _compute_difference_interval)
 
 
-def compute_ratio_interval(cases: Cases) -> Interval | None:
+def compute_ratio_interval(cases: RateCases) -> Interval | None:
     """Return the confidence interval of the cost of a success, with names as units.
 
     The cost of a success is a ratio of two sums, on a log scale. The interval is None if there is no success,
@@ -329,7 +338,7 @@ def compute_ratio_interval(cases: Cases) -> Interval | None:
     Args:
         cases: for each answer, its cost (numerator) and 1 for a success, else 0 (denominator).
     """
-    units = sum_by_name(cases).values()
+    units = sum_shares_by_task_name(cases).values()
     spent, successes = sum(unit.numerator for unit in units), sum(unit.denominator for unit in units)
     if not spent or not successes or len(units) < 2:
         return None
@@ -343,7 +352,7 @@ _YES_NO = (Share(0, 1), Share(1, 1))
 _NORMAL = NormalDist().inv_cdf((1 + LEVEL) / 2)
 
 
-class _IntervalParts(NamedTuple):
+class _IntervalInputs(NamedTuple):
     """The numbers from which the confidence interval of an estimate is computed.
 
     Attributes:
@@ -362,9 +371,9 @@ class _IntervalParts(NamedTuple):
     units: int
 
 
-def _make_interval_parts(deviations: _RateDeviations) -> _IntervalParts:
+def _make_interval_inputs(deviations: _RateWithErrorByUnit) -> _IntervalInputs:
     quantile = compute_student_quantile(LEVEL, deviations.freedom)
-    return _IntervalParts(
+    return _IntervalInputs(
         deviations.value,
         deviations.variance,
         deviations.observed_variance,
@@ -373,31 +382,31 @@ def _make_interval_parts(deviations: _RateDeviations) -> _IntervalParts:
     )
 
 
-def _make_scaled_interval_parts(deviations: _RateDeviations) -> _IntervalParts:
+def _make_wilson_interval_inputs(deviations: _RateWithErrorByUnit) -> _IntervalInputs:
     """Return the interval parts; their variance is divided by the variance of a single yes-or-no answer."""
-    parts = _make_interval_parts(deviations)
+    parts = _make_interval_inputs(deviations)
     return parts._replace(variance=parts.variance / (deviations.centre * (1 - deviations.centre)))
 
 
-def _make_binomial_interval_parts(deviations: _RateDeviations) -> _IntervalParts:
+def _make_binomial_interval_parts(deviations: _RateWithErrorByUnit) -> _IntervalInputs:
     """Return the interval parts of independent yes-or-no answers, whose rate determines their variance."""
     units = len(deviations.of_units)
-    return _IntervalParts(deviations.value, 1 / units, deviations.observed_variance, _NORMAL, units)
+    return _IntervalInputs(deviations.value, 1 / units, deviations.observed_variance, _NORMAL, units)
 
 
-def _sum_shares_by_unit(shares: Sequence[tuple[str, Share]]) -> dict[str, Share]:
-    last = dict(shares)
-    if len(last) == len(shares):
+def _sum_shares_by_unit(units_and_shares: Sequence[tuple[str, Share]]) -> dict[str, Share]:
+    last = dict(units_and_shares)
+    if len(last) == len(units_and_shares):
         return last
     numerators, denominators = dict.fromkeys(last, 0.0), dict.fromkeys(last, 0.0)
-    for unit, (numerator, denominator) in shares:
+    for unit, (numerator, denominator) in units_and_shares:
         numerators[unit] += numerator
         denominators[unit] += denominator
     return {unit: Share(numerators[unit], denominators[unit]) for unit in last}
 
 
 def _make_confidence_intervals(
-    tasks: _IntervalParts, names: _IntervalParts, bounds: Callable[[_IntervalParts], Interval]
+    tasks: _IntervalInputs, names: _IntervalInputs, bounds: Callable[[_IntervalInputs], Interval]
 ) -> ConfidenceIntervals:
     if names.units == tasks.units:  # no near copies
         return ConfidenceIntervals(bounds(tasks), bounds(tasks), tasks.units, names.units, 1.0)
@@ -410,7 +419,7 @@ def _make_confidence_intervals(
     )
 
 
-def _compute_wilson_interval(parts: _IntervalParts) -> Interval:
+def _compute_wilson_interval(parts: _IntervalInputs) -> Interval:
     value, spread = parts.value, parts.quantile**2 * parts.variance
     middle = (value + spread / 2) / (1 + spread)
     half = math.sqrt(spread * (value * (1 - value) + spread / 4)) / (1 + spread)
@@ -420,6 +429,6 @@ def _compute_wilson_interval(parts: _IntervalParts) -> Interval:
     )
 
 
-def _compute_difference_interval(parts: _IntervalParts) -> Interval:
+def _compute_difference_interval(parts: _IntervalInputs) -> Interval:
     half = parts.quantile * math.sqrt(parts.variance)
     return Interval(max(-100.0, 100 * (parts.value - half)), min(100.0, 100 * (parts.value + half)))

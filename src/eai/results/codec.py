@@ -28,7 +28,7 @@ from eai.abilities.task_features import TaskFeatures
 from eai.abilities.verdict import Verdict
 from eai.base.errors import InputError
 from eai.base.json_value import Json
-from eai.results.older_records import NAMES, read_older_experiment, read_older_summaries
+from eai.results.older_records import NAMES, read_older_experiment, read_older_study_summaries
 from eai.results.record import AnswerOrigin, Record
 from eai.tasks.options import describe_validation_error
 from eai.tasks.share import TalliesByGoalKind
@@ -81,7 +81,7 @@ def record_to_json(record: Record) -> dict[str, Json]:
         **({} if record.errata is None else {"errata": dataclass_to_json(record.errata)}),
         **_verdict_to_json(record.verdict),
         **({"success": record.verdict.success} if record.protocol is DEFAULT_PROTOCOL else {}),
-        "repairs": list(record.repairs),
+        "repairs": list(record.all_answer_repairs),
         "unanswered": record.unanswered,
         "suite_size": record.suite_size,
     }
@@ -104,7 +104,7 @@ def _features_to_json(task: TaskFeatures) -> dict[str, Json]:
 
 
 def experiment_to_json(
-    experiment: Experiment, summaries: Mapping[str, Mapping[str, Any]] = MappingProxyType({})
+    experiment: Experiment, study_summaries: Mapping[str, Mapping[str, Any]] = MappingProxyType({})
 ) -> dict[str, Json]:
     """Return the fields ``study`` and ``agent`` of records and summaries as a JSON object.
 
@@ -112,11 +112,11 @@ def experiment_to_json(
 
     Args:
         experiment: the choices of the run's studies, and of its agent.
-        summaries: mapping from the name of a study to its summary of the answer.
+        study_summaries: mapping from the name of a study to its summary of the answer.
     """
     study: dict[str, Json] = {}
     for name, choice in experiment.settings_in_label_order.items():
-        summary = {"summary": _value_to_json(summaries[name])} if name in summaries else {}
+        summary = {"summary": _value_to_json(study_summaries[name])} if name in study_summaries else {}
         study[name] = {"label": choice.label, "options": _value_to_json(choice.options), **summary}
     agent = {name: getattr(experiment, name) for name in ("harness", "effort", "rules")}
     fields = (("study", study, study), ("agent", agent, experiment.agent_settings))
@@ -155,9 +155,9 @@ def _read_experiment(values: Mapping[str, Any]) -> Experiment | None:
     )
 
 
-def _read_summaries(values: Mapping[str, Any]) -> Mapping[str, Mapping[str, Any]]:
+def _read_study_summaries(values: Mapping[str, Any]) -> Mapping[str, Mapping[str, Any]]:
     if not values.get("study"):
-        return read_older_summaries(values)
+        return read_older_study_summaries(values)
     parts = _parse_value(dict[str, dict[str, Any]], values["study"], "study")
     return {name: part["summary"] for name, part in parts.items() if part.get("summary")}
 
@@ -247,9 +247,9 @@ def record_from_json(values: Mapping[str, Any]) -> Record:
             "response": values.get("response") or "",
             "verdict": _read_verdict(values, ability, 0 if origin is None else len(origin.answer_repairs)),
             "origin": origin,
-            "explanation": _read_explanation_fields(values.get("explanation")),
+            "explanation": _index_explained_goals_by_text(values.get("explanation")),
             "experiment": _read_experiment(values),
-            "summaries": _read_summaries(values),
+            "summaries": _read_study_summaries(values),
             "attempts": _read_attempts(values, ability),
         },
     )
@@ -306,18 +306,21 @@ def _statement_to_json(statement: Statement) -> dict[str, Json]:
     return {name: _value_to_json(item) for name, item in statement._asdict().items()}
 
 
-def _read_explanation_fields(value: Any) -> Any:
+def _index_explained_goals_by_text(explanation: Any) -> Any:
     """Return the fields of an explanation from JSON; explained goals become a mapping by the goals' texts."""
-    if not isinstance(value, dict) or not isinstance(value.get("atoms"), list):
-        return value
-    atoms = {atom.get("text"): {n: p for n, p in atom.items() if n != "text"} for atom in value["atoms"]}
-    return {**value, "atoms": atoms}
+    if not isinstance(explanation, dict) or not isinstance(explanation.get("atoms"), list):
+        return explanation
+    atoms = {
+        atom.get("text"): {n: p for n, p in atom.items() if n != "text"} for atom in explanation["atoms"]
+    }
+    return {**explanation, "atoms": atoms}
 
 
-def _read_verdict(values: Mapping[str, Any], ability: Ability, made_before: int) -> Verdict:
+def _read_verdict(values: Mapping[str, Any], ability: Ability, repairs_before_scoring: int) -> Verdict:
     """Read a verdict from JSON.
 
-    The first ``made_before`` corrections of the answer are left out, because they were made before scoring.
+    The first ``repairs_before_scoring`` corrections of the answer are left out, because they were made before
+    scoring.
     """
     for name in COMMON_FIELDS:
         _require_field(values, name)
@@ -337,7 +340,7 @@ def _read_verdict(values: Mapping[str, Any], ability: Ability, made_before: int)
         values.get("attempts"), int
     ):  # schema 2
         fields["tried_actions"] = values["attempts"]
-    return _parse_value(declared, {**fields, "excluded": reason, "repairs": repairs[made_before:]})
+    return _parse_value(declared, {**fields, "excluded": reason, "repairs": repairs[repairs_before_scoring:]})
 
 
 def _read_attempts(values: Mapping[str, Any], ability: Ability) -> tuple[Attempt, ...]:
@@ -355,7 +358,7 @@ def _read_attempts(values: Mapping[str, Any], ability: Ability) -> tuple[Attempt
             for name in _list_dataclass_fields(Attempt)
             if name in values_of_attempt
         }
-        fields["explanation"] = _read_explanation_fields(values_of_attempt.get("explanation"))
+        fields["explanation"] = _index_explained_goals_by_text(values_of_attempt.get("explanation"))
         verdict = _read_verdict(values_of_attempt, ability, len(made_before))
         attempts.append(_parse_value(Attempt, {**fields, "verdict": verdict}, f"attempts.{number}"))
     return tuple(attempts)

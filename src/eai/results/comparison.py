@@ -18,12 +18,12 @@ from itertools import compress
 from eai.abilities.declaration import get_declaration
 from eai.abilities.verdict import EMPTY_SHARE, ShareByMetric
 from eai.results.certainty import (
-    Cases,
     ConfidenceIntervals,
     RateCase,
+    RateCases,
     compute_difference_intervals,
-    sum_by_name,
-    sum_by_task,
+    sum_shares_by_task,
+    sum_shares_by_task_name,
 )
 from eai.results.rate import Rate, compute_rate
 from eai.results.record import Record
@@ -55,7 +55,7 @@ def compute_sign_flip_p(differences: Sequence[int]) -> float:
     return sum(count for total, count in counts.items() if abs(total) >= observed) / sum(counts.values())
 
 
-def compute_exchange_p(first: Sequence[Share], second: Sequence[Share]) -> float | None:
+def compute_permutation_p_value(first: Sequence[Share], second: Sequence[Share]) -> float | None:
     """Return the two-sided p value of the difference of two rates, from random exchanges of answers.
 
     The result is None if a rate has no cases. Exchanges are drawn with a fixed seed. The observed
@@ -166,7 +166,7 @@ def compare_runs(first: Sequence[Record], second: Sequence[Record]) -> RunCompar
         if task in second_shares and task not in different
     }
     cases_by_metric = {
-        metric: [_make_cases(metric, names, shares) for shares in (first_shares, second_shares)]
+        metric: [_make_rate_cases(metric, names, shares) for shares in (first_shares, second_shares)]
         for metric in declared.overview_headings
     }
     return RunComparison(
@@ -181,15 +181,20 @@ def compare_runs(first: Sequence[Record], second: Sequence[Record]) -> RunCompar
     )
 
 
-def _make_cases(metric: str, names: Mapping[str, str], shares: Mapping[str, ShareByMetric]) -> Cases:
-    return [RateCase(task, name, shares[task].get(metric, EMPTY_SHARE)) for task, name in names.items()]
+def _make_rate_cases(
+    metric: str, name_by_task: Mapping[str, str], shares_by_task: Mapping[str, ShareByMetric]
+) -> RateCases:
+    return [
+        RateCase(task, name, shares_by_task[task].get(metric, EMPTY_SHARE))
+        for task, name in name_by_task.items()
+    ]
 
 
 _YES_NO_NUMERATORS = (0, 1)
 """Numerators that answers add to a yes-or-no metric: 0 for a wrong answer and 1 for a right one."""
 
 
-def compare_metric(first: Cases, second: Cases, *, yes_no: bool) -> MetricDifference:
+def compare_metric(first: RateCases, second: RateCases, *, yes_no: bool) -> MetricDifference:
     """Compare one metric of two runs on the same tasks in the same order.
 
     Args:
@@ -207,13 +212,13 @@ def compare_metric(first: Cases, second: Cases, *, yes_no: bool) -> MetricDiffer
         for case, a, b in zip(first, right_in_first, right_in_second, strict=True)
         if yes_no and a != b
     ]
-    p_value = _compute_sign_flip_p_of_shares if yes_no else compute_exchange_p
+    p_value = _compute_sign_flip_p_of_shares if yes_no else compute_permutation_p_value
     return MetricDifference(
         compute_rate(case.share for case in first),
         compute_rate(case.share for case in second),
         compute_difference_intervals(first, second),
-        p_value([*sum_by_name(first).values()], [*sum_by_name(second).values()]),
-        p_value([*sum_by_task(first).values()], [*sum_by_task(second).values()]),
+        p_value([*sum_shares_by_task_name(first).values()], [*sum_shares_by_task_name(second).values()]),
+        p_value([*sum_shares_by_task(first).values()], [*sum_shares_by_task(second).values()]),
         yes_no,
         tuple(task for task, won in changed if not won),
         tuple(task for task, won in changed if won),

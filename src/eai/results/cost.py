@@ -15,7 +15,7 @@ from eai.abilities.declaration import AnswerOutcome
 from eai.base.files import parse_toml
 from eai.base.grouping import group_pairs
 from eai.base.json_value import Json
-from eai.results.certainty import Cases, RateCase, compute_ratio_interval
+from eai.results.certainty import RateCase, RateCases, compute_ratio_interval
 from eai.results.rate import compute_rate
 from eai.results.record import Record
 from eai.results.summary import find_answer_outcome, find_task_name
@@ -89,7 +89,7 @@ class PriceList(Options):
     models: Mapping[str, _TokenPrice]
 
 
-class _PaperCost(Options):
+class _BenchmarkPaperCost(Options):
     """Cost of running all models of the paper once, as the paper reports it."""
 
     model_config = ConfigDict(strict=True)
@@ -111,7 +111,7 @@ def sum_spending(records: Iterable[Record]) -> Spending:
     return Spending(len(usages), sum(usages, Usage()), sum(unpriced, Usage()), len(unpriced))
 
 
-def make_cost_cases(records: Iterable[Record]) -> dict[str, Cases]:
+def map_cost_units_to_rate_cases(records: Iterable[Record]) -> dict[str, RateCases]:
     """Return a mapping from units of cost to cases: for each answer its cost, and 1 for a success, else 0.
 
     Units are ``tokens``, ``dollars`` and ``seconds``. Failed answers cost something, too. A unit is left out
@@ -132,7 +132,7 @@ def _list_cost_amounts(record: Record, usage: Usage) -> Iterator[tuple[str, Rate
             yield name, RateCase(record.task_id, find_task_name(record), Share(amount, won))
 
 
-def cost_cases_to_json(cases_by_amount: Mapping[str, Cases]) -> dict[str, Json]:
+def cost_cases_to_json(cases_by_amount: Mapping[str, RateCases]) -> dict[str, Json]:
     """Return costs of a success as in ``summary.json``: sums, ratio and interval; null without success."""
     amounts: dict[str, Json] = {}
     for name, cases in cases_by_amount.items():
@@ -143,10 +143,10 @@ def cost_cases_to_json(cases_by_amount: Mapping[str, Cases]) -> dict[str, Json]:
 
 
 @cache
-def read_paper_cost() -> _PaperCost:
+def read_benchmark_paper_cost() -> _BenchmarkPaperCost:
     """Return the costs that the paper reports."""
     file = resources.files("eai.results") / "paper" / "evaluation_cost.toml"
-    return _PaperCost.model_validate(parse_toml(file.read_text(encoding="utf-8")))
+    return _BenchmarkPaperCost.model_validate(parse_toml(file.read_text(encoding="utf-8")))
 
 
 def divide_amount(amount: float | None, number: int) -> float | None:

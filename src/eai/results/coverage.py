@@ -109,7 +109,7 @@ def combine_coverage(coverages: Iterable[TaskCoverage]) -> TaskCoverage | None:
 
 
 @dataclass(frozen=True, slots=True)
-class ErrataEffect:
+class TasksChangedByErrata:
     """The tasks of a run that errata, known errors of the data set, left out or corrected.
 
     Attributes:

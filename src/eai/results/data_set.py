@@ -65,7 +65,7 @@ class _TaskProfile:
 
 
 @dataclass(frozen=True, slots=True)
-class _DataSetFigure:
+class _DataSetStatistic:
     """One figure of a data set.
 
     Attributes:
@@ -113,7 +113,7 @@ def read_paper_statistics(domain: str) -> Mapping[str, tuple[int | float, str]]:
     return {label: (figure["printed"], figure.get("remark", "")) for label, figure in entries.items()}
 
 
-def count_data_set_figures(benchmark: Benchmark, source: Source) -> list[_DataSetFigure]:
+def compute_data_set_statistics(benchmark: Benchmark, source: Source) -> list[_DataSetStatistic]:
     """Return the figures of a benchmark in the paper's order, counted without corrections of the data.
 
     Missing data is downloaded first.
@@ -124,21 +124,21 @@ def count_data_set_figures(benchmark: Benchmark, source: Source) -> list[_DataSe
     own_by_label = {} if benchmark.data.own_figures is None else benchmark.data.own_figures(source)
     printed, source = read_paper_statistics(benchmark.name), replace(source, errata=ErrataChoice.NONE)
     figures = []
-    for counted in _count_all_figures(benchmark, source):
+    for counted in _compute_all_statistics(benchmark, source):
         value, note = own_by_label.get(counted.label, (counted.value, counted.note))
-        figures.append(_DataSetFigure(counted.label, value, note, *printed.get(counted.label, (None, ""))))
+        figures.append(_DataSetStatistic(counted.label, value, note, *printed.get(counted.label, (None, ""))))
     return figures
 
 
-def _count_all_figures(benchmark: Benchmark, source: Source) -> Iterator[_DataSetFigure]:
+def _compute_all_statistics(benchmark: Benchmark, source: Source) -> Iterator[_DataSetStatistic]:
     profiles = profile_tasks(benchmark, source)
     tasks = [profile for profile in profiles if profile.features.goals]
     without_goals = len(profiles) - len(tasks)
-    yield _DataSetFigure(
+    yield _DataSetStatistic(
         "task names", len({profile.task.title for profile in profiles}), "distinct names that tasks share"
     )
-    yield _DataSetFigure("tasks", len(profiles), "the denominator of goal interpretation")
-    yield _DataSetFigure("instructions", len(tasks), f"tasks that have a goal; {without_goals} have none")
+    yield _DataSetStatistic("tasks", len(profiles), "the denominator of goal interpretation")
+    yield _DataSetStatistic("instructions", len(tasks), f"tasks that have a goal; {without_goals} have none")
     yield from _count_suites(benchmark, source)
     yield from _count_goals([profile.features for profile in tasks])
     yield from _count_plans([profile for profile in tasks if profile.features.annotated_steps])
@@ -149,78 +149,78 @@ def _count_all_figures(benchmark: Benchmark, source: Source) -> Iterator[_DataSe
         yield from _count_categories(profiles)
 
 
-def _count_suites(benchmark: Benchmark, source: Source) -> Iterator[_DataSetFigure]:
+def _count_suites(benchmark: Benchmark, source: Source) -> Iterator[_DataSetStatistic]:
     for ability in (Ability.ACTION_SEQUENCING, Ability.SUBGOAL_DECOMPOSITION):
         if ability in PAPER_ABILITIES:
             number = len(benchmark.tasks_for(ability, source))
-            yield _DataSetFigure(
+            yield _DataSetStatistic(
                 f"{ability.value.replace('_', ' ')} tasks", number, "tasks in which it is asked for"
             )
     number = len(benchmark.operators(source))
-    yield _DataSetFigure("transition modeling tasks", number, "tasks in which it is asked for")
+    yield _DataSetStatistic("transition modeling tasks", number, "tasks in which it is asked for")
 
 
-def _count_goals(tasks: Sequence[TaskStatistics]) -> Iterator[_DataSetFigure]:
+def _count_goals(tasks: Sequence[TaskStatistics]) -> Iterator[_DataSetStatistic]:
     first = "in the first way to meet each goal"
     ground, conditions = [task.ground_goals for task in tasks], [task.goals for task in tasks]
-    yield _DataSetFigure(
+    yield _DataSetStatistic(
         "goals", sum(ground), f"ground conditions {first}, as goal interpretation counts them"
     )
-    yield _DataSetFigure(
+    yield _DataSetStatistic(
         "state goals", sum(task.ground_state_goals for task in tasks), f"of one object, {first}"
     )
     relations = sum(task.ground_relation_goals for task in tasks)
-    yield _DataSetFigure("relation goals", relations, f"of two objects, {first}")
-    yield _DataSetFigure(
+    yield _DataSetStatistic("relation goals", relations, f"of two objects, {first}")
+    yield _DataSetStatistic(
         "action goals", sum(task.ground_action_goals for task in tasks), "actions to be taken"
     )
-    yield _DataSetFigure("ground goals per task", _round_mean(ground), f"{sum(ground)} / {len(tasks)}")
+    yield _DataSetStatistic("ground goals per task", _round_mean(ground), f"{sum(ground)} / {len(tasks)}")
     note = "conjuncts of the goals, as action sequencing and subgoal decomposition count them"
-    yield _DataSetFigure("goal conditions", sum(conditions), note)
-    yield _DataSetFigure(
+    yield _DataSetStatistic("goal conditions", sum(conditions), note)
+    yield _DataSetStatistic(
         "goal conditions per task", _round_mean(conditions), f"{sum(conditions)} / {len(tasks)}"
     )
     quantified = sum(task.quantified_goals for task in tasks)
-    yield _DataSetFigure("quantified conditions", quantified, "conjuncts that speak of objects in general")
+    yield _DataSetStatistic("quantified conditions", quantified, "conjuncts that speak of objects in general")
     options = [task.goal_options for task in tasks]
     note = f"{options.count(1)} tasks have one, the largest number is {max(options, default=0):,}"
     note = f"ways to choose a ground option for each goal; {note}"
-    yield _DataSetFigure("goal options per task", _round_mean(options), note)
-    yield _DataSetFigure("goal options, median", median(options or [0]), "half of the tasks have no more")
+    yield _DataSetStatistic("goal options per task", _round_mean(options), note)
+    yield _DataSetStatistic("goal options, median", median(options or [0]), "half of the tasks have no more")
 
 
-def _count_plans(tasks: Sequence[_TaskProfile]) -> Iterator[_DataSetFigure]:
+def _count_plans(tasks: Sequence[_TaskProfile]) -> Iterator[_DataSetStatistic]:
     steps = [profile.features.annotated_steps or 0 for profile in tasks]
-    yield _DataSetFigure("trajectories", len(steps), "annotated plans of the instructions")
+    yield _DataSetStatistic("trajectories", len(steps), "annotated plans of the instructions")
     if not steps:
         return
-    yield _DataSetFigure("action steps", sum(steps), "of those plans")
-    yield _DataSetFigure(
+    yield _DataSetStatistic("action steps", sum(steps), "of those plans")
+    yield _DataSetStatistic(
         "steps per trajectory", _round_mean(steps), f"{sum(steps):,} steps / {len(steps)} plans"
     )
-    yield _DataSetFigure("fewest steps", min(steps), "of the shortest plan")
-    yield _DataSetFigure("most steps", max(steps), "of the longest plan")
+    yield _DataSetStatistic("fewest steps", min(steps), "of the shortest plan")
+    yield _DataSetStatistic("most steps", max(steps), "of the longest plan")
     long_plans = [profile for profile in tasks if (profile.features.annotated_steps or 0) > LONG_PLAN_STEPS]
     share = round(100 * len(long_plans) / len(steps), 2)
-    yield _DataSetFigure(
+    yield _DataSetStatistic(
         f"percent longer than {LONG_PLAN_STEPS}", share, f"{len(long_plans)} of {len(steps)} plans"
     )
     names = {profile.task.title for profile in long_plans}
-    yield _DataSetFigure(
+    yield _DataSetStatistic(
         f"names with one longer than {LONG_PLAN_STEPS}", len(names), "task names with at least one such plan"
     )
     actions = {name for profile in tasks for name in profile.operators}
-    yield _DataSetFigure("actions", len(actions), "distinct ones in those plans")
+    yield _DataSetStatistic("actions", len(actions), "distinct ones in those plans")
 
 
-def _count_objects(tasks: Sequence[_TaskProfile]) -> Iterator[_DataSetFigure]:
+def _count_objects(tasks: Sequence[_TaskProfile]) -> Iterator[_DataSetStatistic]:
     task_objects = _round_mean(profile.features.objects for profile in tasks)
-    yield _DataSetFigure("objects per task", task_objects, "that the task is about")
+    yield _DataSetStatistic("objects per task", task_objects, "that the task is about")
     scene_objects = _round_mean(len(profile.task.scene.objects) for profile in tasks)
-    yield _DataSetFigure("objects per scene", scene_objects, "all, the agent included")
+    yield _DataSetStatistic("objects per scene", scene_objects, "all, the agent included")
 
 
-def _count_operators(library: OperatorLibrary) -> Iterator[_DataSetFigure]:
+def _count_operators(library: OperatorLibrary) -> Iterator[_DataSetStatistic]:
     gold = [read_action(text.write_pddl) for text in library.operators.values()]
     condition_predicates = [{*find_predicates(action.precondition)} for action in gold]
     effect_predicates = [
@@ -228,20 +228,20 @@ def _count_operators(library: OperatorLibrary) -> Iterator[_DataSetFigure]:
         | {atom.predicate for atom in find_effect_atoms(action.effect)}
         for action in gold
     ]
-    yield _DataSetFigure("transition models", len(gold), "annotated operators")
+    yield _DataSetStatistic("transition models", len(gold), "annotated operators")
     for label, words in (("preconditions", condition_predicates), ("effects", effect_predicates)):
         empty = sum(not predicates for predicates in words)
         note = "distinct predicates of each operator, of one without any one"
-        yield _DataSetFigure(label, sum(map(len, words)) + empty, note)
+        yield _DataSetStatistic(label, sum(map(len, words)) + empty, note)
 
 
-def _count_categories(profiles: Iterable[_TaskProfile]) -> Iterator[_DataSetFigure]:
+def _count_categories(profiles: Iterable[_TaskProfile]) -> Iterator[_DataSetStatistic]:
     asked_profiles = [profile for profile in profiles if profile.asked is not None]
     tasks = Counter(category for profile in asked_profiles for category in profile.categories)
     largest = max(len(profile.categories) for profile in asked_profiles)
     for category in (profile.value for profile in Category if tasks[profile.value]):
         label = category.replace("non_", "non-").replace("_", " ")
-        yield _DataSetFigure(
+        yield _DataSetStatistic(
             f"tasks: {label}",
             tasks[category],
             f"of {len(asked_profiles)}; a task has up to {largest} categories",
@@ -253,18 +253,18 @@ def _round_mean(numbers: Iterable[int]) -> float:
     return round(fmean(values), 2) if values else 0.0
 
 
-def make_figure_table(title: str, rows: Sequence[_DataSetFigure]) -> Table:
+def make_statistics_table(title: str, statistics: Sequence[_DataSetStatistic]) -> Table:
     """Return the figures of a data set as a table.
 
     The table has a column for the paper only if the paper has figures of the benchmark.
     """
     columns: list[NamedCells] = [
-        ("figure", [row.label for row in rows]),
-        (Column("counted", is_number=True), [_format_number(row.value) for row in rows]),
-        (Column("paper", is_number=True), [_format_number(row.printed) for row in rows]),
-        ("what is counted", [f"{row.note}. {row.remark}" if row.remark else row.note for row in rows]),
+        ("figure", [row.label for row in statistics]),
+        (Column("counted", is_number=True), [_format_number(row.value) for row in statistics]),
+        (Column("paper", is_number=True), [_format_number(row.printed) for row in statistics]),
+        ("what is counted", [f"{row.note}. {row.remark}" if row.remark else row.note for row in statistics]),
     ]
-    if all(row.printed is None for row in rows):
+    if all(row.printed is None for row in statistics):
         del columns[2]
     return Table.from_columns(title, columns)
 

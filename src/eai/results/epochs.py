@@ -29,13 +29,13 @@ from eai.base.json_value import Json
 from eai.benchmarks.prompt_library import PromptLibrary
 from eai.benchmarks.suite import Suite
 from eai.results.batch import ProgressCallback, score_run
-from eai.results.certainty import Cases
+from eai.results.certainty import RateCases
 from eai.results.codec import dataclass_to_json, hash_text
-from eai.results.cost import cost_cases_to_json, make_cost_cases
+from eai.results.cost import cost_cases_to_json, map_cost_units_to_rate_cases
 from eai.results.options import ScoringOptions
 from eai.results.record import AnswerOrigin, Record
 from eai.results.records import make_record_batch, write_record_batches
-from eai.results.repeats import find_success_metric, make_pass_cases, pass_cases_to_json
+from eai.results.repeats import find_success_metric, make_pass_at_k_cases, pass_at_k_to_json
 from eai.results.responses import Response, ResponseFile, format_attempt_name, write_responses
 from eai.results.summary import compute_rates_by_attempt, make_cases_by_metric
 from eai.results.totals import RunTotals
@@ -94,7 +94,7 @@ SUBGOALS = "subgoals"
 
 
 @dataclass(frozen=True, slots=True)
-class StatedBeliefs:
+class PromptBeliefs:
     """Beliefs that questions state instead of the facts: goals that a model interpreted, or perceived scenes.
 
     Attributes:
@@ -114,23 +114,23 @@ class StatedBeliefs:
     summaries: Mapping[str, Mapping[str, Mapping[str, Any]]] = field(default_factory=dict)
     look: ScenePerception | None = None
 
-    def add_goals(self, goals: StatedBeliefs) -> StatedBeliefs:
+    def add_goal_beliefs(self, goal_beliefs: PromptBeliefs) -> PromptBeliefs:
         """Combine the scenes of this set with the goals of another set, for the tasks that both sets have.
 
         Raises:
             InputError: both sets change the same choice of the run.
         """
-        shared = [task_id for task_id in goals.beliefs if task_id in self.beliefs]
-        return StatedBeliefs(
-            {i: self.beliefs[i].adopt_goals(goals.beliefs[i]) for i in shared},
-            self.experiment.combine(goals.experiment),
-            f"{self.missing_reason}, or {goals.missing_reason}",
-            {i: {**self.metadata.get(i, {}), **goals.metadata.get(i, {})} for i in shared},
+        shared = [task_id for task_id in goal_beliefs.beliefs if task_id in self.beliefs]
+        return PromptBeliefs(
+            {i: self.beliefs[i].adopt_goals(goal_beliefs.beliefs[i]) for i in shared},
+            self.experiment.combine(goal_beliefs.experiment),
+            f"{self.missing_reason}, or {goal_beliefs.missing_reason}",
+            {i: {**self.metadata.get(i, {}), **goal_beliefs.metadata.get(i, {})} for i in shared},
             {
-                i: _merge_summaries(self.summaries.get(i, {}), goals.summaries.get(i, {}))
-                for i in {**self.summaries, **goals.summaries}
+                i: _merge_summaries(self.summaries.get(i, {}), goal_beliefs.summaries.get(i, {}))
+                for i in {**self.summaries, **goal_beliefs.summaries}
             },
-            goals.look or self.look,
+            goal_beliefs.look or self.look,
         )
 
     @property
@@ -163,7 +163,9 @@ def _merge_summaries(
     return {name: {**one.get(name, {}), **other.get(name, {})} for name in {**one, **other}}
 
 
-def add_run_to_record(record: Record, beliefs: StatedBeliefs | None, experiment: Experiment) -> Record:
+def add_beliefs_and_experiment(
+    record: Record, beliefs: PromptBeliefs | None, experiment: Experiment
+) -> Record:
     """Return a record with the beliefs that its question stated, and with the choices of its run."""
     return (record if beliefs is None else beliefs.add_belief_to_record(record)).add_experiment(experiment)
 
@@ -198,7 +200,7 @@ class ModelAnswers:
     epochs: int
     trials: TrialSet | None = None
     attempts: Mapping[AnswerKey, Sequence[Attempt]] = field(default_factory=dict)
-    beliefs: StatedBeliefs | None = None
+    beliefs: PromptBeliefs | None = None
     experiment: Experiment = field(default_factory=Experiment)
     summarize: Callable[[Record], Record] = replace
     log: Path = Path()
@@ -261,7 +263,7 @@ class SuiteResult:
         epochs = enumerate(self.by_epoch or (self,), 1)
         return {(record.task_id, epoch): record for epoch, result in epochs for record in result.records}
 
-    def find_shown_epochs(self) -> dict[str, int]:
+    def map_tasks_to_recorded_epoch(self) -> dict[str, int]:
         """Return a mapping from each task to the epoch whose answer is in its record."""
         shown: dict[str, int] = {}
         responses = {record.task_id: record.response for record in self.records}
@@ -270,23 +272,25 @@ class SuiteResult:
                 shown.setdefault(task_id, epoch)
         return shown
 
-    def make_effort_fields(self) -> dict[str, Json]:
+    def make_non_metric_fields(self) -> dict[str, Json]:
         """Return the fields of ``summary.json`` that are not metrics, such as usage and missing answers."""
         return {
             "answered": self.totals.coverage.answered,
             "not_answered": {why: list(task_ids) for why, task_ids in self.failures.items()},
             "truncated": self.truncated_count,
             "usage": dataclass_to_json(self.usage),
-            "per_success": cost_cases_to_json(make_cost_cases([*self.map_keys_to_records().values()])),
+            "per_success": cost_cases_to_json(
+                map_cost_units_to_rate_cases([*self.map_keys_to_records().values()])
+            ),
             **(
-                {"passes": pass_cases_to_json(make_pass_cases(self.success_cases_by_epoch))}
+                {"passes": pass_at_k_to_json(make_pass_at_k_cases(self.success_cases_by_epoch))}
                 if self.by_epoch
                 else {}
             ),
         }
 
     @property
-    def success_cases_by_epoch(self) -> Sequence[Cases]:
+    def success_cases_by_epoch(self) -> Sequence[RateCases]:
         """For each epoch, whether each answer is right, as cases of the success metric.
 
         Empty if the run has no epochs, or the ability has no metric for whole answers.
@@ -332,7 +336,7 @@ def score_answers(
     batch = make_record_batch(records)
     result = SuiteResult(model_answers.model, folder, suite, batch[1], records, epoch_results)
     digests = [(task_id, prompt.sha256) for task_id, prompt in model_answers.prompts.items()]
-    run_fields = {"prompts_sha256": hash_text(json.dumps(digests)), **result.make_effort_fields()}
+    run_fields = {"prompts_sha256": hash_text(json.dumps(digests)), **result.make_non_metric_fields()}
     write_record_batches(folder, [batch], run_fields, compute_rates_by_attempt(records))
     return result
 
@@ -391,23 +395,29 @@ def _score_model_answers(
         records = score_run(suite, file, why, scoring, progressed)
     else:
         unanswered = score_run(model_answers.trials.suite, ResponseFile(model_answers.name, ()), why, scoring)
-        records = _make_trial_records(model_answers, model_answers.trials, answers, unanswered)
+        records = _make_multi_attempt_records(model_answers, model_answers.trials, answers, unanswered)
         if not scoring.explanations:
             records = [record.drop_explanations() for record in records]
         _write_attempt_files(folder, model_answers.name, records)
     records = [
-        add_run_to_record(record, model_answers.beliefs, model_answers.experiment) for record in records
+        add_beliefs_and_experiment(record, model_answers.beliefs, model_answers.experiment)
+        for record in records
     ]
     return [model_answers.summarize(_add_answer_origin(record, model_answers, answers)) for record in records]
 
 
-def _make_trial_records(
-    model_answers: ModelAnswers, trials: TrialSet, answers: Mapping[str, Answer], unanswered: Iterable[Record]
+def _make_multi_attempt_records(
+    model_answers: ModelAnswers,
+    trials: TrialSet,
+    last_answers: Mapping[str, Answer],
+    unanswered_records: Iterable[Record],
 ) -> list[Record]:
-    """Return the records of a run with several attempts; ``answers`` has the last answer to each task."""
+    """Return the records of a run with several attempts; ``last_answers`` has one answer per task."""
     suite, options = trials.suite, trials.options
-    by_task = {record.task_id: replace(record, experiment=options.experiment) for record in unanswered}
-    for task_id, answer in answers.items():
+    by_task = {
+        record.task_id: replace(record, experiment=options.experiment) for record in unanswered_records
+    }
+    for task_id, answer in last_answers.items():
         attempts = model_answers.attempts[task_id, answer.epoch]
         by_task[task_id] = make_trial_record(suite, options, model_answers.name, task_id, attempts)
     return [by_task[task_id] for task_id in suite.task_ids if task_id in by_task]

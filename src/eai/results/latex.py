@@ -71,7 +71,7 @@ def _split_pages(rows: Sequence[Row], *, intervals: bool) -> Iterator[list[Row]]
 
 
 def _format_table_environment(table: Table, caption: str, label: str, *, intervals: bool) -> str:
-    columns = table.full_columns
+    columns = table.columns_with_headings
     parts = [
         r"\begin{table}[htbp]",
         r"\centering",

@@ -30,7 +30,7 @@ _RANDOM_SEED = "0 1 1"
 """Seed, epoch and attempt of the answers of `eai/random`, equal to those of its first answer in a run."""
 
 
-class _NullRewards(NamedTuple):
+class _TrivialBaselineRewards(NamedTuple):
     """The rewards of a null model for a suite.
 
     Attributes:
@@ -42,7 +42,7 @@ class _NullRewards(NamedTuple):
     full: Rate
 
 
-def measure_null_rewards(reward: Reward) -> dict[str, _NullRewards]:
+def measure_rewards_of_trivial_baselines(reward: Reward) -> dict[str, _TrivialBaselineRewards]:
     """Return the rewards of the null models, by model name, without models that cannot answer the suite."""
     suite = reward.suite
     rewards = {}
@@ -55,11 +55,11 @@ def measure_null_rewards(reward: Reward) -> dict[str, _NullRewards]:
             value for task_id in suite.task_ids if (value := reward(task_id, book[task_id].text)) is not None
         ]
         full = Rate(sum(value == 1 for value in paid), len(paid))
-        rewards[name] = _NullRewards(Rate(sum(paid), len(paid)), full)
+        rewards[name] = _TrivialBaselineRewards(Rate(sum(paid), len(paid)), full)
     return rewards
 
 
-def count_answer_groups(records: Iterable[Record], reward: Reward) -> Counter[str]:
+def count_tasks_by_reward_spread(records: Iterable[Record], reward: Reward) -> Counter[str]:
     """Count the tasks with several answers of one model by the rewards of the answers.
 
     The counts are ``mixed`` for different rewards, else ``none``, ``full`` or ``equal``. Only mixed groups
@@ -70,18 +70,18 @@ def count_answer_groups(records: Iterable[Record], reward: Reward) -> Counter[st
         for record in records
         if record.unanswered is None
     )
-    return Counter(_classify_rewards(values) for values in groups.values() if None not in values)
+    return Counter(_classify_reward_spread(values) for values in groups.values() if None not in values)
 
 
-def _classify_rewards(values: list[float | None]) -> str:
-    if len(values) < 2:
+def _classify_reward_spread(rewards: list[float | None]) -> str:
+    if len(rewards) < 2:
         return "single"
-    if len({*values}) > 1:
+    if len({*rewards}) > 1:
         return "mixed"
-    return "none" if values[0] == 0 else "full" if values[0] == 1 else "equal"
+    return "none" if rewards[0] == 0 else "full" if rewards[0] == 1 else "equal"
 
 
-def _open_random_book(benchmark: Benchmark, ability: Ability, source: Source) -> AnswersByTask:
+def _open_book_of_random_answers(benchmark: Benchmark, ability: Ability, source: Source) -> AnswersByTask:
     answer, tasks = open_random_answers(benchmark, ability, source), benchmark.tasks_for(ability, source)
     return TaskSet(tasks, lambda task_id: answer(task_id, _RANDOM_SEED, ()), tasks.sha256)
 
@@ -90,6 +90,6 @@ NULL_BOOKS: dict[str, Callable[[Benchmark, Ability, Source], AnswersByTask]] = {
     "eai/copy": open_copied_answers,
     "eai/empty": open_empty_answers,
     "eai/lookup": open_answers_of_similar_tasks,
-    "eai/random": _open_random_book,
+    "eai/random": _open_book_of_random_answers,
 }
 """Null model -> function that returns its answers to a suite, as in `eai run`."""

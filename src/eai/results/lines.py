@@ -20,7 +20,7 @@ from eai.tasks.share import Share
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
-class TidyLine:
+class TidyTableLine:
     """The first columns of every line of a tidy table.
 
     Attributes:
@@ -52,7 +52,7 @@ class TidyLine:
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
-class AnswerLine(TidyLine):
+class AnswerLine(TidyTableLine):
     """One answer or missing answer, with the features of its task (`eai.benchmarks.features`).
 
     Attributes:
@@ -139,7 +139,7 @@ class AnswerLine(TidyLine):
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
-class StepLine(TidyLine):
+class StepLine(TidyTableLine):
     """One tried step of a plan, or of the execution of subgoals.
 
     Attributes:
@@ -158,7 +158,7 @@ class StepLine(TidyLine):
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
-class GoalLine(TidyLine):
+class GoalLine(TidyTableLine):
     """One goal of a task, and whether an answer with a plan or subgoals reaches it.
 
     Attributes:
@@ -177,7 +177,7 @@ class GoalLine(TidyLine):
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
-class AtomLine(TidyLine):
+class AtomLine(TidyTableLine):
     """One goal of an answer to goal interpretation, or one right goal that the answer lacks.
 
     Attributes:
@@ -196,7 +196,7 @@ class AtomLine(TidyLine):
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
-class ClauseLine(TidyLine):
+class OperatorClauseLine(TidyTableLine):
     """One clause of an operator in transition modeling, which an answer has or lacks.
 
     Attributes:
@@ -218,17 +218,17 @@ class ClauseLine(TidyLine):
     categories: str
 
 
-TABLES: Mapping[str, type[TidyLine]] = {
+TABLES: Mapping[str, type[TidyTableLine]] = {
     "answers": AnswerLine,
     "steps": StepLine,
     "goals": GoalLine,
     "atoms": AtomLine,
-    "clauses": ClauseLine,
+    "clauses": OperatorClauseLine,
 }
 """Mapping from the name of each tidy table to the class of its lines."""
 
 
-L = TypeVar("L", bound=TidyLine)
+L = TypeVar("L", bound=TidyTableLine)
 
 SUITE = ("protocol", "domain", "ability")
 """Names of the columns that name the suite of a row: protocol, benchmark and ability."""
@@ -292,7 +292,7 @@ def group_by_run(lines: Iterable[L]) -> Iterator[tuple[tuple[str, str, str, str]
             yield (*suite, model), of_model
 
 
-def compute_score_share(answer: AnswerLine) -> Share:
+def compute_main_score_share(answer: AnswerLine) -> Share:
     """Return an answer's contribution to its ability's main score: success, or F1 if there is no success."""
     if answer.success is not None:
         return Share(int(answer.success), 1)
@@ -301,7 +301,7 @@ def compute_score_share(answer: AnswerLine) -> Share:
     return Share(2 * answer.hits, 2 * answer.hits + answer.extras + answer.misses)
 
 
-def compute_execution_share(answer: AnswerLine) -> Share:
+def compute_executed_share(answer: AnswerLine) -> Share:
     """Return the contribution of an answer with a plan or subgoals to the share of executed answers."""
     return EMPTY_SHARE if answer.success is None or answer.executable is None else Share(answer.executable, 1)
 
@@ -315,14 +315,14 @@ def compute_goal_share(answer: AnswerLine) -> Share:
     return Share(sum(count or 0 for count in met), sum(count or 0 for count in total))
 
 
-def make_case(line: TidyLine, share: Share) -> RateCase:
+def make_case(line: TidyTableLine, share: Share) -> RateCase:
     """Return the task of a line, with the numerator and denominator that the line adds to a rate."""
     return RateCase(line.task, line.name, share)
 
 
 MEASURES: Mapping[AnswerMeasure, Callable[[AnswerLine], Share]] = {
-    "score": compute_score_share,
-    "executable": compute_execution_share,
+    "score": compute_main_score_share,
+    "executable": compute_executed_share,
     "goals": compute_goal_share,
 }
 """Mapping from each measure to the function that returns an answer's contribution to it."""
@@ -332,18 +332,18 @@ K = TypeVar("K")
 
 
 def estimate_share_of_each_kind(
-    lines: Sequence[TidyLine], kinds: Sequence[K], requested: Iterable[K]
+    lines: Sequence[TidyTableLine], kind_of_each_line: Sequence[K], requested_kinds: Iterable[K]
 ) -> Iterator[tuple[K, Estimate]]:
     """Yield each requested kind of line with its share of all lines.
 
     Args:
         lines: all lines.
-        kinds: the kind of each line.
-        requested: the requested kinds, in order.
+        kind_of_each_line: the kind of each line.
+        requested_kinds: the requested kinds, in order.
     """
     counted, uncounted = ([make_case(line, share) for line in lines] for share in (FULL_SHARE, ZERO_SHARE))
-    for kind in requested:
-        triples = zip(kinds, counted, uncounted, strict=True)
+    for kind in requested_kinds:
+        triples = zip(kind_of_each_line, counted, uncounted, strict=True)
         yield (
             kind,
             Estimate.from_cases([case if line_kind == kind else other for line_kind, case, other in triples]),

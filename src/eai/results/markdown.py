@@ -16,7 +16,7 @@ def format_markdown_table(table: Table) -> str:
 
     Below a row with intervals stands a row with these intervals.
     """
-    columns = table.full_columns
+    columns = table.columns_with_headings
     lines = [line for row in table.rows for line in _format_row(columns, row)]
     notes = [f"{format_superscript((number,))} {text}  " for number, text in enumerate(table.notes, 1)]
     return "\n".join([*_format_grid(columns, lines), *([""] if notes else []), *notes]) + "\n"

@@ -30,7 +30,7 @@ _STATED = (
 )
 
 
-def read_older_experiment(names: Mapping[str, str], attempts: AttemptOptions) -> Experiment:
+def read_older_experiment(named_options: Mapping[str, str], attempts: AttemptOptions) -> Experiment:
     """Return the experiment of an older record from the two kinds of its options.
 
     They are options whose values are names, and options of attempts.
@@ -39,17 +39,17 @@ def read_older_experiment(names: Mapping[str, str], attempts: AttemptOptions) ->
         dict(attempts.experiment.study) if attempts.executes_answers_as_episodes else {}
     )
     for option, (name, kind) in _OPTIONS.items():
-        if option in names:
-            choice = make_settings_with_option(kind, option, names[option])
+        if option in named_options:
+            choice = make_settings_with_option(kind, option, named_options[option])
             study[name] = study[name].combine(name, choice) if name in study else choice
     positions = enumerate(_ORDER)
     ordered = {
         name: replace(study[name], label_position=position) for position, name in positions if name in study
     }
-    return Experiment(ordered, **{name: names[name] for name in _AGENT if name in names})
+    return Experiment(ordered, **{name: named_options[name] for name in _AGENT if name in named_options})
 
 
-def read_older_summaries(record: Mapping[str, Any]) -> dict[str, Mapping[str, Any]]:
+def read_older_study_summaries(record: Mapping[str, Any]) -> dict[str, Mapping[str, Any]]:
     """Return a mapping from the name of each study to its summary of the answer in an older record."""
     experiment = record.get("experiment") or {}
     stated = {name: experiment[name] for name in _STATED if experiment.get(name) is not None}

@@ -11,18 +11,20 @@ from importlib import resources
 from eai.base.json_value import Json
 
 
-def build_page(package: str, folder: str, scripts: Sequence[str], data: str, *, sends: bool = False) -> str:
+def build_page(
+    package: str, folder: str, scripts: Sequence[str], data: str, *, sends_requests: bool = False
+) -> str:
     """Return the page of a folder, made from ``page.html`` (its body), ``style.css`` and scripts.
 
-    Its content policy allows only its own style and program, by digest. If the page ``sends`` requests, the
-    policy also allows requests to its own server and pictures in its answers.
+    Its content policy allows only its own style and program, by digest. If the page ``sends_requests``
+    requests, the policy also allows requests to its own server and pictures in its answers.
 
     Args:
         package: the package of the folder.
         folder: the folder, which is also the page's name.
         scripts: the files of the program, in the order in which they depend on each other.
         data: the content of the page: from `encode_for_script`, or as HTML.
-        sends: whether the page sends requests to its server.
+        sends_requests: whether the page sends requests to its server.
     """
 
     def read_resource(name: str) -> str:
@@ -33,11 +35,11 @@ def build_page(package: str, folder: str, scripts: Sequence[str], data: str, *, 
     policy = "; ".join(
         (
             "default-src 'none'",
-            f"style-src '{_hash_for_policy(style)}'",
-            f"script-src '{_hash_for_policy(program)}'",
+            f"style-src '{_hash_for_content_policy(style)}'",
+            f"script-src '{_hash_for_content_policy(program)}'",
             "base-uri 'none'",
             "form-action 'none'",
-            *(["connect-src 'self'", "img-src data:"] if sends else []),
+            *(["connect-src 'self'", "img-src data:"] if sends_requests else []),
         )
     )
     parts = {"policy": policy, "name": folder, "style": style, "program": program, "data": data}
@@ -61,5 +63,5 @@ def encode_for_script(content: Json) -> str:
     return text
 
 
-def _hash_for_policy(text: str) -> str:
+def _hash_for_content_policy(text: str) -> str:
     return "sha256-" + base64.b64encode(hashlib.sha256(text.encode()).digest()).decode()

@@ -51,13 +51,13 @@ class PaperTable:
     rows: Mapping[str, Mapping[PaperColumn, float | None]]
     notes: Mapping[tuple[str, PaperColumn], Sequence[str]] = field(default_factory=dict)
 
-    def find_figure(self, model: str, column: PaperColumn) -> float | None:
+    def find_printed_number(self, model: str, column: PaperColumn) -> float | None:
         """Return a figure in percent, or None if the table does not have it."""
         return self.rows.get(model, {}).get(column)
 
 
 @dataclass(frozen=True, slots=True)
-class _PaperSetting:
+class _PaperProtocolAndTables:
     """The protocol and the tables of the paper's numbers (``setting.toml``).
 
     Attributes:
@@ -76,25 +76,27 @@ class _PaperSetting:
     other_tasks: tuple[str, ...]
 
     @property
-    def full_tables(self) -> tuple[str, ...]:
+    def tables_of_all_models(self) -> tuple[str, ...]:
         """Names of the tables of all 18 models, the overview first."""
         return tuple(dict.fromkeys(name for names in self.tables.values() for name in names))
 
 
 @cache
-def read_paper_setting() -> _PaperSetting:
+def read_paper_protocol_and_tables() -> _PaperProtocolAndTables:
     """Return the paper's protocol and the names of its tables."""
-    return TypeAdapter(_PaperSetting).validate_python(parse_toml(_read_paper_text("setting.toml")))
+    return TypeAdapter(_PaperProtocolAndTables).validate_python(parse_toml(_read_paper_text("setting.toml")))
 
 
 def read_paper_table(name: str) -> PaperTable:
     """Return one table of the paper with its notes."""
     table = _read_table(name)
-    return replace(table, notes=group_pairs((*_read_notes(table), *_find_contradictions(table))))
+    return replace(
+        table, notes=group_pairs((*_read_notes(table), *_find_cells_contradicted_by_other_tables(table)))
+    )
 
 
 @cache
-def read_paper_models() -> Mapping[str, str]:
+def map_files_to_paper_models() -> Mapping[str, str]:
     """Return a mapping from the names of published response files to the paper's names of their models."""
     return parse_toml(_read_paper_text("models.toml"))
 
@@ -124,18 +126,20 @@ def _to_list(value: str | list[str]) -> list[str]:
     return [value] if isinstance(value, str) else value
 
 
-def _find_contradictions(table: PaperTable) -> Iterator[tuple[tuple[str, PaperColumn], str]]:
+def _find_cells_contradicted_by_other_tables(
+    table: PaperTable,
+) -> Iterator[tuple[tuple[str, PaperColumn], str]]:
     """Yield a note for each cell whose figure differs between two of the paper's tables of all 18 models."""
-    full = read_paper_setting().full_tables
-    if table.name not in (*full, *read_paper_setting().same_quantity):
+    full = read_paper_protocol_and_tables().tables_of_all_models
+    if table.name not in (*full, *read_paper_protocol_and_tables().same_quantity):
         return
     for other in [_read_table(name) for name in full if name != table.name]:
         for model, column in product(table.rows, table.columns):
-            printed = other.find_figure(model, column)
+            printed = other.find_printed_number(model, column)
             if (
                 column in other.columns
                 and model in other.rows
-                and printed != table.find_figure(model, column)
+                and printed != table.find_printed_number(model, column)
             ):
                 yield (model, column), f"The table “{other.title}” prints {printed}."
 
@@ -210,7 +214,7 @@ class _PublishedScores:
     suites: Mapping[str, PublishedSuite]
 
 
-def is_null_model(name: str) -> bool:
+def is_trivial_baseline(name: str) -> bool:
     """Whether a model name is that of a null model, which does not try to solve tasks and is not ranked."""
     return to_model_name(name) in NULL_MODELS
 
@@ -227,14 +231,14 @@ def format_published_file_name(protocol: str) -> str:
 
 
 @cache
-def read_null_scores(protocol: str) -> _PublishedScores:
+def read_trivial_baseline_scores(protocol: str) -> _PublishedScores:
     """Return the scores of the null models under a protocol."""
     return TypeAdapter(_PublishedScores).validate_json(
-        _read_paper_file(format_null_models_file_name(protocol))
+        _read_paper_file(format_trivial_baselines_file_name(protocol))
     )
 
 
-def format_null_models_file_name(protocol: str) -> str:
+def format_trivial_baselines_file_name(protocol: str) -> str:
     """Return the name of the file with the scores of the null models under a protocol."""
     return f"null_models_{protocol}.json"
 

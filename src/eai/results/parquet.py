@@ -33,15 +33,17 @@ def import_parquet() -> Any:
     return pyarrow.parquet
 
 
-def read_columns(path: Path, names: Sequence[str], also: Sequence[str] = ()) -> Iterator[dict[str, object]]:
+def read_columns(
+    path: Path, required: Sequence[str], optional: Sequence[str] = ()
+) -> Iterator[dict[str, object]]:
     """Yield the rows of a Parquet file with some of its columns, without loading the whole file.
 
     Rows whose text is stored once in the file share one copy of it in memory.
 
     Args:
         path: the file.
-        names: the columns that the file must have.
-        also: columns that are read if the file has them.
+        required: the columns that the file must have.
+        optional: columns that are read if the file has them.
 
     Raises:
         EaiError: pyarrow is not installed.
@@ -52,11 +54,11 @@ def read_columns(path: Path, names: Sequence[str], also: Sequence[str] = ()) -> 
     try:
         metadata = reader.read_metadata(path)
         columns_in_file = metadata.schema.to_arrow_schema().names
-        for name in names:
+        for name in required:
             if name not in columns_in_file:
                 raise InputError(f'{path}: the column "{name}" is missing')
-        columns = [*names, *(name for name in also if name in columns_in_file)]
-        is_prefixed = _check_row_group_size(path, metadata, columns)
+        columns = [*required, *(name for name in optional if name in columns_in_file)]
+        is_prefixed = _check_row_group_size_and_prefixes(path, metadata, columns)
         with reader.ParquetFile(path, read_dictionary=[] if is_prefixed else columns) as file:
             for batch in file.iter_batches(1 if is_prefixed else _BATCH_ROWS, columns=columns):
                 texts = [_read_column_values(batch.column(name)) for name in columns]
@@ -65,7 +67,7 @@ def read_columns(path: Path, names: Sequence[str], also: Sequence[str] = ()) -> 
         raise InputError(f"{path}: expected a Parquet file ({str(error).splitlines()[0]})") from error
 
 
-def _check_row_group_size(path: Path, metadata: Any, columns: Sequence[str]) -> bool:
+def _check_row_group_size_and_prefixes(path: Path, metadata: Any, columns: Sequence[str]) -> bool:
     """Raise InputError if a group of rows unpacks to too many bytes.
 
     Return whether a text is stored without the beginning that it shares with the text before. Then a row may

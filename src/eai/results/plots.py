@@ -271,7 +271,7 @@ def draw_line(
 
 
 def draw_rates_by_name(
-    rows: Sequence[Mapping[str, Cell]], column: str, rate: str, label: str
+    rows: Sequence[Mapping[str, Cell]], name_column: str, rate_column: str, axis_label: str
 ) -> Figure | None:
     """Draw rates by name with intervals, one line of the plot for each name.
 
@@ -280,20 +280,21 @@ def draw_rates_by_name(
 
     Args:
         rows: the rows of a suite.
-        column: the column of names.
-        rate: the column of rates.
-        label: label of the axis of rates.
+        name_column: the column of names.
+        rate_column: the column of rates.
+        axis_label: label of the axis of rates.
     """
     first = rows[0]["model"] if rows else None
-    shown = [row for row in rows if row["model"] == first and not math.isnan(read_estimate(row[rate]))]
-    shown = sorted(shown, key=lambda row: -read_denominator(row[rate]))[:_MAX_NAMES]
+    shown = [row for row in rows if row["model"] == first and not math.isnan(read_estimate(row[rate_column]))]
+    shown = sorted(shown, key=lambda row: -read_denominator(row[rate_column]))[:_MAX_NAMES]
     if not shown:
         return None
-    shown.sort(key=lambda row: (-read_estimate(row[rate]), str(row[column])))
-    one_whole = len({read_denominator(row[rate]) for row in shown}) == 1
+    shown.sort(key=lambda row: (-read_estimate(row[rate_column]), str(row[name_column])))
+    one_whole = len({read_denominator(row[rate_column]) for row in shown}) == 1
     count_of = read_numerator if one_whole else read_denominator
     labels = [
-        f"{wrap_label(str(row[column]).replace('_', ' '))}\u2002{count_of(row[rate]):,}" for row in shown
+        f"{wrap_label(str(row[name_column]).replace('_', ' '))}\u2002{count_of(row[rate_column]):,}"
+        for row in shown
     ]
     heights = [1 + _EXTRA_LINE_HEIGHT * label.count("\n") for label in labels]
     ends = list(accumulate(heights))
@@ -301,8 +302,8 @@ def draw_rates_by_name(
     figure = make_figure(COLUMN, 0.7 + 0.17 * ends[-1])
     panel = figure.subplots()
     for height, row in zip(middles, shown, strict=True):
-        few = read_denominator(row[rate]) < FEW_CASES
-        draw_estimate(panel, height, row[rate], MUTED if few else ACCENT, "white" if few else ACCENT)
+        few = read_denominator(row[rate_column]) < FEW_CASES
+        draw_estimate(panel, height, row[rate_column], MUTED if few else ACCENT, "white" if few else ACCENT)
     panel.set_yticks(middles, labels=labels, fontsize=6.5, linespacing=1.0)
     panel.set_ylim(ends[-1], 0)
     panel.text(-0.02, 1, "n", transform=panel.transAxes, fontsize=6.5, ha="right", va="bottom")
@@ -310,7 +311,7 @@ def draw_rates_by_name(
     panel.grid(axis="x", color=RULE, linewidth=0.6)
     panel.tick_params(axis="y", length=0)
     panel.spines["left"].set_visible(False)
-    panel.set_xlabel(f"{label}, percent", fontsize=7, loc="right")
+    panel.set_xlabel(f"{axis_label}, percent", fontsize=7, loc="right")
     return figure
 
 
@@ -393,22 +394,26 @@ def _make_row_label(row: Mapping[str, Cell], levels: Sequence[str]) -> str:
 
 
 def draw_flow_band(
-    panel: Axes, stage: float, band: tuple[float, float, float], color: str, alpha: float = 0.9
+    panel: Axes,
+    left_x: float,
+    heights_and_thickness: tuple[float, float, float],
+    color: str,
+    alpha: float = 0.9,
 ) -> None:
     """Draw a curved band from one stage to the next, as in a flow diagram.
 
     Args:
         panel: the panel to draw in; the caller sets its limits.
-        stage: horizontal coordinate of the first stage; the next stage is larger by one.
-        band: height at the first stage, height at the next stage, and thickness, in percent.
+        left_x: horizontal coordinate of the first stage; the next stage is larger by one.
+        heights_and_thickness: height at the first stage, height at the next stage, and thickness, in percent.
         color: colour of the band.
         alpha: opacity, from 0 to 1.
     """
     from matplotlib.patches import PathPatch
     from matplotlib.path import Path
 
-    left, right, bend = stage, stage + 1.0, 0.5
-    low, low_end, thickness = band
+    left, right, bend = left_x, left_x + 1.0, 0.5
+    low, low_end, thickness = heights_and_thickness
     high, high_end = low + thickness, low_end + thickness
     across = (left, left + bend, right - bend, right)
     below, above = (low, low, low_end, low_end), (high, high, high_end, high_end)

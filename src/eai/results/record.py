@@ -96,7 +96,7 @@ class Record:
         return self.origin is not None and bool(self.origin.truncated)
 
     @property
-    def repairs(self) -> tuple[str, ...]:
+    def all_answer_repairs(self) -> tuple[str, ...]:
         """All repairs of the answer; repairs made before scoring come first."""
         before = () if self.origin is None else self.origin.answer_repairs
         return (*before, *self.verdict.repairs)

@@ -119,7 +119,7 @@ def write_record_batches(
     folder: Path,
     batches: Iterable[RecordBatch],
     run: Mapping[str, Json] | None = None,
-    stages: Sequence[Mapping[str, Rate]] = (),
+    rates_after_attempts: Sequence[Mapping[str, Rate]] = (),
 ) -> RunTotals:
     """Write the records of one model in one suite, and their summary.
 
@@ -129,22 +129,24 @@ def write_record_batches(
         folder: the folder of the files.
         batches: the batches of records in order.
         run: content of the summary's field ``run``.
-        stages: the rates after each attempt, if tasks have several attempts.
+        rates_after_attempts: the rates after each attempt, if tasks have several attempts.
 
     Raises:
         InputError: the folder cannot be written.
     """
     totals = RunTotals()
 
-    def write_lines() -> Iterator[bytes]:
+    def generate_record_lines() -> Iterator[bytes]:
         for batch_lines, batch_totals in batches:
             totals.add_later_totals(batch_totals)
             yield batch_lines
 
-    def write_summary() -> Iterator[str]:
-        yield json.dumps(_make_summary_fields(totals, run or {}, stages), indent=2) + "\n"
+    def generate_summary_json() -> Iterator[str]:
+        yield json.dumps(_make_summary_fields(totals, run or {}, rates_after_attempts), indent=2) + "\n"
 
-    write_files_atomically({folder / RECORDS: write_lines(), folder / SUMMARY: write_summary()})
+    write_files_atomically(
+        {folder / RECORDS: generate_record_lines(), folder / SUMMARY: generate_summary_json()}
+    )
     return totals
 
 

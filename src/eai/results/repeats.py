@@ -13,7 +13,7 @@ from math import comb
 from eai.abilities.declaration import get_declaration
 from eai.abilities.protocol import Ability
 from eai.base.json_value import Json
-from eai.results.certainty import Cases, RateCase, compute_rate_intervals
+from eai.results.certainty import RateCase, RateCases, compute_rate_intervals
 from eai.results.rate import compute_rate
 from eai.results.table import Column, Estimate, Label, Row, make_table
 from eai.tasks.share import Share
@@ -25,21 +25,21 @@ def find_success_metric(ability: Ability) -> str | None:
     return next((metric for metric in declared.overview_headings if metric in declared.yes_no_metrics), None)
 
 
-def make_pass_cases(epochs: Sequence[Cases]) -> dict[str, Cases]:
+def make_pass_at_k_cases(cases_by_epoch: Sequence[RateCases]) -> dict[str, RateCases]:
     """Return a mapping from ``pass@k`` and ``pass^k`` to each task's contribution.
 
     k runs from 1 to the number of answers to a task.
 
     Args:
-        epochs: for each epoch, whether the answer to each task is right. A task with fewer than k scored
-            answers is left out for that k.
+        cases_by_epoch: for each epoch, whether the answer to each task is right. A task with fewer than k
+            scored answers is left out for that k.
     """
     counts: dict[tuple[str, str], tuple[int, int]] = {}
-    for case in (case for cases in epochs for case in cases):
+    for case in (case for cases in cases_by_epoch for case in cases):
         n, c = counts.get(case[:2], (0, 0))
         counts[case[:2]] = n + int(case.share.denominator), c + int(case.share.numerator)
-    cases_by_metric: dict[str, Cases] = {}
-    for k in range(1, len(epochs) + 1):
+    cases_by_metric: dict[str, RateCases] = {}
+    for k in range(1, len(cases_by_epoch) + 1):
         counts_of_tasks = [(task, name, n, c) for (task, name), (n, c) in counts.items() if n >= k]
         cases_by_metric[f"pass@{k}"] = [
             RateCase(task, name, Share(1 - comb(n - c, k) / comb(n, k), 1))
@@ -55,7 +55,7 @@ _SHARES = tuple([Column(name, digits=1, is_number=True) for name in ("pass@k", "
 
 
 @make_table("passes", ("run", "n", "k", *_SHARES))
-def make_pass_table(runs: Mapping[str, Sequence[Cases]]) -> Iterator[Row]:
+def make_pass_at_k_table(runs: Mapping[str, Sequence[RateCases]]) -> Iterator[Row]:
     """Several answers to each task.
 
     Of n answers to a task c are right. `pass@k` is the mean over tasks of 1 - C(n - c, k) / C(n, k): at least
@@ -63,7 +63,7 @@ def make_pass_table(runs: Mapping[str, Sequence[Cases]]) -> Iterator[Row]:
     right answers. Percent
     """
     for name, epochs in runs.items():
-        n, cases = len(epochs), make_pass_cases(epochs)
+        n, cases = len(epochs), make_pass_at_k_cases(epochs)
         for k in sorted({*(2**i for i in range(n.bit_length())), n}):  # 1, 2, 4, ... and n
             yield (
                 Label(name),
@@ -79,7 +79,7 @@ def strip_epoch(model: str) -> str:
     return re.sub(r"\.epoch_[0-9]+$", "", model)
 
 
-def pass_cases_to_json(cases_by_metric: Mapping[str, Cases]) -> dict[str, Json]:
+def pass_at_k_to_json(cases_by_metric: Mapping[str, RateCases]) -> dict[str, Json]:
     """Return pass@k and pass^k as in ``summary.json``: rates with their intervals."""
     rates: dict[str, Json] = {}
     for name, cases in cases_by_metric.items():

@@ -82,19 +82,21 @@ class ResponseFile:
     @property
     def has_samples(self) -> bool:
         """Whether a task may have several answers."""
-        return isinstance(self.responses, _StoredSamples)
+        return isinstance(self.responses, _AnswersKeptInFile)
 
     @property
     def answered_task_ids(self) -> Collection[str]:
         """Ids of the tasks with an answer."""
-        if isinstance(self.responses, _StoredSamples):
+        if isinstance(self.responses, _AnswersKeptInFile):
             return self.responses.answered
         return {response.task_id for response in self.responses}
 
     def read_rows(self) -> Iterator[ResponseRow]:
         """Yield the answers in order, for `read_response` to read."""
         return (
-            self.responses.read_rows() if isinstance(self.responses, _StoredSamples) else iter(self.responses)
+            self.responses.read_rows()
+            if isinstance(self.responses, _AnswersKeptInFile)
+            else iter(self.responses)
         )
 
     def split_by_key(self, key: Callable[[str], T]) -> dict[T, ResponseFile]:
@@ -102,7 +104,7 @@ class ResponseFile:
 
         Further epochs are left out.
         """
-        if isinstance(self.responses, _StoredSamples):
+        if isinstance(self.responses, _AnswersKeptInFile):
             parts: dict[T, Collection[Response]] = {**self.responses.split_by_key(key)}
         else:
             parts = {**group_pairs((key(response.text), response) for response in self.responses)}
@@ -110,7 +112,7 @@ class ResponseFile:
 
 
 @dataclass(frozen=True, slots=True)
-class _StoredSamples(Collection[Response]):
+class _AnswersKeptInFile(Collection[Response]):
     """Answers that stay in their file, which has several for a task; each iteration reads the file again.
 
     Attributes:
@@ -132,7 +134,7 @@ class _StoredSamples(Collection[Response]):
             row for number, row in enumerate(_read_response_rows(self.path), 1) if number not in self.skipped
         )
 
-    def split_by_key(self, key: Callable[[str], T]) -> dict[T, _StoredSamples]:
+    def split_by_key(self, key: Callable[[str], T]) -> dict[T, _AnswersKeptInFile]:
         """Return a mapping from keys to answers; a function computes each answer's key from its text."""
         numbers: dict[T, set[int]] = {}
         tasks: dict[T, set[str]] = {}
@@ -274,7 +276,7 @@ def _read_checked_rows(
             )
         number += 1
         answers += [] if sampled else [Response(row.task_id, row.text)]
-    samples = _StoredSamples(path, number, frozenset(samples_of_task), task_id_of, frozenset(skipped))
+    samples = _AnswersKeptInFile(path, number, frozenset(samples_of_task), task_id_of, frozenset(skipped))
     return ResponseFile(read_model_name(path), samples if sampled else tuple(answers), len(skipped))
 
 

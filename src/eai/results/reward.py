@@ -58,7 +58,7 @@ class Shaping(str, Enum):
     """
 
 
-def compute_reward_of_credit(credit: RewardBasis, shaping: Shaping) -> float:
+def convert_credit_to_reward(credit: RewardBasis, shaping: Shaping) -> float:
     """Return the reward of a `RewardBasis` by any shaping but `REPAIR`, which needs the plan's steps.
 
     Raises:
@@ -82,7 +82,7 @@ def compute_reward_of_credit(credit: RewardBasis, shaping: Shaping) -> float:
     return pay / (1 + credit.added_actions)
 
 
-def compute_credit(verdict: Verdict, at_start: Sequence[bool] = ()) -> RewardBasis | None:
+def compute_credit(verdict: Verdict, reached_at_start: Sequence[bool] = ()) -> RewardBasis | None:
     """Return the credit of an answer, from which its reward follows; None if its task pays nothing.
 
     A task pays nothing if it is excluded from statistics, has no goals, or has only goals that hold at the
@@ -90,9 +90,9 @@ def compute_credit(verdict: Verdict, at_start: Sequence[bool] = ()) -> RewardBas
 
     Args:
         verdict: the verdict on the answer.
-        at_start: for each goal of the task, in order, whether it is reached without any action.
+        reached_at_start: for each goal of the task, in order, whether it is reached without any action.
     """
-    return None if verdict.excluded is not None else verdict.compute_reward_basis(at_start)
+    return None if verdict.excluded is not None else verdict.compute_reward_basis(reached_at_start)
 
 
 METRICS = ("success", "progress", "faults", *(f"fault.{kind.value}" for kind in FaultKind))
@@ -120,7 +120,7 @@ MAX_ANSWER_CHARACTERS = 10_000
 """Maximum length of an answer that is read, in characters; the longest of 25,000 public answers has 9,651."""
 
 
-def is_paid(ability: Ability) -> bool:
+def can_earn_reward(ability: Ability) -> bool:
     """Whether answers of an ability can earn a reward: their verdicts must give credit."""
     return get_declaration(ability).verdict.compute_reward_basis is not Verdict.compute_reward_basis
 
@@ -147,12 +147,12 @@ class Reward:
     def __init__(
         self, suite: Suite, shaping: Shaping | str = Shaping.SUCCESS, *, limit: int = MAX_ANSWER_CHARACTERS
     ) -> None:
-        self.suite = _drop_planner(suite)
+        self.suite = _judge_operators_without_planner(suite)
         self.shaping = find_enum_member(Shaping, shaping, "shaping")
         if self.shaping is Shaping.REPAIR and suite.ability is not Ability.ACTION_SEQUENCING:
             plans = Ability.ACTION_SEQUENCING.value
             raise InputError(f"the shaping repair is for {plans} only, not for {suite.ability.value}")
-        if not is_paid(suite.ability):
+        if not can_earn_reward(suite.ability):
             raise InputError(f"answers to {suite.ability.value} are not paid: choose another ability")
         self.limit = limit
         self._at_start = cache(self._find_goals_at_start)
@@ -192,7 +192,7 @@ class Reward:
 
     def _compute_reward(self, task_id: str, text: str, credit: RewardBasis | None) -> float | None:
         if credit is None or self.shaping is not Shaping.REPAIR:
-            return None if credit is None else compute_reward_of_credit(credit, self.shaping)
+            return None if credit is None else convert_credit_to_reward(credit, self.shaping)
         scorer = self.suite.scorer(task_id)
         if not isinstance(scorer, PlanScorer):
             raise InputError(
@@ -280,7 +280,7 @@ def _open_reward(benchmark: str, ability: Ability, shaping: Shaping) -> Reward:
     return Reward(open_reward_suite(benchmark, ability), shaping)
 
 
-def _drop_planner(suite: Suite) -> Suite:
+def _judge_operators_without_planner(suite: Suite) -> Suite:
     """Return the suite without a planner for judging operators."""
     planned = suite.ability is Ability.TRANSITION_MODELING and suite.source.planner is not PlannerChoice.NONE
     return suite.reopen(source=replace(suite.source, planner=PlannerChoice.NONE)) if planned else suite

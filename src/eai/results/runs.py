@@ -25,7 +25,7 @@ from eai.benchmarks.names import TaskReference
 from eai.benchmarks.protocols import find_implementation
 from eai.benchmarks.registry import list_benchmarks
 from eai.results.lines import SuiteKey
-from eai.results.paper_tables import read_paper_setting
+from eai.results.paper_tables import read_paper_protocol_and_tables
 from eai.results.record import Record
 from eai.results.records import RECORDS, read_records
 
@@ -65,7 +65,7 @@ class RunKey(NamedTuple):
         return (*self.suite, self.name)
 
     @property
-    def is_plain(self) -> bool:
+    def is_without_study(self) -> bool:
         """Whether the run is ranked: it has no experiment, or one that only names a harness or an effort."""
         return self.experiment is None or self.experiment.has_no_settings
 
@@ -105,28 +105,28 @@ class Run:
     log: LogSamples | None = None
 
 
-def count_goals_as_paper(run: Run) -> Run:
+def recount_goals_as_in_paper(run: Run) -> Run:
     """Return the run with goals counted as in the paper's runs: only the goals that the prompts stated."""
-    name = read_paper_setting().protocol
+    name = read_paper_protocol_and_tables().protocol
     protocol = find_implementation(name) if run.key.protocol.value == name else None
     if protocol is None:
         return run
 
-    def count_record(record: Record) -> Record:
+    def recount_goals_of_record(record: Record) -> Record:
         task = TaskReference(record.domain, record.ability, record.task_id)
         verdict = protocol.as_asked(task, record.verdict)
         return record if verdict is record.verdict else replace(record, verdict=verdict)
 
-    return replace(run, records=tuple(map(count_record, run.records)))
+    return replace(run, records=tuple(map(recount_goals_of_record, run.records)))
 
 
-def count_errors_as_paper(run: Run) -> Run:
+def recount_errors_as_in_paper(run: Run) -> Run:
     """Return the run of an experiment, with errors counted as the paper's evaluation script counted them."""
-    protocol = find_implementation(read_paper_setting().protocol)
+    protocol = find_implementation(read_paper_protocol_and_tables().protocol)
     if protocol is None:
         return run
 
-    def recount_record(record: Record) -> Record:
+    def recount_errors_of_record(record: Record) -> Record:
         options = AttemptOptions.from_experiment(record.experiment)
         if options is None or not record.attempts:
             return record
@@ -136,7 +136,7 @@ def count_errors_as_paper(run: Run) -> Run:
         attempts = tuple([replace(attempt, verdict=verdict) for attempt, verdict in pairs])
         return replace(record, attempts=attempts, verdict=counted[-1])
 
-    return replace(run, records=tuple(map(recount_record, run.records)))
+    return replace(run, records=tuple(map(recount_errors_of_record, run.records)))
 
 
 def find_record_files(paths: Iterable[Path]) -> list[Path]:
@@ -188,7 +188,7 @@ def read_runs(paths: Iterable[Path]) -> Iterator[Run]:
             yield Run(key, tuple(records), _open_log_samples(path))
 
 
-def write_log_samples(folder: Path, log: Path, epoch: int | Mapping[str, int]) -> None:
+def write_inspect_log_reference(folder: Path, log: Path, epoch: int | Mapping[str, int]) -> None:
     """Write a file beside records with the name of Inspect's log and the epoch of their samples.
 
     Raises:

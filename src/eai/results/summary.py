@@ -37,10 +37,10 @@ def compute_metric_rates(verdicts: Sequence[Verdict], ability: Ability) -> dict[
     """
     declared = get_declaration(ability)
     nothing = dict.fromkeys(declared.contributions(declared.verdict()), NOTHING)
-    return {**nothing, **compute_rates(compute_contributions(verdicts, ability))}
+    return {**nothing, **compute_rates(compute_metric_contributions(verdicts, ability))}
 
 
-def compute_contributions(verdicts: Sequence[Verdict], ability: Ability) -> Iterator[ShareByMetric]:
+def compute_metric_contributions(verdicts: Sequence[Verdict], ability: Ability) -> Iterator[ShareByMetric]:
     """Yield the contributions of each verdict to all metrics, in order. Excluded verdicts do not count.
 
     They are yielded one by one to save memory in long runs.
@@ -79,7 +79,9 @@ def _pair_contributions(
     records: Sequence[Record], ability: Ability
 ) -> Iterator[tuple[Record, ShareByMetric]]:
     scored = [record for record in records if record.verdict.excluded is None]
-    return zip(scored, compute_contributions([record.verdict for record in scored], ability), strict=True)
+    return zip(
+        scored, compute_metric_contributions([record.verdict for record in scored], ability), strict=True
+    )
 
 
 def find_task_name(record: Record) -> str:
@@ -106,16 +108,16 @@ AbilityMetric: TypeAlias = tuple[Ability, str]
 """An ability and the name of one of its metrics."""
 
 
-def make_average_weights(
-    values: Mapping[AbilityMetric, float | None] | None = None,
+def make_weights_of_average_score(
+    metric_values: Mapping[AbilityMetric, float | None] | None = None,
 ) -> dict[AbilityMetric, float]:
     """Return each metric's weight in the average: a quarter for an ability, halved if it has two metrics.
 
     Args:
-        values: known values in percent. Some metrics may replace a metric of the paper; they do so if their
-            value is known. Without values all metrics are the paper's.
+        metric_values: known values in percent. Some metrics may replace a metric of the paper; they do so if
+            their value is known. Without values all metrics are the paper's.
     """
-    known_values = values or {}
+    known_values = metric_values or {}
     weights: dict[AbilityMetric, float] = {}
     for ability, declared in load_paper_abilities().items():
         for metric in declared.averaged_metrics:
@@ -135,7 +137,7 @@ def compute_average_performance(values: Mapping[AbilityMetric, float | None]) ->
     Args:
         values: mapping from ability and metric to percent.
     """
-    weights = make_average_weights(values)
+    weights = make_weights_of_average_score(values)
     parts = [weight * value for key, weight in weights.items() if (value := values.get(key)) is not None]
     return sum(parts) if len(parts) == len(weights) else None
 
@@ -263,7 +265,7 @@ def break_down_records(records: Iterable[Record], ability: Ability) -> AnswerBre
             by_action.setdefault(step.call.name, []).append(make_share_of_one(step.outcome == EXECUTED))
     return AnswerBreakdown(
         {kind: outcomes[kind] for kind in AnswerOutcome if outcomes[kind]},
-        _count_outcome_flow(outcomes) if declared.answers_are_plans else None,
+        _count_answers_reaching_each_stage(outcomes) if declared.answers_are_plans else None,
         dict(sorted(by_goals.items())),
         dict(sorted(by_length.items())),
         _sum_rates(by_action),
@@ -278,7 +280,7 @@ def _find_success(record: Record, answer_outcome: AnswerOutcome, metric: str | N
     return get_declaration(record.ability).contributions(record.verdict)[metric]
 
 
-def _count_outcome_flow(outcomes: Mapping[AnswerOutcome, int]) -> dict[str, int]:
+def _count_answers_reaching_each_stage(outcomes: Mapping[AnswerOutcome, int]) -> dict[str, int]:
     flow = {"answers": sum(count for kind, count in outcomes.items() if kind not in _NO_ANSWER)}
     remaining = flow["answers"]
     for stage, answer_outcome in _OUTCOMES_BEFORE_STAGE.items():

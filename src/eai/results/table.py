@@ -14,7 +14,7 @@ from functools import wraps
 from inspect import signature
 from typing import ParamSpec, TypeAlias
 
-from eai.results.certainty import Cases, compute_difference_intervals, compute_rate_intervals
+from eai.results.certainty import RateCases, compute_difference_intervals, compute_rate_intervals
 from eai.results.rate import Rate, compute_rate
 
 P = ParamSpec("P")
@@ -47,14 +47,14 @@ class Estimate:
     notes: tuple[int, ...] = ()
 
     @classmethod
-    def from_cases(cls, cases: Cases) -> Estimate:
+    def from_cases(cls, cases: RateCases) -> Estimate:
         """Return a rate in percent, estimated from cases; names of tasks are the units of its interval."""
         rate, certainty = compute_rate(case.share for case in cases), compute_rate_intervals(cases)
         low, high = (None, None) if certainty is None else certainty.interval
         return cls(rate.percent, low, high, rate.numerator, rate.denominator)
 
     @classmethod
-    def from_difference(cls, before: Cases, after: Cases) -> Estimate:
+    def from_difference(cls, before: RateCases, after: RateCases) -> Estimate:
         """Return the estimate of the second rate minus the first, in percentage points."""
         percents = [compute_rate(case.share for case in cases).percent for cases in (before, after)]
         certainty = compute_difference_intervals(before, after)
@@ -175,7 +175,7 @@ class Table:
         return tuple([column if isinstance(column, str) else column.name for column in self.columns])
 
     @property
-    def full_columns(self) -> list[Column]:
+    def columns_with_headings(self) -> list[Column]:
         """The columns, each with its heading and whether it has numbers."""
         columns = []
         for index, column_or_name in enumerate(self.columns):
@@ -201,10 +201,10 @@ class Table:
         """Return the table without some columns."""
         return self.select_columns([name for name in self.names if name not in columns])
 
-    def flat_columns(self) -> list[str]:
+    def csv_column_names(self) -> list[str]:
         """Return the names of the columns in CSV: an estimate has a column for each of its parts."""
         parts = zip(self.names, self._has_estimates(), strict=True)
-        return [name for column, is_estimate in parts for name in _name_flat_columns(column, is_estimate)]
+        return [name for column, is_estimate in parts for name in _name_csv_columns(column, is_estimate)]
 
     def flat_rows(self) -> Iterator[list[Plain]]:
         """Yield the rows of the table as in CSV, with a cell for each part of an estimate."""
@@ -278,7 +278,7 @@ def format_superscript(numbers: Sequence[int]) -> str:
     return ",".join(map(str, numbers)).translate(_SUPERSCRIPTS)
 
 
-def _name_flat_columns(column: str, is_estimate: bool) -> list[str]:
+def _name_csv_columns(column: str, is_estimate: bool) -> list[str]:
     if not is_estimate:
         return [column]
     return [column if part == "value" else f"{column}_{part}" for part in ESTIMATE_PARTS]

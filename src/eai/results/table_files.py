@@ -14,7 +14,7 @@ from typing import get_type_hints
 from eai.base.errors import InputError
 from eai.base.files import escape_unprintable, write_files_atomically
 from eai.base.json_value import Json
-from eai.results.lines import ALL_MODELS, MODEL, SUITE, SuiteKey, TidyLine
+from eai.results.lines import ALL_MODELS, MODEL, SUITE, SuiteKey, TidyTableLine
 from eai.results.markdown import format_markdown_rows
 from eai.results.parquet import import_parquet
 from eai.results.table import Cell, Estimate, Label, Plain, Table
@@ -35,7 +35,9 @@ def write_tables(folder: Path, name: str, tables: Sequence[Table], remarks: Sequ
     Raises:
         InputError: the folder cannot be written.
     """
-    contents = {f"{table.name}.csv": format_csv(table.flat_columns(), table.flat_rows()) for table in tables}
+    contents = {
+        f"{table.name}.csv": format_csv(table.csv_column_names(), table.flat_rows()) for table in tables
+    }
     contents[f"{name}.json"] = (
         json.dumps(_tables_to_json(tables, remarks), indent=1, ensure_ascii=False) + "\n"
     )
@@ -71,13 +73,13 @@ def format_rows_as_csv(rows: Iterable[Mapping[str, Plain]]) -> str:
     return format_csv(list(row_list[0]) if row_list else [], (list(row.values()) for row in row_list))
 
 
-def format_lines_as_csv(kind: type[TidyLine], lines: Iterable[TidyLine]) -> str:
+def format_lines_as_csv(kind: type[TidyTableLine], lines: Iterable[TidyTableLine]) -> str:
     """Return the lines of a tidy table as the text of a CSV file."""
     columns = [column.name for column in fields(kind)]
     return format_csv(columns, ([getattr(line, name) for name in columns] for line in lines))
 
 
-def write_parquet(path: Path, kind: type[TidyLine], lines: Sequence[TidyLine]) -> None:
+def write_parquet(path: Path, kind: type[TidyTableLine], lines: Sequence[TidyTableLine]) -> None:
     """Write the lines of a tidy table as Parquet.
 
     Raises:
@@ -131,11 +133,11 @@ def _format_markdown(name: str, tables: Sequence[Table], remarks: Sequence[str])
         lines.append("")
         for heading, rows in rows_by_heading.items():
             lines += [f"### {heading}", ""] if heading else []
-            columns_of_table = enumerate(table.full_columns)
+            columns_of_table = enumerate(table.columns_with_headings)
             indices = [
                 i for i, column in columns_of_table if not heading or column.name not in (*SUITE, MODEL)
             ]
-            columns = [table.full_columns[index] for index in indices]
+            columns = [table.columns_with_headings[index] for index in indices]
             lines += [*format_markdown_rows(columns, ([row[index] for index in indices] for row in rows)), ""]
         if not table.rows:
             lines += ["Nothing.", ""]

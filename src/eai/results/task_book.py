@@ -57,7 +57,7 @@ class TaskLookup:
         if call.arguments is None:
             if call.name not in self._domain.operator_arities:
                 return "unknown"
-            return "other" if call.name in self._actions_of_goals else "procedural"
+            return "other" if call.name in self._actions_that_are_goals else "procedural"
         if call.name not in self._spellings:
             return "unknown"
         held = self._find_truth_in_plan_states(task_id, call)
@@ -68,7 +68,7 @@ class TaskLookup:
         return "final" if held[-1] else "intermediate"
 
     @cached_property
-    def _actions_of_goals(self) -> frozenset[str]:
+    def _actions_that_are_goals(self) -> frozenset[str]:
         """Names of the actions that are goals of at least one task of the benchmark."""
         goals = (goal for task in self._tasks.values() for goal in task.get_goals_of_kind(GoalKind.ACTION))
         return frozenset(action for goal in goals for action in list_actions_that_meet_goal(goal))

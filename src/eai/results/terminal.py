@@ -38,7 +38,7 @@ def print_table(console: Console, table: Table, *, wide: bool = False) -> None:
     limit = None if wide else int(console.width * _NAMES_WIDTH_SHARE)
     columns = [
         (column, [_format_cell(column, row[index]) for row in table.rows])
-        for index, column in enumerate(table.full_columns)
+        for index, column in enumerate(table.columns_with_headings)
     ]
     for group in [columns] if wide else _split_columns(console, columns, limit):
         grid = _make_grid(group, limit)

@@ -12,7 +12,7 @@ from eai.abilities.explanation import parse_statement
 from eai.abilities.protocol import Ability
 from eai.abilities.verdict import EMPTY_SHARE, PlanVerdict, ShareByMetric
 from eai.benchmarks.registry import find_benchmark, list_benchmarks
-from eai.results.lines import AnswerLine, AtomLine, ClauseLine, GoalLine, StepLine
+from eai.results.lines import AnswerLine, AtomLine, GoalLine, OperatorClauseLine, StepLine
 from eai.results.record import Record
 from eai.results.summary import (
     find_answer_outcome,
@@ -45,7 +45,7 @@ class TidyTables:
         self.steps: list[StepLine] = []
         self.goals: list[GoalLine] = []
         self.atoms: list[AtomLine] = []
-        self.clauses: list[ClauseLine] = []
+        self.clauses: list[OperatorClauseLine] = []
         self._source = source
         self._features = features
         self._book = cache(self._open_task_lookup)
@@ -55,7 +55,7 @@ class TidyTables:
         book = self._book(records[0].domain) if self._features else None
         shares = map_tasks_to_shares(records)
         for record in records:
-            key = make_first_columns(record)
+            key = make_identifying_columns(record)
             self.answers.append(_make_answer_line(record, key, shares.get(record.task_id, {}), book))
             if record.verdict.excluded is not None or record.unanswered is not None:
                 continue
@@ -72,11 +72,11 @@ class TidyTables:
 
 _COLUMNS = tuple(column.name for column in fields(AnswerLine))
 
-FirstColumns: TypeAlias = dict[str, Any]
-"""Mapping from the names of the columns that every line has (`TidyLine`) to their values."""
+IdentifyingColumns: TypeAlias = dict[str, Any]
+"""Mapping from the names of the columns that every line has (`TidyTableLine`) to their values."""
 
 
-def make_first_columns(record: Record) -> FirstColumns:
+def make_identifying_columns(record: Record) -> IdentifyingColumns:
     """Return the first columns of all table lines that a record gives."""
     rules = "" if record.experiment is None else record.experiment.game_rules_text
     return {
@@ -93,7 +93,7 @@ def make_first_columns(record: Record) -> FirstColumns:
 
 
 def _make_answer_line(
-    record: Record, key: FirstColumns, shares: ShareByMetric, book: TaskLookup | None
+    record: Record, key: IdentifyingColumns, shares: ShareByMetric, book: TaskLookup | None
 ) -> AnswerLine:
     verdict, error = record.verdict, record.verdict.error
     usage = None if record.origin is None else record.origin.usage
@@ -107,7 +107,7 @@ def _make_answer_line(
         "error_step": None if error is None else error.step,
         "error_objects": None if error is None else " ".join(error.objects),
         "steps_tried": len(list(list_reported_steps(record))) if is_explained else None,
-        **_count_matches(record.ability, shares),
+        **_count_hits_extras_misses(record.ability, shares),
         "cut_off": None if record.origin is None else record.origin.truncated,
         "characters": len(record.response),
         "output_tokens": None if usage is None else usage.output_tokens,
@@ -142,7 +142,7 @@ def _find_success(record: Record, shares: ShareByMetric) -> bool | None:
     )
 
 
-def _count_matches(ability: Ability, shares: ShareByMetric) -> dict[str, int]:
+def _count_hits_extras_misses(ability: Ability, shares: ShareByMetric) -> dict[str, int]:
     """Return the numbers of right, wrong and missing items that an answer adds to precision and recall."""
     for metric in get_declaration(ability).overview_headings:
         prefix, dot, measure = metric.rpartition(".")
@@ -161,7 +161,7 @@ def _read_task_features(record: Record, book: TaskLookup | None) -> Mapping[str,
     return {**features, "annotated_steps": record.task.annotated_steps, "goals": record.task.goals}
 
 
-def _make_step_lines(record: Record, key: FirstColumns) -> Iterator[StepLine]:
+def _make_step_lines(record: Record, key: IdentifyingColumns) -> Iterator[StepLine]:
     if not _has_plans(record):
         return
     for number, step in list_reported_steps(record):
@@ -176,7 +176,7 @@ def _make_step_lines(record: Record, key: FirstColumns) -> Iterator[StepLine]:
         )
 
 
-def _make_goal_lines(record: Record, key: FirstColumns) -> Iterator[GoalLine]:
+def _make_goal_lines(record: Record, key: IdentifyingColumns) -> Iterator[GoalLine]:
     if not isinstance(record.verdict, PlanVerdict):
         return
     for number, (report, satisfied) in enumerate(list_judged_goals(record)):
@@ -186,7 +186,7 @@ def _make_goal_lines(record: Record, key: FirstColumns) -> Iterator[GoalLine]:
         )
 
 
-def _make_atom_lines(record: Record, key: FirstColumns, book: TaskLookup | None) -> Iterator[AtomLine]:
+def _make_atom_lines(record: Record, key: IdentifyingColumns, book: TaskLookup | None) -> Iterator[AtomLine]:
     if record.ability is not Ability.GOAL_INTERPRETATION:
         return
     verdict = cast("GoalVerdict", record.verdict)
@@ -203,14 +203,14 @@ def _make_atom_lines(record: Record, key: FirstColumns, book: TaskLookup | None)
             )
 
 
-def _make_clause_lines(record: Record, key: FirstColumns) -> Iterator[ClauseLine]:
+def _make_clause_lines(record: Record, key: IdentifyingColumns) -> Iterator[OperatorClauseLine]:
     if not get_declaration(record.ability).interaction.uses_operator_tasks:
         return
     from eai.abilities.transition_modeling.verdict import OTHER
 
     verdict = cast("OperatorVerdict", record.verdict)
     for report in verdict.operators:
-        line = partial(ClauseLine, **key, operator=report.name, status=report.status.value)
+        line = partial(OperatorClauseLine, **key, operator=report.name, status=report.status.value)
         for side in ("precondition", "effect"):
             for status in ("matched", "additional", "missing"):
                 for clause in getattr(getattr(report, side), status):

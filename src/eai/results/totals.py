@@ -8,7 +8,7 @@ from dataclasses import dataclass, field, replace
 
 from eai.abilities.declaration import get_declaration
 from eai.abilities.verdict import RAISED
-from eai.results.coverage import ErrataEffect, TaskCoverage
+from eai.results.coverage import TaskCoverage, TasksChangedByErrata
 from eai.results.rate import NOTHING, Exact, Rate, add_contributions, make_rates
 from eai.results.record import NOT_ANSWERED, Record
 
@@ -16,7 +16,7 @@ _ANSWERED, _SCORED, _LEFT_OUT, _CORRECTED_OR_LEFT_OUT, _RAISED, _CUT_OFF = 1, 2,
 """Bits of a task's status; the statuses of several answers to the task are combined by OR."""
 
 
-def _make_status_bits(record: Record) -> int:
+def _encode_statuses_as_bits(record: Record) -> int:
     excluded, errata, error = record.verdict.excluded, record.errata, record.verdict.error
     return (
         _ANSWERED * (record.unanswered is None)
@@ -76,7 +76,7 @@ class RunTotals:
             self.judges[verdict.planner_used] += 1
         if verdict.fallback_planner_outcome is not None:
             self.left[verdict.fallback_planner_outcome] += 1
-        self._add_statuses({record.task_id: _make_status_bits(record)})
+        self._add_statuses({record.task_id: _encode_statuses_as_bits(record)})
         if verdict.excluded is None:
             declared = get_declaration(record.ability)
             self.void.update(declared.missing_metrics(verdict))
@@ -110,7 +110,7 @@ class RunTotals:
         return self.head
 
     @property
-    def counted_rates(self) -> dict[str, Rate]:
+    def rates_of_applicable_metrics(self) -> dict[str, Rate]:
         """The rates of the metrics to which a record contributes; empty if all records are excluded.
 
         If no task has an answer, the rates have no cases.
@@ -123,7 +123,10 @@ class RunTotals:
     def rates(self) -> dict[str, Rate]:
         """Rates of all metrics of the ability, also of metrics without cases."""
         declared = get_declaration(self.first_record.ability)
-        return {**dict.fromkeys(declared.contributions(declared.verdict()), NOTHING), **self.counted_rates}
+        return {
+            **dict.fromkeys(declared.contributions(declared.verdict()), NOTHING),
+            **self.rates_of_applicable_metrics,
+        }
 
     @property
     def agent_labels(self) -> tuple[str, ...]:
@@ -153,7 +156,7 @@ class RunTotals:
         )
 
     @property
-    def errata(self) -> ErrataEffect | None:
+    def errata(self) -> TasksChangedByErrata | None:
         """Tasks of the run that errata left out or corrected; None if no errata were used."""
         if not self.versions:
             return None
@@ -162,7 +165,7 @@ class RunTotals:
             for task_id, status in self.statuses.items()
             if status & _CORRECTED_OR_LEFT_OUT
         }
-        return ErrataEffect(
+        return TasksChangedByErrata(
             version=", ".join(self.versions),
             tasks=len(self.statuses),
             scored=sum(bool(status & _SCORED) for status in self.statuses.values()),

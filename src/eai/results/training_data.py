@@ -100,18 +100,18 @@ def make_reward_rows(
         }
 
 
-def make_step_columns(suite: Suite, effort: int, counts: Counter[str]) -> AddColumns:
+def make_step_column_adder(suite: Suite, search_effort: int, step_counts: Counter[str]) -> AddColumns:
     """Return a function that returns the columns ``distance`` and ``steps`` of a record of a suite.
 
     Args:
         suite: the suite.
-        effort: the approximate limit of the search for each state, as in `make_step_labeler`.
-        counts: gets the number of executed steps (``executed``), and of steps whose change of the distance to
-            the goal is known (``exact``).
+        search_effort: the approximate limit of the search for each state, as in `make_step_labeler`.
+        step_counts: gets the number of executed steps (``executed``), and of steps whose change of the
+            distance to the goal is known (``exact``).
     """
     labelers: dict[str, StepLabeler] = {}
 
-    def add_columns(record: Record) -> TrainingRow | None:
+    def make_distance_and_steps(record: Record) -> TrainingRow | None:
         scorer = suite.scorer(record.task_id)
         plan = scorer.read(record.response) if isinstance(scorer, ActionSequencing) else None
         if not isinstance(scorer, ActionSequencing) or not isinstance(plan, WrittenPlan):
@@ -119,14 +119,14 @@ def make_step_columns(suite: Suite, effort: int, counts: Counter[str]) -> AddCol
         if isinstance(actions := scorer.resolve_names(plan), ErrorReport):
             return None
         if record.task_id not in labelers:
-            labelers[record.task_id] = make_step_labeler(scorer.repairer, effort)
+            labelers[record.task_id] = make_step_labeler(scorer.repairer, search_effort)
         distance, labels = labelers[record.task_id](actions)
         executed = [label for label in labels if label.outcome == EXECUTED]
-        counts["executed"] += len(executed)
-        counts["exact"] += sum(label.change is not None for label in executed)
+        step_counts["executed"] += len(executed)
+        step_counts["exact"] += sum(label.change is not None for label in executed)
         return {"distance": distance, "steps": [label._asdict() for label in labels]}
 
-    return add_columns
+    return make_distance_and_steps
 
 
 def select_verified_rows(answers: Iterable[TrainingRow], minimum: float) -> Iterator[TrainingRow]:

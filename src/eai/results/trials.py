@@ -123,7 +123,9 @@ class Conversation:
             self._trial.try_answer(text)
 
 
-def describe_attempts(attempts: Iterable[Attempt], answers: Iterable[Answer]) -> Iterator[Attempt]:
+def add_answer_details_to_attempts(
+    attempts: Iterable[Attempt], answers: Iterable[Answer]
+) -> Iterator[Attempt]:
     """Yield each attempt, completed with the prompt digest, the usage and the repairs of its answer."""
     for attempt, answer in zip(attempts, answers, strict=True):
         yield replace(
@@ -176,11 +178,11 @@ def replay_answers(
 
 
 def begin_trial(
-    suite: Suite, options: AttemptOptions, task_id: str, epoch: int = 1, stated: Task | None = None
+    suite: Suite, options: AttemptOptions, task_id: str, epoch: int = 1, stated_goals_task: Task | None = None
 ) -> Trial:
     """Return a new trial of a task, by the rules that the options name or by our own rules.
 
-    ``stated`` has the goals that questions state instead of the task's own.
+    ``stated_goals_task`` has the goals that questions state instead of the task's own.
 
     Raises:
         InputError: answers to the task are not plans.
@@ -191,14 +193,14 @@ def begin_trial(
             f"{suite.domain} {suite.ability.value}: attempts need plans as answers; choose action_sequencing"
         )
     kind = Trial if options.preset is None else require_protocol_implementation(options.preset).trial
-    return kind(scorer, options, epoch, stated)
+    return kind(scorer, options, epoch, stated_goals_task)
 
 
 def make_trial_record(
     suite: Suite, options: AttemptOptions, model: str, task_id: str, attempts: Sequence[Attempt]
 ) -> Record:
     """Return the record of a task after all attempts at it; the verdict is that of the last attempt."""
-    attempts = [_name_unread_cause(suite, attempt) for attempt in attempts]
+    attempts = [_add_cause_of_unread_answer(suite, attempt) for attempt in attempts]
     last = attempts[-1]
     return make_record(
         suite,
@@ -213,7 +215,7 @@ def make_trial_record(
     )
 
 
-def _name_unread_cause(suite: Suite, attempt: Attempt) -> Attempt:
+def _add_cause_of_unread_answer(suite: Suite, attempt: Attempt) -> Attempt:
     explanation = attempt.explanation or Explanation()
     named = suite.add_cause_if_unread(attempt.response, Assessment(attempt.verdict, lambda: explanation))
     if not isinstance(named.verdict, PlanVerdict):

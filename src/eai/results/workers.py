@@ -258,7 +258,7 @@ class WorkerPool:
                 return
             content = pickle.dumps((batch.work, batch.items))
             worker.pending.append(self._waiting.popleft())
-            with self._discard_on_cut(worker):
+            with self._discard_worker_if_interrupted(worker):
                 worker.connection.send_bytes(content)
 
     def _receive_result(self) -> None:
@@ -266,13 +266,13 @@ class WorkerPool:
         by_connection = {worker.connection: worker for worker in self._workers}
         for connection in wait(list(by_connection)):
             worker = by_connection[connection]  # type: ignore[index] # wait() returns connections that it was given
-            with self._discard_on_cut(worker):
+            with self._discard_worker_if_interrupted(worker):
                 result = worker.connection.recv_bytes()
                 worker.pending.popleft().result = result
         self._send_batches()
 
     @contextmanager
-    def _discard_on_cut(self, worker: _WorkerProcess) -> Iterator[None]:
+    def _discard_worker_if_interrupted(self, worker: _WorkerProcess) -> Iterator[None]:
         """Discard a worker whose message was cut off by its death or by an interrupt of this process."""
         try:
             yield

@@ -20,7 +20,7 @@ from eai.abilities.attempt import Attempt
 from eai.base.errors import EaiError, InputError
 from eai.base.files import number_lines, raise_write_errors_as_input_errors, read_content
 from eai.results.codec import dataclass_to_json
-from eai.results.trials import Answer, AnswerKey, Conversation, describe_attempts
+from eai.results.trials import Answer, AnswerKey, Conversation, add_answer_details_to_attempts
 from eai.run.job import QuestionJob
 
 JOURNAL = "answers.jsonl"
@@ -149,7 +149,7 @@ class RunState:
     def attempts(self) -> dict[AnswerKey, tuple[Attempt, ...]]:
         """Mapping from task and epoch to the attempts at each finished task whose answers are carried out."""
         return {
-            key: tuple(describe_attempts(attempts, given))
+            key: tuple(add_answer_details_to_attempts(attempts, given))
             for key, given in self.all_answers.items()
             if self.conversations[key].is_over and (attempts := self.conversations[key].attempts)
         }

@@ -46,7 +46,7 @@ from eai.benchmarks.gold_answers import (
 from eai.benchmarks.random_answers import open_random_answers
 from eai.benchmarks.registry import find_benchmark
 from eai.planning.search import Limits
-from eai.results.answer_files import find_recorded_file
+from eai.results.answer_files import find_response_file_of_suite
 from eai.results.batch import NO_ROW
 from eai.results.epochs import STATED
 from eai.results.responses import read_responses
@@ -297,7 +297,7 @@ class _BuiltInModel(ModelAPI):
         self, benchmark: Benchmark, ability: Ability, attempt: int, source: Source
     ) -> dict[str, str]:
         book = self._book(benchmark, ability, source)
-        file = find_recorded_file(Path(str(self._given.path)), benchmark.name, ability, attempt)
+        file = find_response_file_of_suite(Path(str(self._given.path)), benchmark.name, ability, attempt)
         recorded = read_responses(file, book, benchmark.data.task_id_of)
         return {response.task_id: response.text for response in recorded.responses}
 

@@ -46,7 +46,7 @@ from eai.benchmarks.registry import find_benchmark
 from eai.benchmarks.suite import Suite, open_suite
 from eai.pddl.planning import PlannerChoice
 from eai.results.codec import experiment_to_json
-from eai.results.epochs import ModelAnswers, StatedBeliefs, SuiteResult, find_majority_index
+from eai.results.epochs import ModelAnswers, PromptBeliefs, SuiteResult, find_majority_index
 from eai.results.record import Record
 from eai.results.responses import Response, ResponseFile
 from eai.results.trials import AnswerKey, TrialSet, open_trials
@@ -201,7 +201,7 @@ def make_trials(
     library: PromptLibrary,
     suite: Suite,
     prompts: Mapping[str, Prompt],
-    beliefs: StatedBeliefs | None,
+    beliefs: PromptBeliefs | None,
 ) -> TrialSet | None:
     """Return the trials that execute answers and ask again; None if each question is sent once.
 
@@ -254,7 +254,7 @@ def _refuse_to_ask_model(*_: object, **__: object) -> SuiteResult:
 
 def _run_first_stage(
     stage: FirstStage, asked: Mapping[str, Prompt], suite: Suite
-) -> tuple[Mapping[str, Prompt], StatedBeliefs]:
+) -> tuple[Mapping[str, Prompt], PromptBeliefs]:
     """Return questions that state results of an earlier stage (goals or scenes), and these results.
 
     Raises:

@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Any, TypeAlias
 from eai.base.errors import InputError
 from eai.benchmarks.registry import get_title
 from eai.results.lines import SuiteKey
-from eai.results.paper_tables import PaperTable, read_paper_setting
+from eai.results.paper_tables import PaperTable, read_paper_protocol_and_tables
 from eai.results.plots import add_title, clip_label
 from eai.studies.variation import VariationOptions
 from eai.tasks.options import Options
@@ -112,7 +112,7 @@ def write_paper_remarks(papers: Iterable[PaperTable], protocol: Protocol) -> lis
     """Return remarks on the paper's figures, for readers who compare them with runs under a protocol."""
     on_columns = (paper.notes.get(("", column), ()) for paper in papers for column in paper.columns)
     remarks = [note for notes in on_columns for note in notes]
-    if protocol.value != read_paper_setting().protocol:
+    if protocol.value != read_paper_protocol_and_tables().protocol:
         remarks.append(f"These records are of protocol {protocol.value}, the paper's figures are not.")
     return list(dict.fromkeys(remarks))
 

@@ -19,7 +19,7 @@ from eai.tasks.options import Options
 if TYPE_CHECKING:
     from eai.benchmarks.prompt_library import PromptLibrary
     from eai.benchmarks.suite import Suite
-    from eai.results.epochs import StatedBeliefs, SuiteResult
+    from eai.results.epochs import PromptBeliefs, SuiteResult
     from eai.tasks.prompts.prompt import Prompt
 
 
@@ -64,14 +64,14 @@ class FirstStage:
     library: PromptLibrary
     task_ids: Mapping[str, Collection[str]]
     ask: AskModel
-    believe: Callable[[FirstStage, Endpoint, Suite], StatedBeliefs]
+    believe: Callable[[FirstStage, Endpoint, Suite], PromptBeliefs]
     previous: FirstStage | None = None
     results: list[SuiteResult] = field(default_factory=list, init=False)
-    found_beliefs: dict[tuple[str, ...], StatedBeliefs] = field(default_factory=dict, init=False)
+    found_beliefs: dict[tuple[str, ...], PromptBeliefs] = field(default_factory=dict, init=False)
 
     def make_prompts(
         self, endpoint: Endpoint, task_ids: Collection[str], suite: Suite
-    ) -> tuple[Mapping[str, Prompt], StatedBeliefs]:
+    ) -> tuple[Mapping[str, Prompt], PromptBeliefs]:
         """Return the prompts for a model by task, and the goals or scenes (beliefs) that they state.
 
         Tasks without a belief are left out.
@@ -82,7 +82,7 @@ class FirstStage:
         beliefs = self.collect_beliefs(endpoint, suite)
         return beliefs.make_prompts(self.library, suite, task_ids), beliefs
 
-    def collect_beliefs(self, endpoint: Endpoint, suite: Suite) -> StatedBeliefs:
+    def collect_beliefs(self, endpoint: Endpoint, suite: Suite) -> PromptBeliefs:
         """Return the beliefs (goals and scenes to state) of this stage and of all stages before it.
 
         Raises:
@@ -91,7 +91,7 @@ class FirstStage:
         if self.previous is None:
             return self.believe(self, endpoint, suite)
         earlier = self.previous.collect_beliefs(endpoint, suite)
-        return earlier.add_goals(self.believe(self, endpoint, suite))
+        return earlier.add_goal_beliefs(self.believe(self, endpoint, suite))
 
     @property
     def earliest(self) -> FirstStage:
@@ -152,7 +152,7 @@ class VariationOptions(Options):
     def record_choice(self, study: str) -> StudySettings | None:
         """Return the choice for records: the options that differ from their defaults.
 
-        A study returns None if its first stage records the choice (`StatedBeliefs.experiment`).
+        A study returns None if its first stage records the choice (`PromptBeliefs.experiment`).
         """
         options = self.model_dump(mode="json", exclude_defaults=True)
         label = SEPARATOR.join([make_option_label(name, str(value)) for name, value in options.items()])

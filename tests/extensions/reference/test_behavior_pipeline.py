@@ -14,7 +14,7 @@ from eai.benchmarks.registry import find_benchmark
 from eai.benchmarks.suite import Suite, open_suite
 from eai.results.batch import NO_ROW, score_run
 from eai.results.options import ScoringOptions
-from eai.results.paper_tables import read_paper_models, read_paper_table
+from eai.results.paper_tables import map_files_to_paper_models, read_paper_table
 from eai.results.record import Record
 from eai.results.responses import Response, ResponseFile
 from eai.results.summary import compute_metric_rates
@@ -125,7 +125,7 @@ def test_cells_of_the_paper(runs: dict[str, _PipelinePair]) -> None:
         rates = compute_metric_rates([r.verdict for r in found.pipeline], Ability.SUBGOAL_DECOMPOSITION)
         for place in paper.columns:
             printed, ours = (
-                paper.find_figure(f"{read_paper_models()[model]} (pipeline)", place),
+                paper.find_printed_number(f"{map_files_to_paper_models()[model]} (pipeline)", place),
                 rates[place.metric].percent,
             )
             assert printed is not None

@@ -17,9 +17,9 @@ from eai.base.errors import InputError
 from eai.benchmarks.protocols import make_attempt_options_of_protocol
 from eai.benchmarks.suite import open_suite
 from eai.extensions.reference.protocol import EAI_1_0_5, TASK_WITH_REMOVED_GOAL
-from eai.results.paper_tables import PaperColumn, read_paper_models, read_paper_table
+from eai.results.paper_tables import PaperColumn, map_files_to_paper_models, read_paper_table
 from eai.results.record import Record
-from eai.results.runs import Run, RunKey, count_goals_as_paper
+from eai.results.runs import Run, RunKey, recount_goals_as_in_paper
 from eai.results.summary import compute_metric_rates
 from eai.tasks.share import Share, TalliesByGoalKind
 from oracle import MODELS, Oracle
@@ -90,7 +90,7 @@ OTHERWISE = {"claude-3-5-sonnet-20240620": 1.0, "gpt-3.5-turbo-0125": -1.0}
 
 def as_asked(record: Record) -> Record:
     run = Run(RunKey(record.protocol, record.domain, record.ability, record.model), (record,))
-    return count_goals_as_paper(run).records[0]
+    return recount_goals_as_in_paper(run).records[0]
 
 
 def test_one_relation_more_is_missed() -> None:
@@ -132,8 +132,8 @@ def test_with_it_task_success_is_the_paper_s(model: str, oracle: Oracle) -> None
     ]
     verdicts = [as_asked(record).verdict for record in records]
     ours = compute_metric_rates(verdicts, Ability.ACTION_SEQUENCING)["task_success"].percent
-    printed = read_paper_table("action_sequencing_trajectory").find_figure(
-        read_paper_models()[model], TASK_SUCCESS
+    printed = read_paper_table("action_sequencing_trajectory").find_printed_number(
+        map_files_to_paper_models()[model], TASK_SUCCESS
     )
     assert ours is not None
     assert printed is not None

@@ -4,7 +4,7 @@ from dataclasses import replace
 
 from abilities.test_trial import BOTH, LAMP, SUITE, plan
 from eai.abilities.protocol import Protocol
-from eai.results.runs import Run, RunKey, count_errors_as_paper
+from eai.results.runs import Run, RunKey, recount_errors_as_in_paper
 from eai.results.summary import compute_metric_rates
 from studies.test_replanning import EARLY, NONE, run_of
 
@@ -26,7 +26,7 @@ def test_the_published_counts_know_of_no_error_before_the_last_attempt() -> None
     reached = [replace(record, verdict=record.attempts[-1].verdict) for record in reached]
     plain = compute_metric_rates([record.verdict for record in reached], SUITE.ability)
     key = RunKey(Protocol.STRICT, reached[0].domain, SUITE.ability, "m")
-    counted = count_errors_as_paper(Run(key, tuple(reached))).records
+    counted = recount_errors_as_in_paper(Run(key, tuple(reached))).records
     then = compute_metric_rates([record.verdict for record in counted], SUITE.ability)
     assert [rates["task_success"].numerator for rates in (plain, then)] == [2, 2]
     assert [rates["execution_success"].numerator for rates in (plain, then)] == [0, 0]

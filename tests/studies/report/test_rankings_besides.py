@@ -7,7 +7,7 @@ import pytest
 
 from eai.abilities.protocol import Protocol
 from eai.results.latex import format_latex_table
-from eai.results.paper_tables import read_paper_setting, read_paper_table
+from eai.results.paper_tables import read_paper_protocol_and_tables, read_paper_table
 from eai.results.record import Record
 from eai.results.runs import Run, RunKey
 from eai.studies.report.rankings import Ranking
@@ -35,7 +35,7 @@ def runs_in(table: Ranking) -> list[str]:
     return [row.model for row in table.rows if row.source == "run"]
 
 
-@pytest.mark.parametrize("name", read_paper_setting().others)
+@pytest.mark.parametrize("name", read_paper_protocol_and_tables().others)
 def test_each_figure_of_the_paper_appears_in_the_papers_order(name: str) -> None:
     paper = read_paper_table(name)
     tables = [table for (found, _), table in besides().items() if found == f"paper_{name}"]
@@ -47,10 +47,10 @@ def test_each_figure_of_the_paper_appears_in_the_papers_order(name: str) -> None
         if cell.value is not None
     }
     printed = {
-        (model, column): paper.find_figure(model, column)
+        (model, column): paper.find_printed_number(model, column)
         for model in paper.rows
         for column in paper.columns
-        if paper.find_figure(model, column) is not None
+        if paper.find_printed_number(model, column) is not None
     }
     assert figures == printed
     for table in tables:

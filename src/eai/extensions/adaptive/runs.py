@@ -96,7 +96,7 @@ def _estimate_difficulties(suite: Suite, folder: Path | None) -> _Difficulties:
     for run in read_runs([folder]):
         if (
             run.key[:3] == of_suite
-            and run.key.is_plain
+            and run.key.is_without_study
             and RunTotals.from_records(run.records).coverage.is_ranked
         ):
             tables.add_records(run.records)

@@ -19,15 +19,8 @@ from eai.extensions.adaptive.rasch import (
     fit_rasch,
 )
 from eai.results.certainty import LEVEL, compute_student_quantile
-from eai.results.lines import (
-    SUITE,
-    AnswerLine,
-    SuiteKey,
-    compute_score_share,
-    group_by_suite,
-    make_case,
-)
-from eai.results.paper_tables import is_null_model
+from eai.results.lines import SUITE, AnswerLine, SuiteKey, compute_main_score_share, group_by_suite, make_case
+from eai.results.paper_tables import is_trivial_baseline
 from eai.results.plots import (
     COLUMN,
     INK,
@@ -98,7 +91,7 @@ def collect_scores(answers: Sequence[AnswerLine]) -> SuiteScores:
     for answer in answers:
         if answer.outcome != AnswerOutcome.EXCLUDED.value:
             by_model.setdefault(answer.agent, {})[answer.task] = (
-                Rate(*compute_score_share(answer)).share or 0.0
+                Rate(*compute_main_score_share(answer)).share or 0.0
             )
             names[answer.task] = answer.name
     tasks = [task for task in names if all(task in scores for scores in by_model.values())]
@@ -116,7 +109,7 @@ def make_item_tables(answers: Sequence[AnswerLine], flags: FlagReader) -> list[T
         answers: the answers of all models. Null models (baselines such as an empty answer) are left out.
         flags: yields the flags of a task: reasons to use its answers with caution.
     """
-    of_models = group_by_suite([each for each in answers if not is_null_model(each.model)])
+    of_models = group_by_suite([each for each in answers if not is_trivial_baseline(each.model)])
     scored = {suite: (given, collect_scores(given)) for suite, given in of_models.items()}
     suites = {suite: each for suite, each in scored.items() if each[1].has_enough_models}
     items = _make_tasks_table(suites, flags)
@@ -260,7 +253,9 @@ def _make_abilities_table(suites: _ScoredSuites) -> Iterator[Row]:
         abilities = scores.rasch.abilities
         for place in sorted(range(len(scores.models)), key=lambda place: -abilities[place]):
             model = scores.models[place]
-            cases = [make_case(line, compute_score_share(line)) for line in answers if line.agent == model]
+            cases = [
+                make_case(line, compute_main_score_share(line)) for line in answers if line.agent == model
+            ]
             yield (*suite, model, estimate_ability_above_mean(scores, place), Estimate.from_cases(cases))
 
 

@@ -37,10 +37,10 @@ from eai.benchmarks.generator.sets import (
 from eai.benchmarks.registry import find_benchmark, get_title
 from eai.benchmarks.suite import Suite, open_suite
 from eai.results.answer_files import ZIP, find_suite_files, unpack_answers
-from eai.results.batch import find_tasks_without_row, score_run
+from eai.results.batch import map_unanswered_tasks_to_reason, score_run
 from eai.results.options import ScoringOptions
 from eai.results.page import build_page
-from eai.results.paper_tables import is_null_model
+from eai.results.paper_tables import is_trivial_baseline
 from eai.results.responses import ENDINGS, PARQUET, ResponseFile, read_responses
 from eai.results.runs import Run, RunKey
 from eai.studies.report.rankings import RankedModel, RankedScore, Ranking, make_rankings
@@ -140,7 +140,7 @@ def _find_submissions(path: Path) -> list[Path]:
 
 def _read_submission_name(place: Path) -> str:
     name = place.name.removesuffix(place.suffix) if place.suffix.lower() == ZIP else place.name
-    if not _NAME.fullmatch(name) or is_null_model(name):
+    if not _NAME.fullmatch(name) or is_trivial_baseline(name):
         raise InputError(f"{place}: expected a name of letters, digits, '.', '_' and '-', 64 at most")
     return name
 
@@ -190,7 +190,7 @@ def _score_submission(
 def _summarize_answers(name: str, file: Path, domain: str, suite: Suite) -> RunSummary:
     answers = replace(_read_answers(file, suite), model=name)
     records = score_run(
-        suite, answers, find_tasks_without_row(suite, answers), ScoringOptions(explanations=False)
+        suite, answers, map_unanswered_tasks_to_reason(suite, answers), ScoringOptions(explanations=False)
     )
     return summarize_run(Run(RunKey(suite.protocol, domain, suite.ability, name), tuple(records)))
 

@@ -64,7 +64,7 @@ def make_published_files(file: Path, runs: Sequence[RunSummary]) -> dict[str, st
         InputError: the file cannot be read, or is malformed.
     """
     said = _PublicationFile.read_file(file)
-    plain = [run for run in runs if run.key.is_plain and run.key.model in said.models]
+    plain = [run for run in runs if run.key.is_without_study and run.key.model in said.models]
     rows = group_pairs(
         ((run.key.protocol.value, run.key.name), run) for run in plain if run.coverage.is_ranked
     )

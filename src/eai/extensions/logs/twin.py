@@ -41,7 +41,7 @@ def _describe(task: Task, benchmark: Benchmark) -> Row:
     if task.unplannable_reason is not None:
         return str(task.unplannable_reason), "", "", None, None, None
     setup = make_setup(task, benchmark, GameRules(observe="partial"))
-    met, total = setup.met_at_start
+    met, total = setup.share_of_conditions_met_at_start
     needed = {index for action in task.script or () for index in action.arguments}
     hidden = sorted(needed.difference(Game(setup).memory.known))
     names = ", ".join([task.scene.objects[index].name for index in hidden])

@@ -106,7 +106,7 @@ class _PlayRequestHandler(BaseHTTPRequestHandler):
         if self._has_own_host_name():
             with self.server.lock:
                 data = encode_for_script(self.server.content)
-            page = build_page("eai.extensions.people", "player", ("player.js",), data, sends=True)
+            page = build_page("eai.extensions.people", "player", ("player.js",), data, sends_requests=True)
             self._send_response("text/html", page)
 
     def do_POST(self) -> None:

@@ -36,7 +36,7 @@ from eai.results.paper_tables import PaperTable, read_paper_table
 from eai.results.plots import LINES, MUTED, RULE, clip_label, draw_line, make_figure
 from eai.results.rate import compute_rate
 from eai.results.record import Record
-from eai.results.runs import RunKey, count_errors_as_paper
+from eai.results.runs import RunKey, recount_errors_as_in_paper
 from eai.results.summary import drop_later_attempts, estimate_share, find_answer_outcome, make_cases_by_metric
 from eai.results.table import Estimate, Row, Table, make_table
 from eai.studies.records import StudyRecords, group_comparable_runs
@@ -402,7 +402,7 @@ def _analyze_attempts(records: StudyRecords, chosen: _ReplanningChoices) -> Iter
     for group in groups:
         key = group[0].key
         place = f"{key.domain}-{key.protocol.value}-{to_file_name(key.model)}"
-        counted = map(count_errors_as_paper, group) if chosen.published_counts else group
+        counted = map(recount_errors_as_in_paper, group) if chosen.published_counts else group
         arms = group_arms([run.records for run in counted])
         made, notes = _make_tables(arms, key)
         first = replace(made[0], title=f"{key.model}, {key.domain}, protocol {key.protocol.value}")
@@ -440,7 +440,9 @@ def _make_paper_table(papers: Sequence[PaperTable], domain: str) -> Iterator[Row
     for paper in papers:
         columns = {column.metric: column for column in paper.columns if column.domain == domain}
         for name in paper.rows:
-            figures = [paper.find_figure(name, columns[m]) if m in columns else None for m in _PAPER_METRICS]
+            figures = [
+                paper.find_printed_number(name, columns[m]) if m in columns else None for m in _PAPER_METRICS
+            ]
             yield (paper.title, name, *figures)
 
 

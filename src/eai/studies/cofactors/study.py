@@ -29,7 +29,7 @@ from eai.results.lines import (
     GoalLine,
     StepLine,
     SuiteKey,
-    TidyLine,
+    TidyTableLine,
     group_by_model,
     group_by_run,
     group_by_suite,
@@ -263,7 +263,7 @@ def _make_predicates_table(goals: Sequence[GoalLine]) -> Iterator[Row]:
 
 
 def _compute_success_rates(
-    lines: Sequence[TidyLine], names_of: Callable[..., tuple[str, ...]], counts: Callable[..., bool]
+    lines: Sequence[TidyTableLine], names_of: Callable[..., tuple[str, ...]], counts: Callable[..., bool]
 ) -> Iterator[Row]:
     """Yield the share of table lines with a success, for each suite, model, and action or predicate."""
     for key, of_run in group_by_run(lines):

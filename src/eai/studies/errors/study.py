@@ -20,7 +20,7 @@ from eai.results.lines import (
     MODEL,
     SUITE,
     AnswerLine,
-    ClauseLine,
+    OperatorClauseLine,
     estimate_share_of_each_kind,
     group_by_model,
     group_by_run,
@@ -98,7 +98,11 @@ def _list_unmet_goal_kinds(answer: AnswerLine) -> Iterator[str]:
 
 
 def make_error_tables(
-    answers: Sequence[AnswerLine], clauses: Sequence[ClauseLine], *, examples: int, explorer: str | None
+    answers: Sequence[AnswerLine],
+    clauses: Sequence[OperatorClauseLine],
+    *,
+    examples: int,
+    explorer: str | None,
 ) -> list[Table]:
     """Return the tables that count errors of answers and of operators.
 
@@ -172,7 +176,7 @@ def _make_additional_steps_table(answers: Sequence[AnswerLine]) -> Iterator[Row]
 
 
 @make_table("clauses", (*SUITE, MODEL, "side", "category", *_VERDICTS, "written"))
-def _make_clauses_table(clauses: Sequence[ClauseLine]) -> Iterator[Row]:
+def _make_clauses_table(clauses: Sequence[OperatorClauseLine]) -> Iterator[Row]:
     """Over- and understatement of operators.
 
     Clauses of operators by side (precondition or effect) and category. matched: right clauses in answers.
@@ -189,7 +193,7 @@ def _make_clauses_table(clauses: Sequence[ClauseLine]) -> Iterator[Row]:
             yield (*key, *side_and_category, *counts, _estimate_ratio_to_gold(of_group))
 
 
-def _estimate_ratio_to_gold(lines: Iterable[ClauseLine]) -> Estimate:
+def _estimate_ratio_to_gold(lines: Iterable[OperatorClauseLine]) -> Estimate:
     """Return the number of clauses in answers, in percent of the number in the data set's operators."""
     by_task = group_pairs(((line.task, line.name), line.verdict) for line in lines)
     cases = []
@@ -200,7 +204,7 @@ def _estimate_ratio_to_gold(lines: Iterable[ClauseLine]) -> Estimate:
 
 
 @make_table("predicates", (*SUITE, MODEL, "side", "verdict", "predicate", "clauses"), max_shown_rows=12)
-def _make_predicates_table(clauses: Sequence[ClauseLine]) -> Iterator[Row]:
+def _make_predicates_table(clauses: Sequence[OperatorClauseLine]) -> Iterator[Row]:
     """Predicates of operators that are missing, or too much.
 
     Clauses that answers lack or state wrongly, counted by the predicates in them.

@@ -19,7 +19,7 @@ from eai.benchmarks.benchmark import Benchmark
 from eai.benchmarks.prompt_library import PromptLibrary
 from eai.benchmarks.suite import Suite, open_suite
 from eai.results.codec import dataclass_to_json
-from eai.results.epochs import StatedBeliefs
+from eai.results.epochs import PromptBeliefs
 from eai.studies.perception.belief import apply_scene_graph, open_scene_words
 from eai.studies.perception.choice import STUDY, Clutter, SceneFormat, SceneOptions
 from eai.studies.perception.errors import find_perception_errors
@@ -41,16 +41,16 @@ _MEDIA_TYPES = {".png": "image/png", ".jpg": "image/jpeg", ".jpeg": "image/jpeg"
 _MAX_OTHERS_PER_OBJECT: Mapping[Clutter, int] = {"none": 0, "some": 1, "many": 4}
 
 
-def _make_stated_scenes(label: str, beliefs: Mapping[str, BelievedTask], **more: Any) -> StatedBeliefs:
+def _make_stated_scenes(label: str, beliefs: Mapping[str, BelievedTask], **more: Any) -> PromptBeliefs:
     """Return the scenes that questions state, as beliefs; ``label`` names the format of the scene."""
     lacking = "there is no scene graph or picture that would tell of the scene"
     experiment = Experiment({STUDY: make_settings_with_option("scene", "scene", label, _PLACE)})
-    return StatedBeliefs(beliefs, experiment, lacking, **more)
+    return PromptBeliefs(beliefs, experiment, lacking, **more)
 
 
 def make_scene_beliefs(
     label: str, tasks: Mapping[str, Task], words: SceneWords, graphs: Mapping[str, SceneGraph]
-) -> StatedBeliefs:
+) -> PromptBeliefs:
     """Return the scene graphs that questions state instead of the true scenes, as beliefs.
 
     Args:
@@ -69,7 +69,7 @@ def make_scene_beliefs(
     )
 
 
-def read_scene_beliefs(label: str, suite: Suite, texts: Mapping[str, str]) -> StatedBeliefs:
+def read_scene_beliefs(label: str, suite: Suite, texts: Mapping[str, str]) -> PromptBeliefs:
     """Read the scene graphs in a model's answers, given by task id, as beliefs that later questions state."""
     words = open_scene_words(suite.benchmark)
     read = {task_id: read_scene_graph(text, words.written_arities) for task_id, text in texts.items()}
@@ -78,7 +78,7 @@ def read_scene_beliefs(label: str, suite: Suite, texts: Mapping[str, str]) -> St
 
 def state_scenes(
     choice: SceneOptions, benchmark: Benchmark, tasks: Mapping[str, Task], templates: PromptTemplates
-) -> StatedBeliefs:
+) -> PromptBeliefs:
     """Return the scenes that questions state, as beliefs, if no second model lists them from pictures.
 
     Raises:
@@ -259,7 +259,7 @@ def _refuse_published_prompts(choice: SceneOptions, library: PromptLibrary, suit
 
 def find_stated_scenes(
     choice: SceneOptions, stage: FirstStage, endpoint: Endpoint, suite: Suite
-) -> StatedBeliefs:
+) -> PromptBeliefs:
     """Return the scenes of a run's questions, as beliefs.
 
     The scenes of a domain are found once for all models.
@@ -282,7 +282,7 @@ def find_stated_scenes(
     return stage.found_beliefs[key]
 
 
-def _ask_captioner(choice: SceneOptions, stage: FirstStage, suite: Suite) -> StatedBeliefs:
+def _ask_captioner(choice: SceneOptions, stage: FirstStage, suite: Suite) -> PromptBeliefs:
     """Ask a second model (the captioner) to list the scenes in pictures. Return these scenes as beliefs."""
     graph_suite = open_suite(suite.benchmark, SCENE_GRAPH, source=suite.source)
     pictured = FirstStage(

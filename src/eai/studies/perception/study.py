@@ -17,7 +17,7 @@ from typing import TYPE_CHECKING, Any, TypeAlias
 from eai.base.errors import InputError
 from eai.base.files import to_file_name
 from eai.base.grouping import group_pairs
-from eai.results.certainty import Cases, RateCase
+from eai.results.certainty import RateCase, RateCases
 from eai.results.codec import read_study_summary
 from eai.results.plots import ACCENT, COLUMN, MUTED, RULE, make_figure
 from eai.results.plots import read_denominator as tasks_in
@@ -134,7 +134,7 @@ class _ComparedRuns:
             and record.task_id in cases
         ]
 
-    def make_cases(self, name: str) -> Cases:
+    def make_cases(self, name: str) -> RateCases:
         """Return the contribution of each task of a run to the metric."""
         records = self.runs[name]
         return make_cases_by_metric(records, records[0].ability).get(self.metric, ())

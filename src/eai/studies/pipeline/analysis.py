@@ -25,10 +25,10 @@ from eai.benchmarks.gold_answers import open_answers_of_planner, replace_goals_b
 from eai.benchmarks.registry import find_benchmark
 from eai.benchmarks.suite import open_suite
 from eai.planning.search import Limits
-from eai.results.certainty import Cases, RateCase
+from eai.results.certainty import RateCase, RateCases
 from eai.results.comparison import compare_runs
 from eai.results.lines import SuiteKey
-from eai.results.paper_tables import read_paper_models, read_paper_table
+from eai.results.paper_tables import map_files_to_paper_models, read_paper_table
 from eai.results.rate import compute_rate
 from eai.results.record import Record
 from eai.results.runs import Run, RunKey
@@ -283,7 +283,7 @@ def _find_first_failing_ability(record: Record, success: RateCase) -> str:
     return next((link for link, is_broken in zip(_LINKS, fails, strict=True) if is_broken), "nowhere")
 
 
-def _compare_cases(one: Cases, other: Cases) -> tuple[Estimate, Estimate, Estimate]:
+def _compare_cases(one: RateCases, other: RateCases) -> tuple[Estimate, Estimate, Estimate]:
     """Return three estimates: the rates of two runs in percent, and the second minus the first in points."""
     return Estimate.from_cases(one), Estimate.from_cases(other), Estimate.from_difference(one, other)
 
@@ -415,14 +415,17 @@ def _find_reachable_tasks(
 
 def _find_paper_figures(key: RunKey) -> Mapping[str, tuple[float | None, float | None]]:
     """Return the paper's figures for a model by metric: pairs for the modular run and for the pipeline."""
-    name = read_paper_models().get(key.model)
+    name = map_files_to_paper_models().get(key.model)
     paper = read_paper_table(f"pipeline_{key.ability.value}")
     columns = [column for column in paper.columns if column.domain == key.domain]
     rows = [f"{name} ({kind})" for kind in ("modular", "pipeline")]
     if not all(row in paper.rows for row in rows):
         return {}
     return {
-        column.metric: (paper.find_figure(rows[0], column), paper.find_figure(rows[1], column))
+        column.metric: (
+            paper.find_printed_number(rows[0], column),
+            paper.find_printed_number(rows[1], column),
+        )
         for column in columns
     }
 

@@ -26,7 +26,7 @@ from eai.benchmarks.benchmark import Benchmark
 from eai.benchmarks.suite import Suite, open_suite
 from eai.results.answer_files import find_files_of_suite
 from eai.results.codec import hash_text
-from eai.results.epochs import STATED, SUBGOALS, StatedBeliefs
+from eai.results.epochs import STATED, SUBGOALS, PromptBeliefs
 from eai.results.record import Record
 from eai.results.records import RECORDS, read_records
 from eai.results.responses import read_responses
@@ -52,7 +52,7 @@ Interpretations: TypeAlias = tuple[str, Mapping[str, str]]
 
 def read_goal_beliefs(
     path: Path, benchmark: Benchmark, ability: Ability, source: Source, model: str = ""
-) -> StatedBeliefs:
+) -> PromptBeliefs:
     """Return the goals in the answers of a file or folder (`read_interpretations`), as beliefs to state.
 
     Raises:
@@ -74,7 +74,7 @@ def make_goal_beliefs(
     benchmark: Benchmark,
     source: Source,
     scenes: Mapping[str, BelievedTask] | None = None,
-) -> StatedBeliefs:
+) -> PromptBeliefs:
     """Return the goals that a model's answers state, with verdicts on these goals under the default protocol.
 
     Args:
@@ -94,7 +94,7 @@ def make_goal_beliefs(
             goals = read_stated_goals(answer, scene.task, benchmark.domain, benchmark.notation.goals).goals
             beliefs[task_id] = BelievedTask(replace(scene.task, goals=goals), answer)
             stated[task_id] = _summarize_stated_goals(answer, task_id, suite)
-    return StatedBeliefs(
+    return PromptBeliefs(
         beliefs,
         Experiment({STUDY: make_settings_with_option("goals", "goals_from", model, _PLACE)}),
         "there is no answer to goal interpretation that would state the goals",
@@ -178,7 +178,7 @@ def _read_from_responses(path: Path, benchmark: Benchmark, source: Source) -> It
         yield read.model, {response.task_id: response.text for response in read.responses}
 
 
-def find_interpreted_goals(goals: str, stage: FirstStage, endpoint: Endpoint, suite: Suite) -> StatedBeliefs:
+def find_interpreted_goals(goals: str, stage: FirstStage, endpoint: Endpoint, suite: Suite) -> PromptBeliefs:
     """Return the goals that a model interpreted, as beliefs that later questions state.
 
     The model is asked, or a file is read, once per model and domain.
@@ -205,7 +205,7 @@ def find_interpreted_goals(goals: str, stage: FirstStage, endpoint: Endpoint, su
     return stage.found_beliefs[key]
 
 
-def find_listed_subgoals(stage: FirstStage, endpoint: Endpoint, suite: Suite) -> StatedBeliefs:
+def find_listed_subgoals(stage: FirstStage, endpoint: Endpoint, suite: Suite) -> PromptBeliefs:
     """Return the subgoals that a model lists for the goals that it interpreted.
 
     The model is asked once for each domain.
@@ -231,8 +231,8 @@ def find_listed_subgoals(stage: FirstStage, endpoint: Endpoint, suite: Suite) ->
 
 
 def add_subgoals_to_beliefs(
-    goals: StatedBeliefs | None, listed: Interpretations, suite: Suite
-) -> StatedBeliefs:
+    goals: PromptBeliefs | None, listed: Interpretations, suite: Suite
+) -> PromptBeliefs:
     """Return the goals with subgoals added from answers. Unreadable answers add no subgoals.
 
     Args:
@@ -251,7 +251,7 @@ def add_subgoals_to_beliefs(
         beliefs[task_id] = replace(goals.beliefs[task_id], subgoals=subgoals)
         success = bool(getattr(suite.score(task_id, answer), "success", False))
         summaries[task_id] = {STUDY: {"subgoals_sha256": hash_text(answer), "subgoals_success": success}}
-    return StatedBeliefs(
+    return PromptBeliefs(
         beliefs,
         Experiment({STUDY: make_settings_with_option("subgoals", "subgoals_from", model, _PLACE)}),
         "there is no answer to subgoal decomposition that would state subgoals",
@@ -279,7 +279,7 @@ def summarize_stated_goals(record: Record, suite: Suite, about: Mapping[str, Any
             suite.benchmark, Ability.SUBGOAL_DECOMPOSITION, suite.protocol, source=suite.source
         )
         listed = models["subgoals_from"], {task_id: about[SUBGOALS]}
-        beliefs = beliefs.add_goals(add_subgoals_to_beliefs(beliefs, listed, subgoal_suite))
+        beliefs = beliefs.add_goal_beliefs(add_subgoals_to_beliefs(beliefs, listed, subgoal_suite))
     return beliefs.summaries.get(task_id, {}).get(STUDY, {})
 
 

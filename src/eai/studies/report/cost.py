@@ -7,8 +7,8 @@ from typing import TypeAlias
 
 from eai.abilities.protocol import Ability
 from eai.base.files import to_file_name
-from eai.results.certainty import Cases, compute_ratio_interval
-from eai.results.cost import PriceList, Spending, divide_amount, read_paper_cost
+from eai.results.certainty import RateCases, compute_ratio_interval
+from eai.results.cost import PriceList, Spending, divide_amount, read_benchmark_paper_cost
 from eai.results.markdown import escape_markdown, format_markdown_table, format_text_grid
 from eai.results.rate import compute_rate
 from eai.results.table import Cell, Estimate, Label, Plain, Row, make_table
@@ -100,7 +100,7 @@ def write_cost_section(
     yield f"{table.definition}.\n"
     yield format_markdown_table(table)
     if with_paper:
-        paper = read_paper_cost()
+        paper = read_benchmark_paper_cost()
         yield _PAPER.format(runs=paper.runs, queries=paper.queries) + "\n"
 
 
@@ -139,7 +139,7 @@ def _make_cost_per_success_table(runs: Sequence[RunSummary]) -> Iterator[Row]:
             yield (Label(item.key.name), format_suite_title(item.key.domain, item.key.ability), *amounts)
 
 
-def _estimate_amount_per_success(cases: Cases) -> Cell:
+def _estimate_amount_per_success(cases: RateCases) -> Cell:
     """Return the amount spent per success; without a success, the whole amount as a lower bound."""
     if not cases:
         return None
@@ -148,7 +148,7 @@ def _estimate_amount_per_success(cases: Cases) -> Cell:
 
 
 def _make_paper_row() -> list[str]:
-    paper = read_paper_cost()
+    paper = read_benchmark_paper_cost()
     per_query = _format_amount(divide_amount(paper.tokens, paper.queries))
     per_thousand = _format_amount(divide_amount(_multiply_by_thousand(paper.dollars), paper.queries), 2)
     counted = [f"{paper.queries:,}", f"{paper.tokens:,} in and out", "", ""]

@@ -13,12 +13,17 @@ from operator import itemgetter
 from eai.abilities.declaration import AnswerOutcome, get_declaration, get_display_name
 from eai.base.grouping import group_pairs
 from eai.benchmarks.registry import get_title
-from eai.results.certainty import Cases, Interval, compute_mean_over_names
+from eai.results.certainty import Interval, RateCases, compute_mean_rate_over_task_names
 from eai.results.markdown import escape_markdown, format_markdown_table, format_text_grid
 from eai.results.model_cards import make_model_table
-from eai.results.paper_tables import PaperTable, read_paper_models, read_paper_setting, read_paper_table
+from eai.results.paper_tables import (
+    PaperTable,
+    map_files_to_paper_models,
+    read_paper_protocol_and_tables,
+    read_paper_table,
+)
 from eai.results.rate import NOTHING, Rate, compute_rate
-from eai.results.repeats import find_success_metric, make_pass_table, strip_epoch
+from eai.results.repeats import find_success_metric, make_pass_at_k_table, strip_epoch
 from eai.results.runs import RunKey
 from eai.studies.report.rankings import Ranking
 from eai.studies.report.run_summary import RunSummary, select_plain_runs
@@ -42,17 +47,17 @@ def compare_with_paper(runs: Sequence[RunSummary]) -> list[dict[str, str]]:
     Compared runs use the paper's protocol and have the name of a published response file. Unranked runs are
     left out.
     """
-    setting = read_paper_setting()
+    setting = read_paper_protocol_and_tables()
     ours = [
         item
         for item in runs
         if item.key.protocol.value == setting.protocol
-        and item.key.model in read_paper_models()
+        and item.key.model in map_files_to_paper_models()
         and item.coverage.is_ranked
     ]
     by_table = group_pairs(
         ((table.title, format_suite_title(item.key.domain, item.key.ability)), pair)
-        for table in map(read_paper_table, setting.full_tables)
+        for table in map(read_paper_table, setting.tables_of_all_models)
         for item in ours
         for pair in _list_paper_differences(table, item)
     )
@@ -77,10 +82,10 @@ def _make_agreement_row(table: str, suite: str, pairs: Sequence[tuple[float, str
 
 def _list_paper_differences(table: PaperTable, item: RunSummary) -> Iterator[tuple[float, str]]:
     """Yield each difference from the paper's figures, in percentage points, with a text on both numbers."""
-    model = read_paper_models()[item.key.model]
+    model = map_files_to_paper_models()[item.key.model]
     for column in table.columns:
         if (column.ability, column.domain) == (item.key.ability.value, item.key.domain):
-            printed, rate = table.find_figure(model, column), item.rates.get(column.metric)
+            printed, rate = table.find_printed_number(model, column), item.rates.get(column.metric)
             if printed is not None and rate is not None and rate.percent is not None:
                 named = f"{escape_markdown(item.key.model)}, {escape_markdown(column.metric)}"
                 yield abs(rate.percent - printed), f"{named}: {rate.percent:.1f} for {printed:.1f}"
@@ -192,7 +197,7 @@ def _write_epochs_section(runs: Sequence[RunSummary]) -> Iterator[str]:
     groups = group_pairs(pair for item in runs for pair in _get_epoch_cases(item))
     if not groups:
         return
-    table = make_pass_table(
+    table = make_pass_at_k_table(
         {f"{key.name}, {format_suite_title(key.domain, key.ability)}": cases for key, cases in groups.items()}
     )
     yield f"## {table.title}\n"
@@ -200,7 +205,7 @@ def _write_epochs_section(runs: Sequence[RunSummary]) -> Iterator[str]:
     yield format_markdown_table(table)
 
 
-def _get_epoch_cases(item: RunSummary) -> Iterator[tuple[RunKey, Cases]]:
+def _get_epoch_cases(item: RunSummary) -> Iterator[tuple[RunKey, RateCases]]:
     """Yield the whole run's key and an epoch's successes if the item is an epoch of a run; else nothing."""
     metric, model = find_success_metric(item.key.ability), strip_epoch(item.key.model)
     if metric is not None and model != item.key.model:
@@ -211,7 +216,9 @@ def _write_protocols_section(runs: Sequence[RunSummary]) -> Iterator[str]:
     """Yield the section on runs that were scored under every protocol of the report."""
     by_key = {item.key: item for item in runs}
     used = {key.protocol for key in by_key}
-    protocols = sorted(used, key=lambda item: (item.value != read_paper_setting().protocol, item.value))
+    protocols = sorted(
+        used, key=lambda item: (item.value != read_paper_protocol_and_tables().protocol, item.value)
+    )
     rows = []
     for key in by_key:
         by_protocol = [by_key.get(key._replace(protocol=protocol)) for protocol in protocols]
@@ -338,11 +345,11 @@ def _make_interval_rows(runs: Sequence[RunSummary]) -> Iterator[dict[str, str]]:
         for metric in get_declaration(item.key.ability).overview_headings:
             certainty = item.certainties.get(metric)
             if certainty is not None:
-                effective = certainty.effective_tasks
+                effective = certainty.effective_task_count
                 yield _make_run_cells(item) | {
                     "metric": get_display_name(metric),
                     "percent": _format_percent(item.rates[metric].percent),
-                    "mean over names": _format_percent(compute_mean_over_names(item.cases[metric])),
+                    "mean over names": _format_percent(compute_mean_rate_over_task_names(item.cases[metric])),
                     "95 %": _format_interval_bounds(certainty.interval),
                     "95 % if independent": _format_interval_bounds(certainty.by_task),
                     "tasks": str(certainty.tasks),

@@ -166,7 +166,7 @@ class ExplorerData:
                 "z": 1 if record.is_cut_off else None,
                 "r": self._pack_text(record.response) if record.response else None,
                 "f": self._pack_error(verdict),
-                "m": list(record.repairs),
+                "m": list(record.all_answer_repairs),
                 "S": _list_answer_spans(verdict),
                 "R": self._pack_texts(describe_repair(verdict.repair)) if verdict.repair else [],
                 **self._pack_ability_fields(record),

@@ -21,7 +21,7 @@ from eai.base.grouping import group_pairs
 from eai.benchmarks.registry import get_title
 from eai.results import plots
 from eai.results.batch import ProgressCallback
-from eai.results.certainty import Cases, RateCase
+from eai.results.certainty import RateCase, RateCases
 from eai.results.lines import MODEL
 from eai.results.markdown import escape_markdown
 from eai.results.plots import FEW_CASES, LINES, OUTCOME_COLORS, RULE, clip_label, draw_line, make_figure
@@ -61,7 +61,7 @@ _STYLES = ("-", "--", ":", "-.")
 _MODEL_DISTANCE = 0.09
 """Horizontal distance between the points of models with intervals, as a share of a bin's width."""
 
-Bins = Mapping[int, Cases]
+Bins = Mapping[int, RateCases]
 """Successes of one model's tasks, by index of the bin; bins without tasks are left out."""
 
 
@@ -180,7 +180,7 @@ def draw_success_by_difficulty(runs: Sequence[RunSummary]) -> Figure | None:
 
 
 def _group_cases_by_bin(
-    table: Mapping[int, Cases], bin_of: Callable[[int], int]
+    table: Mapping[int, RateCases], bin_of: Callable[[int], int]
 ) -> dict[int, list[RateCase]]:
     return group_pairs((bin_of(number), case) for number, cases in table.items() for case in cases)
 

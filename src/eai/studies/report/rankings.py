@@ -22,11 +22,16 @@ from eai.abilities.protocol import Ability, Protocol
 from eai.base.grouping import group_pairs
 from eai.benchmarks.registry import get_title
 from eai.results import paper_tables
-from eai.results.certainty import Cases, ConfidenceIntervals, compute_mean_intervals
+from eai.results.certainty import ConfidenceIntervals, RateCases, compute_mean_intervals
 from eai.results.coverage import TaskCoverage, combine_coverage
 from eai.results.paper_tables import PaperColumn, PaperTable, PublishedSuite
 from eai.results.rate import Rate
-from eai.results.summary import AVERAGE, AbilityMetric, compute_average_performance, make_average_weights
+from eai.results.summary import (
+    AVERAGE,
+    AbilityMetric,
+    compute_average_performance,
+    make_weights_of_average_score,
+)
 from eai.results.table import NO_NUMBER, Cell, Column, Estimate, Label, Table
 from eai.studies.report.run_summary import RunSummary
 from eai.studies.report.table_specs import (
@@ -303,7 +308,7 @@ def make_run_rows(
                 judged = [", ".join(run.planners) for run in shown if run.planners]
                 remarks += [f"Planner that judged operators: {names}." for names in judged]
             model, experiment = shown[0].key.model, shown[0].key.experiment or Experiment()
-            source: RowSource = "floor" if paper_tables.is_null_model(model) else "run"
+            source: RowSource = "floor" if paper_tables.is_trivial_baseline(model) else "run"
             yield RankedModel(
                 model,
                 source,
@@ -335,13 +340,13 @@ def make_scores_by_model(runs: Sequence[RunSummary]) -> dict[str, Cells]:
 
 
 def _average_scores(
-    cells: Cells, cases: Mapping[AbilityMetric, Cases], coverage: TaskCoverage | None
+    cells: Cells, cases: Mapping[AbilityMetric, RateCases], coverage: TaskCoverage | None
 ) -> RankedScore:
     percents = _get_percents(cells)
     percent = compute_average_performance(percents)
     if percent is None:
         return RankedScore(None, coverage=coverage)
-    weighted = [(weight, cases[metric]) for metric, weight in make_average_weights(percents).items()]
+    weighted = [(weight, cases[metric]) for metric, weight in make_weights_of_average_score(percents).items()]
     return _make_score(percent, compute_mean_intervals(weighted), coverage)
 
 
@@ -375,7 +380,7 @@ def make_paper_rows(
 
 def _make_paper_score(model: str, column: PaperColumn, papers: Sequence[PaperTable]) -> RankedScore:
     for paper in papers:
-        figure = paper.find_figure(model, column)
+        figure = paper.find_printed_number(model, column)
         if figure is not None:
             return RankedScore(figure, texts=tuple(paper.notes.get((model, column), ())))
     return RankedScore(None)
@@ -397,7 +402,9 @@ def read_packaged_rows(
             under that protocol have no rows.
     """
     (protocol, domain, *_), floor = runs[0].key, source == "floor"
-    table = (paper_tables.read_null_scores if floor else paper_tables.read_published_scores)(protocol.value)
+    table = (paper_tables.read_trivial_baseline_scores if floor else paper_tables.read_published_scores)(
+        protocol.value
+    )
     abilities = dict.fromkeys(column.ability for column in columns if column.ability)
     suites = {a: table.suites[f"{domain}/{a}"] for a in abilities if f"{domain}/{a}" in table.suites}
     models = dict.fromkeys(model for suite in suites.values() for model in suite.models)
@@ -420,9 +427,10 @@ def read_packaged_rows(
 def _write_published_note(protocol: str, models: int) -> str:
     """Return the footnote on rows whose scores are those of published answers."""
     sha256 = paper_tables.hash_published_scores(protocol)
+    of_paper = len({*paper_tables.map_files_to_paper_models().values()})
     return (
         f"Answers that the paper's authors published, scored by us under this protocol (table {sha256:.12}): "
-        f"those of {models} of the paper's {len(set(paper_tables.read_paper_models().values()))} models."
+        f"those of {models} of the paper's {of_paper} models."
     )
 
 
@@ -486,10 +494,10 @@ def make_ranking(
     ]
     places = {column: find_paper_column(column, domain) for column in columns}
     papers, others = [], list[RankedModel]()
-    if with_paper and protocol.value == paper_tables.read_paper_setting().protocol:
+    if with_paper and protocol.value == paper_tables.read_paper_protocol_and_tables().protocol:
         papers = [
             paper_tables.read_paper_table(name)
-            for name in paper_tables.read_paper_setting().tables[spec.name]
+            for name in paper_tables.read_paper_protocol_and_tables().tables[spec.name]
         ]
     elif with_paper:
         others += read_packaged_rows("published", columns, runs)
@@ -535,7 +543,7 @@ def make_experiment_rankings(runs: Sequence[RunSummary]) -> list[Ranking]:
 
 
 def _make_experiment_ranking(runs: Sequence[RunSummary]) -> Ranking | None:
-    models = {item.key.model for item in runs if not item.key.is_plain}
+    models = {item.key.model for item in runs if not item.key.is_without_study}
     shown = [item for item in runs if item.key.model in models]
     if not shown:
         return None
@@ -559,7 +567,7 @@ def make_other_paper_rankings(runs: Sequence[RunSummary]) -> list[Ranking]:
     Args:
         runs: the runs, sorted by the order of their keys.
     """
-    papers = map(paper_tables.read_paper_table, paper_tables.read_paper_setting().others)
+    papers = map(paper_tables.read_paper_table, paper_tables.read_paper_protocol_and_tables().others)
     return [
         _make_other_paper_ranking(paper, domain, runs)
         for paper in papers
@@ -568,7 +576,7 @@ def make_other_paper_rankings(runs: Sequence[RunSummary]) -> list[Ranking]:
 
 
 def _make_other_paper_ranking(paper: PaperTable, domain: str, runs: Sequence[RunSummary]) -> Ranking:
-    setting = paper_tables.read_paper_setting()
+    setting = paper_tables.read_paper_protocol_and_tables()
     all_columns = get_columns(setting.others[paper.name])
     columns = tuple(column for column in all_columns if _has_paper_figures(paper, column, domain))
     abilities = {column.ability for column in columns}
@@ -590,5 +598,6 @@ def _make_other_paper_ranking(paper: PaperTable, domain: str, runs: Sequence[Run
 
 def _has_paper_figures(paper: PaperTable, column: MetricColumn, domain: str) -> bool:
     return any(
-        paper.find_figure(model, find_paper_column(column, domain)) is not None for model in paper.rows
+        paper.find_printed_number(model, find_paper_column(column, domain)) is not None
+        for model in paper.rows
     )

@@ -7,9 +7,9 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 
 from eai.abilities.declaration import get_declaration
-from eai.results.certainty import Cases, ConfidenceIntervals, compute_rate_intervals
-from eai.results.cost import Spending, make_cost_cases, sum_spending
-from eai.results.coverage import ErrataEffect, TaskCoverage
+from eai.results.certainty import ConfidenceIntervals, RateCases, compute_rate_intervals
+from eai.results.cost import Spending, map_cost_units_to_rate_cases, sum_spending
+from eai.results.coverage import TaskCoverage, TasksChangedByErrata
 from eai.results.rate import Rate
 from eai.results.runs import Run, RunKey
 from eai.results.summary import AnswerBreakdown, break_down_records, make_cases_by_metric
@@ -32,7 +32,7 @@ class RunSummary:
         certainties: metric -> interval of the rate; None if no interval is defined.
         cases: main metric -> contribution of each task.
         spent: tokens and cost of the answers; answers without recorded numbers add nothing.
-        per_success: effort and success of each answer (`eai.results.cost.make_cost_cases`).
+        per_success: effort and success of each answer (`eai.results.cost.map_cost_units_to_rate_cases`).
         unnamed: number of records without the name of their task; each such task counts as independent.
     """
 
@@ -41,20 +41,20 @@ class RunSummary:
     excluded: Mapping[str, int]
     repaired: int
     planners: tuple[str, ...]
-    errata: ErrataEffect | None
+    errata: TasksChangedByErrata | None
     data_sha256: tuple[str, ...]
     rates: Mapping[str, Rate]
     certainties: Mapping[str, ConfidenceIntervals | None]
-    cases: Mapping[str, Cases]
+    cases: Mapping[str, RateCases]
     spent: Spending
-    per_success: Mapping[str, Cases]
+    per_success: Mapping[str, RateCases]
     unnamed: int
     breakdown: AnswerBreakdown
 
 
 def select_plain_runs(runs: Sequence[RunSummary]) -> list[RunSummary]:
     """Return the runs without study options, which are ranked and compared with the paper's tables."""
-    return [item for item in runs if item.key.is_plain]
+    return [item for item in runs if item.key.is_without_study]
 
 
 def summarize_run(run: Run) -> RunSummary:
@@ -66,11 +66,11 @@ def summarize_run(run: Run) -> RunSummary:
         key,
         totals.coverage,
         dict(Counter(reason for reason in reasons if reason is not None)),
-        sum(bool(record.repairs) for record in run.records),
+        sum(bool(record.all_answer_repairs) for record in run.records),
         totals.planners,
         totals.errata,
         tuple(sorted({record.data_sha256 for record in run.records})),
-        totals.counted_rates,
+        totals.rates_of_applicable_metrics,
         {metric: compute_rate_intervals(shares) for metric, shares in cases.items()},
         {
             metric: shares
@@ -78,7 +78,7 @@ def summarize_run(run: Run) -> RunSummary:
             if metric in get_declaration(key.ability).overview_headings
         },
         sum_spending(run.records),
-        make_cost_cases(run.records),
+        map_cost_units_to_rate_cases(run.records),
         sum(record.task is None for record in run.records),
         break_down_records(run.records, key.ability),
     )

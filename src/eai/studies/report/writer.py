@@ -218,7 +218,7 @@ def _list_score_numbers(cell: RankedScore) -> dict[str, Any]:
         "interval": list(sure.interval) if sure else None,
         "interval_by_task": list(sure.by_task) if sure else None,
         "design_effect": sure.design_effect if sure else None,
-        "effective_tasks": sure.effective_tasks if sure else None,
+        "effective_tasks": sure.effective_task_count if sure else None,
     }
 
 

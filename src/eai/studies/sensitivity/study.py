@@ -26,11 +26,11 @@ from eai.base.grouping import group_pairs
 from eai.benchmarks.suite import open_suite
 from eai.pddl.planning import PlannerChoice, PlannerOutcome
 from eai.results.certainty import RateCase
-from eai.results.lines import MODEL, SUITE, TidyLine, group_by_model, group_by_suite, make_case
+from eai.results.lines import MODEL, SUITE, TidyTableLine, group_by_model, group_by_suite, make_case
 from eai.results.plots import draw_rate_matrix, group_rows_by_suite, read_numerator
 from eai.results.record import Record
 from eai.results.table import Estimate, Row, Table, make_table
-from eai.results.tidy import make_first_columns
+from eai.results.tidy import make_identifying_columns
 from eai.studies.records import StudyRecords
 from eai.studies.study import Analysis, Figures, Study, add_suite_title, split_option_values
 from eai.tasks.options import Options
@@ -48,7 +48,7 @@ _OUTCOMES = (*(o.value for o in PlannerOutcome if o is not PlannerOutcome.NOT_RU
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
-class OperatorReplacement(TidyLine):
+class OperatorReplacement(TidyTableLine):
     """The outcome of planning with gold operators, one of which is replaced by an answer's operator.
 
     Attributes:
@@ -93,7 +93,7 @@ def replace_operators_one_by_one(
         results = dict.fromkeys(scorer.task.operators)
     for operator, result in results.items():
         yield OperatorReplacement(
-            **make_first_columns(record),
+            **make_identifying_columns(record),
             replaced=replaced,
             operator=operator,
             outcome=NOT_WRITTEN if result is None else result.outcome.value,
