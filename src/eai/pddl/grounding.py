@@ -336,7 +336,7 @@ class _DisjunctionLiteral(NamedTuple):
     compound: tuple[int, ...]
 
 
-class EffectMasks(NamedTuple):
+class _EffectMasks(NamedTuple):
     """A conditional effect as bit masks of needed literals, added atoms and deleted atoms."""
 
     needs: int
@@ -352,7 +352,7 @@ class _ActionMasks(NamedTuple):
 
     step: PlanStep
     needs: int
-    changes: Sequence[EffectMasks]
+    changes: Sequence[_EffectMasks]
 
 
 class GroundProblem:
@@ -393,7 +393,8 @@ class GroundProblem:
     def _compile_action(self, action: _GroundAction) -> _ActionMasks:
         needs = self._find_needed_literals(action.precondition)
         changes = [
-            EffectMasks(self._find_needed_literals(when), add, delete) for when, add, delete in action.effects
+            _EffectMasks(self._find_needed_literals(when), add, delete)
+            for when, add, delete in action.effects
         ]
         return _ActionMasks(action.step, needs, changes)
 

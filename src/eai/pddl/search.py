@@ -36,7 +36,7 @@ import eai.logic.formula as f
 import eai.pddl.model as m
 from eai.logic.traversal import find_free_variables, find_predicates, map_subformulas
 from eai.pddl.execute import DerivedPredicates, PlanStep
-from eai.pddl.grounding import EffectMasks, Grounder, GroundProblem, LiteralMask, StateMask, iterate_bit_masks
+from eai.pddl.grounding import Grounder, GroundProblem, LiteralMask, StateMask, iterate_bit_masks
 from eai.pddl.planning import PddlPlanner, PlannerOutcome, PlannerResult, PlanningTask, execute_found_plan
 from eai.pddl.relaxation import Relaxation, find_lookahead_actions_and_states
 from eai.planning.search import (
@@ -418,10 +418,10 @@ class _ReachablePairs:
         )
 
     def _make_effects_on_pairs(
-        self, precondition: int, changes: Iterable[EffectMasks]
+        self, precondition: int, needs_adds_deletes: Iterable[tuple[int, int, int]]
     ) -> Iterator[_EffectOnLiteralPairs]:
         """Yield the rules of an action: its conditional effects as bit masks of literals."""
-        made = [(also, add | (delete & ~add) << self._atoms) for also, add, delete in changes]
+        made = [(also, add | (delete & ~add) << self._atoms) for also, add, delete in needs_adds_deletes]
         always = reduce(or_, [makes for also, makes in made if not also], 0)
         perhaps = reduce(or_, [makes for also, makes in made if also], 0)
         for also, makes in made:
