@@ -135,6 +135,11 @@ def test_a_log_has_many_episodes_with_the_names_that_it_states(tmp_path: Path) -
     assert [e.task for e in read(tmp_path, text)] == ["4", "7"]
 
 
+def test_an_episode_without_a_name_is_named_after_its_instruction(tmp_path: Path) -> None:
+    named, unnamed = read(tmp_path, as_react([AT_FRIDGE]) + as_react([OPEN], name=""))
+    assert (named.task, unnamed.task) == (NAME, "put a cool apple in table")
+
+
 def test_without_the_game_no_kind_and_no_progress_is_told(tmp_path: Path) -> None:
     (episode,) = read(tmp_path, as_react([AT_FRIDGE, ("take apple 2 from fridge 1", NO), OPEN]))
     assert [(step.accepted, step.kind) for step in episode.steps] == [

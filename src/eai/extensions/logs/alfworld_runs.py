@@ -143,7 +143,7 @@ def _cut_text(path: Path, text: str) -> Iterator[_Segment]:
         elif named or judged or starts or line.startswith(_PROMPT) or _RULE.fullmatch(line):
             if lines:
                 yield _Segment(name, tuple(lines), line if judged else "")
-            name = (named[1] or line) if named else name
+            name = (named[1] or line) if named else "" if lines else name
             prompt = number if line.startswith(_PROMPT) else 0
             lines = [(number, line)] if starts else []
         elif lines and line:
@@ -159,19 +159,20 @@ def _read_segment(path: Path, segment: _Segment) -> LoggedEpisode:
     opening = "\n".join([line for _, line in segment.lines[:first]])
     if _TASK not in opening:
         raise InputError(f"{path}, line {segment.lines[0][0]}: no task is stated")
+    name = segment.name or " ".join(opening.partition(_TASK)[2].split()).rstrip(".")
     turns = _read_turns(path, segment.lines[first:])
     steps = [_make_step(action, reply) for action, reply in turns if not _THOUGHT.match(action)]
     if not segment.verdict:
-        return _make_episode(segment.name, opening, steps, EpisodeOutcome.CANNOT_TELL, Ending.CANNOT_TELL)
+        return _make_episode(name, opening, steps, EpisodeOutcome.CANNOT_TELL, Ending.CANNOT_TELL)
     number = segment.lines[-1][0]
     if _WON.fullmatch(segment.verdict):
-        return _make_episode(segment.name, opening, steps, EpisodeOutcome.WON, Ending.GOAL)
+        return _make_episode(name, opening, steps, EpisodeOutcome.WON, Ending.GOAL)
     if not _LOST.fullmatch(segment.verdict):
         raise InputError(f"{path}, after line {number}: expected STATUS: OK or FAIL, or a score of 0 or 1")
     ending = Ending.OUT_OF_STEPS if len(turns) >= _MAX_TURNS else Ending.CANNOT_TELL
     if segment.verdict.startswith("STATUS") and len(turns) > 1 and turns[-1][0] == turns[-2][0]:
         ending = Ending.STOPPED  # Reflexion ends an episode after a repeated action
-    return _make_episode(segment.name, opening, steps, EpisodeOutcome.GOAL_UNMET, ending)
+    return _make_episode(name, opening, steps, EpisodeOutcome.GOAL_UNMET, ending)
 
 
 def _read_turns(path: Path, lines: Sequence[tuple[int, str]]) -> list[tuple[str, str]]:
