@@ -11,7 +11,7 @@ from eai.base.store import Store
 from eai.benchmarks.benchmark import Benchmark
 from eai.benchmarks.packs import Pack, fetch_packs
 from eai.benchmarks.registry import find_benchmark
-from eai.benchmarks.virtualhome.benchmark import count_record_figures
+from eai.benchmarks.virtualhome.benchmark import count_records_with_notes
 from eai.benchmarks.virtualhome.records import PACK as VIRTUALHOME
 from eai.benchmarks.virtualhome.records import VirtualHomeRecords, open_records
 from eai.logic.formula import Constant, Exists, ForAll, Occurs, Variable
@@ -107,7 +107,7 @@ def rows_of(domain: str, store: Store) -> dict[str, _DataSetStatistic]:
 
 def test_annotated_records_are_counted(store: Store, packs: Sequence[Pack]) -> None:
     fetch_packs(store, packs=packs)
-    figures = count_record_figures(VirtualHomeRecords.from_pack(store.open(VIRTUALHOME)), ["1_1"], 5)
+    figures = count_records_with_notes(VirtualHomeRecords.from_pack(store.open(VIRTUALHOME)), ["1_1"], 5)
     assert {label: value for label, (value, _) in figures.items()} == {
         "task names": 2,
         "tasks": 3,

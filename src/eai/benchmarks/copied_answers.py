@@ -219,14 +219,14 @@ def _copy_plan(benchmark: Benchmark, task: Task) -> Iterable[str]:
     """
     task, achievers = task.without_goals_over_time, _achievers(benchmark.domain)
     plan = [
-        _find_first_action(_find_achieving_actions(literal, task, achievers), task)
+        _apply_first_matching_schema(_find_achieving_actions(literal, task, achievers), task)
         for literal in _list_goal_conditions(task)
     ]
     actions = [
         achievers.make_operator_achievers(list_actions_that_meet_goal(goal))
         for goal in task.get_goals_of_kind(GoalKind.ACTION)
     ]
-    plan += [_find_first_action([(achiever, {}) for achiever in ways], task) for ways in actions]
+    plan += [_apply_first_matching_schema([(achiever, {}) for achiever in ways], task) for ways in actions]
     steps = dict.fromkeys(action for action in plan if action is not None)
     return benchmark.notation.plans.write(tuple(steps), task.scene)
 
@@ -263,7 +263,7 @@ def _find_achieving_actions(
                     yield achiever, scope
 
 
-def _find_first_action(matches: Iterable[_AchieverMatch], task: Task) -> Action | None:
+def _apply_first_matching_schema(matches: Iterable[_AchieverMatch], task: Task) -> Action | None:
     """Return the first action schema applied to the first fitting objects, or None if no objects fit.
 
     The action need not be possible.
@@ -392,7 +392,7 @@ class SimilarTaskTable:
         """Return the other task with the largest share of equal goals, or else the first other task."""
         goals = _count_goals_by_category(task)
         sharing = sorted({number for text in goals for number in self._of_goal.get(text, ())})
-        alike = _find_most_similar(goals, task, map(self._entries.__getitem__, sharing))
+        alike = _find_task_with_most_similar_texts(goals, task, map(self._entries.__getitem__, sharing))
         return alike or next((other for other, _ in self._entries if other.id != task.id), None)
 
 
@@ -424,7 +424,7 @@ def _adapt_goals_of_similar_task(
     Goals with names that do not occur in this task are left out.
     """
     notation = benchmark.notation.goals
-    nearest = _find_most_similar(Counter(list_instruction_words(task)), task, word_counts)
+    nearest = _find_task_with_most_similar_texts(Counter(list_instruction_words(task)), task, word_counts)
     parts = () if nearest is None else write_goals(nearest, benchmark.domain, notation)
     read = notation.read(notation.join(parts))
     stated = () if isinstance(read, Unreadable) else read.goals
@@ -451,16 +451,16 @@ def _write_goals_by_category(task: Task) -> Iterator[tuple[f.Formula, str]]:
         yield goal.formula, print_ltl(rename_variables(rename_objects(goal.formula, named)))
 
 
-def _find_most_similar(
-    texts: Counter[str], excluded: Task, among: Iterable[tuple[Task, Counter[str]]]
+def _find_task_with_most_similar_texts(
+    texts: Counter[str], excluded_task: Task, tasks_and_texts: Iterable[tuple[Task, Counter[str]]]
 ) -> Task | None:
     """Return the other task that has the largest share of texts in common with the given texts, if any."""
-    others = [(task, task_texts) for task, task_texts in among if task.id != excluded.id]
-    nearest = max(others, key=lambda entry: _compute_similarity(texts, entry[1]), default=None)
+    others = [(task, task_texts) for task, task_texts in tasks_and_texts if task.id != excluded_task.id]
+    nearest = max(others, key=lambda entry: _compute_fraction_of_shared_texts(texts, entry[1]), default=None)
     return None if nearest is None else nearest[0]
 
 
-def _compute_similarity(texts: Counter[str], others: Counter[str]) -> int:
+def _compute_fraction_of_shared_texts(texts: Counter[str], others: Counter[str]) -> int:
     """Return which share of the texts of two tasks both tasks have, in millionths."""
     return 1_000_000 * (texts & others).total() // max(1, (texts | others).total())
 

@@ -146,7 +146,7 @@ class Errata:
 
     def correct_tasks(self, tasks: TaskSet[TaskT]) -> TaskSet[TaskT]:
         """Return the benchmark's tasks with their errors corrected."""
-        by_task = self._group_by_task(Ability.ACTION_SEQUENCING)
+        by_task = self._group_errata_by_task(Ability.ACTION_SEQUENCING)
 
         def correct_task(task_id: str) -> TaskT:
             task = tasks[task_id]
@@ -160,7 +160,7 @@ class Errata:
 
     def correct_operators(self, tasks: TaskSet[TransitionTask]) -> TaskSet[TransitionTask]:
         """Return the tasks of transition modeling with their errors corrected."""
-        by_task = self._group_by_task(Ability.TRANSITION_MODELING)
+        by_task = self._group_errata_by_task(Ability.TRANSITION_MODELING)
         names = {was: now for entry in self.entries for was, now in (entry.renamed or {}).items()}
 
         @cache
@@ -178,25 +178,25 @@ class Errata:
         return TaskSet(tasks, correct_operator_task, tasks.sha256) if by_task else tasks
 
     def make_question_corrector(
-        self, ability: Ability, operators: Callable[[], Mapping[str, TransitionTask]]
+        self, ability: Ability, load_operators: Callable[[], Mapping[str, TransitionTask]]
     ) -> Callable[[str, str], str] | None:
         """Return a function that corrects a question, given its task id, or None if all questions are right.
 
         Args:
             ability: the ability of the questions.
-            operators: opens the tasks of transition modeling, which name the operators for which questions
-                must ask.
+            load_operators: opens the tasks of transition modeling, which name the operators for which
+                questions must ask.
         """
         if not self.find_corrected_tasks(ability):
             return None
-        by_task = self._group_by_task(ability)
+        by_task = self._group_errata_by_task(ability)
 
         def correct_question(task_id: str, question: str) -> str:
             for entry in by_task.get(task_id, ()):
                 if entry.question is not None:
                     question = _replace_once(question, entry.question, entry.id)
                 if entry.asks_scored:
-                    question = replace_listed_by_scored_operators(operators()[task_id], question)
+                    question = replace_listed_by_scored_operators(load_operators()[task_id], question)
             return question
 
         return correct_question
@@ -208,7 +208,7 @@ class Errata:
         ]
         return frozenset(task_id for entry in entries for task_id in entry.tasks)
 
-    def _group_by_task(self, ability: Ability) -> Mapping[str, list[_Erratum]]:
+    def _group_errata_by_task(self, ability: Ability) -> Mapping[str, list[_Erratum]]:
         entries = [entry for entry in self.entries if ability in entry.abilities]
         return group_pairs((task_id, entry) for entry in entries for task_id in entry.tasks)
 

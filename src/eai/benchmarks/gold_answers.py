@@ -260,9 +260,9 @@ def start_after_actions(benchmark: Benchmark, task_id: str, done: Sequence[Actio
     return benchmark.with_changed_tasks(change_initial)
 
 
-def drop_reached_goals(benchmark: Benchmark, task_id: str, done: Sequence[Action]) -> Benchmark:
+def drop_reached_goals(benchmark: Benchmark, task_id: str, executed_actions: Sequence[Action]) -> Benchmark:
     """Return a copy of the benchmark in which one task lacks the goals for actions that have been reached."""
-    names = [action.operator for action in done]
+    names = [action.operator for action in executed_actions]
 
     def drop_goals(task: Task) -> Task:
         return task if task.id != task_id else replace(task, goals=find_remaining_goals(task, names))

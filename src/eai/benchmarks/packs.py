@@ -130,10 +130,10 @@ def fetch_packs(
             writable.
     """
     store = store or Store()
-    if not (force or _find_missing(store, packs)):
+    if not (force or _find_missing_packs(store, packs)):
         return ()
     with _lock_folder(store.folder, report):
-        wanted = list(packs) if force else _find_missing(store, packs)
+        wanted = list(packs) if force else _find_missing_packs(store, packs)
         if not wanted:
             return ()
         store.remove_partial_files()
@@ -212,7 +212,7 @@ def _get_status(store: Store, pack: Pack) -> _PackStatus:
     return _PackStatus(pack.name, size, opened.sha256, opened.archives, None)
 
 
-def _find_missing(store: Store, packs: Sequence[Pack]) -> list[Pack]:
+def _find_missing_packs(store: Store, packs: Sequence[Pack]) -> list[Pack]:
     """Return the packs that are absent, unreadable or made from archives other than the expected ones."""
     statuses = [(pack, _get_status(store, pack)) for pack in packs]
     return [

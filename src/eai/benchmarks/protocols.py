@@ -37,8 +37,8 @@ class ProtocolImplementation:
         as_asked: returns the verdict on an answer by the goals that its prompt stated in published runs.
         as_counted: returns the verdicts on attempts, in which errors are counted as in the published script.
             Its argument is the number of attempts after the first.
-        adapt_to_answers: returns the opener of a suite that scores all answers of a model together; None if
-            other answers do not influence how an answer is read.
+        choose_suite_for_answers: returns the opener of a suite that scores all answers of a model together;
+            None if other answers do not influence how an answer is read.
     """
 
     open_suite: Opener
@@ -46,7 +46,7 @@ class ProtocolImplementation:
     trial: type[Trial]
     as_asked: Callable[[TaskReference, Verdict], Verdict]
     as_counted: Callable[[Sequence[PlanVerdict], int], Sequence[PlanVerdict]]
-    adapt_to_answers: Callable[[Benchmark, Ability, Iterable[str]], Opener | None] | None = None
+    choose_suite_for_answers: Callable[[Benchmark, Ability, Iterable[str]], Opener | None] | None = None
 
 
 @cache

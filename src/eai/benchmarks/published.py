@@ -71,20 +71,22 @@ def open_behavior_operators(source: Source | None = None) -> TransitionTasks:
 _PARTS = ("parameters", "preconditions", "effects")
 
 
-def _build_transition_tasks(pack: PackFile, header: str, actions_of: StepTranslator) -> TransitionTasks:
+def _build_transition_tasks(
+    pack: PackFile, domain_file: str, translate_steps: StepTranslator
+) -> TransitionTasks:
     """Return the tasks of transition modeling in the published files.
 
     Args:
         pack: the pack with the files.
-        header: name of the file with types and predicates of the planning domain.
-        actions_of: translates the steps of a plan in the planning domain to household actions.
+        domain_file: name of the file with types and predicates of the planning domain.
+        translate_steps: translates the steps of a plan in the planning domain to household actions.
     """
     from eai.pddl.model import UnparsedOperator
     from eai.pddl.reader import read_domain
     from eai.tasks.operator_task import OperatorLibrary, TransitionTask
 
     library = OperatorLibrary(
-        header=read_domain(pack.read(header).decode() + ")"),
+        header=read_domain(pack.read(domain_file).decode() + ")"),
         operators={
             name: UnparsedOperator(name, *[values[f"action_{part}"] for part in _PARTS])
             for name, values in pack.read_json("gold_action.json").items()
@@ -99,7 +101,7 @@ def _build_transition_tasks(pack: PackFile, header: str, actions_of: StepTransla
     def build_task(task_id: str) -> TransitionTask:
         kinds = tuple(map(_read_category, categories[task_id]))
         return TransitionTask(
-            task_id, library, tuple(operators[task_id]), kinds, problems[task_id], actions_of
+            task_id, library, tuple(operators[task_id]), kinds, problems[task_id], translate_steps
         )
 
     tasks = {task_id: build_task(task_id) for task_id in pack.read_json("success_task.json")}

@@ -98,15 +98,15 @@ class Suite:
         """The errata that apply to the suite's data."""
         return self.benchmark.get_errata(self.source)
 
-    def adapt_to_answers(self, answers: Iterable[str]) -> Suite:
+    def choose_suite_for_answers(self, answers: Iterable[str]) -> Suite:
         """Return the suite with which to score these answers of a model.
 
         Some protocols choose one way to read all answers of a model.
         """
         implementation = find_implementation(self.protocol.value)
-        if implementation is None or implementation.adapt_to_answers is None:
+        if implementation is None or implementation.choose_suite_for_answers is None:
             return self
-        opener = implementation.adapt_to_answers(self.benchmark, self.ability, answers)
+        opener = implementation.choose_suite_for_answers(self.benchmark, self.ability, answers)
         return self if opener is None else self.reopen(opener=opener)
 
     def scorer(self, task_id: str) -> Scorer:
@@ -182,8 +182,8 @@ def open_suite(
         protocol: the rules for scoring.
         source: the source of the data; the user's default store if None. Only the default protocol uses
             errata; other protocols score the published data.
-        opener: opens the scorers; the protocol's opener if None. `Suite.adapt_to_answers` passes another
-            opener.
+        opener: opens the scorers; the protocol's opener if None. `Suite.choose_suite_for_answers` passes
+            another opener.
 
     Raises:
         DataError: the data cannot be obtained.

@@ -13,21 +13,23 @@ from operator import or_
 
 import eai.logic.formula as f
 from eai.world.derived import DefinedPredicate, LookupFunction
-from eai.world.relation import iterate_bits
+from eai.world.relation import ObjectMask, iterate_bits
 from eai.world.state import State
 from eai.world.vocabulary import Predicate
 
 X, Y, Z = f.Variable("x"), f.Variable("y"), f.Variable("z")
 
 
-def _map_supports_to_containment(state: State, relations: Sequence[str], obj: int) -> Mapping[int, bool]:
+def _map_supports_to_containment(
+    state: State, relations: Sequence[str], obj: int
+) -> Mapping[ObjectMask, bool]:
     """Return a mapping from each direct or indirect support of an object to whether it is a container.
 
     A support is given as a bit mask with one bit. It is a container if the first relation of `supports`,
     containment, leads to it. The nearest support comes first.
     """
     binary, slots = state.binary, state.scene.vocabulary.binary_slots
-    chain: dict[int, bool] = {}
+    chain: dict[ObjectMask, bool] = {}
     while True:
         for name in relations:
             relation = binary[slots[name]]
@@ -50,11 +52,11 @@ def make_carries_carried_by_and_within(
     """
     names = [relation.name for relation in supports]
 
-    def find_all_supports(state: State, arguments: tuple[int, ...]) -> int:
+    def find_all_supports(state: State, arguments: tuple[int, ...]) -> ObjectMask:
         """Return all direct and indirect supports of an object, as a bit mask."""
         return reduce(or_, _map_supports_to_containment(state, names, arguments[0]), 0)
 
-    def find_containers(state: State, arguments: tuple[int, ...]) -> int:
+    def find_containers(state: State, arguments: tuple[int, ...]) -> ObjectMask:
         """Return, as a bit mask, all containers of an object and of its direct and indirect supports."""
         chain = _map_supports_to_containment(state, names, arguments[0])
         return reduce(or_, [support for support, is_in in chain.items() if is_in], 0)
@@ -85,14 +87,14 @@ def make_floor_of_predicate(
 
 
 def make_floor_lookup(
-    supports: Sequence[str], find_floor_of_unsupported: Callable[[State, int], int]
+    supports: Sequence[str], find_floor_of_unsupported: Callable[[State, int], ObjectMask]
 ) -> LookupFunction:
     """Return a function that finds an object's floor, as a bit mask.
 
     The function `find_floor_of_unsupported` finds the floor of an object without support.
     """
 
-    def find_floor(state: State, arguments: tuple[int, ...]) -> int:
+    def find_floor(state: State, arguments: tuple[int, ...]) -> ObjectMask:
         (root,) = arguments
         floors = state.mask("floor")
         for support in (1 << root, *_map_supports_to_containment(state, supports, root)):
@@ -109,9 +111,9 @@ def invert_lookup(lookup: LookupFunction) -> LookupFunction:
 
     The inverse is cached for one state, because a search often calls it for the same state.
     """
-    cached: tuple[State | None, Mapping[int, int]] = None, {}
+    cached: tuple[State | None, Mapping[int, ObjectMask]] = None, {}
 
-    def find_objects_mapped_to(state: State, arguments: tuple[int, ...]) -> int:
+    def find_objects_mapped_to(state: State, arguments: tuple[int, ...]) -> ObjectMask:
         nonlocal cached
         cached_state, by_value = cached
         if cached_state is not state:
@@ -122,9 +124,9 @@ def invert_lookup(lookup: LookupFunction) -> LookupFunction:
     return find_objects_mapped_to
 
 
-def _map_values_to_objects(lookup: LookupFunction, state: State) -> Mapping[int, int]:
+def _map_values_to_objects(lookup: LookupFunction, state: State) -> Mapping[int, ObjectMask]:
     """Return a mapping from each object to the objects, as a bit mask, that the function maps to it."""
-    sources: dict[int, int] = {}
+    sources: dict[int, ObjectMask] = {}
     for obj in iterate_bits(state.scene.everything):
         for value in iterate_bits(lookup(state, (obj,))):
             sources[value] = sources.get(value, 0) | 1 << obj

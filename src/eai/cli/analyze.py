@@ -183,11 +183,11 @@ def _draw_figures(figures: Figures, folder: Path) -> int:
     return drawn
 
 
-def _print_analysis(analysis: Analysis, drawn: int, folder: Path) -> None:
+def _print_analysis(analysis: Analysis, plot_count: int, folder: Path) -> None:
     """Print the tables for the screen with all remarks, or else the numbers of written tables and plots."""
     if not analysis.screen_tables:
         print_result_line(
-            f"{format_count(len(analysis.tables), 'table')}, {format_count(drawn, 'plot')}; in {folder}"
+            f"{format_count(len(analysis.tables), 'table')}, {format_count(plot_count, 'plot')}; in {folder}"
         )
         return
     for table in analysis.screen_tables:

@@ -170,14 +170,14 @@ def _rename_suites_with_equal_tasks(runs: Mapping[_ComparedSuite, Run]) -> Mappi
 
 
 def _print_comparison(
-    place: _ComparedSuite, one: Run, other: Run, comparison: RunComparison, listed: int
+    suite: _ComparedSuite, one: Run, other: Run, comparison: RunComparison, max_listed: int
 ) -> None:
     first, second = one.key, other.key
     totals = {"A": RunTotals.from_records(one.records), "B": RunTotals.from_records(other.records)}
     coverages = {side: each.coverage for side, each in totals.items()}
     names = "" if comparison.names == comparison.tasks else f" of {comparison.names} names"
     title = (
-        f"{place}: {comparison.tasks} tasks{names}\n"
+        f"{suite}: {comparison.tasks} tasks{names}\n"
         f"A {first.name}, {coverages['A']} answered\nB {second.name}, {coverages['B']} answered"
     )
     numbers = [replace(PERCENT, name=name) for name in ("A", "B")]
@@ -195,11 +195,11 @@ def _print_comparison(
         for name, tasks in ((a, difference.only_first), (b, difference.only_second)):
             if tasks:
                 heading = f"{_format_metric_name(metric)} only in {name} ({len(tasks)})"
-                _print_tasks(heading, [named[task] for task in tasks], listed)
+                _print_tasks(heading, [named[task] for task in tasks], max_listed)
     for name, tasks in ((a, comparison.only_in_first), (b, comparison.only_in_second)):
         if tasks:
             heading = f"left out, because only {name} has a scored answer ({len(tasks)})"
-            _print_tasks(heading, [named[task] for task in tasks], listed)
+            _print_tasks(heading, [named[task] for task in tasks], max_listed)
     _print_note_on_different_planners(totals)
 
 
@@ -217,9 +217,9 @@ def _format_task_name(record: Record) -> str:
     return f"{record.task_id} {name}" if name and not record.task_id.startswith(name) else record.task_id
 
 
-def _print_tasks(heading: str, tasks: Sequence[str], listed: int) -> None:
-    more = f" … and {len(tasks) - listed} more" if len(tasks) > listed else ""
-    text = Text(f"{heading}: ", style="bold").append(", ".join(tasks[:listed]) + more, style="not bold")
+def _print_tasks(heading: str, tasks: Sequence[str], max_listed: int) -> None:
+    more = f" … and {len(tasks) - max_listed} more" if len(tasks) > max_listed else ""
+    text = Text(f"{heading}: ", style="bold").append(", ".join(tasks[:max_listed]) + more, style="not bold")
     get_output_console().print(text)
 
 

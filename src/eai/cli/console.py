@@ -103,12 +103,12 @@ _SHOWN = 5
 """Maximum number of findings that are listed for one file. Further findings are only counted."""
 
 
-def print_findings_and_exit(findings: Sequence[DataMistake], fine: str, *, as_json: bool) -> None:
+def print_findings_and_exit(findings: Sequence[DataMistake], message_if_none: str, *, as_json: bool) -> None:
     """Print the findings of a check, the first few of each file, and end with status 2.
 
     Args:
         findings: the findings.
-        fine: the text to print without findings.
+        message_if_none: the text to print without findings.
         as_json: whether all findings are printed as JSON.
     """
     if as_json:
@@ -121,7 +121,7 @@ def print_findings_and_exit(findings: Sequence[DataMistake], fine: str, *, as_js
             for line in lines:
                 print_result_line(f"{place}: {line}")
         if not findings:
-            print_result_line(fine)
+            print_result_line(message_if_none)
     if findings:
         raise typer.Exit(2)
 

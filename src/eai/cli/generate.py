@@ -147,7 +147,7 @@ def generate_tasks(
     generator = open_generator(spec, source, tuple(earlier.values()), tuple(later.values()))
     seeds = sets.make_seeds(split.value, seed, secret)
     with WorkerPool(workers) as pool:
-        generated = _generate(generator, seeds, n, known, pool if workers > 1 else None)
+        generated = _generate_with_workers(generator, seeds, n, known, pool if workers > 1 else None)
         write_lines = partial(_write_task_lines, like=like, domain=benchmark.domain)
         outcomes, lines, stopped = _collect_generated_tasks(generated, n, like, write_lines, quiet=as_json)
     made = [each for each in outcomes if isinstance(each, GeneratedTask)]
@@ -178,7 +178,7 @@ def generate_tasks(
     )
 
 
-def _generate(
+def _generate_with_workers(
     generator: TaskGenerator,
     seeds: Iterator[str],
     number: int,

@@ -253,13 +253,15 @@ def _score_suite(share: _AnswersToScore, parts: Iterable[RecordBatch]) -> RunTot
     return totals
 
 
-def _write_interrupt_message(shares: Sequence[_AnswersToScore], done: int) -> str:
+def _write_interrupt_message(shares: Sequence[_AnswersToScore], scored: int) -> str:
     """Return the message after an interrupt, which names the files that are still to be scored."""
-    if not done or shares[0].out is None:
+    if not scored or shares[0].out is None:
         return "interrupted; nothing is written"
-    left = shares[done]
+    left = shares[scored]
     names = f"{left.suite.domain} {left.suite.ability.value} {left.answers.model}"
-    return f"interrupted; {done} of {len(shares)} files are scored and written; go on with those from {names}"
+    return (
+        f"interrupted; {scored} of {len(shares)} files are scored and written; go on with those from {names}"
+    )
 
 
 def _score_in_batches(
@@ -281,7 +283,7 @@ def _score_in_batches(
         for answers in (share.answers, *share.answers.further_epochs)
     ]
     by_task = {record.task_id: record for record in average_records_over_epochs(of_epochs, averaged)}
-    finish = _make_record_finisher(share) or replace
+    finish = _make_adder_of_study_fields(share) or replace
     means = [finish(by_task[task_id]) for task_id in suite.task_ids if task_id in by_task]
     return [records.make_record_batch(means if share.shard is None else [*share.shard.select(means)])]
 
@@ -296,14 +298,14 @@ def _score_and_show_progress(
     with show_scoring_progress(title, len(answers.responses) + len(missing), quiet=quiet) as report:
         done = 0
         for part in workplace.score_in_batches(
-            suite, answers, missing, settings, _make_record_finisher(share), share.shard
+            suite, answers, missing, settings, _make_adder_of_study_fields(share), share.shard
         ):
             yield part
             done += part[1].number
             report(done)
 
 
-def _make_record_finisher(share: _AnswersToScore) -> Callable[[Record], Record] | None:
+def _make_adder_of_study_fields(share: _AnswersToScore) -> Callable[[Record], Record] | None:
     """Return a function that adds study options, stated goals and prompt name to a record, or None."""
     if share.goals is None and share.prompt_name is None:
         return share.logged
@@ -359,8 +361,8 @@ def _print_note_on_replaced_records(file: Path, share: _AnswersToScore) -> None:
 def _find_answers_of_suite(places: Sequence[Path], suite: Suite, out: Path | None) -> list[_AnswersToScore]:
     """Return the answers to one suite. If there are several files, each model gets a folder for results."""
     files = [file for place in places for file in find_files_of_suite(place, suite.domain, suite.ability)]
-    answers_by_file = [_read_answers_and_record_finisher(file, suite) for file in files]
-    _refuse_equal_models([answers.model for answers, _ in answers_by_file])
+    answers_by_file = [_read_answers_and_experiment_adder(file, suite) for file in files]
+    _require_different_models([answers.model for answers, _ in answers_by_file])
     several = len(files) > 1
     return [
         _AnswersToScore(suite, answers, out / answers.model if out and several else out, logged=logged)
@@ -369,7 +371,7 @@ def _find_answers_of_suite(places: Sequence[Path], suite: Suite, out: Path | Non
 
 
 def _find_answers_by_path(
-    places: Sequence[Path],
+    paths: Sequence[Path],
     domain: str | None,
     ability: Ability | None,
     protocol: Protocol,
@@ -381,30 +383,30 @@ def _find_answers_by_path(
     Raises:
         InputError: No file names a suite, or two files have the same model and suite.
     """
-    own = find_benchmarks_of_runs(places)
+    own = find_benchmarks_of_runs(paths)
     named = None
     if domain is not None:
         benchmark = find_benchmark(domain)
         named, own = benchmark.name, {**own, benchmark.name: benchmark}
     every = sorted(
-        (f for place in places for f in find_suite_files(place, own)), key=lambda file: file.sort_key
+        (f for place in paths for f in find_suite_files(place, own)), key=lambda file: file.sort_key
     )
     files_of_suite = [f for f in every if named in (None, f.domain) and ability in (None, f.ability)]
     if not files_of_suite:
         asked = " ".join([domain or "", ability.value if ability else ""]).strip()
-        raise InputError(f"{places[0]}: no file with answers to {asked}")
-    _refuse_equal_models([f"{file.domain} {file.ability.value} {file.model}" for file in files_of_suite])
+        raise InputError(f"{paths[0]}: no file with answers to {asked}")
+    _require_different_models([f"{file.domain} {file.ability.value} {file.model}" for file in files_of_suite])
     shares = []
     for (name, each), files in groupby(files_of_suite, key=lambda file: (file.domain, file.ability)):
         suite = open_suite(own.get(name, name), each, protocol, source=source)
         for file in files:
             folder = None if out is None else out / name / each.value / file.model
-            answers, logged = _read_answers_and_record_finisher(file.path, suite)
+            answers, logged = _read_answers_and_experiment_adder(file.path, suite)
             shares.append(_AnswersToScore(suite, replace(answers, model=file.model), folder, logged=logged))
     return shares
 
 
-def _read_answers_and_record_finisher(
+def _read_answers_and_experiment_adder(
     file: Path, suite: Suite
 ) -> tuple[ResponseFile, Callable[[Record], Record] | None]:
     """Return the answers in a response file or log, and a function that adds a log's experiment to records.
@@ -418,7 +420,7 @@ def _read_answers_and_record_finisher(
     return read_answers(file, suite), make_experiment_adder(file, suite)
 
 
-def _refuse_equal_models(names: Sequence[str]) -> None:
+def _require_different_models(names: Sequence[str]) -> None:
     """Raise if two files belong to one model, because their results would overwrite each other."""
     for name in names:
         if names.count(name) > 1:

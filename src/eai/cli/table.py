@@ -30,19 +30,21 @@ def _format_model_name(model: str, totals: RunTotals) -> str:
     return ", ".join([model, *(part for part in totals.agent_labels if not model.endswith(f", {part}"))])
 
 
-def print_results(results: Mapping[str, RunTotals], below: str = "", *, wide: bool) -> None:
+def print_results(results: Mapping[str, RunTotals], text_below: str = "", *, wide: bool) -> None:
     """Print the rates of models in a suite, with remarks on coverage and errata, each printed once.
 
     Args:
         results: Results by model.
-        below: Line below the name of the suite; if empty, the label of the first run's studies.
+        text_below: Line below the name of the suite; if empty, the label of the first run's studies.
         wide: Whether all columns stand side by side, however wide the table is.
     """
     first = next(iter(results.values())).first_record
     declared = get_declaration(first.ability)
-    if not below and first.experiment is not None:
-        below = first.experiment.study_label
-    title = f"{get_title(first.domain)}, {declared.title.lower()}, protocol {first.protocol.value}\n{below}"
+    if not text_below and first.experiment is not None:
+        text_below = first.experiment.study_label
+    title = (
+        f"{get_title(first.domain)}, {declared.title.lower()}, protocol {first.protocol.value}\n{text_below}"
+    )
     print_table(
         get_output_console(), make_rates_table(title.rstrip(), declared.terminal_metrics, results), wide=wide
     )

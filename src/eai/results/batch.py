@@ -63,7 +63,7 @@ class Scoring(WorkerPool):
         """Yield the records of a model's answers, in order.
 
         Args:
-            suite: the tasks, adapted to these answers (`Suite.adapt_to_answers`).
+            suite: the tasks, adapted to these answers (`Suite.choose_suite_for_answers`).
             model: name of the model that answered.
             responses: the answers; a task may have any number of answers.
             explanations: put the step-by-step explanation into each record.
@@ -107,7 +107,7 @@ class Scoring(WorkerPool):
             finish: function that changes a record before it is written; workers get it pickled.
             shard: the part of the tasks to score; None for all tasks.
         """
-        suite = suite.adapt_to_answers(response.text for response in answers.responses)
+        suite = suite.choose_suite_for_answers(response.text for response in answers.responses)
         items, number = (
             _list_rows_in_task_order(suite, answers, unanswered),
             len(answers.responses) + len(unanswered),
@@ -296,7 +296,7 @@ def score_run(
         settings: options of scoring.
         on_progress: called after each answer.
     """
-    suite = suite.adapt_to_answers(response.text for response in answers.responses)
+    suite = suite.choose_suite_for_answers(response.text for response in answers.responses)
     rows = _list_rows_in_task_order(suite, answers, unanswered)
     items = [read_response(row, suite.benchmark.data.task_id_of) for row in rows]
     records: list[Record] = []

@@ -138,7 +138,7 @@ class TrialSet:
     """Attempts at the tasks of a suite in an experiment; made by `open_trials`.
 
     Attributes:
-        suite: the suite, opened for the answers (`Suite.adapt_to_answers`).
+        suite: the suite, opened for the answers (`Suite.choose_suite_for_answers`).
         options: number of attempts, feedback, and actions that fail.
         asker: makes the questions.
         stated: mapping from ids to tasks with the goals that questions state instead of the tasks' own.
@@ -165,7 +165,7 @@ def replay_answers(
     """Execute recorded answers to a task again, and return the attempts with their outcomes.
 
     Args:
-        suite: the suite, opened for answers to such questions (`Suite.adapt_to_answers`).
+        suite: the suite, opened for answers to such questions (`Suite.choose_suite_for_answers`).
         options: number of attempts, feedback, and actions that fail.
         task_id: id of the task.
         answers: the answers in order.
@@ -242,5 +242,7 @@ def open_trials(
         raise InputError(
             f"{suite.domain} {suite.ability.value}: attempts need plans as answers; choose action_sequencing"
         )
-    suite_of_questions = suite.adapt_to_answers([asker.prompt_of(task_id).user for task_id in task_ids])
+    suite_of_questions = suite.choose_suite_for_answers(
+        [asker.prompt_of(task_id).user for task_id in task_ids]
+    )
     return TrialSet(suite_of_questions, options, asker, stated or {})

@@ -177,7 +177,9 @@ def _make_record(state: TaskState, suite: Suite) -> Record:
     else:  # Inspect also scores samples of failed requests
         answer = Response(task_id, "", unanswered="the request failed")
     record = next(Scoring().score_records(suite, model, [answer], explanations=answer.unanswered is None))
-    return apply_experiment(record, suite.adapt_to_answers([state.input_text]), state.metadata, state.epoch)
+    return apply_experiment(
+        record, suite.choose_suite_for_answers([state.input_text]), state.metadata, state.epoch
+    )
 
 
 def _merge_game_rules(stated: Experiment, record: Record) -> Experiment:
@@ -239,7 +241,7 @@ def make_logged_record(
         record: the record, scored as if there were no experiment.
     """
     metadata, epoch, question = samples.get(record.task_id, ({EXPERIMENT: experiment}, 1, ""))
-    logged = apply_experiment(record, suite.adapt_to_answers([question]), metadata, epoch)
+    logged = apply_experiment(record, suite.choose_suite_for_answers([question]), metadata, epoch)
     return logged.drop_explanations() if record.explanation is None else logged
 
 
@@ -290,7 +292,7 @@ def _read_verdicts(scores: Sequence[SampleScore]) -> list[Verdict]:
     verdicts = {str(score.sample_id): _read_verdict(score) for score in scores}
     if texts and not any(_get_metadata(score).get("attempts") for score in scores):
         suite = _open_suite_of_score(scores[0])
-        suite_of_answers = suite.adapt_to_answers(list(texts.values()))
+        suite_of_answers = suite.choose_suite_for_answers(list(texts.values()))
         if suite_of_answers is not suite:
             verdicts |= {task_id: suite_of_answers.score(task_id, text) for task_id, text in texts.items()}
     return list(verdicts.values())

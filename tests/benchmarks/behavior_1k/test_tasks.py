@@ -18,7 +18,7 @@ from eai.benchmarks.behavior_1k.benchmark import (
 from eai.benchmarks.behavior_1k.conventions import HEADING
 from eai.benchmarks.behavior_1k.kinds import PACK
 from eai.benchmarks.behavior_1k.operators import build_domain
-from eai.benchmarks.behavior_1k.tasks import load_exclusions
+from eai.benchmarks.behavior_1k.tasks import load_exclusion_reasons
 from eai.benchmarks.gold_answers import open_gold_answers
 from eai.benchmarks.prompt_library import PromptLibrary
 from eai.benchmarks.suite import open_suite
@@ -96,7 +96,7 @@ def test_no_gold_plan_wipes_with_a_dirty_tool(activities: TaskSet[Task], domain:
 
 def test_each_activity_has_a_plan_or_a_reason_for_its_exclusion(activities: TaskSet[Task]) -> None:
     planned = {task_id for task_id, task in activities.items() if task.script}
-    reasons = load_exclusions()
+    reasons = load_exclusion_reasons()
     assert len(planned) == PLANNED
     assert planned.isdisjoint(reasons)
     assert planned | set(reasons) == set(activities)
@@ -112,7 +112,7 @@ def test_the_goal_of_stacking_wood_contradicts_itself(activities: TaskSet[Task])
     assert every_log.body.operands == (on_the_table.body, on_a_log.body)
     logs = len(task.scene.names(task.scene.get_category_mask("log")))
     assert on_the_table.count + on_a_log.count < logs
-    assert "contradicts itself" in load_exclusions()["stacking_wood"]
+    assert "contradicts itself" in load_exclusion_reasons()["stacking_wood"]
 
 
 @every(50)

@@ -13,7 +13,7 @@ from functools import cache, partial
 from eai.abilities.notation.notation import Notation
 from eai.abilities.protocol import Ability
 from eai.benchmarks.behavior_1k import predicates as p
-from eai.benchmarks.behavior_1k.conventions import describe_conventions, describe_situation
+from eai.benchmarks.behavior_1k.conventions import describe_conventions, describe_sources_and_floors
 from eai.benchmarks.behavior_1k.operators import build_domain
 from eai.benchmarks.behavior_1k.tasks import load_subsets, open_tasks
 from eai.benchmarks.benchmark import Benchmark, DataSet, read_short_format_texts
@@ -101,7 +101,7 @@ def _make_variant(
 
 def behavior_1k_untold() -> Benchmark:
     """Return BEHAVIOR-1K with prompts that explain neither tools nor heat nor recipes."""
-    return _make_variant(UNTOLD, "BEHAVIOR-1K, conventions untold", describe=describe_situation)
+    return _make_variant(UNTOLD, "BEHAVIOR-1K, conventions untold", describe=describe_sources_and_floors)
 
 
 def behavior_1k_challenge_2025() -> Benchmark:

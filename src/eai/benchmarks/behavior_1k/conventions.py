@@ -80,14 +80,14 @@ def describe_conventions(task: Task) -> str:
         filter(
             None,
             (
-                describe_situation(task),
+                describe_sources_and_floors(task),
                 _list_below_heading(HEADING, _ConventionWriter(task.initial).write_lines()),
             ),
         )
     )
 
 
-def describe_situation(task: Task) -> str:
+def describe_sources_and_floors(task: Task) -> str:
     """Return the sources and floors of a task as text, one a line under a heading. The text may be empty."""
     return _list_below_heading(SITUATION, _SituationWriter(task.initial).write_lines())
 

@@ -321,7 +321,7 @@ def make_fill_action() -> Operator:
     )
 
 
-def _require_pouring(*checks: Check) -> tuple[Check, ...]:
+def _make_pouring_checks(*checks: Check) -> tuple[Check, ...]:
     return (
         MOVABLE,
         require_different(X, Y),
@@ -337,7 +337,7 @@ def make_pour_action() -> Operator:
 
     Some of the substance remains in the vessel (decision D3 in `docs/behavior-1k.md`).
     """
-    checks = _require_pouring(
+    checks = _make_pouring_checks(
         require_ability(Y, p.fillable, "cannot be filled"),
         HOLDS_SOMETHING,
         missing_step(~p.closed(Y), "{y} is closed"),
@@ -357,7 +357,7 @@ def make_empty_action() -> Operator:
     """
     spilt = p.has_in(X, S) | (p.has_cover(X, S) & ~p.visual(S))
     things = p.lies_in(Z, X) | p.lies_on(Z, X)
-    checks = _require_pouring(
+    checks = _make_pouring_checks(
         affordance(p.container(Y) | p.fillable(Y) | p.floor(Y), "{y} takes nothing up"),
         missing_step(~p.carried_by(Y, X), "{y} is carried by {x}"),
         missing_step(Exists(S, p.has_in(X, S) | p.has_cover(X, S)) | Exists(Z, things), "{x} is empty"),
@@ -383,7 +383,7 @@ def make_apply_action() -> Operator:
         ForEach(S, POURABLE & p.liquid(S) & p.absorbent(Y), (Add(p.soaked_with(Y, S)),)),
     )
     text = "cover the second object with what is in the first, which is in a hand: spray, spread, sprinkle"
-    return Operator("APPLY", (X, Y), _require_pouring(HOLDS_SOMETHING), effects, text)
+    return Operator("APPLY", (X, Y), _make_pouring_checks(HOLDS_SOMETHING), effects, text)
 
 
 COVERED = additional_step(Exists(S, p.has_cover(X, S)), "{x} is covered by nothing")

@@ -13,6 +13,7 @@ import eai.logic.formula as f
 from eai.benchmarks import support
 from eai.logic.formula import Exists, ForAll, Implies, Variable
 from eai.world.derived import DefinedPredicate, LookupPredicate
+from eai.world.relation import ObjectMask
 from eai.world.state import State
 from eai.world.vocabulary import Predicate, Vocabulary
 
@@ -99,7 +100,7 @@ soaked_with = Predicate("soaked_with", 2)
 carries, carried_by, within = support.make_carries_carried_by_and_within(_SUPPORTS)
 
 
-def _find_floor_of_unsupported(state: State, obj: int) -> int:
+def _find_floor_of_unsupported(state: State, obj: int) -> ObjectMask:
     """Return, as a bit mask, the floor of an object without support.
 
     For a held object this is the robot's floor, for any other object the floor of the object's room.

@@ -79,7 +79,7 @@ class _Activity:
             obj.name: obj.type for obj in declared if obj.type != AGENT and not obj.name.endswith(ANY_OTHER)
         }
 
-    def yield_facts(self) -> Iterator[tuple[str, tuple[str, ...]]]:
+    def yield_initial_facts(self) -> Iterator[tuple[str, tuple[str, ...]]]:
         """Yield the positive initial facts, except about the agent.
 
         Each is a predicate and names of objects.
@@ -139,9 +139,9 @@ class _Activity:
         }
         return frozenset(name for name in names if self.category_by_object[name] not in GROUND)
 
-    def yield_containers(self) -> Iterator[str]:
+    def yield_container_kinds(self) -> Iterator[str]:
         """Yield the kinds of objects that contain another object, initially or in the goal."""
-        for predicate, names in self.yield_facts():
+        for predicate, names in self.yield_initial_facts():
             if predicate == "inside":
                 yield self.synsets[self.category_by_object[names[1]]]
         for predicate, _, container in self._yield_binary_atoms():
@@ -166,11 +166,15 @@ class _SceneMaker:
         self._kinds = kinds
         self._containers = containers
         self._declared_kinds = {name: activity.synsets[c] for name, c in activity.category_by_object.items()}
-        self._future = {names[0] for predicate, names in activity.yield_facts() if predicate == "future"}
+        self._future = {
+            names[0] for predicate, names in activity.yield_initial_facts() if predicate == "future"
+        }
         self._kind_of_each = dict(self._declared_kinds)  # later code adds possible products
-        self._gives = {names for predicate, names in activity.yield_facts() if predicate == "insource"}
+        self._gives = {
+            names for predicate, names in activity.yield_initial_facts() if predicate == "insource"
+        }
         self._rooms = {
-            names[0]: names[1] for predicate, names in activity.yield_facts() if predicate == "inroom"
+            names[0]: names[1] for predicate, names in activity.yield_initial_facts() if predicate == "inroom"
         }
         self._recipes: list[k.Recipe] = []
 
@@ -190,7 +194,7 @@ class _SceneMaker:
         recipes = {f"recipe_{number}": recipe for number, recipe in enumerate(self._recipes, 1)}
         made = {name: f"made__{k.get_lemma(kind)}" for name, kind in self._kind_of_each.items()}
         objects = {**made, **self._activity.category_by_object, **dict.fromkeys(recipes, RECIPE)}
-        facts = dict.fromkeys((*self._yield_facts(), *self._yield_recipes(recipes)))
+        facts = dict.fromkeys((*self._yield_facts(), *self._yield_recipe_facts(recipes)))
         return Scene(p.VOCABULARY, objects).state((predicate.name, names) for predicate, names in facts)
 
     # The objects.
@@ -287,16 +291,16 @@ class _SceneMaker:
 
     def _yield_facts(self) -> _SceneFacts:
         for name, kind in self._kind_of_each.items():
-            yield from self._yield_abilities(name, kind)
-            yield from self._yield_temperatures(name, kind)
+            yield from self._yield_ability_facts(name, kind)
+            yield from self._yield_heat_and_cold_facts(name, kind)
             yield from self._yield_removal_facts(name, kind)
-            yield from self._yield_products(name, kind)
-        yield from self._yield_halves()
+            yield from self._yield_product_facts(name, kind)
+        yield from self._yield_half_facts()
         for name, substance in sorted(self._gives):
             yield p.gives, (name, substance)
         yield from self._yield_initial_state()
 
-    def _yield_abilities(self, name: str, kind: str) -> _SceneFacts:
+    def _yield_ability_facts(self, name: str, kind: str) -> _SceneFacts:
         has, rules = self._kinds.has_ability, self._kinds.rules
         for predicate, abilities in _ABILITIES_OF_PREDICATE.items():
             if has(kind, *abilities):
@@ -328,7 +332,7 @@ class _SceneMaker:
             for need in source.needs if source is not None else ():
                 yield _NEED_PREDICATES[need], (name,)
 
-    def _yield_temperatures(self, name: str, kind: str) -> _SceneFacts:
+    def _yield_heat_and_cold_facts(self, name: str, kind: str) -> _SceneFacts:
         """Yield facts that state which objects a source of heat or cold cooks, melts or chills."""
         heat, cold = (
             self._kinds.get_heat_source(kind, "heatSource"),
@@ -374,7 +378,7 @@ class _SceneMaker:
                 (p.dissolved_by, (substance, solvent)) for solvent in self._find_objects_of_kind(kind)
             )
 
-    def _yield_products(self, name: str, kind: str) -> _SceneFacts:
+    def _yield_product_facts(self, name: str, kind: str) -> _SceneFacts:
         rules = self._kinds.rules
         dice = rules.dice.get(kind, {})
         is_substance = self._kinds.has_ability(kind, "substance")
@@ -392,7 +396,7 @@ class _SceneMaker:
             if one == kind:
                 yield from ((p.fits, (name, other)) for other in self._find_objects_of_kind(to))
 
-    def _yield_halves(self) -> _SceneFacts:
+    def _yield_half_facts(self) -> _SceneFacts:
         for whole, (half, number) in self._kinds.rules.slice.items():
             halves = [name for name in self._find_objects_of_kind(half) if name in self._future]
             for position, name in enumerate(self._find_objects_of_kind(whole)):
@@ -402,7 +406,7 @@ class _SceneMaker:
     def _yield_initial_state(self) -> _SceneFacts:
         placed: set[str] = set()
         present = {substance for _, substance in self._gives}
-        for predicate, names in self._activity.yield_facts():
+        for predicate, names in self._activity.yield_initial_facts():
             stored = p.STORED.get(predicate)
             if predicate in _SUPPORTS and names[0] in placed:
                 continue
@@ -421,9 +425,9 @@ class _SceneMaker:
                 name in present or not self._kinds.has_ability(kind, "substance")
             ):
                 yield p.present, (name,)
-        yield from self._yield_floors()
+        yield from self._yield_floor_facts()
 
-    def _yield_floors(self) -> _SceneFacts:
+    def _yield_floor_facts(self) -> _SceneFacts:
         floors = [name for name, kind in self._declared_kinds.items() if k.get_lemma(kind) in GROUND]
         for name, kind in self._kind_of_each.items():
             room = self._rooms.get(name)
@@ -437,7 +441,7 @@ class _SceneMaker:
 
     # Recipes.
 
-    def _yield_recipes(self, recipes: Mapping[str, k.Recipe]) -> _SceneFacts:
+    def _yield_recipe_facts(self, recipes: Mapping[str, k.Recipe]) -> _SceneFacts:
         for name, recipe in recipes.items():
             yield p.recipe, (name,)
             if recipe.by != "machine":
@@ -495,5 +499,7 @@ def make_scene_builder(kinds: k.ObjectKinds, definitions: Mapping[str, str]) -> 
         definitions: definitions by name of the activity.
     """
     activities = {name: _Activity(text) for name, text in definitions.items()}
-    containers = frozenset(kind for activity in activities.values() for kind in activity.yield_containers())
+    containers = frozenset(
+        kind for activity in activities.values() for kind in activity.yield_container_kinds()
+    )
     return lambda name: (activities[name], _SceneMaker(activities[name], kinds, containers).make_state())

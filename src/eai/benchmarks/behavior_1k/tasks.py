@@ -32,7 +32,7 @@ def _read_packaged_file(name: str) -> bytes:
     return (files("eai.benchmarks.behavior_1k") / name).read_bytes()
 
 
-def load_exclusions() -> Mapping[str, str]:
+def load_exclusion_reasons() -> Mapping[str, str]:
     """Return a mapping from activities that scores leave out to the reason."""
     entries = parse_toml(_read_packaged_file(_EVIDENCE).decode())["left_out"]
     return {name: entry["reason"] for entry in entries for name in entry["activities"]}
@@ -63,7 +63,7 @@ def open_tasks(english: EnglishWords, source: Source | None = None) -> TaskSet[T
     texts, plans, excluded = (
         _split_by_activity(pack.read(ACTIVITIES)),
         _split_by_activity(_read_packaged_file(PLANS)),
-        load_exclusions(),
+        load_exclusion_reasons(),
     )
 
     @cache

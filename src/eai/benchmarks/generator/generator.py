@@ -28,7 +28,7 @@ from eai.benchmarks.generator.prior import (
     UsualGoals,
     UsualGoalsOfTitle,
     do_goals_clash,
-    find_subjects,
+    find_goal_subjects,
     is_goal_pointless,
 )
 from eai.benchmarks.generator.scene import (
@@ -478,18 +478,24 @@ class TaskGenerator:
         )
 
     def _make_action_sequence(
-        self, base: Task, initial: State, hidden: frozenset[int], rng: random.Random, least: int, most: int
+        self,
+        base: Task,
+        initial: State,
+        hidden_objects: frozenset[int],
+        rng: random.Random,
+        min_steps: int,
+        max_steps: int,
     ) -> GoalByGoalPlan:
-        """Return a sequence of about `least` to `most` actions, with the goals that it reaches.
+        """Return a sequence of about `min_steps` to `max_steps` actions, with the goals that it reaches.
 
         Goals are drawn from the public tasks of one title, then of the next title. If possible, the first
         goal is about a hidden object.
         """
         walk = GoalByGoalPlan(self._planner, initial)
         is_rich = self.spec.tier in _RICH_TIERS
-        wanted = rng.randint((least + most) // 2, most)
+        wanted = rng.randint((min_steps + max_steps) // 2, max_steps)
         enough = (
-            wanted if is_rich else (least + most) // 2
+            wanted if is_rich else (min_steps + max_steps) // 2
         )  # minimum number of steps after which no further title is used
         others = [title for title in self._titles if title != base.title]
         ending: list[f.Formula] = []
@@ -501,7 +507,7 @@ class TaskGenerator:
                 break
             if proposals.patterns:
                 begun, reached, last = begun + 1, len(walk.goals), proposals.draw_agent_goals(theme, rng)
-                self._extend_action_sequence(walk, proposals, last, rng, wanted, hidden)
+                self._extend_action_sequence(walk, proposals, last, rng, wanted, hidden_objects)
                 if len(walk.goals) > reached or not reached:
                     occasions += len(walk.goals) > reached
                     ending = last if is_rich or occasions < 2 else []
@@ -536,7 +542,7 @@ class TaskGenerator:
             wish = (sought if is_search else proposals).draw_goal(rng)
             if wish is None or wish in tried or is_goal_pointless(wish, walk.goals, scene, self.prior):
                 continue
-            if is_search and find_subjects(wish, scene).isdisjoint(hidden_objects):
+            if is_search and find_goal_subjects(wish, scene).isdisjoint(hidden_objects):
                 continue
             tried.add(wish)
             others = (*walk.goals, *final_goals)
@@ -551,7 +557,7 @@ class TaskGenerator:
 
         If the agent holds an object of the goal after the new actions, they are undone.
         """
-        subjects, before = find_subjects(goal, walk.state.scene), walk.get_checkpoint()
+        subjects, before = find_goal_subjects(goal, walk.state.scene), walk.get_checkpoint()
         if not walk.reach_goal(goal):
             return False
         if subjects.isdisjoint(self._find_held_objects(walk.state)):

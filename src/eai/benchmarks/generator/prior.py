@@ -12,7 +12,7 @@ from typing import NamedTuple, TypeAlias
 import eai.logic.formula as f
 from eai.logic.traversal import get_bound_variables, get_subformulas, walk_subformulas
 from eai.world.action import Action
-from eai.world.relation import iterate_bits
+from eai.world.relation import ObjectMask, iterate_bits
 from eai.world.state import Scene
 
 
@@ -61,7 +61,7 @@ class _LiteralOfObjectMasks(NamedTuple):
     """A literal of a goal: its predicate, and a bit mask of the possible objects for each argument."""
 
     predicate: str
-    terms: tuple[int, ...]
+    terms: tuple[ObjectMask, ...]
 
 
 def _find_masked_literals(goal: f.Formula, scene: Scene) -> Iterator[_LiteralOfObjectMasks]:
@@ -121,7 +121,7 @@ def _find_predicate_and_subject_pairs(goal: f.Formula, scene: Scene) -> set[tupl
     return subjects
 
 
-def find_subjects(goal: f.Formula, scene: Scene) -> frozenset[int]:
+def find_goal_subjects(goal: f.Formula, scene: Scene) -> frozenset[int]:
     """Return the indices of the objects whose state or place a goal may state."""
     return frozenset({index for _, index in _find_predicate_and_subject_pairs(goal, scene)})
 

@@ -137,7 +137,7 @@ def make_reduced_scene(
             chosen = wider
     static = {predicate.name for predicate in state.scene.vocabulary.predicates if predicate.static}
 
-    def is_kept(fact: Fact) -> bool:
+    def is_fact_kept(fact: Fact) -> bool:
         predicate, arguments = fact
         if len(arguments) != 2 or predicate in static:
             return True
@@ -145,7 +145,7 @@ def make_reduced_scene(
             return not state.has(predicate, *reversed(arguments))
         return state.scene.agent in arguments
 
-    return restrict_state(state, sorted(chosen), is_kept)
+    return restrict_state(state, sorted(chosen), is_fact_kept)
 
 
 def add_objects_of_other_tasks(
@@ -333,13 +333,15 @@ def _find_attached_objects(index: int, state: State, prior: UsualGoals) -> set[i
     return attached
 
 
-def restrict_state(state: State, kept: Sequence[int], is_kept: Callable[[Fact], bool] | None = None) -> State:
+def restrict_state(
+    state: State, kept: Sequence[int], is_fact_kept: Callable[[Fact], bool] | None = None
+) -> State:
     """Return a state with only some of the objects, which get new indices, and with the facts about them.
 
     Args:
         state: the state.
         kept: the kept objects, in order; they must include the agent.
-        is_kept: function that tells whether to keep a fact about these objects; None to keep all.
+        is_fact_kept: function that tells whether to keep a fact about these objects; None to keep all.
     """
     scene, number = state.scene, {index: i for i, index in enumerate(kept)}
     agent = None if scene.agent is None else number[scene.agent]
@@ -347,5 +349,5 @@ def restrict_state(state: State, kept: Sequence[int], is_kept: Callable[[Fact], 
     return Scene(scene.vocabulary, [scene.objects[i] for i in kept], agent).state(
         Fact(fact.predicate, tuple([number[i] for i in fact.arguments]))
         for fact in facts
-        if is_kept is None or is_kept(fact)
+        if is_fact_kept is None or is_fact_kept(fact)
     )

@@ -88,11 +88,11 @@ class GoalByGoalPlan:
 
     def goal_holds(self, wanted: f.Formula, state: State) -> bool:
         """Whether a goal about states holds in a state; False for goals about actions."""
-        return not _list_goal_actions(wanted) and self.planner.holds(wanted, state)
+        return not _list_operators_for_action_goal(wanted) and self.planner.holds(wanted, state)
 
     def reach_goal(self, wanted: f.Formula) -> bool:
         """Extend the walk until one more goal holds. Return False if it holds already or no plan is found."""
-        names = _list_goal_actions(wanted)
+        names = _list_operators_for_action_goal(wanted)
         if names:
             planning_goal = PlanningGoal(tuple(self.conditions), (names,))
         elif self.goal_holds(wanted, self.state):
@@ -124,7 +124,7 @@ class GoalByGoalPlan:
         return True
 
 
-def _list_goal_actions(wanted: f.Formula) -> tuple[str, ...]:
+def _list_operators_for_action_goal(wanted: f.Formula) -> tuple[str, ...]:
     """Return the operators of which a goal for actions requires one.
 
     A goal about states gives no operators.

@@ -66,9 +66,9 @@ The action FIND does not walk to such an object.
 """
 
 
-def make_state_action(name: str, old: Predicate, new: Predicate, *checks: Check) -> Operator:
+def make_state_action(name: str, old_state: Predicate, new_state: Predicate, *checks: Check) -> Operator:
     """Return an action that ends one state of an object and begins another."""
-    return _make_action_on_one(name, *checks, effects=(Delete(old(X)), Add(new(X))))
+    return _make_action_on_one(name, *checks, effects=(Delete(old_state(X)), Add(new_state(X))))
 
 
 def clear_relations(obj: f.Term, *relations: Predicate) -> tuple[Effect, ...]:

@@ -15,11 +15,11 @@ from typing import TypeAlias
 import eai.logic.formula as f
 from eai.world.derived import ComputedPredicate, DefinedPredicate, LookupFunction, LookupPredicate, is_a
 from eai.world.frame import AGENT
-from eai.world.relation import iterate_bits
+from eai.world.relation import ObjectMask, iterate_bits
 from eai.world.state import State
 from eai.world.vocabulary import Predicate, Vocabulary
 
-TargetChooser: TypeAlias = Callable[[State, str, int, int], int]
+TargetChooser: TypeAlias = Callable[[State, str, int, ObjectMask], ObjectMask]
 """Chooses objects to which a relation leads, given a state, the relation, its source, and candidates."""
 
 SEAT_CAPACITIES = {"couch": 4, "bed": 4, "sofa": 4, "loveseat": 2, "pianobench": 2, "bench": 2}
@@ -38,7 +38,7 @@ def get_object_id(state: State, index: int) -> int:
     return int(state.scene.objects[index].name.rpartition(".")[2])
 
 
-def find_rooms(state: State, arguments: tuple[int, ...]) -> int:
+def find_rooms(state: State, arguments: tuple[int, ...]) -> ObjectMask:
     """Return a bit mask of the rooms that contain an object or its only container; 0 for no rooms."""
     (x,) = arguments
     is_room, inside = state.mask("ROOM"), state.relation("INSIDE")
@@ -52,7 +52,7 @@ def find_rooms(state: State, arguments: tuple[int, ...]) -> int:
     return 1 << x & is_room
 
 
-def find_objects_in_room(state: State, arguments: tuple[int, ...]) -> int:
+def find_objects_in_room(state: State, arguments: tuple[int, ...]) -> ObjectMask:
     """Return a bit mask of all objects in a room, that is, for which `find_rooms` finds this room."""
     (room,) = arguments
     is_room, inside = state.mask("ROOM"), state.relation("INSIDE")
@@ -70,7 +70,7 @@ def find_objects_in_room(state: State, arguments: tuple[int, ...]) -> int:
     return members | 1 << room
 
 
-def find_related_candidates(state: State, predicate: str, source: int, candidates: int) -> int:
+def find_related_candidates(state: State, predicate: str, source: int, candidates: ObjectMask) -> ObjectMask:
     """Return those candidates to which a relation leads from the source.
 
     Candidates and result are bit masks.
@@ -91,7 +91,7 @@ def make_former_place_lookup(
         choose: chooses among several places.
     """
 
-    def find_former_places(state: State, arguments: tuple[int, ...]) -> int:
+    def find_former_places(state: State, arguments: tuple[int, ...]) -> ObjectMask:
         (x,) = arguments
         no_room = ~state.mask("ROOM")
         for earlier in ORIGIN_RELATIONS[:relation_index]:
@@ -102,7 +102,7 @@ def make_former_place_lookup(
     return find_former_places
 
 
-def find_objects_carried_along(state: State, arguments: tuple[int, ...]) -> int:
+def find_objects_carried_along(state: State, arguments: tuple[int, ...]) -> ObjectMask:
     """Return, as a bit mask, the objects that move with an object.
 
     An object moves if it is in a moving object, or if it is grabbable and on a moving object.

@@ -122,8 +122,8 @@ class _SharedObjectsAndRelations(NamedTuple):
     relations: Sequence[str]
     records: Sequence[ObjectRecord]
 
-    def get_objects(self, numbers: Iterable[int]) -> tuple[ObjectRecord, ...]:
-        return tuple(map(self.records.__getitem__, numbers))
+    def get_objects(self, indices: Iterable[int]) -> tuple[ObjectRecord, ...]:
+        return tuple(map(self.records.__getitem__, indices))
 
     def read_edges(self, flat: Sequence[int]) -> tuple[Edge, ...]:
         relations = map(self.relations.__getitem__, flat[1::3])

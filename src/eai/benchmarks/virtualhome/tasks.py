@@ -21,7 +21,7 @@ from eai.logic.formula import Atom, Constant, Occurs, Or
 from eai.tasks.source import Source, TaskSet
 from eai.tasks.task import Goal, GoalKind, Task
 from eai.world.action import Action
-from eai.world.relation import InitialRelation, Relation
+from eai.world.relation import InitialRelation, ObjectMask, Relation
 from eai.world.state import Scene, State, StateDraft, WorldObject
 
 _UNARY = VOCABULARY.unary_slots
@@ -88,7 +88,7 @@ class _IndexedGraph:
         return _IndexedGraph(objects, labels, index, unary, rows, columns, ends)
 
     def _update_unary_masks(
-        self, unary_masks: list[int], records: Iterable[ObjectRecord], index_by_id: Mapping[int, int]
+        self, unary_masks: list[ObjectMask], records: Iterable[ObjectRecord], index_by_id: Mapping[int, int]
     ) -> None:
         """Update the bit masks of unary predicates for objects that are new or have new labels."""
         for record in records:
@@ -174,7 +174,9 @@ def _find_changed_predicates(before: frozenset[str], after: frozenset[str]) -> S
     return [_UNARY[name] for name in before ^ after]
 
 
-def _make_relation(rows: Sequence[int], columns: Sequence[int], end_masks: tuple[int, int]) -> Relation:
+def _make_relation(
+    rows: Sequence[ObjectMask], columns: Sequence[ObjectMask], end_masks: tuple[ObjectMask, ObjectMask]
+) -> Relation:
     return (
         Relation(InitialRelation(rows, columns, *end_masks))
         if end_masks[0]

@@ -72,7 +72,7 @@ class _AbilityEstimate(NamedTuple):
 def estimate_ability(
     scores: Mapping[str, float],
     difficulties: Mapping[str, float],
-    names: Mapping[str, str] | None = None,
+    name_by_task: Mapping[str, str] | None = None,
     variance: float = 0.0,
 ) -> _AbilityEstimate:
     """Estimate the ability of a model.
@@ -80,7 +80,7 @@ def estimate_ability(
     Args:
         scores: the scores, from 0 to 1, of the tasks that were asked.
         difficulties: difficulties of at least these tasks.
-        names: name of each task. Near copies share a name, so their scores depend on each other. This
+        name_by_task: name of each task. Near copies share a name, so their scores depend on each other. This
             raises the squared standard error by ``variance`` times the sum of the squared shares of names in
             the Fisher information.
         variance: how much one model's ability varies between names, in squared logits
@@ -94,7 +94,7 @@ def estimate_ability(
         value += max(-1.0, min(1.0, change))
         if abs(change) < _CONVERGENCE_LOGITS:
             break
-    between = variance * _sum_squared_information_shares(value, scores, difficulties, names or {})
+    between = variance * _sum_squared_information_shares(value, scores, difficulties, name_by_task or {})
     return _AbilityEstimate(value, math.sqrt(1 / information + between))
 
 

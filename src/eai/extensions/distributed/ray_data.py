@@ -26,7 +26,7 @@ class BatchScorer:
 
     Args:
         suite: The suite, opened by name so that actors can open it again, and adapted to these answers
-            (`Suite.adapt_to_answers`).
+            (`Suite.choose_suite_for_answers`).
         model: Name of the model that answered.
         explanations: Whether each record contains its step-by-step explanation.
     """

@@ -258,6 +258,6 @@ EAI_1_0_5 = ProtocolImplementation(
     trial=_ScriptedTrial,
     as_asked=count_as_the_paper_did,
     as_counted=count_as_published,
-    adapt_to_answers=choose_opener,
+    choose_suite_for_answers=choose_opener,
 )
 """The implementation of the protocol `eai-1.0.5`."""
