@@ -79,7 +79,7 @@ def test_a_seventh_ability_is_paid_by_the_credit_of_its_verdicts(monkeypatch: py
 
 
 def test_verdicts_without_credit_are_not_paid() -> None:
-    with pytest.raises(InputError, match="answers to scene_graph are not paid"):
+    with pytest.raises(InputError, match="answers to scene_graph have no reward"):
         Reward(open_suite("virtualhome", Ability("scene_graph")))
 
 

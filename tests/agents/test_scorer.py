@@ -117,7 +117,7 @@ def test_look_lists_present_facts_with_any_feedback(suite: Suite) -> None:
 
 
 def test_the_text_of_an_episode_earns_no_reward(suite: Suite) -> None:
-    with pytest.raises(InputError, match="answers to acting are not paid"):
+    with pytest.raises(InputError, match="answers to acting have no reward"):
         Reward(suite)
 
 

@@ -97,7 +97,9 @@ def test_sensitivity_needs_operators_and_a_planner(eai: Command, tmp_path: Path)
         in eai("analyze", "sensitivity", runs, "--out", tmp_path / "a").err
     )
     none = eai("analyze", "sensitivity", runs, "--with", "planner=none", "--out", tmp_path / "a")
-    assert none.err == "eai: planner=none: operators are tried by a planner\n"
+    assert (
+        none.err == "eai: planner=none: this analysis tries operators with a planner; give another planner\n"
+    )
 
 
 def test_all_analyses_are_those_of_the_single_commands(eai: Command, tmp_path: Path) -> None:

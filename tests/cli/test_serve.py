@@ -23,10 +23,10 @@ def test_a_port_that_is_taken_is_told(eai: Command, tmp_path: Path) -> None:
 @pytest.mark.parametrize(
     ("words", "told"),
     [
-        ("", "eai: --tasks: expected one task, found 4; several need --port and tickets"),
+        ("", "eai: --tasks: expected one task, found 4; to serve several tasks, give --port and --tickets"),
         (
             "--port 1 --trust-network",
-            "eai: --tasks: expected one task, found 4; several need --port and tickets",
+            "eai: --tasks: expected one task, found 4; to serve several tasks, give --port and --tickets",
         ),
         ("--tasks moon", "eai: --tasks: 'moon' is not a task of switches acting"),
         (

@@ -102,6 +102,8 @@ def test_files_of_unequal_shards_are_not_merged(sizes: tuple[int, int], tmp_path
     for number, size in enumerate(sizes, 1):
         write_shard(tmp_path, RunShard(number, 2), [make_record_batch(RECORDS[:size])])
     with pytest.raises(
-        InputError, match=f"expected as many records in each shard, found {sizes[0]}, {sizes[1]}"
+        InputError,
+        match="expected equal numbers of records in all shards, or one less in the last ones, "
+        f"found {sizes[0]}, {sizes[1]}",
     ):
         merge_shards(tmp_path, find_shards(tmp_path)[tmp_path])

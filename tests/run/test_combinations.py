@@ -115,7 +115,11 @@ def test_tidy_tables_never_pool_combinations(data_store: Store, tmp_path: Path) 
         assert command(f"{RUN} {choice} --out @/runs", tmp_path).status == 0
     notes: list[str] = []
     records = StudyRecords((tmp_path / "runs",), note=notes.append)
-    with pytest.raises(InputError, match="expected plain runs, or runs of one experiment, found scene-"):
+    with pytest.raises(
+        InputError,
+        match="runs of several experiments cannot be compared in one table; give records of one "
+        "of them: scene-",
+    ):
         records.make_plain_tables()
     assert len({line.experiment for line in records.make_all_tables().answers}) == 2
     assert command(f"{RUN} --out @/runs", tmp_path).status == 0

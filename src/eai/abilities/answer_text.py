@@ -643,7 +643,7 @@ def _evaluate_literal(node: ast.expr, depth: int) -> object:
     if isinstance(node, ast.List | ast.Tuple):
         return [_evaluate_literal(element, depth - 1) for element in node.elts]
     if not isinstance(node, ast.Dict):
-        raise ValueError("the expression is not a literal")
+        raise ValueError("expected a text, a number, a list or a dictionary, found another Python expression")
     members = []
     for key, value in zip(node.keys, node.values, strict=True):
         if not isinstance(key, ast.Constant) or not isinstance(key.value, str):

@@ -182,7 +182,10 @@ class EpisodeServer:
         for path in (self._folder / _EPISODES).glob(f"*/*{_ENDING}"):
             task_id = unquote(path.name.removesuffix(_ENDING))
             if task_id not in order:
-                raise InputError(f"{path}: {self._suite.domain} has no task {task_id!r}; give another --out")
+                raise InputError(
+                    f"{path}: the folder is of other tasks, since {self._suite.domain} has no "
+                    f"{task_id!r}; give another --out"
+                )
             if has_begun_episode(path):
                 begun.append((task_id, int(path.parent.name)))
         return sorted(begun, key=lambda place: (place[1], order[place[0]]))

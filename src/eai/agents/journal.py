@@ -134,7 +134,7 @@ def _add_sealed_line(episode: _JournalContent, raw: bytes, key: bytes) -> _Journ
             return replace(episode, turns=(*episode.turns, turn))
         case {"end": str(why)} if episode.begin and episode.ended is None:
             return replace(episode, ended=why)
-    raise ValueError("expected a beginning, then turns, then an end")
+    raise ValueError("expected the lines of an episode in order: its beginning, its turns, its end")
 
 
 class EpisodeJournal:

@@ -45,7 +45,7 @@ _TOO_LATE = "too_late"
 
 def _get_benchmark(world: BenchmarkParts) -> Benchmark:
     if not isinstance(world.benchmark, Benchmark):
-        raise TypeError("acting needs a world that was opened with its benchmark")
+        raise TypeError("acting needs a benchmark: open the tasks with `eai.open`")
     return world.benchmark
 
 

@@ -244,7 +244,8 @@ def read_errata(text: str) -> Errata:
     for entry in entries:
         if entry.since > number:
             raise DataError(
-                f"errata: {entry.id} has version {entry.since}, but the table has version {number}"
+                f"errata: {entry.id} is of version {entry.since}, above the version {number} of "
+                "the table; correct either"
             )
         if len(entry.corrections) != 1:
             fields = ", ".join(entry.corrections) or "none"
@@ -276,7 +277,8 @@ def _parse_action(text: str, scene: Scene) -> Action:
 def _replace_once(text: str, change: _TextReplacement, entry: str) -> str:
     if text.count(change.was) != 1:
         raise DataError(
-            f"erratum {entry}: expected the text to be replaced once in the data; run `eai data fetch`"
+            f"erratum {entry}: the text that it replaces must stand once in the data, but does "
+            "not; run `eai data fetch`"
         )
     return text.replace(change.was, change.now)
 

@@ -124,7 +124,9 @@ def _load_benchmark(reference: str, versions: tuple[tuple[str, int, int], ...]) 
         opener: Callable[[str], Benchmark] = get_entry_points(OPENERS)[module].load()
         return replace(opener(name), reference=reference)
     if reference.partition(",")[0].endswith(f".{PDDL}"):
-        raise InputError(f"{reference}: expected the word before files of PDDL, {PDDL}:DOMAIN,PROBLEMS")
+        raise InputError(
+            f"{reference}: files of PDDL are given as {PDDL}:DOMAIN,PROBLEMS; put {PDDL}: in front"
+        )
     if is_path_of_task_files(reference):
         path = Path(reference)
         return replace(_open_single_ability_file(path) or _open_task_files(path), reference=reference)

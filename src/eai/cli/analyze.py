@@ -151,7 +151,9 @@ def _write_analyses_of_study(
         InputError: the study has no analysis, or the folder cannot be written.
     """
     if study.analyze is None:
-        raise InputError(f"{study.name}: is a study of runs, and has no analysis")
+        raise InputError(
+            f"{study.name}: this study has no analysis; `eai score` and `eai report` show its runs"
+        )
     for analysis in study.analyze(records, options.apply_settings(study.name, study.choices, settings)):
         folder = records.folder / analysis.folder
         write_tables(folder, study.name, analysis.tables, analysis.remarks)

@@ -74,7 +74,10 @@ def mcp(
     suite, ids = open_acting_suite_and_task_ids(domain, tasks, sample, seed, data)
     by_ticket = port is not None and not trust_network
     if not by_ticket and len(ids) != 1:
-        raise InputError(f"--tasks: expected one task, found {len(ids):,}; several need --port and tickets")
+        raise InputError(
+            f"--tasks: expected one task, found {len(ids):,}; to serve several tasks, give --port "
+            "and --tickets"
+        )
     names = allow_host or ([_LOOPBACK[host]] if host in _LOOPBACK else [])
     if port is not None and not names:
         raise InputError(f"--host {host}: also give --allow-host NAME, a host name that requests may use")

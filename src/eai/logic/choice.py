@@ -127,7 +127,8 @@ class _AndOrTreeBuilder:
             case _:
                 negated = "" if positive else "a negated "
                 raise InputError(
-                    f"{negated}{type(formula).__name__} has no finite list of ways to become true"
+                    f"{negated}{type(formula).__name__} can become true in infinitely many ways, "
+                    "which cannot be listed"
                 )
 
     def _build_instances(

@@ -255,7 +255,8 @@ def merge_shards(folder: Path, files: Sequence[Path]) -> RunTotals:
     counts = [sum(not line.isspace() for line in _read_lines_of_records(file)) for file in files]
     if counts != sorted(counts, reverse=True) or counts[0] - counts[-1] > 1 or not counts[0]:
         raise InputError(
-            f"{folder}: expected as many records in each shard, found {', '.join(map(str, counts))}"
+            f"{folder}: expected equal numbers of records in all shards, or one less in the last "
+            f"ones, found {', '.join(map(str, counts))}"
         )
     return write_record_batches(folder, map(make_record_batch, _interleave_shards(files, folder)))
 

@@ -74,7 +74,10 @@ def convert_credit_to_reward(credit: RewardBasis, shaping: Shaping) -> float:
         case Shaping.DIAGNOSIS:
             pay = credit.gain / (1 + sum(credit.faults.values()))
         case Shaping.REPAIR:
-            raise ValueError("the shaping repair needs the steps of the plan: use Reward")
+            raise ValueError(
+                "the reward `repair` cannot be computed from a verdict alone; use "
+                "`eai.Reward(suite, 'repair')`"
+            )
         case Shaping.PARTIAL:
             pay = credit.gain if credit.conditions is None else credit.conditions
         case _:
@@ -153,7 +156,7 @@ class Reward:
             plans = Ability.ACTION_SEQUENCING.value
             raise InputError(f"the shaping repair is for {plans} only, not for {suite.ability.value}")
         if not can_earn_reward(suite.ability):
-            raise InputError(f"answers to {suite.ability.value} are not paid: choose another ability")
+            raise InputError(f"answers to {suite.ability.value} have no reward; choose another ability")
         self.limit = limit
         self._at_start = cache(self._find_goals_at_start)
         self._met_at_start = cache(self._find_partial_success_at_start)

@@ -77,7 +77,10 @@ class StudyRecords:
         if "" in by_label and len(labels) > 1:
             self.note(f"left out because they are experiments: runs with {', '.join(labels[1:])}")
         elif len(labels) > 1:
-            raise InputError(f"expected plain runs, or runs of one experiment, found {', '.join(labels)}")
+            raise InputError(
+                "runs of several experiments cannot be compared in one table; give records of "
+                f"one of them: {', '.join(labels)}"
+            )
         self._cached_tables[features] = by_label[labels[0]]
         return self._cached_tables[features]
 

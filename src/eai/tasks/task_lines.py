@@ -101,7 +101,7 @@ def read_task_line(text: str | bytes) -> _TaskLine:
     try:
         value = json.loads(text, strict=False, object_pairs_hook=_refuse_repeated_keys)
         if not isinstance(value, dict):
-            raise InputError('expected an object with "id", a string, and the other members of a task')
+            raise InputError('expected a task as a JSON object with the string "id"')
         return _TaskLine.model_validate(value)
     except json.JSONDecodeError as error:
         raise InputError(f"column {error.colno}: expected JSON ({error.msg})") from error

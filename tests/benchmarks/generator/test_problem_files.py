@@ -254,7 +254,7 @@ def test_problems_of_one_name_are_known_by_their_files(tmp_path: Path) -> None:
     ]
     Path("more").mkdir()
     Path("more/one.pddl").write_text(LAMP)
-    with pytest.raises(InputError, match="expected another name than 'one'"):
+    with pytest.raises(InputError, match="the name 'one' is taken by"):
         read_problems(find_problem_files([tmp_path]), lamps, Source())
 
 

@@ -143,7 +143,7 @@ def test_without_a_secret_or_a_file_nothing_can_be_proved(lamps: Benchmark, tmp_
     write_set(tmp_path, lamps, first_seeds(1))
     write_manifest(tmp_path, "open", make_manifest_entry(SPEC, 3, None, b"", [], []), {})
     for split in ("open", "train"):
-        with pytest.raises(InputError, match="that was made with a secret"):
+        with pytest.raises(InputError, match="that was generated with --secret"):
             list(list_doubts_about_secret_set(tmp_path, split, SECRET))
     (tmp_path / "test.jsonl").unlink()
     with pytest.raises(InputError, match=r"expected test\.jsonl or test\.jsonl\.gz"):

@@ -104,7 +104,9 @@ class _TaskConverter:
         declared = [item for item in problem.objects if item.type != AGENT_CATEGORY]
         named = _read_prompt_objects(self._prompts[task_id])
         if [item.type for item in declared] != [item["category"] for item in named]:
-            raise DataError(f"{task_id}: the prompt's objects differ from the problem's")
+            raise DataError(
+                f"{task_id}: prompt and problem have different objects; run `eai data fetch --force`"
+            )
         states = self._states[task_id]
         for item, named_item in zip(declared, named, strict=True):
             model = _get_object_model(named_item["name"])

@@ -96,7 +96,10 @@ def _yield_names_and_definitions(files: ArchiveFiles) -> Iterator[tuple[str, str
             text = re.sub(r"\( ", "(", " ".join(text.split()))
             wrong, corrected = CORRECTIONS.get(match[1], ("", ""))
             if wrong not in text:
-                raise DataError(f"{path}: expected the known error {wrong!r}; the file is another version")
+                raise DataError(
+                    f"{path}: the text to correct, {wrong!r}, is missing: "
+                    "this version of bddl is not supported"
+                )
             yield match[1], text.replace(wrong, corrected) if wrong else text
 
 
@@ -162,7 +165,9 @@ def _read_transition_rules(files: ArchiveFiles) -> dict[str, object]:
         dice.setdefault(whole, {})["cooked" if cooked else "raw"] = get_first_listed(rule["output_synsets"])
     match = _ATTACHMENTS.search(files.read("bddl/bddl_verification.py").decode())
     if match is None:
-        raise DataError("bddl/bddl_verification.py: expected VALID_ATTACHMENTS")
+        raise DataError(
+            "bddl/bddl_verification.py has no VALID_ATTACHMENTS: this version of bddl is not supported"
+        )
     mixed = [
         *(("machine", rule) for rule in read_rule_file("single_toggleable_machine")),
         *(("stirring", rule) for rule in read_rule_file("mixing_stick")),

@@ -80,7 +80,9 @@ def read_problems(paths: Sequence[Path], benchmark: Benchmark, source: Source) -
     for file in files:
         name = file.problem.name if times[file.problem.name] == 1 else file.path.stem
         if name in tasks:
-            raise InputError(f"{file.path}: expected another name than {name!r}, as in {tasks[name]}")
+            raise InputError(
+                f"{file.path}: the name {name!r} is taken by {tasks[name]}; rename the file or its problem"
+            )
         tasks[name] = file.path
         made.append(_make_task(name, file, worlds[file.path.suffix], benchmark))
     return made

@@ -287,7 +287,7 @@ def read_manifest_entry_of_secret_set(folder: Path, split: str) -> Mapping[str, 
     """
     entry = _read_manifest(folder / MANIFEST).get(split)
     if not isinstance(entry, dict) or entry.get("secret_sha256") is None:
-        raise InputError(f"{folder / MANIFEST}: expected a set {split!r} that was made with a secret")
+        raise InputError(f"{folder / MANIFEST}: expected a set {split!r} that was generated with --secret")
     return entry
 
 

@@ -302,7 +302,8 @@ class _InstructionReader:
         opening = next((o for o in (*e.OPENINGS, *e.REQUESTS) if instruction.startswith(f"{o} ")), None)
         if opening is None or not instruction.endswith("."):
             raise InputError(
-                "an instruction: expected a known opening, such as those of prompts, and a full stop"
+                "expected an instruction that begins like a generated one, such as 'Please', and "
+                "ends with a full stop"
             )
         text = instruction[len(opening) + 1 : -1]
         *clauses, last = text.split(", ") if ", and " in text else text.split(" and ")

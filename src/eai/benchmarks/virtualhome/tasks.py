@@ -58,7 +58,10 @@ class _IndexedGraph:
             DataError: the delta removes objects. No delta of the data set does so.
         """
         if delta.removed_ids:
-            raise DataError(f"a graph removes objects {delta.removed_ids}; run `eai data fetch --force`")
+            raise DataError(
+                "the data set is damaged: an initial graph removes the objects "
+                f"{delta.removed_ids}; run `eai data fetch --force`"
+            )
         described = (*delta.changed_objects, *delta.added_objects)
         labels = {**self.labels, **{record.id: record.properties_and_states for record in described}}
         index = {
@@ -110,7 +113,10 @@ class _IndexedGraph:
             DataError: the delta adds or removes objects. No final graph of the data set does so.
         """
         if delta.removed_ids or delta.added_objects:
-            raise DataError("a final graph adds or removes objects; run `eai data fetch --force`")
+            raise DataError(
+                "the data set is damaged: the final graph of a task adds or removes objects; run "
+                "`eai data fetch --force`"
+            )
         draft, index = StateDraft(state), self.index
         self._update_unary_masks(draft.unary, delta.changed_objects, index)
         for source, relation, target in delta.removed_edges:

@@ -106,7 +106,7 @@ def _read_game_file(path: Path) -> Mapping[str, Any]:
         raise InputError(f"{path}: expected JSON ({error})") from error
     for key in ("pddl_domain", "pddl_problem", "grammar"):
         if not isinstance(game, dict) or not isinstance(game.get(key), str):
-            raise InputError(f"{path}: expected an object with the text {key!r}")
+            raise InputError(f"{path}: expected a JSON object with the member {key!r}, a string")
     return game
 
 

@@ -57,7 +57,8 @@ def _analyze_conduct(records: StudyRecords, options: _ConductOptions) -> Iterato
     ]
     if not tables:
         raise InputError(
-            "no record has a task with hazards or a task of a pair; eai generate --kind makes such tasks"
+            "expected records of tasks with hazards or of pairs; `eai generate --kind hazards` "
+            "and `--kind pairs` make such tasks"
         )
     yield Analysis(tables, screen_tables=[table for table in tables if table.name != "violations"])
 

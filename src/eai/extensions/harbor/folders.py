@@ -119,7 +119,10 @@ def _find_reason_to_leave_out(suite: Suite, task_id: str, prompt: Prompt, soluti
         InputError: The prompt has pictures.
     """
     if prompt.images:
-        raise InputError(f"{suite.domain} {suite.ability}: Harbor's instructions have no pictures")
+        raise InputError(
+            f"{suite.domain} {suite.ability}: prompts with pictures cannot be written for Harbor; "
+            "choose prompts without pictures"
+        )
     if not is_right_answer(suite, suite.score(task_id, solution)):
         return NO_SOLUTION
     free = any(is_right_answer(suite, suite.score(task_id, text)) for text in (*_EMPTY_ANSWERS, prompt.user))

@@ -135,7 +135,9 @@ class _VirtualHomePlanNotation(VirtualHomePlans):
         A name with an id is looked up as one text (``check_no_hallucination_in_arg``).
         """
         if not isinstance(task, VirtualHomeTask):
-            raise TypeError(f"task {task.id} has no record of the data set")
+            raise TypeError(
+                f"task {task.id} is not from the data set of VirtualHome, which this protocol needs"
+            )
         relevant = list_relevant_objects(task)
         objects = task.scene.objects
         by_class = {objects[i].category: i for i in relevant}

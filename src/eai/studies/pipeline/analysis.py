@@ -341,7 +341,8 @@ def analyze_pipelines(records: StudyRecords, goals: Path | None, *, search: bool
     ]
     if not pairs and not chains:
         raise InputError(
-            "expected a pipeline and a plain run of the same model, domain, ability and protocol"
+            "expected a run of a pipeline, and a run without one, of the same model, domain, "
+            "ability and protocol"
         )
     for (suite, chain), of_kind in group_pairs(
         ((pair.suite, pair.pipeline_label), pair) for pair in pairs

@@ -258,7 +258,7 @@ def _analyze_sensitivity(records: StudyRecords, chosen: _SensitivityChoices) -> 
         InputError: there are no operators, or no planner is chosen.
     """
     if chosen.planner is PlannerChoice.NONE:
-        raise InputError("planner=none: operators are tried by a planner")
+        raise InputError("planner=none: this analysis tries operators with a planner; give another planner")
     runs = [run for run in records.read_runs() if run.key.ability is Ability.TRANSITION_MODELING]
     answers = [record for run in runs for record in run.records]
     if not answers:

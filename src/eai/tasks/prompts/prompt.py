@@ -229,5 +229,8 @@ class GoalSection:
         start = question.rfind(self.before) + len(self.before)
         end = question.find(self.after, start)
         if start < len(self.before) or end < 0:
-            raise InputError(f"a prompt has no goals between {self.before!r} and {self.after!r}")
+            raise InputError(
+                f"a prompt is not as expected: its goals do not stand between {self.before!r} and "
+                f"{self.after!r}"
+            )
         return start, end
