@@ -314,7 +314,7 @@ class _AnswerReader(Generic[T]):
         else:
             flaw = self.form.flaw(cause.value)
         reason = f"there is no {self.form.description}" + (f": {flaw}" if flaw else "")
-        return Unreadable(reason, spans=self._make_spans([], unread=stretch))
+        return Unreadable(reason, spans=self._make_spans([], unread_text=stretch))
 
     def _choose_answer_value(self, values: list[_ValueInText[T]]) -> ParsedAnswer[T] | Unreadable:
         """Return the value that counts as the answer, or the reason why no value does.
@@ -324,7 +324,7 @@ class _AnswerReader(Generic[T]):
         chosen = self._select_values_with_known_names(values)
         line = self._find_answer_line_outside(values)
         if line is not None:
-            return self._report_stray(line)
+            return self._report_unread_text(line)
         if not chosen:
             return self._report_missing_value()
         gaps = [_BracketedText(one.end, other.start) for one, other in pairwise(chosen)]
@@ -335,7 +335,7 @@ class _AnswerReader(Generic[T]):
                 (gap for gap, text in zip(gaps, texts, strict=True) if not _NUMBERING.fullmatch(text)), None
             )
             if between is not None:
-                return self._report_stray(between)
+                return self._report_unread_text(between)
             are_numbered = not all(map(_SEPARATORS.fullmatch, texts))
             repairs = ("json_lines", *(["numbered"] if are_numbered else []))
             return self._make_parsed_answer(
@@ -343,7 +343,7 @@ class _AnswerReader(Generic[T]):
             )
         are_adjacent = self.form.is_single and any(map(_SEPARATORS.fullmatch, texts))
         if are_adjacent and not _have_equal_texts(self.text, chosen):
-            return self._report_stray(_BracketedText(chosen[-2].start, chosen[-1].end))
+            return self._report_unread_text(_BracketedText(chosen[-2].start, chosen[-1].end))
         return self._make_parsed_answer(chosen[-1:], chosen[-1].meaning, ())
 
     def _select_values_with_known_names(self, values: list[_ValueInText[T]]) -> list[_ValueInText[T]]:
@@ -370,45 +370,49 @@ class _AnswerReader(Generic[T]):
                     return _BracketedText(start + line.start(), start + line.end())
         return None
 
-    def _report_stray(self, stretch: _BracketedText) -> Unreadable:
-        inside = self.text[stretch.start : stretch.end]
+    def _report_unread_text(self, unread_text: _BracketedText) -> Unreadable:
+        inside = self.text[unread_text.start : unread_text.end]
         words = " ".join(inside.split())
         quoted = words if len(words) <= _MAX_QUOTED else f"{words[: _MAX_QUOTED - 3]}..."
-        position = _format_line_and_column(self.text, stretch.start + len(inside) - len(inside.lstrip()))
+        position = _format_line_and_column(self.text, unread_text.start + len(inside) - len(inside.lstrip()))
         reason = f"{position}: {quoted!r} looks like a part of the answer and stands outside"
         return Unreadable(
-            f"there is no whole {self.form.description}: {reason}", spans=self._make_spans([], unread=stretch)
+            f"there is no whole {self.form.description}: {reason}",
+            spans=self._make_spans([], unread_text=unread_text),
         )
 
     def _make_parsed_answer(
-        self, chosen: Sequence[_ValueInText[T]], meaning: T, repairs: tuple[str, ...]
+        self, answer_values: Sequence[_ValueInText[T]], meaning: T, repairs: tuple[str, ...]
     ) -> ParsedAnswer[T]:
-        text, first = self.text, chosen[0]
+        text, first = self.text, answer_values[0]
         around: tuple[str, ...] = ("stray_bracket",) if self.strays else ()
         outside = "".join(
-            [text[start:end] for start, end in _find_ranges_between([*self.strays, *chosen], len(text))]
+            [
+                text[start:end]
+                for start, end in _find_ranges_between([*self.strays, *answer_values], len(text))
+            ]
         )
         if _FENCE in outside and text.count(_FENCE, 0, first.start) % 2:
             around = ("code_fence", *around)
         elif outside and not outside.isspace():
             around = ("prose", *around)
-        made = [repair for value in chosen for repair in value.repairs]
+        made = [repair for value in answer_values for repair in value.repairs]
         names = tuple(dict.fromkeys([*self.removed, *around, *repairs, *made]))
-        return ParsedAnswer(meaning, names, self._make_spans(chosen))
+        return ParsedAnswer(meaning, names, self._make_spans(answer_values))
 
     def _make_spans(
-        self, chosen: Sequence[_ValueInText[T]], unread: _BracketedText | None = None
+        self, answer_values: Sequence[_ValueInText[T]], unread_text: _BracketedText | None = None
     ) -> tuple[Span, ...]:
         """Return the parts of the answer's text, each with its treatment: as read, repaired or prose.
 
         Blank parts and code fences are left out.
         """
         marked = [Span(thought.start, thought.end, SpanKind.REASONING) for thought in self.thoughts]
-        for value in chosen:
+        for value in answer_values:
             kind = SpanKind.REPAIRED if value.repairs else SpanKind.READ
             marked.append(Span(value.start, value.end, kind))
-        if unread is not None:
-            marked.append(Span(unread.start, unread.end, SpanKind.UNREAD))
+        if unread_text is not None:
+            marked.append(Span(unread_text.start, unread_text.end, SpanKind.UNREAD))
         for start, end in _find_ranges_between(marked, len(self.text)):
             words = _FENCE_MARK.sub(lambda mark: " " * len(mark[0]), self.text[start:end])
             if stripped := words.strip():
@@ -417,15 +421,15 @@ class _AnswerReader(Generic[T]):
         return tuple(sorted(marked))
 
 
-def _find_ranges_between(taken: Iterable[_TextRange], length: int) -> Iterator[tuple[int, int]]:
+def _find_ranges_between(ranges: Iterable[_TextRange], length: int) -> Iterator[tuple[int, int]]:
     """Yield start and end of each range of a text that lies outside the given ranges.
 
     Args:
-        taken: the given ranges.
+        ranges: the given ranges.
         length: length of the text.
     """
     position = 0
-    for text_range in sorted(taken, key=lambda text_range: text_range.start):
+    for text_range in sorted(ranges, key=lambda text_range: text_range.start):
         if position < text_range.start:
             yield position, text_range.start
         position = max(position, text_range.end)

@@ -297,12 +297,12 @@ def get_display_name(name: str) -> str:
     return name.replace("_", " ").replace(".", " ").capitalize()
 
 
-def make_score_columns(parts: Sequence[str]) -> tuple[MetricColumn, ...]:
+def make_score_columns(answer_parts: Sequence[str]) -> tuple[MetricColumn, ...]:
     """Return table columns for the precision, the recall and the F1 of several parts of answers."""
     measures = (("precision", "P"), ("recall", "R"), ("f1", "F1"))
     return tuple(
         MetricColumn(f"{part}.{measure}", get_display_name(part), label)
-        for part in parts
+        for part in answer_parts
         for measure, label in measures
     )
 

@@ -78,17 +78,17 @@ def list_declining_commands(task: Task) -> list[str]:
     return [word for kind, word in words.items() if isinstance(task.special, kind)]
 
 
-def write_refusal_answer(reason: str, key: str = IMPOSSIBLE) -> str:
+def write_refusal_answer(reason: str, json_key: str = IMPOSSIBLE) -> str:
     """Return an answer that calls a task impossible, or an answer that asks for the meant object.
 
     Args:
         reason: the reason why the task is impossible, or the question.
-        key: the key of the answer: `IMPOSSIBLE` or `QUESTION`.
+        json_key: the key of the answer: `IMPOSSIBLE` or `QUESTION`.
     """
-    return json.dumps({key: reason})
+    return json.dumps({json_key: reason})
 
 
-def read_refusal_reason(text: str, key: str = IMPOSSIBLE) -> str | None:
+def read_refusal_reason(text: str, json_key: str = IMPOSSIBLE) -> str | None:
     """Return the text of a declining answer: the reason for a refusal, or the question.
 
     The last JSON value of the answer must be an object with the key as its only key. Otherwise the result is
@@ -96,12 +96,12 @@ def read_refusal_reason(text: str, key: str = IMPOSSIBLE) -> str | None:
 
     Args:
         text: the answer.
-        key: the key: `IMPOSSIBLE` or `QUESTION`.
+        json_key: the key: `IMPOSSIBLE` or `QUESTION`.
     """
     reading = read_json(text, ANY_VALUE)
     value = reading.value if isinstance(reading, ParsedAnswer) else None
     members = value.members if isinstance(value, JsonObject) else ()
-    reasons = [reason for name, reason in members if name == key and isinstance(reason, str)]
+    reasons = [reason for name, reason in members if name == json_key and isinstance(reason, str)]
     return reasons[0] if len(members) == 1 and reasons else None
 
 

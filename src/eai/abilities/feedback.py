@@ -93,7 +93,7 @@ class QuestionWriter:
         answers = [attempt.response for attempt in trial.attempts]
         return replace(prompt, turns=tuple(zip(answers, replies, strict=True)))
 
-    def _write_reply(self, number: int, trial: Trial) -> str:
+    def _write_reply(self, attempt_number: int, trial: Trial) -> str:
         chosen = trial.options
         values = {
             "world": self._read_template(chosen.world),
@@ -101,7 +101,9 @@ class QuestionWriter:
         }
         if chosen.feedback == "state":
             return " ".join(values.values())
-        return self._fill_template("chat", reasons=self._write_failure_reasons(number, trial), **values)
+        return self._fill_template(
+            "chat", reasons=self._write_failure_reasons(attempt_number, trial), **values
+        )
 
     def _write_feedback(self, trial: Trial) -> str:
         feedback = [
@@ -156,8 +158,8 @@ class QuestionWriter:
             return meaning
         return self._fill_template("explained", meaning=meaning, reason=error.detail)
 
-    def _describe_step(self, kind: FaultKind, number: int, step: StepReport, *, explains: bool) -> str:
-        meaning = self._fill_template(kind.value, step=str(number + 1), action=step.action)
+    def _describe_step(self, kind: FaultKind, step_number: int, step: StepReport, *, explains: bool) -> str:
+        meaning = self._fill_template(kind.value, step=str(step_number + 1), action=step.action)
         if not explains or not step.reason:
             return meaning
         if not step.earlier:
@@ -179,11 +181,11 @@ class QuestionWriter:
             return BelievedTask(trial.next_attempt_task), {}
         return self.perceive(trial.next_attempt_task, len(trial.attempts) + 1)
 
-    def _read_template(self, name: str) -> str:
-        return self.templates.read(f"{_FOLDER}/{name}.txt")
+    def _read_template(self, template_name: str) -> str:
+        return self.templates.read(f"{_FOLDER}/{template_name}.txt")
 
-    def _fill_template(self, name: str, **values: str) -> str:
-        return self.templates.fill_template(f"{_FOLDER}/{name}.txt", values)
+    def _fill_template(self, template_name: str, **values: str) -> str:
+        return self.templates.fill_template(f"{_FOLDER}/{template_name}.txt", values)
 
 
 def _describes_state_after_attempts(trial: Trial) -> bool:

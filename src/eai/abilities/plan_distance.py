@@ -69,16 +69,16 @@ StepLabeler: TypeAlias = Callable[[Sequence[Action]], tuple["int | None", tuple[
 """Function that returns a pair for a plan: the distance of its initial state, and the labels of its steps."""
 
 
-def make_step_labeler(repairer: PlanRepairer, limit: int) -> StepLabeler:
+def make_step_labeler(repairer: PlanRepairer, max_tried_steps: int) -> StepLabeler:
     """Return a function that labels the steps of plans for one task. It caches the distances of states.
 
     Shortest plans may use the objects of the task, and the objects in the labelled plan.
 
     Args:
         repairer: the repairer of plans for the task.
-        limit: the approximate limit of the effort for each state, as in `Repairer.repair`.
+        max_tried_steps: the approximate limit of the effort for each state, as in `Repairer.repair`.
     """
-    return _DistanceLabeler(repairer, limit).measure_start_and_step_distances
+    return _DistanceLabeler(repairer, max_tried_steps).measure_start_and_step_distances
 
 
 class _DistanceLabeler:

@@ -62,19 +62,19 @@ class PlanRepairer:
         fits = len(indices) == len(objects) == self.domain.operator_arities.get(operator)
         return Action(operator, tuple(indices)) if fits else None
 
-    def find_smallest_repair(self, plan: WrittenPlan, verdict: PlanVerdict, limit: int) -> Repair:
+    def find_smallest_repair(self, plan: WrittenPlan, verdict: PlanVerdict, max_tried_steps: int) -> Repair:
         """Return the smallest repair of a plan that a search with limited effort finds.
 
         Args:
             plan: the plan.
             verdict: the verdict on the plan.
-            limit: approximate number of steps that may be tried.
+            max_tried_steps: approximate number of steps that may be tried.
         """
         if verdict.success:
             return Repair(at_most=0)
         if (why := self.why_distance_unknown) is not None:
             return Repair(why_null=why)
-        steps, effort = self.read_steps(plan), SearchEffort(limit)
+        steps, effort = self.read_steps(plan), SearchEffort(max_tried_steps)
         repairer = self._make_repairer(steps)
         at_least, edits = repairer.repair(steps, effort)
         if edits is None:

@@ -189,16 +189,18 @@ def _compute_or_default(compute: Callable[..., R], default: R, *arguments: int) 
         return default
 
 
-def make_error_report(fault: Fault, number: int, domain: Domain, action: Action, scene: Scene) -> ErrorReport:
+def make_error_report(
+    fault: Fault, step_number: int, domain: Domain, action: Action, scene: Scene
+) -> ErrorReport:
     """Return the error that a verdict reports for the fault of an action.
 
     Args:
         fault: the fault.
-        number: number of the step or subgoal, from 0.
+        step_number: number of the step or subgoal, from 0.
         domain: the domain.
         action: the action.
         scene: the scene.
     """
     check, names = fault.check, map_parameters_to_names(action, domain, scene)
     objects = tuple([names[parameter] for parameter in check.mentioned_parameters])
-    return ErrorReport(fault.kind, number, check.reason.format_map(names), check.id, objects)
+    return ErrorReport(fault.kind, step_number, check.reason.format_map(names), check.id, objects)

@@ -199,12 +199,14 @@ def _is_cut_off(body: str, *, is_json: bool) -> bool:
     return len(_QUOTE.findall(body)) % 2 == 1 or end in ",:([{" or (not is_json and body[-1].isalnum())
 
 
-def add_cause(assessment: Assessment, found: _CauseOfUnreadability | None) -> Assessment:
+def add_cause_of_unreadability(assessment: Assessment, cause: _CauseOfUnreadability | None) -> Assessment:
     """Return an assessment that names a cause in the error of its verdict and in its explanation."""
-    if found is None:
+    if cause is None:
         return assessment
-    verdict = _set_error_cause(assessment.verdict, found.cause)
-    return assessment._replace(verdict=verdict, explain=lambda: _add_sentence(assessment.explain(), found))
+    verdict = _set_error_cause(assessment.verdict, cause.cause)
+    return assessment._replace(
+        verdict=verdict, explain=lambda: _add_sentence_on_cause(assessment.explain(), cause)
+    )
 
 
 def mark_as_cut_off(verdict: V, explanation: Explanation | None) -> tuple[V, Explanation | None]:
@@ -216,7 +218,7 @@ def mark_as_cut_off(verdict: V, explanation: Explanation | None) -> tuple[V, Exp
     if error is None or error.kind is not FaultKind.PARSING or error.check not in (None, "prose"):
         return verdict, explanation
     verdict = _set_error_cause(verdict, _CUT_OFF.cause)
-    return verdict, None if explanation is None else _add_sentence(explanation, _CUT_OFF)
+    return verdict, None if explanation is None else _add_sentence_on_cause(explanation, _CUT_OFF)
 
 
 def _set_error_cause(verdict: V, cause: UnreadCause) -> V:
@@ -224,6 +226,6 @@ def _set_error_cause(verdict: V, cause: UnreadCause) -> V:
     return verdict if error is None else replace(verdict, error=replace(error, check=cause))
 
 
-def _add_sentence(explanation: Explanation, found: _CauseOfUnreadability) -> Explanation:
+def _add_sentence_on_cause(explanation: Explanation, cause: _CauseOfUnreadability) -> Explanation:
     notes = [note for note in explanation.notes if not note.startswith("prose: ")]
-    return replace(explanation, notes=(*notes, f"{found.cause}: {found.sentence}"))
+    return replace(explanation, notes=(*notes, f"{cause.cause}: {cause.sentence}"))

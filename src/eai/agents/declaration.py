@@ -96,9 +96,9 @@ def average_episodes(verdicts: Sequence[ActingVerdict]) -> ActingVerdict:
     return replace(scored[0], mean=mean)
 
 
-def _weight_success_by_path_length(won: bool, tried: int, shortest: int) -> float:
+def _weight_success_by_path_length(won: bool, tried_actions: int, shortest_length: int) -> float:
     """Return success weighted by path length (SPL): shortest length / actions tried, 0 without success."""
-    return float(won) if tried <= shortest else won * shortest / tried
+    return float(won) if tried_actions <= shortest_length else won * shortest_length / tried_actions
 
 
 def _make_scorer_factory(world: BenchmarkParts) -> Callable[[Task], Scorer]:

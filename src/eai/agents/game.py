@@ -265,7 +265,7 @@ class Game:
         self._turns += meant is not None
         if self._has_no_actions_left:
             return self._make_result(_CommandOutcome("No actions are left."), ())
-        tried = self._carry_out(meant)
+        tried = self._execute_command(meant)
         self.action = meant if isinstance(meant, Action) else None
         if meant is not None:
             self.tried += 1
@@ -287,10 +287,10 @@ class Game:
         return self._make_result(_CommandOutcome(f"{name} is meant."), ())
 
     def _make_result(
-        self, tried: _CommandOutcome, repairs: tuple[str, ...], *, done: bool = False
+        self, outcome: _CommandOutcome, repairs: tuple[str, ...], *, done: bool = False
     ) -> _StepResult:
         """Update the end of the game after a command. Return the observation and reward of the turn."""
-        self.outcome = tried
+        self.outcome = outcome
         complete, limit = all(self.reached), self.stage.action_limit
         if self.refused is not None:
             self.ended = "refused"
@@ -304,7 +304,7 @@ class Game:
         self.won = self.over and complete and not truncated
         if self.refused is not None:
             self.won = self.task.has_no_plan
-        observation = tried.text
+        observation = outcome.text
         if self.over:
             observation += "\nAll goals are reached." if self.ended == "goal" else "\nThe episode is over."
         elif self._rules.budget is not None and limit is not None:
@@ -312,7 +312,7 @@ class Game:
         if self._rules.feedback == "facts":
             observation += f"\n\nNow:\n{self.memory.observation.text or '-'}"
         terminated = self.over and not truncated
-        info = self.make_turn_info(tried.fault, failed_by_chance=tried.slipped, repairs=repairs)
+        info = self.make_turn_info(outcome.fault, failed_by_chance=outcome.slipped, repairs=repairs)
         return _StepResult(observation, self._compute_reward(), terminated, truncated, info)
 
     @property
@@ -328,16 +328,18 @@ class Game:
         before, self.value = self.value, self._compute_episode_reward(is_ended=self.over)
         return self._rules.gamma * self.value - before
 
-    def _carry_out(self, meant: CommandMeaning) -> _CommandOutcome:
-        if meant is None:
+    def _execute_command(self, meaning: CommandMeaning) -> _CommandOutcome:
+        if meaning is None:
             return _CommandOutcome(f"{DONE}.")
-        if isinstance(meant, ErrorReport):
-            hint = f" {self.stage.commands.usage_hint}" if meant.kind is FaultKind.PARSING else ""
-            return _CommandOutcome(f"Failed ({_name_fault(meant.kind)}): {meant.detail}.{hint}", meant.kind)
-        line, outcome = self.stage.commands.write_command(meant), self._episode.act(meant)
+        if isinstance(meaning, ErrorReport):
+            hint = f" {self.stage.commands.usage_hint}" if meaning.kind is FaultKind.PARSING else ""
+            return _CommandOutcome(
+                f"Failed ({_name_fault(meaning.kind)}): {meaning.detail}.{hint}", meaning.kind
+            )
+        line, outcome = self.stage.commands.write_command(meaning), self._episode.act(meaning)
         match outcome:
             case Fault(kind):
-                reason = describe_fault(outcome, self.stage.domain, meant, self.stage.task.scene)
+                reason = describe_fault(outcome, self.stage.domain, meaning, self.stage.task.scene)
                 failed = (
                     "not needed" if kind is FaultKind.ADDITIONAL_STEP else f"failed ({_name_fault(kind)})"
                 )
@@ -345,7 +347,7 @@ class Game:
             case Slip():
                 return _CommandOutcome(f"{line}: nothing happened.", slipped=True)
             case State():
-                self.taken.append(meant.operator)
+                self.taken.append(meaning.operator)
                 if self._rules.feedback not in OUTCOMES:
                     return _CommandOutcome(f"{line}: done.\n{self._memory.update(outcome)}")
                 if self._rules.observe == "partial":  # objects that are visible now may be hidden later

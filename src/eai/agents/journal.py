@@ -98,35 +98,35 @@ def read_journal(
     return json.dumps(whole, ensure_ascii=False)
 
 
-def _read_journal_content(path: Path, key: bytes, play: RecordedGame | None) -> _JournalContent:
+def _read_journal_content(path: Path, seal_key: bytes, expected_game: RecordedGame | None) -> _JournalContent:
     episode = _JournalContent({})
     if os.path.islink(path):  # noqa: PTH114 - Path.is_symlink may raise
         raise InputError(f"{path}: expected a file, not a link")
     for number, raw in enumerate(read_content(path).split(b"\n")[:-1], 1):
         try:
-            episode = _add_sealed_line(episode, raw, key)
+            episode = _add_sealed_line(episode, raw, seal_key)
         except ValueError as error:
             raise InputError(f"{path}, line {number}: {error}") from error
     if not episode.begin:
         raise InputError(f"{path}: expected a line that begins an episode")
-    if play is not None and episode.begin != _make_journal_header(play):
+    if expected_game is not None and episode.begin != _make_journal_header(expected_game):
         raise InputError(f"{path}: the journal is of another task or setting; give another folder")
     return episode
 
 
-def _make_journal_header(play: RecordedGame) -> dict[str, Any]:
+def _make_journal_header(game: RecordedGame) -> dict[str, Any]:
     """Return the JSON object of a journal's first line: the task, and the episode without turns and end."""
-    about = play.to_json("stopped")
-    task = play.task
+    about = game.to_json("stopped")
+    task = game.task
     del about["turns"], about["ended"]
     return {"task": task.id, "task_sha256": compute_task_sha256(task), **about}
 
 
-def _add_sealed_line(episode: _JournalContent, raw: bytes, key: bytes) -> _JournalContent:
-    seal, _, body = raw.partition(b" ")
-    if not hmac.compare_digest(seal, _compute_seal(key, episode.seal, body).encode()):
+def _add_sealed_line(episode: _JournalContent, line: bytes, seal_key: bytes) -> _JournalContent:
+    seal, _, body = line.partition(b" ")
+    if not hmac.compare_digest(seal, _compute_seal(seal_key, episode.seal, body).encode()):
         raise ValueError("wrong seal: the line was changed or moved")
-    episode = replace(episode, seal=seal.decode(), size=episode.size + len(raw) + 1)
+    episode = replace(episode, seal=seal.decode(), size=episode.size + len(line) + 1)
     match json.loads(body):
         case {"begin": dict(begin)} if not episode.begin:
             return replace(episode, begin=begin)
@@ -170,32 +170,32 @@ class EpisodeJournal:
             self._append_line({"begin": _make_journal_header(play)})
         self.write_turns(play)
 
-    def _replay_turns(self, play: RecordedGame) -> int:
+    def _replay_turns(self, game: RecordedGame) -> int:
         """Play the turns in the journal's file again. Return the size of the complete lines, in bytes."""
-        before = _read_journal_content(self._path, self._key, play)
+        before = _read_journal_content(self._path, self._key, game)
         for turn in before.turns:
-            play.play_command(turn["said"])
-        if [*before.turns] != play.to_json("stopped")["turns"]:
+            game.play_command(turn["said"])
+        if [*before.turns] != game.to_json("stopped")["turns"]:
             raise InputError(
                 f"{self._path}: the replay gives other observations: eai or the data has changed since"
             )
         self._seal, self.ended, self._written = before.seal, before.ended, len(before.turns)
         return before.size
 
-    def write_turns(self, play: RecordedGame) -> None:
+    def write_turns(self, game: RecordedGame) -> None:
         """Write all turns that are not on disk yet, and the end of the episode if it is over.
 
         Raises:
             InputError: the file cannot be written, or the episode has ended before these turns.
         """
-        turns = play.turns[self._written :]
+        turns = game.turns[self._written :]
         if turns and self.ended is not None:
             raise InputError(f"{self._path}: the episode is over")
         for turn in turns:
             self._append_line({"act": {"said": turn.said, "told": turn.told}})
-        self._written = len(play.turns)
-        if play.ended is not None:
-            self.write_end(play.ended)
+        self._written = len(game.turns)
+        if game.ended is not None:
+            self.write_end(game.ended)
 
     def write_end(self, reason: str = "stopped") -> None:
         """Write that the episode has ended, if the journal does not state an end yet.
@@ -226,5 +226,5 @@ class EpisodeJournal:
         self._seal = seal
 
 
-def _compute_seal(key: bytes, before: str, body: bytes) -> str:
-    return hmac.new(key, before.encode() + body, "sha256").hexdigest()
+def _compute_seal(seal_key: bytes, previous_seal: str, content: bytes) -> str:
+    return hmac.new(seal_key, previous_seal.encode() + content, "sha256").hexdigest()

@@ -119,17 +119,17 @@ class Observer:
             ],
         )
 
-    def render_objects(self, chosen: Collection[int]) -> str:
+    def render_objects(self, objects: Collection[int]) -> str:
         """Return lines with objects, kinds and properties.
 
         Objects of equal kind and properties share a line.
         """
-        by_kind = group_pairs((self._get_kind(index), index) for index in self.subjects if index in chosen)
+        by_kind = group_pairs((self._get_kind(index), index) for index in self.subjects if index in objects)
         return "\n".join([f"{self.render_names(objects)} {kind}" for kind, objects in by_kind.items()])
 
-    def render_names(self, chosen: Iterable[int]) -> str:
+    def render_names(self, objects: Iterable[int]) -> str:
         """Return the names of objects as text. Names with consecutive numbers become ranges."""
-        return shorten_names([self._names[index] for index in chosen])
+        return shorten_names([self._names[index] for index in objects])
 
     def render_facts(self, facts: Iterable[Fact]) -> Iterator[str]:
         """Yield the lines of text that state some facts."""
@@ -141,16 +141,16 @@ class Observer:
             fact.predicate, [self._names[index] for index in fact.arguments]
         )
 
-    def find_facts_about(self, observation: _Observation, chosen: AbstractSet[int]) -> list[Fact]:
+    def find_facts_about(self, observation: _Observation, objects: AbstractSet[int]) -> list[Fact]:
         """Return the visible facts about some objects."""
         state, visible = observation.state, observation.visible
         return [
             fact
             for listing in self._wording.state_fact_listers
             for fact in listing.list_facts(
-                state, visible, self._find_objects_facts_must_mention(listing, chosen)
+                state, visible, self._find_objects_facts_must_mention(listing, objects)
             )
-            if not chosen.isdisjoint(fact.arguments)
+            if not objects.isdisjoint(fact.arguments)
         ]
 
     def observe(self, earlier: _Observation, state: State, change: StateChange) -> _Observation:
@@ -203,7 +203,7 @@ class Observer:
         return [*[("+", fact) for fact in added], *[("-", fact) for fact in removed]]
 
     def find_changes_about(
-        self, before: _Observation, after: _Observation, chosen: AbstractSet[int]
+        self, before: _Observation, after: _Observation, objects: AbstractSet[int]
     ) -> list[SignedFact]:
         """Return the changed facts about some objects, without facts about the agent."""
         return [
@@ -211,7 +211,7 @@ class Observer:
             for sign, fact in self.find_visible_changes(
                 before, after, compare_states(before.state, after.state)
             )
-            if not chosen.isdisjoint(fact.arguments) and self.agent not in fact.arguments
+            if not objects.isdisjoint(fact.arguments) and self.agent not in fact.arguments
         ]
 
     def _select_visible_facts(
@@ -331,10 +331,10 @@ class AgentMemory:
         for sign, facts in groupby(changes, itemgetter(0)):
             yield from (f"{sign} {line}" for line in self._observer.render_facts(fact for _, fact in facts))
 
-    def _describe_sight_changes(self, before: _Observation, new: Sequence[int]) -> Iterator[str]:
+    def _describe_sight_changes(self, before: _Observation, new_objects: Sequence[int]) -> Iterator[str]:
         """Yield lines about objects that went out of sight, or came back with changed facts."""
         observer, after = self._observer, self.observation
-        visible, expected = {*after.visible}, {*before.visible, *new}
+        visible, expected = {*after.visible}, {*before.visible, *new_objects}
         gone = [index for index in before.visible if index not in visible]
         back = [index for index in after.visible if index not in expected]
         if gone:

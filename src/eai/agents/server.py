@@ -120,13 +120,13 @@ def _get_ticket(context: ServerRequestContext[Any]) -> str:
     return user.access_token.token
 
 
-def serve_stdio(worlds: EpisodeServer, domain: Domain) -> None:
+def serve_stdio(episodes: EpisodeServer, domain: Domain) -> None:
     """Serve the world of the first episode over standard input and output, until the input ends."""
-    server = make_mcp_server(worlds, domain)
+    server = make_mcp_server(episodes, domain)
 
-    def exit_on_signal(number: int) -> None:
-        worlds.close()
-        os._exit(128 + number)  # a normal exit would wait for the thread that reads standard input
+    def exit_on_signal(signal_number: int) -> None:
+        episodes.close()
+        os._exit(128 + signal_number)  # a normal exit would wait for the thread that reads standard input
 
     async def run() -> None:
         if sys.platform != "win32":
@@ -135,7 +135,7 @@ def serve_stdio(worlds: EpisodeServer, domain: Domain) -> None:
         async with stdio_server() as (read, write):
             await server.run(read, write, server.create_initialization_options())
 
-    asyncio.run(_run_until_done(worlds, run))
+    asyncio.run(_run_until_done(episodes, run))
 
 
 def make_http_app(
@@ -182,11 +182,11 @@ def listen(host: str, port: int) -> socket.socket:
         raise InputError(f"--port {port}: cannot listen there, at {host} ({why})") from error
 
 
-def serve_http(worlds: EpisodeServer, app: Starlette, listener: socket.socket) -> None:
+def serve_http(episodes: EpisodeServer, app: Starlette, listener: socket.socket) -> None:
     """Serve an application on a socket until the process is interrupted."""
     config = uvicorn.Config(app, log_level="warning", server_header=False, limit_concurrency=_MAX_CONNECTIONS)
     server = uvicorn.Server(config)
-    asyncio.run(_run_until_done(worlds, partial(server.serve, [listener])))
+    asyncio.run(_run_until_done(episodes, partial(server.serve, [listener])))
 
 
 async def _run_until_done(worlds: EpisodeServer, run: Callable[[], Awaitable[None]]) -> None:

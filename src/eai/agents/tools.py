@@ -40,16 +40,16 @@ def _make_object_schema(properties: Mapping[str, object]) -> dict[str, Any]:
     return {"type": "object", "properties": {**properties}, "required": [*properties]}
 
 
-def read_tool_call(name: str, arguments: Mapping[str, object]) -> str:
+def read_tool_call(tool_name: str, arguments: Mapping[str, object]) -> str:
     """Return the command of a tool call.
 
     Raises:
         InputError: the tool does not exist, or its arguments are invalid.
     """
-    if name in (READ, END):
-        return LOOK if name == READ else DONE
-    if name != ACT:
-        raise InputError(f"there is no tool {name[:100]!r}: {ACT}, {READ}, {END}")
+    if tool_name in (READ, END):
+        return LOOK if tool_name == READ else DONE
+    if tool_name != ACT:
+        raise InputError(f"there is no tool {tool_name[:100]!r}: {ACT}, {READ}, {END}")
     match arguments:
         case {"action": str(action), "objects": [*objects]} if all(isinstance(each, str) for each in objects):
             return f"{action}({', '.join(map(str, objects))})"

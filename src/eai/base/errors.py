@@ -113,22 +113,22 @@ def read_items_or_raise_all(items: Iterable[S], read: Callable[[S], T]) -> list[
     return values
 
 
-def did_you_mean(word: str, names: Iterable[str]) -> str:
+def did_you_mean(word: str, known_names: Iterable[str]) -> str:
     """Return "; did you mean NAME?" with the most similar known name, or "" if no name is similar.
 
     A known name that differs only in capital letters counts as the most similar.
     """
-    known = list(names)
+    known = list(known_names)
     same_letters = [name for name in known if name.casefold() == word.casefold()]
     matches = same_letters or get_close_matches(word, known, 1)
     return f"; did you mean {matches[0]}?" if matches and matches[0] != word else ""
 
 
-def find_enum_member(kind: type[E], name: E | str, noun: str) -> E:
+def find_enum_member(enum_type: type[E], name: E | str, noun: str) -> E:
     """Return the member of an enumeration that has the given value.
 
     Args:
-        kind: the enumeration.
+        enum_type: the enumeration.
         name: the value of a member, or the member itself.
         noun: the noun for the members in the error message, such as ``"suite"``.
 
@@ -136,17 +136,19 @@ def find_enum_member(kind: type[E], name: E | str, noun: str) -> E:
         InputError: no member has this value.
     """
     try:
-        return kind(name)
+        return enum_type(name)
     except ValueError as error:
-        raise make_unknown_name_error(str(name), noun, [item.value for item in kind]) from error
+        raise make_unknown_name_error(str(name), noun, [item.value for item in enum_type]) from error
 
 
-def make_unknown_name_error(name: str, noun: str, names: Iterable[str]) -> InputError:
+def make_unknown_name_error(name: str, noun: str, known_names: Iterable[str]) -> InputError:
     """Return the error for an unknown name; its message lists the known names.
 
     Args:
         name: the unknown name.
         noun: the noun for the named objects in the error message, such as ``"suite"``.
-        names: the known names.
+        known_names: the known names.
     """
-    return InputError(f"{name!r} is no {noun}: expected one of {', '.join(names)}{did_you_mean(name, names)}")
+    return InputError(
+        f"{name!r} is no {noun}: expected one of {', '.join(known_names)}{did_you_mean(name, known_names)}"
+    )

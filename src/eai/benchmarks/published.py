@@ -62,10 +62,10 @@ def open_behavior_operators(source: Source | None = None) -> TransitionTasks:
     Raises:
         DataError: the tasks cannot be obtained, or the store is damaged.
     """
-    from eai.benchmarks.behavior.counterparts import translate_plan_steps
+    from eai.benchmarks.behavior.counterparts import translate_to_household_actions
 
     pack = open_pack(packs.BEHAVIOR_PDDL, source)
-    return _build_transition_tasks(pack, "behavior_pd.pddl", translate_plan_steps)
+    return _build_transition_tasks(pack, "behavior_pd.pddl", translate_to_household_actions)
 
 
 _PARTS = ("parameters", "preconditions", "effects")

@@ -10,7 +10,7 @@ from eai.abilities.declaration import get_declaration
 from eai.abilities.protocol import DEFAULT_PROTOCOL, PAPER_ABILITIES, Ability, Protocol, find_protocols
 from eai.abilities.scorer import Assessment, Scorer, assess_or_report_failure
 from eai.abilities.task_features import TaskFeatures
-from eai.abilities.unread_cause import add_cause, find_cause_of_unreadability
+from eai.abilities.unread_cause import add_cause_of_unreadability, find_cause_of_unreadability
 from eai.abilities.verdict import Unreadable, Verdict
 from eai.base.errors import InputError, did_you_mean
 from eai.base.store import ignore_progress
@@ -152,7 +152,7 @@ class Suite:
         if not is_unread or self.protocol is not DEFAULT_PROTOCOL:
             return assessment
         other_ability = partial(find_ability_answered_instead, self.benchmark, self.ability, text)
-        return add_cause(
+        return add_cause_of_unreadability(
             assessment,
             find_cause_of_unreadability(text, self.benchmark.domain.operator_arities, other_ability),
         )

@@ -99,7 +99,7 @@ class ActionSequencing(PlanScorer):
             else self.repairer.compute_closeness_to_success(self.repairer.read_steps(plan))
         )
 
-    def _add_repair_to_verdict(self, text: str, verdict: Verdict, limit: int) -> Verdict:
+    def _add_repair_to_verdict(self, text: str, verdict: Verdict, max_tried_steps: int) -> Verdict:
         if verdict.excluded is not None or not isinstance(verdict, PlanVerdict):
             return verdict
         if verdict.declines_task and verdict.success:
@@ -107,7 +107,7 @@ class ActionSequencing(PlanScorer):
         plan = self.read(text)
         if verdict.declines_task or isinstance(plan, Unreadable):
             return replace(verdict, repair=Repair(why_null="unreadable"))
-        return replace(verdict, repair=self.repairer.find_smallest_repair(plan, verdict, limit))
+        return replace(verdict, repair=self.repairer.find_smallest_repair(plan, verdict, max_tried_steps))
 
     @cached_property
     def repairer(self) -> PlanRepairer:

@@ -188,18 +188,20 @@ class _AnswerInterpreter:
         self._known = {scene_object for things in self._named.values() for scene_object in things}
         self._times: Counter[WrittenGoal] = Counter()
 
-    def to_formula(self, said: WrittenGoal, variables: frozenset[str]) -> Formula | None:
+    def to_formula(self, stated_goal: WrittenGoal, variables: frozenset[str]) -> Formula | None:
         """Return a stated goal as a formula, or None if the goal is ill-formed.
 
         ``variables`` contains the names of the variables that quantifiers around the goal bind.
         """
-        if not self._lexicon.is_well_formed(said):
+        if not self._lexicon.is_well_formed(stated_goal):
             return None
-        terms = tuple([make_term(name, variables) for name in self._find_meant_objects(said, variables)])
-        if said.is_action:
-            return Occurs(said.predicate, terms)
-        atom = Atom(self._predicates.get((said.predicate, len(terms)), said.predicate), terms)
-        return atom if said.positive else ~atom
+        terms = tuple(
+            [make_term(name, variables) for name in self._find_meant_objects(stated_goal, variables)]
+        )
+        if stated_goal.is_action:
+            return Occurs(stated_goal.predicate, terms)
+        atom = Atom(self._predicates.get((stated_goal.predicate, len(terms)), stated_goal.predicate), terms)
+        return atom if stated_goal.positive else ~atom
 
     def find_unknown_names(self, formula: Formula) -> Iterator[str]:
         """Yield the unknown names in a formula."""
@@ -211,12 +213,12 @@ class _AnswerInterpreter:
                     yield name
         yield from (name for name in find_object_names(formula) if name not in self._known)
 
-    def _find_meant_objects(self, said: WrittenGoal, variables: frozenset[str]) -> tuple[str, ...]:
+    def _find_meant_objects(self, stated_goal: WrittenGoal, variables: frozenset[str]) -> tuple[str, ...]:
         """Return the scene's names of the objects that a goal means. Unknown names are kept."""
-        named = [[name] if name in variables else self._named.get(name, [name]) for name in said.names]
+        named = [[name] if name in variables else self._named.get(name, [name]) for name in stated_goal.names]
         first = tuple([things[0] for things in named])
         if len(first) > 2:  # goals about three or more objects always mean the first object of each name
             return first
         meant = [chosen for chosen in product(*named) if len({*chosen}) == len(chosen)] or [first]
-        self._times[said] += 1
-        return meant[min(self._times[said], len(meant)) - 1]
+        self._times[stated_goal] += 1
+        return meant[min(self._times[stated_goal], len(meant)) - 1]

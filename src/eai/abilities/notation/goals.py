@@ -78,13 +78,13 @@ def read_nested_formula(
             return literal(entry, variables)
 
 
-def unwrap_operands(parts: Sequence[object]) -> Sequence[object]:
+def unwrap_operands(operands: Sequence[object]) -> Sequence[object]:
     """Return the operands of a connective. An answer may list them or write them one after the other."""
-    match parts:
+    match operands:
         case [[[*_], *_] as inner]:
             return inner
         case _:
-            return parts
+            return operands
 
 
 def _quantify(
@@ -105,8 +105,8 @@ def _quantify(
             return None
 
 
-def _read_variable(part: object) -> f.Variable | None:
-    match part:
+def _read_variable(value: object) -> f.Variable | None:
+    match value:
         case str(category):
             return f.Variable(category, category)
         case [str(name), "-", str(category)]:
@@ -115,8 +115,8 @@ def _read_variable(part: object) -> f.Variable | None:
             return None
 
 
-def _read_count(part: object) -> int | None:
-    match part:
+def _read_count(value: object) -> int | None:
+    match value:
         case bool():
             return None
         case int(number) | [int(number)] if 0 <= number < 10**MAX_COUNT_DIGITS:
@@ -153,13 +153,13 @@ class GoalSections(NamedTuple):
 
 
 def make_sections_format(
-    read: Callable[[GoalSections], GoalSections | None], flaw: Callable[[object], str | None]
+    read: Callable[[GoalSections], GoalSections | None], find_flaw: Callable[[object], str | None]
 ) -> AnswerFormat[GoalSections]:
     """Return the form of an answer that is an object with goals in sections.
 
     Args:
         read: takes sections and returns them if they state goals, else None.
-        flaw: takes a JSON value and returns in words why the value has another form, or None.
+        find_flaw: takes a JSON value and returns in words why the value has another form, or None.
     """
 
     def read_sections(value: object) -> GoalSections | None:
@@ -175,7 +175,7 @@ def make_sections_format(
         read_sections,
         is_part=contains_json_string,
         is_line_of_answer=lambda line: _SECTION_LINE.match(line) is not None,
-        flaw=flaw,
+        flaw=find_flaw,
         repairs_of=lambda sections_read: sections_read.repairs,
         is_certain=lambda sections_read: any(key in _SECTION_OF for key, _ in sections_read.members),
     )
@@ -184,9 +184,9 @@ def make_sections_format(
 _SECTION_LINE = re.compile(r"""\W*["'](?:node|edge|action)[ _-]goals["']\s*:""", re.IGNORECASE)
 
 
-def _normalize_section_name(key: str) -> str:
+def _normalize_section_name(section_name: str) -> str:
     """Return the key of a section as prompts spell it. An unknown key is returned unchanged."""
-    return _SECTION_OF.get(_NO_WORD.sub(" ", key).strip().lower(), key)
+    return _SECTION_OF.get(_NO_WORD.sub(" ", section_name).strip().lower(), section_name)
 
 
 class WrittenGoal(NamedTuple):
@@ -444,8 +444,8 @@ class JsonGoals(GoalNotation):
         return self.normalize_word(value).lstrip("?") if isinstance(value, str) else value
 
     def _read_condition(self, kind: GoalKind | None, entry: object, meaning: GoalMeaning) -> Formula | None:
-        def read_literal(part: object, variables: frozenset[str]) -> Formula | None:
-            goal = self._read_goal(kind, part)
+        def read_literal(value: object, variables: frozenset[str]) -> Formula | None:
+            goal = self._read_goal(kind, value)
             return None if goal is None else meaning(goal, variables)
 
         return (

@@ -90,9 +90,9 @@ class StepList(NamedTuple):
     is_single_step: bool = False
 
 
-def join_step_lists(parts: Iterable[StepList], *, is_single_step: bool = False) -> StepList:
+def join_step_lists(step_lists: Iterable[StepList], *, is_single_step: bool = False) -> StepList:
     """Return the steps in several JSON values as one list."""
-    listed = list(parts)
+    listed = list(step_lists)
     repairs = dict.fromkeys([repair for part in listed for repair in part.repairs])
     return StepList(tuple([step for part in listed for step in part.steps]), tuple(repairs), is_single_step)
 

@@ -109,10 +109,10 @@ def _read_action_lines(text: str, actions: Collection[str]) -> WrittenPlan | Unr
     return correct_action_spelling(replace(plan, repairs=(*plan.repairs, ACTION_LINES), spans=spans), actions)
 
 
-def _read_action_line(line: str, names: Collection[str]) -> WrittenStep | None:
+def _read_action_line(line: str, action_names: Collection[str]) -> WrittenStep | None:
     words = line.strip(_AROUND)
     match = _CALL.fullmatch(words.strip("\"'")) or _COMMAND.fullmatch(words)
-    if match is None or match[1].casefold() not in names:
+    if match is None or match[1].casefold() not in action_names:
         return None
     objects = re.findall(r"""[^\s,<>()"']+""", match[2])
     is_sentence = match.re is _COMMAND and ORDINARY_WORD.search(match[2]) is not None
@@ -187,10 +187,10 @@ def _split_lines(
         position += len(whole)
 
 
-def _is_line_of_plan(line: _PlanLine, names: Collection[str]) -> bool:
+def _is_line_of_plan(line: _PlanLine, action_names: Collection[str]) -> bool:
     """Whether a line begins with the name of an action, or has an unclosed bracket."""
     word = _FIRST_WORD.match(line.text)
-    is_named = word is not None and word[1].casefold() in names
+    is_named = word is not None and word[1].casefold() in action_names
     return line.step is not None or is_named or line.text.count("(") != line.text.count(")")
 
 

@@ -154,9 +154,9 @@ class PlanNotation(ABC):
         """Return a text with the domain's names in place of the words of answers."""
         return text
 
-    def write_command(self, operator: str, names: Sequence[str]) -> str:
+    def write_command(self, operator: str, object_names: Sequence[str]) -> str:
         """Return an action on objects with the given names as an agent's command, such as ``OPEN(jar_0)``."""
-        return f"{operator}({', '.join(names)})"
+        return f"{operator}({', '.join(object_names)})"
 
     def list_words_for_objects(self, task: Task) -> tuple[str, ...]:
         """Return the words for objects in questions about a task, each once; empty if they are unknown."""
@@ -285,13 +285,13 @@ def _make_json_plan_format(actions: frozenset[str]) -> AnswerFormat[StepList]:
     return make_plan_format("list of steps with an action and an object", read_steps, actions, "plan")
 
 
-def _make_objects_schema(number: int, words: Sequence[str] | None) -> Schema:
-    if number == 0:
+def _make_objects_schema(object_count: int, words: Sequence[str] | None) -> Schema:
+    if object_count == 0:
         return make_text_schema([""])
-    if number == 1 or words is None:
+    if object_count == 1 or words is None:
         return make_text_schema(words)
     one = "(" + "|".join(_SPECIAL.sub(r"\\\g<0>", word) for word in words) + ")"
-    return {**make_text_schema(), "pattern": f"^{', ?'.join([one] * number)}$"}
+    return {**make_text_schema(), "pattern": f"^{', ?'.join([one] * object_count)}$"}
 
 
 def _write_step(action: Action, scene: Scene) -> str:

@@ -148,10 +148,10 @@ class _QuantifierRange:
                 return 1
 
 
-def _check_literal_limit(number: int) -> int:
-    if number > MAX_LITERALS:
+def _check_literal_limit(literal_count: int) -> int:
+    if literal_count > MAX_LITERALS:
         raise InputError(TOO_MUCH)
-    return number
+    return literal_count
 
 
 MAX_INSTRUCTIONS = 20_000
@@ -512,11 +512,11 @@ class _ProgramBuilder:
         for index in indices:
             yield substitute_terms(body, {f.Variable(variable.name): f.Constant(self._lexicon.name(index))})
 
-    def _add_fork(self, entries: Sequence[int], number: int) -> int:
+    def _add_fork(self, first_instructions: Sequence[int], subgoal: int) -> int:
         return (
-            entries[0]
-            if len(entries) == 1
-            else self._add_instruction(ForkInstruction(lambda state: entries, number))
+            first_instructions[0]
+            if len(first_instructions) == 1
+            else self._add_instruction(ForkInstruction(lambda state: first_instructions, subgoal))
         )
 
     def _add_instruction(self, instruction: Instruction) -> int:
@@ -526,8 +526,10 @@ class _ProgramBuilder:
         return len(self.program) - 1
 
 
-def _make_require_instruction(required: _StateRequirement, number: int, then: int) -> RequireInstruction:
-    return RequireInstruction(required.holds, required.check, number, then, 1 + required.effort)
+def _make_require_instruction(
+    required: _StateRequirement, subgoal: int, next_instruction: int
+) -> RequireInstruction:
+    return RequireInstruction(required.holds, required.check, subgoal, next_instruction, 1 + required.effort)
 
 
 def _is_about_single_state(formula: f.Formula) -> bool:

@@ -191,9 +191,9 @@ class SubgoalRefiner:
 
         return find_action_plans
 
-    def _search_plans(self, goal: SearchGoal, need: _SubgoalSearchInput) -> SubgoalPlans:
+    def _search_plans(self, goal: SearchGoal, search_input: _SubgoalSearchInput) -> SubgoalPlans:
         budget = min(self._budget * goal.part_count, _MAX_TESTED_LITERALS // goal.part_count)
-        return find_plans(goal, self._list_growing_action_sets(need), need.state, budget)
+        return find_plans(goal, self._list_growing_action_sets(search_input), search_input.state, budget)
 
     def _list_growing_action_sets(self, search_input: _SubgoalSearchInput) -> Iterator[PermittedActions]:
         """Yield growing sets of actions that a search may use.
@@ -268,15 +268,17 @@ class SubgoalRefiner:
         }
 
     def _to_candidates(
-        self, actions: Mapping[Action, LiteralBits], need: _SubgoalSearchInput
+        self, actions: Mapping[Action, LiteralBits], search_input: _SubgoalSearchInput
     ) -> list[CandidateAction]:
         candidates = []
         for action, parts in actions.items():
-            candidate = need.candidates.get(action)
+            candidate = search_input.candidates.get(action)
             if candidate is None:
                 info = self._repertoire.operators[action.operator]
-                candidate = need.candidates[action] = CandidateAction.create(action, info, need.state)
-            touched = need.touched.get(action.operator, 0) | parts
+                candidate = search_input.candidates[action] = CandidateAction.create(
+                    action, info, search_input.state
+                )
+            touched = search_input.touched.get(action.operator, 0) | parts
             candidates.append(candidate.with_literal_masks(parts, touched))
         return candidates
 

@@ -359,15 +359,17 @@ class OperatorIndex:
         return frozenset(find_stored_predicates(find_predicates(*formulas), self._domain.vocabulary))
 
 
-def _fill_arguments(given: Sequence[int | None], objects: Sequence[int]) -> Iterator[tuple[int, ...]]:
+def _fill_arguments(
+    decided_arguments: Sequence[int | None], objects: Sequence[int]
+) -> Iterator[tuple[int, ...]]:
     """Yield all tuples of different objects for an operator's arguments, in the order of objects.
 
     Arguments that have an object already keep this object.
     """
-    if not given:
+    if not decided_arguments:
         yield ()
         return
-    first, *rest = given
+    first, *rest = decided_arguments
     for index in objects if first is None else (first,):
         if index not in rest:
             others = [other for other in objects if other != index]

@@ -87,7 +87,7 @@ class SearchGoal(NamedTuple):
 
 
 def find_plans(
-    goal: SearchGoal, permitted_sets: Iterable[PermittedActions], start: State, budget: int
+    goal: SearchGoal, permitted_sets: Iterable[PermittedActions], start: State, max_applied_actions: int
 ) -> SubgoalPlans:
     """Return the shortest plans that reach a goal, or the failed attempt that comes nearest to the goal.
 
@@ -97,12 +97,12 @@ def find_plans(
         goal: the goal of the searches.
         permitted_sets: the sets of permitted actions, one for each search.
         start: the state in which plans begin.
-        budget: maximum number of actions that each search may apply to states.
+        max_applied_actions: maximum number of actions that each search may apply to states.
     """
     failed: list[_UniformCostSearch] = []
     effort = 0
     for permitted in permitted_sets:
-        search = _UniformCostSearch(goal, permitted, budget)
+        search = _UniformCostSearch(goal, permitted, max_applied_actions)
         plans = search.find_shortest_plans(start)
         effort += search.effort.used * goal.effort_per_step
         if plans:

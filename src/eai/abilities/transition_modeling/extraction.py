@@ -287,7 +287,7 @@ class _OperatorPart(NamedTuple):
     last: bool
 
 
-def _split_parts(text: str, name: str, offset: int) -> list[_OperatorPart]:
+def _split_parts(text: str, operator_name: str, offset: int) -> list[_OperatorPart]:
     """Return the parts of an operator that follow its name.
 
     Raises:
@@ -295,7 +295,7 @@ def _split_parts(text: str, name: str, offset: int) -> list[_OperatorPart]:
     """
     keywords = list(_PART.finditer(text, offset))
     between = text[offset : keywords[0].start() if keywords else len(text)].strip()
-    if not name or name.startswith(":") or (keywords and between):
+    if not operator_name or operator_name.startswith(":") or (keywords and between):
         raise make_pddl_error(text, 0, PddlViolationKind.MALFORMED, "(:action NAME ...)")
     if not keywords and not between.startswith(")"):
         raise make_pddl_error(text, 0, PddlViolationKind.UNBALANCED, "a partner for this opening parenthesis")
@@ -334,7 +334,7 @@ def _read_list(part: _OperatorPart) -> tuple[ExpressionList, tuple[str, ...]]:
     raise make_pddl_error(part.text, group.end, PddlViolationKind.MALFORMED, "one list behind a keyword")
 
 
-def _add_part(action: PddlAction, part: _OperatorPart, group: ExpressionList) -> PddlAction:
+def _add_part(action: PddlAction, part: _OperatorPart, expression: ExpressionList) -> PddlAction:
     """Return an operator with one more part.
 
     Raises:
@@ -343,8 +343,8 @@ def _add_part(action: PddlAction, part: _OperatorPart, group: ExpressionList) ->
     reader = PddlReader(part.text)
     match part.keyword:
         case "precondition":
-            return replace(action, precondition=reader.read_condition_or_empty(group))
+            return replace(action, precondition=reader.read_condition_or_empty(expression))
         case "effect":
-            return replace(action, effect=reader.read_effect_or_empty(group))
+            return replace(action, effect=reader.read_effect_or_empty(expression))
         case _:
-            return replace(action, parameters=reader.read_variables(group))
+            return replace(action, parameters=reader.read_variables(expression))

@@ -172,19 +172,21 @@ class OperatorScoringRules(ABC):
         return NOT_RUN if self.planner is None else NO_OPERATORS
 
     def solve(
-        self, key: Hashable, size: int, make: Callable[[], PlanningTask | PlannerResult]
+        self, key: Hashable, text_length: int, make_task: Callable[[], PlanningTask | PlannerResult]
     ) -> PlannerResult:
         """Return the planner's result for a planning task, cached under a key.
 
         Args:
             key: the content of domain and problem.
-            size: number of characters of the operators.
-            make: makes the planning task, or returns a result that needs no planner.
+            text_length: number of characters of the operators.
+            make_task: makes the planning task, or returns a result that needs no planner.
         """
         planner = self.planner
         if planner is None:
             return NOT_RUN
-        return self.results.get_or_compute(key, size, lambda: _solve_unless_result(planner, make()))
+        return self.results.get_or_compute(
+            key, text_length, lambda: _solve_unless_result(planner, make_task())
+        )
 
 
 _ReadOperator: TypeAlias = tuple[PddlAction | None, tuple[PddlFinding, ...]]
@@ -288,11 +290,11 @@ class PaperOperatorRules(OperatorScoringRules):
         )
 
     def _compare_with_gold(
-        self, task: TransitionTask, name: str, written: WrittenOperator | None
+        self, task: TransitionTask, operator_name: str, written: WrittenOperator | None
     ) -> _OperatorComparison:
         read, size = (None, 0) if written is None else ((written.action, written.unread), written.size)
         return self.compared.get_or_compute(
-            (read, name), size, lambda: _compare_read_operator_with_gold(task, name, read)
+            (read, operator_name), size, lambda: _compare_read_operator_with_gold(task, operator_name, read)
         )
 
     def _find_operator_defects(
@@ -319,11 +321,11 @@ class PaperOperatorRules(OperatorScoringRules):
         task: TransitionTask,
         actions: tuple[PddlAction, ...],
         findings: tuple[PddlFinding, ...],
-        size: int,
+        text_length: int,
     ) -> PlannerResult:
         refusals = tuple(finding for finding in findings if finding.offence.makes_planners_refuse_domain)
         key = (task.problem_text, actions, refusals)
-        return self.solve(key, size, lambda: _make_planning_task_or_result(task, actions, refusals))
+        return self.solve(key, text_length, lambda: _make_planning_task_or_result(task, actions, refusals))
 
 
 def _compare_read_operator_with_gold(

@@ -176,6 +176,6 @@ def get_counts_by_category(verdict: OperatorVerdict) -> dict[str, Confusion]:
     return counts
 
 
-def sum_counts(counts: Mapping[str, Confusion]) -> Confusion:
+def sum_counts(counts_by_category: Mapping[str, Confusion]) -> Confusion:
     """Return the sum of the counts over all categories. A clause of several categories counts once."""
-    return counts.get(ALL) or add_confusions(counts.values())
+    return counts_by_category.get(ALL) or add_confusions(counts_by_category.values())

@@ -56,7 +56,7 @@ _ONE_HAND_ACTIONS = frozenset(
 _HANDS = ("RIGHT", "LEFT")
 
 
-def translate_plan_steps(task: Task, steps: Sequence[PlanStep]) -> tuple[Action, ...]:
+def translate_to_household_actions(task: Task, published_steps: Sequence[PlanStep]) -> tuple[Action, ...]:
     """Return the household actions of a plan of published operators, up to the first step without an action.
 
     Planning problems have no hands, so hands are added. The right hand grasps first. The left hand grasps if
@@ -64,7 +64,9 @@ def translate_plan_steps(task: Task, steps: Sequence[PlanStep]) -> tuple[Action,
     """
     names = BehaviorGoals().list_object_names(task)
     index = {name.replace(".", "_"): number for number, name in enumerate(names)}
-    return tuple(_add_hands_to_actions(translate_steps(steps, COUNTERPARTS, index.get), steps))
+    return tuple(
+        _add_hands_to_actions(translate_steps(published_steps, COUNTERPARTS, index.get), published_steps)
+    )
 
 
 def _add_hands_to_actions(actions: Iterable[Action], steps: Sequence[PlanStep]) -> Iterator[Action]:

@@ -244,22 +244,24 @@ def make_state_action(
     state: Predicate,
     description: str,
     *,
-    to: bool,
-    first: tuple[Check, ...] = (),
-    last: tuple[Check, ...] = (),
+    to_true: bool,
+    first_checks: tuple[Check, ...] = (),
+    last_checks: tuple[Check, ...] = (),
     effects: tuple[Effect, ...] = (),
 ) -> Operator:
     """Return an action that makes a state of an object true or false. The robot needs a free hand."""
     wanted = state(X)
     checks = (
-        *first,
+        *first_checks,
         A_HAND_FREE,
         affordance(ability(X), f"{{x}} is not {ability.name}"),
-        additional_step(~wanted if to else wanted, f"{{x}} {_write_already_message(state, holds=to)}"),
+        additional_step(
+            ~wanted if to_true else wanted, f"{{x}} {_write_already_message(state, holds=to_true)}"
+        ),
         *require_interactable(X),
-        *last,
+        *last_checks,
     )
-    change = Add(wanted) if to else Delete(wanted)
+    change = Add(wanted) if to_true else Delete(wanted)
     return Operator(name, (X,), checks, (change, *effects), description)
 
 
@@ -271,8 +273,8 @@ def make_toggle_on_action() -> Operator:
         p.toggleable,
         p.is_toggled_on,
         "switch the object on",
-        to=True,
-        last=(missing_step(~(p.openable(X) & p.is_open(X)), "{x} is open"),),
+        to_true=True,
+        last_checks=(missing_step(~(p.openable(X) & p.is_open(X)), "{x} is open"),),
         effects=(When(p.dishwasher(X), (ForEach(C, p.carries(X, C), washed),)),),
     )
 
@@ -306,8 +308,8 @@ def make_slice_action() -> Operator:
         p.sliceable,
         p.is_sliced,
         "slice the object with a slicer in a hand",
-        to=True,
-        first=(missing_step(Exists(Y, p.held(Y) & p.slicer(Y)), "no hand holds a slicer"),),
+        to_true=True,
+        first_checks=(missing_step(Exists(Y, p.held(Y) & p.slicer(Y)), "no hand holds a slicer"),),
         effects=(ForEach(P, parts, (Add(p.is_sliced(P)),)), *states, *labels, *supports),
     )
 
@@ -366,21 +368,23 @@ def make_soak_action() -> Operator:
     vessel = (p.sink(Y) | p.teapot(Y)) & (p.is_toggled_on(Y) | ~p.toggleable(Y))
     in_water = missing_step(Exists(Y, p.carried_by(X, Y) & vessel), "{x} is in no running sink and no teapot")
     return make_state_action(
-        "SOAK", p.soakable, p.is_soaked, "make the object wet", to=True, last=(in_water,)
+        "SOAK", p.soakable, p.is_soaked, "make the object wet", to_true=True, last_checks=(in_water,)
     )
 
 
 def make_cook_action() -> Operator:
     """Return the action COOK: an object in a saucepan becomes cooked."""
     in_pan = missing_step(Exists(Y, p.carried_by(X, Y) & p.saucepan(Y)), "{x} is in no saucepan")
-    return make_state_action("COOK", p.cookable, p.is_cooked, "cook the object", to=True, last=(in_pan,))
+    return make_state_action(
+        "COOK", p.cookable, p.is_cooked, "cook the object", to_true=True, last_checks=(in_pan,)
+    )
 
 
 def make_freeze_action() -> Operator:
     """Return the action FREEZE: an object in a fridge freezes."""
     in_cold = missing_step(Exists(Y, p.carried_by(X, Y) & p.cold_source(Y)), "{x} is in no fridge")
     return make_state_action(
-        "FREEZE", p.freezable, p.is_frozen, "freeze the object", to=True, last=(in_cold,)
+        "FREEZE", p.freezable, p.is_frozen, "freeze the object", to_true=True, last_checks=(in_cold,)
     )
 
 
@@ -393,17 +397,21 @@ def make_operators() -> tuple[Operator, ...]:
     return (
         Operator("NAVIGATE_TO", (X,), (), (), "go to the object", role=OperatorRole.MOVEMENT),
         *chain.from_iterable(zip(*map(make_hand_actions, HANDS), strict=True)),
-        make_state_action("OPEN", p.openable, p.is_open, "open the object", to=True, last=(not_on,)),
-        make_state_action("CLOSE", p.openable, p.is_open, "close the object", to=False),
+        make_state_action(
+            "OPEN", p.openable, p.is_open, "open the object", to_true=True, last_checks=(not_on,)
+        ),
+        make_state_action("CLOSE", p.openable, p.is_open, "close the object", to_true=False),
         make_cook_action(),
         make_clean_action(),
         make_freeze_action(),
-        make_state_action("UNFREEZE", p.freezable, p.is_frozen, "thaw the object", to=False),
+        make_state_action("UNFREEZE", p.freezable, p.is_frozen, "thaw the object", to_true=False),
         make_slice_action(),
         make_soak_action(),
-        make_state_action("DRY", p.soakable, p.is_soaked, "dry the object", to=False),
+        make_state_action("DRY", p.soakable, p.is_soaked, "dry the object", to_true=False),
         make_toggle_on_action(),
-        make_state_action("TOGGLE_OFF", p.toggleable, p.is_toggled_on, "switch the object off", to=False),
+        make_state_action(
+            "TOGGLE_OFF", p.toggleable, p.is_toggled_on, "switch the object off", to_true=False
+        ),
     )
 
 
