@@ -26,7 +26,7 @@ from eai.base.errors import InputError
 from eai.benchmarks.gold_answers import open_answers_of_planner
 from eai.benchmarks.suite import Suite, open_suite
 from eai.extensions.scenes.camera import Camera, CameraView
-from eai.extensions.scenes.scene import BodyScene
+from eai.extensions.scenes.scene import MujocoScene
 from eai.planning.search import Limits
 from eai.results.rate import Rate
 from eai.studies.perception.belief import apply_scene_graphs, open_scene_words
@@ -68,13 +68,13 @@ def main() -> None:
         write_rows("bodies", rows)
 
 
-def build_scenes(suite: Suite, task_ids: Sequence[str]) -> tuple[dict[str, BodyScene], str]:
+def build_scenes(suite: Suite, task_ids: Sequence[str]) -> tuple[dict[str, MujocoScene], str]:
     """Return the scenes that can be built. Print their cost, and why the others cannot be built."""
-    scenes, times = dict[str, BodyScene](), []
+    scenes, times = dict[str, MujocoScene](), []
     for task_id in task_ids:
         start = time.process_time()
         try:
-            scenes[task_id] = BodyScene(suite.tasks[task_id])
+            scenes[task_id] = MujocoScene(suite.tasks[task_id])
         except InputError as error:
             print(f"  {error}")
         times.append(time.process_time() - start)
@@ -87,7 +87,7 @@ def build_scenes(suite: Suite, task_ids: Sequence[str]) -> tuple[dict[str, BodyS
     return scenes, f"{median(times):.2f} ({max(times):.2f})"
 
 
-def measure_frames(scenes: Sequence[BodyScene]) -> str:
+def measure_frames(scenes: Sequence[MujocoScene]) -> str:
     """Print and return the cost of rendering a frame of 640 x 480 pixels."""
     costs = []
     for shadows in (True, False):
@@ -97,7 +97,7 @@ def measure_frames(scenes: Sequence[BodyScene]) -> str:
     return ", ".join(costs)
 
 
-def timed(scenes: Sequence[BodyScene], *, shadows: bool) -> Iterator[float]:
+def timed(scenes: Sequence[MujocoScene], *, shadows: bool) -> Iterator[float]:
     for scene in scenes:
         with Camera(scene, shadows=shadows) as camera:
             camera.render_colours("head")
@@ -107,7 +107,7 @@ def timed(scenes: Sequence[BodyScene], *, shadows: bool) -> Iterator[float]:
                 yield time.process_time() - start
 
 
-def find_seen_facts(scene: BodyScene, suite: Suite) -> Seen:
+def find_seen_facts(scene: MujocoScene, suite: Suite) -> Seen:
     """Return the facts whose objects are all visible in a question's pictures. Floors count as visible."""
     with Camera(scene, shadows=False) as camera:
         pixels = Counter(int(i) for view in VIEWS for i in camera.render_object_indexes(view).ravel())

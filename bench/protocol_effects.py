@@ -29,7 +29,7 @@ from eai.extensions.reference.virtualhome_plans import (
     LIST_IS_NOT_JSON,
     VirtualHomeActionSequencing,
     _VirtualHomeGoalTest,
-    has_mostly_ids,
+    do_most_answers_use_object_ids,
 )
 from eai.extensions.reference.virtualhome_quirks import QUIRKS
 from eai.results.rate import Rate
@@ -75,7 +75,7 @@ def rules_of(protocol: Protocol) -> Rules:
     simulator = (
         virtualhome.domain_in_paper_order()
         if protocol is STRICT
-        else virtualhome_quirks.make_reference_domain()
+        else virtualhome_quirks.make_domain_with_all_quirks()
     )
     return Rules(*(protocol,) * 8, simulator)
 
@@ -202,7 +202,7 @@ class Answers:
 
 def answers_of(file: ResponseFile, tasks: TaskSet[VirtualHomeTask]) -> Answers:
     """Return the answers of a file, each with the judge of its task."""
-    with_ids = has_mostly_ids([response.text for response in file.responses])
+    with_ids = do_most_answers_use_object_ids([response.text for response in file.responses])
     return Answers(file.model, [(Judge(tasks[r.task_id], with_ids), r.text) for r in file.responses])
 
 

@@ -188,8 +188,10 @@ class TextEnvironment(gymnasium.Env[str, str]):
             camera.scene.show_state(self.game.state)
             return camera.render_colours("near")
         observation = self.game.memory.observation
-        draw_pixels = load_from_extension("diagrams", f"render_mode {RENDER_MODE}").draw_pixels
-        return draw_pixels(self.game.task, self.benchmark, observation.state, observation.visible)
+        draw_scene_as_array = load_from_extension(
+            "diagrams", f"render_mode {RENDER_MODE}"
+        ).draw_scene_as_array
+        return draw_scene_as_array(self.game.task, self.benchmark, observation.state, observation.visible)
 
     def close(self) -> None:
         """Close the camera and free its memory."""

@@ -13,7 +13,7 @@ from eai.benchmarks.check import check_annotations
 from eai.extensions.annotation.decisions import (
     Candidate,
     PatternList,
-    TitleDecisions,
+    TitleMeaningDecisions,
     _ObjectKind,
     annotate,
     check_goals,
@@ -24,7 +24,7 @@ from eai.extensions.annotation.decisions import (
     format_decisions,
     group_by_title,
     parse_pattern,
-    read_decisions,
+    read_uncounted_predicates_and_decisions,
     write_decisions,
 )
 from eai.logic.ltl_printer import print_ltl
@@ -143,7 +143,7 @@ def test_the_first_completely_met_candidate_is_assigned(
 
 
 def test_goals_follow_from_all_facts_that_meet_an_entry() -> None:
-    known = {"Tidy up": TitleDecisions((candidate("lit(lamp)", "do LIGHT"),))}
+    known = {"Tidy up": TitleMeaningDecisions((candidate("lit(lamp)", "do LIGHT"),))}
     made = list(annotate(group_by_title(shelves().tasks(Source())), DOMAIN, known))
     goals = [[print_ltl(goal.formula) for goal in of_task] for _, _, of_task in made]
     assert goals == [[], ["lit(lamp_1)", "LIGHT()"], ["lit(lamp_1)", "lit(lamp_2)", "LIGHT()"]]
@@ -157,8 +157,8 @@ def test_goals_follow_from_all_facts_that_meet_an_entry() -> None:
 COMMANDS = ("keep 1", "drop 3 4", "or 2 5", "new", "add do LIGHT or do PUT", "add lit({bright})")
 
 
-def decided(*commands: str) -> TitleDecisions:
-    listing, chosen = PatternList(SHARED, DOMAIN, ["near"]), TitleDecisions()
+def decided(*commands: str) -> TitleMeaningDecisions:
+    listing, chosen = PatternList(SHARED, DOMAIN, ["near"]), TitleMeaningDecisions()
     for command in commands:
         chosen = decide(command, chosen, listing)
     return chosen
@@ -204,10 +204,10 @@ def test_a_wrong_command_is_reported_and_changes_nothing(command: str, why: str)
 
 def test_decisions_are_read_as_they_are_written(tmp_path: Path) -> None:
     path = tmp_path / "decisions.toml"
-    assert read_decisions(path) == ((), {})
-    made = ("near",), {'Say "hi" \\ ok': decided(*COMMANDS), "Tidy up": TitleDecisions()}
+    assert read_uncounted_predicates_and_decisions(path) == ((), {})
+    made = ("near",), {'Say "hi" \\ ok': decided(*COMMANDS), "Tidy up": TitleMeaningDecisions()}
     write_decisions(path, *made)
-    assert read_decisions(path) == made
+    assert read_uncounted_predicates_and_decisions(path) == made
     assert path.read_text() == format_decisions(*made)
     assert [each.name for each in tmp_path.iterdir()] == ["decisions.toml"]
 
@@ -230,7 +230,7 @@ def test_a_malformed_decision_file_is_refused(tmp_path: Path, text: str, why: st
     path = tmp_path / "decisions.toml"
     path.write_text(text)
     with pytest.raises(InputError, match=re.escape(why)):
-        read_decisions(path)
+        read_uncounted_predicates_and_decisions(path)
 
 
 def test_an_unknown_title_is_reported() -> None:

@@ -18,9 +18,9 @@ from eai.benchmarks.virtualhome.domain import domain_in_paper_order
 from eai.benchmarks.virtualhome.predicates import PREDICATE_OF_RELATION
 from eai.benchmarks.virtualhome.tasks import VirtualHomeTasks
 from eai.extensions.annotation.decisions import (
+    AlternativePatterns,
     Candidate,
-    DemonstrationDifference,
-    Entry,
+    DemonstrationChanges,
     GoalPattern,
     _ObjectKind,
     count_patterns,
@@ -66,7 +66,7 @@ def choices() -> Iterator[Choices]:
         yield Choices(candidates, counts, values["tasks"])
 
 
-def _entries(candidate: Mapping[str, Any]) -> Iterator[Entry]:
+def _entries(candidate: Mapping[str, Any]) -> Iterator[AlternativePatterns]:
     for words in candidate["actions"]:
         yield tuple(map(GoalPattern, words))
     for state in candidate["states"]:
@@ -93,7 +93,7 @@ def _kind(values: Mapping[str, Any]) -> _ObjectKind:
     )
 
 
-def shown(tasks: Mapping[str, Task], task_ids: list[str]) -> dict[str, DemonstrationDifference]:
+def shown(tasks: Mapping[str, Task], task_ids: list[str]) -> dict[str, DemonstrationChanges]:
     found = [find_difference(tasks[task_id], domain_in_paper_order()) for task_id in task_ids]
     return dict(zip(task_ids, found, strict=True))
 

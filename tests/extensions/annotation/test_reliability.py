@@ -5,7 +5,7 @@ from statistics import fmean, pvariance
 
 import pytest
 
-from eai.extensions.annotation.study import compute_krippendorff_alpha, compute_weighted_mse
+from eai.extensions.annotation.study import compute_krippendorff_alpha, compute_mse_around_task_means
 
 KRIPPENDORFF = (
     "1 2 3 3 2 1 4 1 2 . . .",
@@ -59,7 +59,7 @@ def test_alpha_of_few_ratings(rated: list[list[float]], alpha: float | None) -> 
 def test_the_weighted_error_uses_tasks_rated_more_than_once(
     rated: list[list[float]], mse: float | None
 ) -> None:
-    assert compute_weighted_mse(rated) == mse
+    assert compute_mse_around_task_means(rated) == mse
 
 
 @pytest.mark.parametrize(("sizes", "expected"), [((2,), 1.0), ((4, 2, 2), 1.25)])

@@ -8,7 +8,13 @@ import pytest
 from eai.abilities.protocol import Ability
 from eai.base.store import Store
 from eai.benchmarks.registry import find_benchmark
-from eai.extensions.people.answer_form import FIRST, PREDICATE, SECOND, build_answer_form, make_goal_pattern
+from eai.extensions.people.answer_form import (
+    FIRST,
+    PREDICATE,
+    SECOND,
+    build_answer_form,
+    make_goal_answer_template,
+)
 from eai.tasks.source import Source
 from suites import official_prompts
 
@@ -32,11 +38,11 @@ def test_the_page_has_the_prompts_as_they_are_and_reaches_for_nothing(data_store
 
 
 def test_the_pattern_of_goals_is_that_of_the_notation(data_store: Store) -> None:
-    assert make_goal_pattern(find_benchmark("behavior"), Source(data_store)) == {
+    assert make_goal_answer_template(find_benchmark("behavior"), Source(data_store)) == {
         "node goals": [[PREDICATE, FIRST]],
         "edge goals": [[PREDICATE, FIRST, SECOND]],
     }
-    assert make_goal_pattern(find_benchmark("virtualhome"), Source(data_store)) == {
+    assert make_goal_answer_template(find_benchmark("virtualhome"), Source(data_store)) == {
         "node goals": [{"name": FIRST, "state": PREDICATE}],
         "edge goals": [{"from_name": FIRST, "relation": PREDICATE, "to_name": SECOND}],
         "action goals": [{"action": PREDICATE, "description": PREDICATE}],

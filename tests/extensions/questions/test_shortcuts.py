@@ -15,13 +15,13 @@ from eai.benchmarks.registry import find_benchmark
 from eai.extensions.questions.question import Question, QuestionForm, QuestionKind
 from eai.extensions.questions.setting import (
     QuestionContent,
-    find_texts_with_counterpart,
+    find_texts_with_ambiguous_operator,
     make_question_setting,
 )
 from eai.extensions.questions.shortcuts import (
     SHORTCUTS,
     ClosedQuestion,
-    ShortcutLedger,
+    StatementTraitCounts,
     compute_guess_probabilities,
     compute_shortcut_rates,
     draw_closed_question,
@@ -61,37 +61,46 @@ def posed(
     ],
 )
 def test_a_shortcut_is_scored_on_a_question(question: ClosedQuestion, shortcut: str, share: float) -> None:
-    assert ShortcutLedger().add_question(question)[shortcut] == pytest.approx(share)
+    assert StatementTraitCounts().add_question_and_score_shortcuts(question)[shortcut] == pytest.approx(share)
 
 
 def test_shortcuts_learn_from_earlier_questions() -> None:
-    ledger = ShortcutLedger()
+    ledger = StatementTraitCounts()
     for place in range(4):
-        ledger.add_question(posed([f"OPEN({place})", "GRAB(cup)", "WALK(cup)", "SIT(cup)"], 0))
-    assert ledger.add_question(posed(["SIT(pan)", "OPEN(pan)", "GRAB(pan)", "WALK(pan)"], 1))["operator"] == 1
-    closed = ShortcutLedger()
+        ledger.add_question_and_score_shortcuts(
+            posed([f"OPEN({place})", "GRAB(cup)", "WALK(cup)", "SIT(cup)"], 0)
+        )
+    assert (
+        ledger.add_question_and_score_shortcuts(
+            posed(["SIT(pan)", "OPEN(pan)", "GRAB(pan)", "WALK(pan)"], 1)
+        )["operator"]
+        == 1
+    )
+    closed = StatementTraitCounts()
     for _ in range(3):
-        closed.add_question(posed(["on(cup)"], None, "the cup"))
-    hits = closed.add_question(posed(["on(pan)"], 0, "the pan"))
+        closed.add_question_and_score_shortcuts(posed(["on(cup)"], None, "the cup"))
+    hits = closed.add_question_and_score_shortcuts(posed(["on(pan)"], 0, "the pan"))
     assert (hits["operator"], hits["text"]) == (0, 0)
 
 
 def test_a_statement_by_no_operator_is_right_as_often_as_a_guess() -> None:
     shown = ["A(1)", "B(1)", "C(1)", "nothing"]
     glance = make_feature_reader("", (), {"nothing": ()})
-    ledger = ShortcutLedger()
+    ledger = StatementTraitCounts()
     for right in (0, 1, 2):
-        ledger.add_question(ClosedQuestion(shown, right, glance))
-    learned = ledger.add_question(ClosedQuestion(["A(1)", "nothing", "nothing", "nothing"], 0, glance))
+        ledger.add_question_and_score_shortcuts(ClosedQuestion(shown, right, glance))
+    learned = ledger.add_question_and_score_shortcuts(
+        ClosedQuestion(["A(1)", "nothing", "nothing", "nothing"], 0, glance)
+    )
     assert learned["operator"] == 1, "one in three was right, and by chance one in four"
 
 
 def test_a_question_that_reduces_imbalance_has_no_excess() -> None:
-    ledger = ShortcutLedger()
-    assert ledger.find_excess(posed(["on(cup)"], 0)) == 0
-    while not ledger.find_excess(posed(["on(cup)"], 0)):
-        ledger.add_question(posed(["on(cup)"], 0))
-    assert ledger.find_excess(posed(["on(cup)"], None)) == 0
+    ledger = StatementTraitCounts()
+    assert ledger.compute_excess_imbalance(posed(["on(cup)"], 0)) == 0
+    while not ledger.compute_excess_imbalance(posed(["on(cup)"], 0)):
+        ledger.add_question_and_score_shortcuts(posed(["on(cup)"], 0))
+    assert ledger.compute_excess_imbalance(posed(["on(cup)"], None)) == 0
 
 
 def test_the_tolerated_imbalance_grows_with_every_ten_questions() -> None:
@@ -99,10 +108,10 @@ def test_the_tolerated_imbalance_grows_with_every_ten_questions() -> None:
 
     def excess(number: int) -> int:
         """That of one question more of a kind of which there were eight too many among so many."""
-        ledger = ShortcutLedger()
+        ledger = StatementTraitCounts()
         for question in [right] * 8 + [right, wrong] * ((number - 8) // 2):
-            ledger.add_question(question)
-        return ledger.find_excess(right)
+            ledger.add_question_and_score_shortcuts(question)
+        return ledger.compute_excess_imbalance(right)
 
     assert excess(8) > 0
     assert excess(10) < excess(8)
@@ -144,11 +153,11 @@ def test_a_step_is_asked_about_where_another_by_its_operator_has_the_other_answe
     item = QuestionContent(world.states[0], (), 4, right, wrong, (), labels=about)
 
     def shown(item: QuestionContent, turn: int) -> set[str]:
-        asked = find_texts_with_counterpart(item.right, item.wrong, operators.__getitem__)
+        asked = find_texts_with_ambiguous_operator(item.right, item.wrong, operators.__getitem__)
         item = replace(item, yes_no_texts=asked)
         drawn = [
             draw_closed_question(
-                item, world, QuestionForm.YES_NO, "", ShortcutLedger(), random.Random(n), turn
+                item, world, QuestionForm.YES_NO, "", StatementTraitCounts(), random.Random(n), turn
             )
             for n in range(20)
         ]

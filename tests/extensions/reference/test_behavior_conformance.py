@@ -7,7 +7,10 @@ from benchmarks.behavior.test_conformance import (
     test_the_domain_conforms_to_its_declarations,
 )
 from eai.benchmarks.behavior.domain import domain_in_paper_order
-from eai.extensions.reference.behavior_quirks import make_reference_domain, make_subgoal_domain
+from eai.extensions.reference.behavior_quirks import (
+    make_domain_with_all_quirks,
+    make_subgoal_domain_with_all_quirks,
+)
 from eai.world.domain import Domain
 
 SHARED = (
@@ -17,7 +20,9 @@ SHARED = (
 """Tests of the paper's rules, which are run again with the fixtures below."""
 
 
-@pytest.fixture(params=[make_reference_domain, make_subgoal_domain], ids=["plans", "subgoals"])
+@pytest.fixture(
+    params=[make_domain_with_all_quirks, make_subgoal_domain_with_all_quirks], ids=["plans", "subgoals"]
+)
 def domain(request: pytest.FixtureRequest) -> Domain:
     declared: Domain = request.param()
     return declared
@@ -25,7 +30,7 @@ def domain(request: pytest.FixtureRequest) -> Domain:
 
 @pytest.fixture
 def tolerated() -> frozenset[str]:
-    """The hands of the reference (quirk `other_hand_is_additional`)."""
+    """The hands of the reference (quirk `judge_grasp_from_other_hand_as_additional_step`)."""
     return frozenset(
         f"{side}_GRASP: an additional step that would bring about in_{side.lower()}_hand(x)"
         for side in ("LEFT", "RIGHT")
@@ -34,4 +39,4 @@ def tolerated() -> frozenset[str]:
 
 def test_there_is_one_action_more_than_the_papers() -> None:
     names = {operator.name for operator in domain_in_paper_order().operators}
-    assert {operator.name for operator in make_reference_domain().operators} == {*names, "BURN"}
+    assert {operator.name for operator in make_domain_with_all_quirks().operators} == {*names, "BURN"}

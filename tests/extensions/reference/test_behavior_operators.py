@@ -37,7 +37,7 @@ SHARED = (
 )
 """Tests of the paper's operators, which are run again with the fixture `domain` below."""
 
-REFERENCE = behavior_quirks.make_reference_domain()
+REFERENCE = behavior_quirks.make_domain_with_all_quirks()
 OTHERWISE = {
     ("RIGHT_GRASP rag_1", "LEFT_GRASP rag_1"): "additional_step",
     ("RIGHT_RELEASE rag_1",): "missing_step",
@@ -70,7 +70,7 @@ def test_what_is_released_stays_in_the_air() -> None:
 def test_a_transfer_of_contents_aborts() -> None:
     steps = ("RIGHT_GRASP table_1", "RIGHT_TRANSFER_CONTENTS_ONTOP room_floor_garage_0")
     aborted = run(REFERENCE, *steps)
-    left = behavior_quirks.apply_aborted_action(aborted.final_state, aborted.steps[-1].action)
+    left = behavior_quirks.find_state_left_by_aborted_action(aborted.final_state, aborted.steps[-1].action)
     assert [has(left, f"lies_on {plate} table_1") for plate in ("plate_1", "plate_2")] == [False, True]
 
 
@@ -82,7 +82,7 @@ def test_in_the_reference_the_last_label_of_a_pair_counts() -> None:
 
 
 def test_subgoals_rank_kinds_of_error_differently_in_the_reference() -> None:
-    domain = behavior_quirks.make_subgoal_domain()
+    domain = behavior_quirks.make_subgoal_domain_with_all_quirks()
     steps = (*CUT, "OPEN dishwasher_1", "LEFT_GRASP peach_1")
     (fault,) = (step.fault for step in run(REFERENCE, *steps).steps if step.fault is not None)
     assert fault.kind is FaultKind.AFFORDANCE

@@ -60,7 +60,9 @@ def test_partial_success_counts_the_state_that_an_aborted_action_leaves(
 ) -> None:
     text = answer(*GOAL_REACHED, "BURN peach_1")
     left = REFERENCE.score(text).partial
-    monkeypatch.setattr(behavior_quirks, "apply_aborted_action", lambda state, action: TASK.initial)
+    monkeypatch.setattr(
+        behavior_quirks, "find_state_left_by_aborted_action", lambda state, action: TASK.initial
+    )
     assert REFERENCE.score(text).partial != left
 
 

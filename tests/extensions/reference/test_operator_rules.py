@@ -8,7 +8,10 @@ import pytest
 
 from abilities.transition_modeling.test_extraction import BOTH, NAMES, OPEN, SHUT, wrapped
 from eai.extensions.reference import operator_rules
-from eai.extensions.reference.operator_rules import compare_as_reference, extract_as_reference
+from eai.extensions.reference.operator_rules import (
+    compare_clauses_like_published_code,
+    extract_operators_like_published_code,
+)
 from eai.pddl.matching import ClauseComparison
 
 
@@ -37,7 +40,7 @@ from eai.pddl.matching import ClauseComparison
     ],
 )
 def test_the_reference_finds(answer: str, names: tuple[str, ...]) -> None:
-    found = extract_as_reference(answer)
+    found = extract_operators_like_published_code(answer)
     assert found is not None
     assert tuple(operator.name for operator in found) == names
 
@@ -54,17 +57,21 @@ def test_the_reference_finds(answer: str, names: tuple[str, ...]) -> None:
     ],
 )
 def test_the_reference_calls_a_format_error(answer: str) -> None:
-    assert extract_as_reference(answer) is None
+    assert extract_operators_like_published_code(answer) is None
 
 
 def test_the_reference_makes_unbalanced_parts_unreadable() -> None:
-    found = extract_as_reference("(:action a :parameters () :precondition (and (p) :effect (q)")
+    found = extract_operators_like_published_code(
+        "(:action a :parameters () :precondition (and (p) :effect (q)"
+    )
     assert found is not None
     assert (found[0].precondition, found[0].effect) == ("(()", "(q)")
 
 
 def test_the_reference_does_not_count_a_parenthesis_right_behind_the_first() -> None:
-    found = extract_as_reference("(:action a :parameters () :precondition ((p) (q)) :effect (q))")
+    found = extract_operators_like_published_code(
+        "(:action a :parameters () :precondition ((p) (q)) :effect (q))"
+    )
     assert found is not None
     assert found[0].precondition == "((p)"
 
@@ -104,7 +111,7 @@ def test_the_reference_does_not_count_a_parenthesis_right_behind_the_first() -> 
 def test_each_quirk(
     quirk: str, predicted: str, gold: str, matched: str, additional: str, missing: str
 ) -> None:
-    found = compare_as_reference(predicted, gold)
+    found = compare_clauses_like_published_code(predicted, gold)
     sets = tuple(" ".join(names) for names in (found.matched, found.additional, found.missing))
     assert sets == (matched, additional, missing), quirk
 
@@ -118,14 +125,14 @@ def test_every_quirk_has_a_test() -> None:
 
 def test_conditional_effects_match_as_a_whole() -> None:
     gold = "(and (when (p) (q)))"
-    assert compare_as_reference(gold, gold).matched == ("p", "q")
-    assert compare_as_reference("(and (when (p) (r)))", gold).matched == ()
+    assert compare_clauses_like_published_code(gold, gold).matched == ("p", "q")
+    assert compare_clauses_like_published_code("(and (when (p) (r)))", gold).matched == ()
 
 
 def test_a_single_literal_is_no_list() -> None:
-    found = compare_as_reference("(p)", "(and (p))")
+    found = compare_clauses_like_published_code("(p)", "(and (p))")
     assert (found.matched, found.additional, found.missing) == ((), ("p",), ("p",))
 
 
 def test_nothing_against_nothing() -> None:
-    assert compare_as_reference("()", "()") == ClauseComparison()
+    assert compare_clauses_like_published_code("()", "()") == ClauseComparison()

@@ -26,7 +26,7 @@ from benchmarks.virtualhome.test_operators import (
     test_putting_back_restores_the_remembered_place,
     test_walking_replaces_all_neighbours_by_the_target_and_its_contents,
 )
-from eai.extensions.reference.virtualhome_quirks import make_reference_domain
+from eai.extensions.reference.virtualhome_quirks import make_domain_with_all_quirks
 from eai.world.action import Fault
 from eai.world.domain import Domain
 from eai.world.execution import attempt_action
@@ -43,7 +43,7 @@ SHARED = (
 )
 """Tests of the paper's operators, which are run again with the fixture `domain` below."""
 
-REFERENCE = make_reference_domain()
+REFERENCE = make_domain_with_all_quirks()
 
 
 @pytest.fixture
@@ -51,7 +51,7 @@ def domain() -> Domain:
     return REFERENCE
 
 
-def test_quirk_held_objects_stay_behind() -> None:
+def test_quirk_leave_held_objects_in_old_room() -> None:
     facts = ("HOLDS_RH character.65 book.16",)
     strict, _ = get_changes(STRICT, facts, "WALK fridge.10")
     reference, _ = get_changes(REFERENCE, facts, "WALK fridge.10")
@@ -59,12 +59,12 @@ def test_quirk_held_objects_stay_behind() -> None:
     assert "INSIDE book.16 kitchen.1" not in reference
 
 
-def test_quirk_unplugged_is_additional() -> None:
+def test_quirk_judge_unplugged_device_as_additional_step() -> None:
     assert get_fault(STRICT, AT_TV, "SWITCHON television.22") is M
     assert get_fault(REFERENCE, AT_TV, "SWITCHON television.22") is D
 
 
-def test_quirk_running_is_additional() -> None:
+def test_quirk_judge_running_device_as_additional_step() -> None:
     assert get_fault(STRICT, (*AT_FRIDGE, *RUNNING), "OPEN fridge.10") is M
     assert get_fault(REFERENCE, (*AT_FRIDGE, *RUNNING), "OPEN fridge.10") is D
 
@@ -80,12 +80,12 @@ def test_quirk_running_is_additional() -> None:
         ((*AT_FRIDGE, "-PLUGGED_IN fridge.10"), "PLUGOUT fridge.10"),
     ],
 )
-def test_quirk_no_state_is_additional(facts: tuple[str, ...], action: str) -> None:
+def test_quirk_judge_lacking_state_as_additional_step(facts: tuple[str, ...], action: str) -> None:
     assert get_fault(STRICT, facts, action) is A
     assert get_fault(REFERENCE, facts, action) is D
 
 
-def test_quirk_grabbed_once_is_additional() -> None:
+def test_quirk_judge_second_grab_as_additional_step() -> None:
     facts = (*AT_TABLE, *GRABBED)
     assert get_fault(STRICT, facts, "GRAB bread.14") is None
     assert get_fault(REFERENCE, facts, "GRAB bread.14") is D
@@ -99,18 +99,18 @@ def test_quirk_grabbed_once_is_additional() -> None:
         (("LYING character.65",), "LIE bed.20"),
     ],
 )
-def test_quirk_seated_elsewhere_is_additional(facts: tuple[str, ...], action: str) -> None:
+def test_quirk_judge_seated_elsewhere_as_additional_step(facts: tuple[str, ...], action: str) -> None:
     assert get_fault(STRICT, (*AT_BED, *facts), action) is M
     assert get_fault(REFERENCE, (*AT_BED, *facts), action) is D
 
 
-def test_quirk_closed_container_is_affordance() -> None:
+def test_quirk_judge_closed_container_as_affordance_error() -> None:
     facts = (*AT_FRIDGE, "HOLDS_RH character.65 cup.13")
     assert get_fault(STRICT, facts, "PUTIN cup.13 fridge.10") is M
     assert get_fault(REFERENCE, facts, "PUTIN cup.13 fridge.10") is A
 
 
-def test_quirk_put_back_never_fails() -> None:
+def test_quirk_let_impossible_put_back_succeed() -> None:
     facts = ("HOLDS_RH character.65 cup.13", "TAKEN_FROM_TOP_OF cup.13 table.12")
     assert get_fault(STRICT, facts, "PUTOBJBACK cup.13") is M
     assert get_changes(REFERENCE, facts, "PUTOBJBACK cup.13") == (set(), set())
@@ -143,7 +143,9 @@ def test_quirk_what_the_reference_cannot_execute(
         (["WALK bed.20", "LIE bed.20", "WAKEUP", "WALK table.12"], W, W),
     ],
 )
-def test_quirk_sought_is_not_the_condition(plan: list[str], strict: FaultKind, reference: FaultKind) -> None:
+def test_quirk_search_earlier_states_for_other_condition(
+    plan: list[str], strict: FaultKind, reference: FaultKind
+) -> None:
     for domain, kind in ((STRICT, strict), (REFERENCE, reference)):
         scene = flat.make_scene()
         past = History(flat.make_state(over=scene))
@@ -156,7 +158,7 @@ def test_quirk_sought_is_not_the_condition(plan: list[str], strict: FaultKind, r
         assert outcome.kind is kind, domain
 
 
-def test_quirk_grabbing_empties() -> None:
+def test_quirk_remove_contents_of_grabbed_object() -> None:
     facts = (*AT_TABLE, "INSIDE milk.11 cup.13", "-INSIDE milk.11 fridge.10")
     _, strict = get_changes(STRICT, facts, "GRAB cup.13")
     _, reference = get_changes(REFERENCE, facts, "GRAB cup.13")

@@ -29,7 +29,7 @@ from eai.extensions.reference.virtualhome_plans import (
     NOT_ACCEPTED,
     VirtualHomeActionSequencing,
     _VirtualHomePlanNotation,
-    has_mostly_ids,
+    do_most_answers_use_object_ids,
 )
 from eai.tasks.task import NO_GOALS, Task
 from eai.world.action import Action
@@ -94,7 +94,7 @@ def test_a_name_alone_means_the_last_object_of_its_class_in_a_hash_table() -> No
     ],
 )
 def test_most_answers_of_a_file_decide_how_all_are_read(answers: Sequence[str], *, with_ids: bool) -> None:
-    assert has_mostly_ids(answers) is with_ids
+    assert do_most_answers_use_object_ids(answers) is with_ids
 
 
 @pytest.mark.parametrize(

@@ -12,7 +12,7 @@ from eai.world.domain import Domain
 
 @pytest.mark.parametrize(
     "quirk",
-    [quirk for quirk in QUIRKS if quirk.__name__.endswith("is_additional")],
+    [quirk for quirk in QUIRKS if quirk.__name__.endswith("as_additional_step")],
     ids=lambda quirk: quirk.__name__,
 )
 def test_the_references_additional_steps_would_still_bring_something_about(

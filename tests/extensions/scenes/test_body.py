@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from eai.extensions.scenes.arranging import _STANDS
-from eai.extensions.scenes.body import find_body, find_object_kind, read_body_kinds
+from eai.extensions.scenes.body import find_body, find_body_kind, read_body_kinds
 from eai.extensions.scenes.scene import _TYPES
 from extensions.scenes import installed  # noqa: F401 - skips all of this where MuJoCo is not installed
 
@@ -38,7 +38,7 @@ def test_every_kind_has_a_body_whose_parts_are_near_its_size() -> None:
     ],
 )
 def test_kinds_are_told_by_name_or_category(name: str, category: str, kind: str) -> None:
-    assert find_object_kind(name, category) == kind
+    assert find_body_kind(name, category) == kind
 
 
 def test_half_a_thing_is_half_as_wide_and_what_is_unknown_has_no_body() -> None:

@@ -12,8 +12,8 @@ from PIL import Image
 from eai.base.errors import EaiError
 from eai.benchmarks.behavior.predicates import VOCABULARY
 from eai.extensions.scenes.camera import Camera
-from eai.extensions.scenes.pictures import locate_objects, render_film, render_pictures
-from eai.extensions.scenes.scene import BodyScene
+from eai.extensions.scenes.pictures import map_objects_to_picture_pixels, render_film, render_pictures
+from eai.extensions.scenes.scene import MujocoScene
 from eai.world.state import Scene
 from extensions.scenes import installed  # noqa: F401 - skips all of this where MuJoCo is not installed
 from extensions.scenes.rooms import SCENE, kitchen, task_of
@@ -24,7 +24,7 @@ STATES = ("is_dusty", "is_stained", "is_soaked", "is_frozen", "is_cooked", "is_b
 
 @pytest.fixture(scope="module")
 def camera() -> Iterator[Camera]:
-    scene = BodyScene(task_of(kitchen()))
+    scene = MujocoScene(task_of(kitchen()))
     try:
         opened = Camera(scene, (320, 240), shadows=False)
     except EaiError as error:
@@ -77,17 +77,17 @@ def test_what_holds_things_may_be_held(camera: Camera) -> None:
 def test_what_alone_is_there_may_be_held(camera: Camera) -> None:
     scene = Scene(VOCABULARY, {"floor_kitchen": "floor.n.01", "apple_5": "apple.n.01"})
     state = scene.state(["floor(floor_kitchen)", "stands_on(apple_5, floor_kitchen)"])
-    with Camera(BodyScene(task_of(state)), (320, 240), shadows=False) as alone:
+    with Camera(MujocoScene(task_of(state)), (320, 240), shadows=False) as alone:
         alone.scene.show_state(scene.state(["floor(floor_kitchen)", "in_left_hand(apple_5)"]))
         assert (alone.render_object_indexes("near") == 1).any()
 
 
 def test_a_pixel_of_each_thing_that_is_seen_is_on_it(camera: Camera) -> None:
     task, views = task_of(kitchen()), ("near", "top")
-    found = locate_objects(task, views)
+    found = map_objects_to_picture_pixels(task, views)
     assert {PLATE, COUNTER} <= set(found)
     assert SCENE.index["milk_7"] not in found
-    with Camera(BodyScene(task)) as whole:
+    with Camera(MujocoScene(task)) as whole:
         objects = [whole.render_object_indexes(view) for view in views]
     assert all(objects[number - 1][row, column] == i for i, (number, column, row) in found.items())
 

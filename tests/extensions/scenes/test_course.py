@@ -17,7 +17,7 @@ from eai.benchmarks.gold_answers import open_gold_answers
 from eai.benchmarks.registry import find_benchmark
 from eai.benchmarks.suite import Suite, open_suite
 from eai.extensions.scenes.course import make_tile_finder, make_tiles_after_each_step, replay_steps
-from eai.extensions.scenes.diagrams import make_picture_words
+from eai.extensions.scenes.diagrams import make_words_for_picture_labels
 from eai.results.batch import Scoring
 from eai.results.record import Record
 from eai.results.responses import Response
@@ -105,7 +105,7 @@ def test_pictures_of_households_begin_and_end_with_what_is_so(
 ) -> None:
     source, benchmark = Source(data_store), find_benchmark(name)
     suite, course = open_suite(name, ability, source=source), make_tile_finder(source)
-    words, book = make_picture_words(benchmark), open_gold_answers(benchmark, ability, source)
+    words, book = make_words_for_picture_labels(benchmark), open_gold_answers(benchmark, ability, source)
     for task_id in list(suite.task_ids)[::40]:
         record, task = scored(suite, task_id, book[task_id].text), suite.tasks[task_id]
         assert record.explanation is not None

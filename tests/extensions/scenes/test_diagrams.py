@@ -11,7 +11,7 @@ import pytest
 from eai.abilities.protocol import Ability
 from eai.base.store import Store
 from eai.benchmarks.registry import find_benchmark
-from eai.extensions.scenes.diagrams import draw_scene, make_picture_words
+from eai.extensions.scenes.diagrams import draw_scene, make_words_for_picture_labels
 from eai.extensions.scenes.drawing import WIDTH, Drawing, _DrawnText, _Rectangle, text_width, to_png, to_svg
 from eai.extensions.scenes.tiles import make_tiles
 from eai.studies.perception.choice import Clutter
@@ -82,7 +82,7 @@ def test_pictures_of_households(name: str, every: int, clutter: Clutter, data_st
     benchmark = find_benchmark(name)
     tasks, words = (
         benchmark.tasks_for(Ability.ACTION_SEQUENCING, Source(data_store)),
-        make_picture_words(benchmark),
+        make_words_for_picture_labels(benchmark),
     )
     for task_id in list(tasks)[::every]:
         task = tasks[task_id]

@@ -20,7 +20,7 @@ from eai.base.store import Store
 from eai.benchmarks.prompt_library import PromptLibrary
 from eai.benchmarks.registry import find_benchmark
 from eai.benchmarks.suite import open_suite
-from eai.extensions.scenes.diagrams import draw_scene, make_picture_words
+from eai.extensions.scenes.diagrams import draw_scene, make_words_for_picture_labels
 from eai.extensions.scenes.drawing import to_png
 from eai.run.registry import TASKS
 from eai.studies.perception.belief import open_scene_words
@@ -77,7 +77,7 @@ def test_questions_come_with_pictures(scene: str, data_store: Store, tmp_path: P
 def test_a_server_is_sent_the_picture(scene: str, clutter: str, data_store: Store, tmp_path: Path) -> None:
     task = find_benchmark("behavior").tasks_for(Ability.ACTION_SEQUENCING, Source(data_store))[JARS]
     benchmark = find_benchmark("behavior")
-    drawn = to_png(draw_scene(task, make_picture_words(benchmark), clutter)[0])
+    drawn = to_png(draw_scene(task, make_words_for_picture_labels(benchmark), clutter)[0])
     wording = open_scene_words(benchmark).wording
     shown = ("--with", f"perception.scene={scene}", "--with", f"perception.clutter={clutter}")
     how = (*shown, "-M", "api_key=none", "--out", tmp_path)

@@ -11,7 +11,7 @@ from eai.base.errors import InputError
 from eai.base.store import Store
 from eai.benchmarks.behavior.tasks import BehaviorTasks
 from eai.extensions.scenes import geometry
-from eai.extensions.scenes.scene import BodyScene
+from eai.extensions.scenes.scene import MujocoScene
 from extensions.scenes import installed  # noqa: F401 - skips all of this where MuJoCo is not installed
 from extensions.scenes.rooms import SCENE, kitchen, task_of
 
@@ -20,11 +20,11 @@ FRIDGE, TABLE, COUNTER = (SCENE.index[n] for n in ("fridge_2", "breakfast_table_
 
 
 @pytest.fixture(scope="module")
-def scene() -> BodyScene:
-    return BodyScene(task_of(kitchen()))
+def scene() -> MujocoScene:
+    return MujocoScene(task_of(kitchen()))
 
 
-def test_all_facts_hold_and_others_do_not(scene: BodyScene) -> None:
+def test_all_facts_hold_and_others_do_not(scene: MujocoScene) -> None:
     assert scene.list_broken_relations() == []
     assert geometry.is_inside(scene, MILK, FRIDGE)
     assert geometry.is_inside(scene, APPLE, BASKET)
@@ -36,31 +36,31 @@ def test_all_facts_hold_and_others_do_not(scene: BodyScene) -> None:
 
 
 def test_a_fact_that_is_broken_is_found() -> None:
-    scene = BodyScene(task_of(kitchen()))
-    place = scene.data.xpos[scene.bodies[COUNTER]].tolist()
-    scene.model.body_pos[scene.bodies[FRIDGE]] = (9.0, 9.0, 1.0)
+    scene = MujocoScene(task_of(kitchen()))
+    place = scene.data.xpos[scene.mujoco_body_of_object[COUNTER]].tolist()
+    scene.model.body_pos[scene.mujoco_body_of_object[FRIDGE]] = (9.0, 9.0, 1.0)
     scene.mujoco.mj_forward(scene.model, scene.data)
     lost = {(SCENE.objects[a].name, relation) for a, relation, _ in scene.list_broken_relations()}
     assert lost == {("milk_7", "lies_in"), ("fridge_2", "on the floor of")}
-    assert scene.data.xpos[scene.bodies[COUNTER]].tolist() == place
+    assert scene.data.xpos[scene.mujoco_body_of_object[COUNTER]].tolist() == place
 
 
-def test_equal_tasks_make_equal_scenes_and_others_do_not(scene: BodyScene) -> None:
+def test_equal_tasks_make_equal_scenes_and_others_do_not(scene: MujocoScene) -> None:
     task = task_of(kitchen())
-    again, other = BodyScene(task), BodyScene(replace(task, id="other"))
+    again, other = MujocoScene(task), MujocoScene(replace(task, id="other"))
     assert np.array_equal(scene.data.qpos, again.data.qpos)
     assert not np.array_equal(scene.data.qpos, other.data.qpos)
 
 
 def test_a_later_state_is_shown_and_what_stays_stays() -> None:
-    scene = BodyScene(task_of(kitchen()))
-    bodies, at = scene.bodies, scene.data.xpos
+    scene = MujocoScene(task_of(kitchen()))
+    bodies, at = scene.mujoco_body_of_object, scene.data.xpos
     before = at[bodies[PLATE]].copy()
     moved = kitchen(["is_open(fridge_2)", "lies_on(milk_7, countertop_1)"], ["lies_in(milk_7, fridge_2)"])
     scene.show_state(moved)
     assert np.allclose(at[bodies[PLATE]], before)
     assert at[bodies[MILK]][2] > 0.9
-    assert (scene.model.geom_rgba[scene.geoms[FRIDGE], 3] == 0).any()
+    assert (scene.model.geom_rgba[scene.mujoco_geoms_of_object[FRIDGE], 3] == 0).any()
     cut = kitchen(
         ["is_sliced(apple_5)", "lies_on(apple_5_part_0, plate_6)", "lies_on(apple_5_part_1, plate_6)"],
         ["lies_in(apple_5, basket_4)"],
@@ -72,10 +72,10 @@ def test_a_later_state_is_shown_and_what_stays_stays() -> None:
 def test_what_finds_no_place_is_refused_with_a_reason_but_shown_later() -> None:
     full = kitchen(["lies_in(fridge_2, basket_4)"], ["stands_on(fridge_2, floor_kitchen)"])
     with pytest.raises(InputError, match=r"kitchen: no free space for fridge_2 in basket_4"):
-        BodyScene(task_of(full))
-    scene = BodyScene(task_of(kitchen()))
+        MujocoScene(task_of(full))
+    scene = MujocoScene(task_of(kitchen()))
     scene.show_state(full)
-    assert scene.locations.find_carrier(FRIDGE) == ("lies_in", BASKET)
+    assert scene.locations.find_relation_and_carrier(FRIDGE) == ("lies_in", BASKET)
 
 
 def test_a_thing_without_a_body_is_refused() -> None:
@@ -83,7 +83,7 @@ def test_a_thing_without_a_body_is_refused() -> None:
 
     strange = Scene(SCENE.vocabulary, {"floor_kitchen": "floor.n.01", "unicorn_1": "unicorn.n.01"})
     with pytest.raises(InputError, match=r"unicorn_1: kinds.txt has no body for the kind unicorn"):
-        BodyScene(task_of(strange.state(["floor(floor_kitchen)"])))
+        MujocoScene(task_of(strange.state(["floor(floor_kitchen)"])))
 
 
 def test_what_is_yet_to_be_made_is_not_there() -> None:
@@ -98,7 +98,7 @@ def test_what_is_yet_to_be_made_is_not_there() -> None:
         "unicorn_1": "unicorn.n.01",
     }
     facts = ["floor(floor_1)", "present(floor_1)", "present(table_1)", "lies_on(bowl_1, table_1)"]
-    scene = BodyScene(task_of(Scene(VOCABULARY, names).state([*facts, "lies_on(table_1, floor_1)"])))
+    scene = MujocoScene(task_of(Scene(VOCABULARY, names).state([*facts, "lies_on(table_1, floor_1)"])))
     assert p.present.name in {each.name for each in VOCABULARY.predicates}
     assert sorted(scene.locations.bodies) == [1, 2]
     assert geometry.is_on_top(scene, 2, 1)
@@ -109,7 +109,7 @@ def refusals(tasks: BehaviorTasks, step: int) -> list[str]:
     found = []
     for task_id in [*tasks][::step]:
         try:
-            BodyScene(tasks[task_id])
+            MujocoScene(tasks[task_id])
         except InputError as error:
             found.append(str(error))
     return found

@@ -23,11 +23,16 @@ from eai.cli.progress import show_scoring_progress
 from eai.extensions.annotation import decisions as annotation
 from eai.extensions.annotation.decisions import (
     Annotation,
-    DemonstrationDifference,
+    DemonstrationChanges,
     PatternList,
-    TitleDecisions,
+    TitleMeaningDecisions,
 )
-from eai.extensions.annotation.problems import DrawnProblem, make_problem, make_published_domain, share_domain
+from eai.extensions.annotation.problems import (
+    SampledProblem,
+    give_common_domain,
+    make_domain_with_operators,
+    make_problem,
+)
 from eai.logic.ltl_printer import print_ltl
 from eai.pddl.model import PddlDomain
 from eai.pddl.planners import make_planner
@@ -87,7 +92,7 @@ def _make_annotations(
 ) -> list[Annotation]:
     if not decisions.exists():
         raise InputError(f"{decisions}: no such file; eai data annotate choose writes it")
-    _, titles_in_file = annotation.read_decisions(decisions)
+    _, titles_in_file = annotation.read_uncounted_predicates_and_decisions(decisions)
     unknown_titles = [name for name in titles_in_file if name not in titles]
     if unknown_titles and len(titles) > 1:
         hint = did_you_mean(unknown_titles[0], tuple(titles))
@@ -139,7 +144,7 @@ def show_demonstration_changes(
 
 
 def _print_counts(
-    differences: Mapping[str, Sequence[DemonstrationDifference]],
+    differences: Mapping[str, Sequence[DemonstrationChanges]],
     without: Sequence[str],
     *,
     everything: bool,
@@ -176,7 +181,7 @@ def choose_goal_patterns(
     Options:
         title: The title of the demonstrations.
     """
-    not_counted, saved = annotation.read_decisions(decisions)
+    not_counted, saved = annotation.read_uncounted_predicates_and_decisions(decisions)
     if without:
         not_counted = tuple(dict.fromkeys((*not_counted, *without)))
     benchmark, titles = _open_demonstrations(domain, title, demonstrations, data, without or ())
@@ -184,20 +189,20 @@ def choose_goal_patterns(
     listing = PatternList(differences, benchmark.domain, not_counted)
     print_result_line(f"{title}: {format_count(len(listing.differences), 'demonstration')}")
     print_result_line(annotation.HELP)
-    _print_decisions(listing, saved.get(title, TitleDecisions()))
+    _print_decisions(listing, saved.get(title, TitleMeaningDecisions()))
     left = _apply_commands_and_name_end(decisions, saved, title, listing)
     print_result_line(f"{left}; written to {decisions}")
 
 
 def _apply_commands_and_name_end(
-    path: Path, saved: Mapping[str, TitleDecisions], title: str, listing: PatternList
+    path: Path, saved: Mapping[str, TitleMeaningDecisions], title: str, listing: PatternList
 ) -> str:
     """Apply a user's commands until the input ends. Save the decisions after each command.
 
     Raises:
         InterruptError: the user interrupted the command.
     """
-    chosen, before = saved.get(title, TitleDecisions()), list[TitleDecisions]()
+    chosen, before = saved.get(title, TitleMeaningDecisions()), list[TitleMeaningDecisions]()
     try:
         while True:
             annotation.write_decisions(path, listing.without, {**saved, title: chosen})
@@ -221,8 +226,8 @@ def _apply_commands_and_name_end(
 
 
 def _apply_command(
-    command: str, chosen: TitleDecisions, before: list[TitleDecisions], listing: PatternList
-) -> TitleDecisions:
+    command: str, chosen: TitleMeaningDecisions, before: list[TitleMeaningDecisions], listing: PatternList
+) -> TitleMeaningDecisions:
     if not command:
         return chosen
     if command == "undo":
@@ -234,7 +239,7 @@ def _apply_command(
     return after
 
 
-def _print_decisions(listing: PatternList, chosen: TitleDecisions) -> None:
+def _print_decisions(listing: PatternList, chosen: TitleMeaningDecisions) -> None:
     for number, candidate in enumerate(chosen.candidates, 1):
         texts = [" or ".join(map(str, entry)) for entry in candidate]
         met = sum(annotation.is_candidate_met(candidate, difference) for difference in listing.differences)
@@ -338,7 +343,7 @@ def write_planning_problems(
     judge = make_planner(planner, benchmark.data.planner_seconds)
     if judge is None:
         raise InputError("--planner none: choose a planner, as only solvable problems are kept")
-    made: list[DrawnProblem] = []
+    made: list[SampledProblem] = []
     chosen = [tasks[task_id] for task_id in list(tasks)[:limit]]
     with show_scoring_progress("planning", len(chosen), quiet=False) as report:
         for number, task in enumerate(chosen, 1):
@@ -348,7 +353,7 @@ def write_planning_problems(
             if problem is not None:
                 made.append(problem)
             report(number)
-    made = share_domain(made, benchmark)
+    made = give_common_domain(made, benchmark)
     _write_problem_files(out, made)
     failed = [problem for problem in made if problem.outcome is not PlannerOutcome.SOLVED]
     line = f"{format_count(len(made) - len(failed), 'problem')} written to {out}"
@@ -365,10 +370,12 @@ def _read_planning_domain(benchmark: Benchmark, source: Source) -> PddlDomain | 
     if benchmark.data.problem_of is None:
         return None
     library = next(iter(benchmark.operators(source).values())).domain
-    return make_published_domain([text.write_pddl for text in library.operators.values()], library.header)
+    return make_domain_with_operators(
+        [text.write_pddl for text in library.operators.values()], library.header
+    )
 
 
-def _write_problem_files(folder: Path, made: list[DrawnProblem]) -> None:
+def _write_problem_files(folder: Path, made: list[SampledProblem]) -> None:
     solved = [problem for problem in made if problem.outcome is PlannerOutcome.SOLVED]
     texts = {folder / f"{to_file_name(problem.task_id)}.pddl": f"{problem.text}\n" for problem in solved}
     if made:

@@ -99,7 +99,7 @@ class GoalPattern:
         )
 
 
-Entry: TypeAlias = tuple[GoalPattern, ...]
+AlternativePatterns: TypeAlias = tuple[GoalPattern, ...]
 """A list of patterns for one condition of a goal. A demonstration must meet one of the patterns."""
 
 
@@ -126,7 +126,7 @@ def _parse_kind(text: str) -> _ObjectKind:
 
 
 @dataclass(frozen=True, slots=True)
-class DemonstrationDifference:
+class DemonstrationChanges:
     """The changes that a demonstration (a person's plan for a task) makes, and its actions.
 
     Attributes:
@@ -145,31 +145,35 @@ class DemonstrationDifference:
         """The scene, which holds the objects of the task."""
         return self.task.scene
 
-    def find_matching_facts(self, entry: Entry) -> Iterator[Fact]:
+    def find_matching_facts(self, patterns: AlternativePatterns) -> Iterator[Fact]:
         """Yield the demonstration's changed facts that match a pattern of an entry, in order."""
-        return (fact for fact in self.facts if any(self._matches_pattern(fact, pattern) for pattern in entry))
+        return (
+            fact for fact in self.facts if any(self._matches_pattern(fact, pattern) for pattern in patterns)
+        )
 
     def _matches_pattern(self, fact: Fact, pattern: GoalPattern) -> bool:
         if fact.predicate != pattern.name or len(fact.arguments) != len(pattern.kinds):
             return False
         pairs = zip(fact.arguments, pattern.kinds, strict=True)
         return all(
-            self.class_of(thing) == kind if kind.name else self.properties_of(thing) == kind
+            self.make_kind_of_class(thing) == kind
+            if kind.name
+            else self.make_kind_of_properties(thing) == kind
             for thing, kind in pairs
         )
 
-    def class_of(self, thing: int) -> _ObjectKind:
+    def make_kind_of_class(self, thing: int) -> _ObjectKind:
         """Return the kind that contains all objects of the given object's class."""
         return _ObjectKind(self.scene.objects[thing].category)
 
-    def properties_of(self, thing: int) -> _ObjectKind:
+    def make_kind_of_properties(self, thing: int) -> _ObjectKind:
         """Return the kind of objects with exactly this object's properties (visible static predicates)."""
         initial = self.task.initial
         names = list_property_predicates(self.scene.vocabulary)
         return _ObjectKind(properties=tuple(name for name in names if initial.has(name, thing)))
 
 
-def find_difference(task: Task, domain: Domain) -> DemonstrationDifference:
+def find_difference(task: Task, domain: Domain) -> DemonstrationChanges:
     """Return the changes that a task's demonstration makes between the task's initial and final state.
 
     The final state is in the data set, or results from executing the plan.
@@ -193,7 +197,7 @@ def find_difference(task: Task, domain: Domain) -> DemonstrationDifference:
             else not task.initial.has(fact.predicate, *fact.arguments)
         )
     )
-    return DemonstrationDifference(task, tuple(facts), tuple(action.operator for action in task.script))
+    return DemonstrationChanges(task, tuple(facts), tuple(action.operator for action in task.script))
 
 
 def _find_final_state(task: Task, domain: Domain) -> State:
@@ -227,7 +231,7 @@ def _list_predicate_names(predicates: tuple[Predicate, ...], arity: int, *, stat
 
 
 def count_patterns(
-    differences: Iterable[DemonstrationDifference], without: Iterable[str]
+    differences: Iterable[DemonstrationChanges], without: Iterable[str]
 ) -> Counter[GoalPattern]:
     """Return how often each pattern occurs in the changes of all demonstrations together, by pattern.
 
@@ -244,34 +248,32 @@ def count_patterns(
     for difference in differences:
         for fact in difference.facts:
             if fact.predicate not in left_out:
-                classes = tuple(map(difference.class_of, fact.arguments))
+                classes = tuple(map(difference.make_kind_of_class, fact.arguments))
                 exact[GoalPattern(fact.predicate, classes)] += 1
                 wild.update(_generalize_fact(difference, fact.predicate, fact.arguments))
     return exact + wild
 
 
 def _generalize_fact(
-    difference: DemonstrationDifference, name: str, things: tuple[int, ...]
+    difference: DemonstrationChanges, name: str, things: tuple[int, ...]
 ) -> Iterator[GoalPattern]:
     if len(things) < 2:
         return
     for end, thing in enumerate(things):
         if thing != difference.scene.agent:
-            kinds = [difference.class_of(other) for other in things]
-            kinds[end] = difference.properties_of(thing)
+            kinds = [difference.make_kind_of_class(other) for other in things]
+            kinds[end] = difference.make_kind_of_properties(thing)
             yield GoalPattern(name, tuple(kinds))
 
 
-Candidate: TypeAlias = tuple[Entry, ...]
+Candidate: TypeAlias = tuple[AlternativePatterns, ...]
 """One possible meaning of a task title: a list of entries, which a demonstration must all meet.
 
 Entries that are actions must be met in the order of the list.
 """
 
 
-def find_first_met_candidate(
-    candidates: Sequence[Candidate], difference: DemonstrationDifference
-) -> int | None:
+def find_first_met_candidate(candidates: Sequence[Candidate], difference: DemonstrationChanges) -> int | None:
     """Return the index of the first candidate that a demonstration meets, or None if it meets none."""
     return next(
         (number for number, candidate in enumerate(candidates) if is_candidate_met(candidate, difference)),
@@ -279,7 +281,7 @@ def find_first_met_candidate(
     )
 
 
-def is_candidate_met(candidate: Candidate, difference: DemonstrationDifference) -> bool:
+def is_candidate_met(candidate: Candidate, difference: DemonstrationChanges) -> bool:
     """Whether a demonstration meets all entries of a candidate, with actions in the entries' order."""
     rest = iter(difference.actions)
     return all(
@@ -289,7 +291,7 @@ def is_candidate_met(candidate: Candidate, difference: DemonstrationDifference) 
     ) and all(any(difference.find_matching_facts(entry)) for entry in candidate if not entry[0].is_action)
 
 
-def make_concrete_goals(difference: DemonstrationDifference, candidate: Candidate) -> tuple[Goal, ...]:
+def make_concrete_goals(difference: DemonstrationChanges, candidate: Candidate) -> tuple[Goal, ...]:
     """Return the goals of a demonstration's task that follow from a candidate, with the objects of the task.
 
     States come first, then relations, then actions.
@@ -312,7 +314,7 @@ def _make_goal(fact: Fact, scene: Scene) -> Goal:
 
 
 @dataclass(frozen=True, slots=True)
-class TitleDecisions:
+class TitleMeaningDecisions:
     """The decisions about the meaning of one task title.
 
     Attributes:
@@ -330,7 +332,7 @@ class TitleDecisions:
         return frozenset(self.dropped).union(*entries)
 
 
-class _TitleTable(Options):
+class _TitleDecisionTable(Options):
     """Decisions about one task title, as a table in a TOML file.
 
     Attributes:
@@ -342,7 +344,7 @@ class _TitleTable(Options):
     dropped: tuple[str, ...] = ()
 
 
-class _DecisionTables(Options):
+class _DecisionFile(Options):
     """The content of a TOML file of decisions about the meaning of task titles.
 
     Attributes:
@@ -351,10 +353,12 @@ class _DecisionTables(Options):
     """
 
     without: tuple[str, ...] = ()
-    title: Mapping[str, _TitleTable] = {}
+    title: Mapping[str, _TitleDecisionTable] = {}
 
 
-def read_decisions(path: Path) -> tuple[tuple[str, ...], dict[str, TitleDecisions]]:
+def read_uncounted_predicates_and_decisions(
+    path: Path,
+) -> tuple[tuple[str, ...], dict[str, TitleMeaningDecisions]]:
     """Read a file of decisions. Return names of predicates that are not counted, and decisions by task title.
 
     Both are empty if the file does not exist.
@@ -364,15 +368,15 @@ def read_decisions(path: Path) -> tuple[tuple[str, ...], dict[str, TitleDecision
     """
     if not path.exists():
         return (), {}
-    content, titles = _DecisionTables.read_file(path), {}
+    content, titles = _DecisionFile.read_file(path), {}
     for name, table in content.title.items():
         with prefix_errors_with_location(f"{path}: title {name!r}"):
             candidates = tuple(tuple(map(_parse_entry, entries)) for entries in table.candidates)
-            titles[name] = TitleDecisions(candidates, tuple(map(parse_pattern, table.dropped)))
+            titles[name] = TitleMeaningDecisions(candidates, tuple(map(parse_pattern, table.dropped)))
     return content.without, titles
 
 
-def _parse_entry(texts: Sequence[str]) -> Entry:
+def _parse_entry(texts: Sequence[str]) -> AlternativePatterns:
     patterns = tuple(map(parse_pattern, texts))
     if not patterns:
         raise InputError("an entry is empty; expected at least one pattern")
@@ -381,7 +385,7 @@ def _parse_entry(texts: Sequence[str]) -> Entry:
     return patterns
 
 
-def write_decisions(path: Path, without: Sequence[str], titles: Mapping[str, TitleDecisions]) -> None:
+def write_decisions(path: Path, without: Sequence[str], titles: Mapping[str, TitleMeaningDecisions]) -> None:
     """Write decisions to a file. An interruption leaves either the old or the new content.
 
     Raises:
@@ -390,7 +394,7 @@ def write_decisions(path: Path, without: Sequence[str], titles: Mapping[str, Tit
     write_files_atomically({path: format_decisions(without, titles)})
 
 
-def format_decisions(without: Sequence[str], titles: Mapping[str, TitleDecisions]) -> str:
+def format_decisions(without: Sequence[str], titles: Mapping[str, TitleMeaningDecisions]) -> str:
     """Return the content of a file of decisions, with one entry on each line."""
     lines = [f"without = {_format_strings(without)}"]
     for name, chosen in titles.items():
@@ -433,7 +437,7 @@ class PatternList:
         without: names of predicates whose patterns are not counted.
     """
 
-    differences: Sequence[DemonstrationDifference]
+    differences: Sequence[DemonstrationChanges]
     domain: Domain
     without: Sequence[str] = ()
 
@@ -456,13 +460,13 @@ class PatternList:
         """
         return tuple(self.counts)
 
-    def find_undecided_numbers(self, chosen: TitleDecisions) -> list[int]:
+    def find_undecided_numbers(self, chosen: TitleMeaningDecisions) -> list[int]:
         """Return the numbers of the patterns that the user neither kept nor dropped."""
         decided = chosen.decided_patterns
         return [number for number, pattern in enumerate(self.numbered_patterns, 1) if pattern not in decided]
 
 
-def decide(command: str, chosen: TitleDecisions, listing: PatternList) -> TitleDecisions:
+def decide(command: str, chosen: TitleMeaningDecisions, listing: PatternList) -> TitleMeaningDecisions:
     """Return the decisions about a title after one more command of the user, except ``undo`` and ``done``.
 
     Raises:
@@ -533,13 +537,15 @@ def _refuse_unknown(name: str, known: Sequence[str], noun: str) -> None:
         raise InputError(f"{name!r} is no {noun}{did_you_mean(name, known)}")
 
 
-def _append_entries(chosen: TitleDecisions, entries: Sequence[Entry]) -> TitleDecisions:
+def _append_entries(
+    chosen: TitleMeaningDecisions, entries: Sequence[AlternativePatterns]
+) -> TitleMeaningDecisions:
     """Return the decisions after appending entries to the last candidate meaning."""
     *before, last = chosen.candidates or ((),)
     return replace(chosen, candidates=(*before, (*last, *entries)))
 
 
-Annotation: TypeAlias = tuple[DemonstrationDifference, int | None, tuple[Goal, ...]]
+Annotation: TypeAlias = tuple[DemonstrationChanges, int | None, tuple[Goal, ...]]
 """The changes of a demonstration, the index of the candidate that it meets, and its task's goals.
 
 The candidate is the first that the demonstration meets. If it meets none, the index is None and there are no
@@ -562,7 +568,7 @@ def group_by_title(tasks: Mapping[str, Task], title: str | None = None) -> dict[
 
 
 def annotate(
-    titles: Mapping[str, Iterable[Task]], domain: Domain, decisions: Mapping[str, TitleDecisions]
+    titles: Mapping[str, Iterable[Task]], domain: Domain, decisions: Mapping[str, TitleMeaningDecisions]
 ) -> Iterator[Annotation]:
     """Yield the goals that follow from the decisions for each demonstration, title by title.
 
@@ -570,7 +576,7 @@ def annotate(
         InputError: a plan cannot be executed, or a decision uses an undeclared name.
     """
     for name, tasks in titles.items():
-        candidates = decisions.get(name, TitleDecisions()).candidates
+        candidates = decisions.get(name, TitleMeaningDecisions()).candidates
         for candidate in candidates:
             for pattern in (p for entry in candidate for p in entry):
                 with prefix_errors_with_location(f"title {name!r}: {pattern}"):

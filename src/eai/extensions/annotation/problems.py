@@ -32,7 +32,7 @@ _MAX_LISTED_OPTIONS = 10_000
 
 
 @dataclass(frozen=True, slots=True)
-class DrawnProblem:
+class SampledProblem:
     """A planning problem made from a task.
 
     Attributes:
@@ -61,7 +61,7 @@ def make_problem(
     operators: PddlDomain | None,
     conditions: int,
     seed: int,
-) -> DrawnProblem | None:
+) -> SampledProblem | None:
     """Return a planning problem whose goal is a random part of one way to meet a task's goal.
 
     Conditions that the planner cannot reach are drawn again. If all draws fail, the last problem is returned
@@ -78,7 +78,7 @@ def make_problem(
     """
     made = None
     for attempt in range(MAX_DRAWS):
-        goals = draw_conditions(task, conditions, random.Random(f"{seed} {task.id} {attempt}"))  # noqa: S311
+        goals = sample_goal_conditions(task, conditions, random.Random(f"{seed} {task.id} {attempt}"))  # noqa: S311
         if not goals:
             return None
         source: ProblemSource | None = None
@@ -91,7 +91,7 @@ def make_problem(
             exported = export_problems(benchmark.domain, (source,))[0]
             domain, problem = exported.domain, exported.problem
         outcome = planner.solve(PlanningTask(domain, problem)).outcome
-        made = DrawnProblem(
+        made = SampledProblem(
             task.id, write_domain(domain), write_problem(problem), outcome, attempt + 1, source
         )
         if outcome is PlannerOutcome.SOLVED:
@@ -99,23 +99,23 @@ def make_problem(
     return made
 
 
-def draw_conditions(task: Task, conditions: int, dice: random.Random) -> tuple[Formula, ...]:
+def sample_goal_conditions(task: Task, max_count: int, rng: random.Random) -> tuple[Formula, ...]:
     """Draw conditions of a randomly chosen way to meet all goals about a task's final state."""
     objects = task.scene.names_of_category
     wanted = [goal.formula for goal in task.without_goals_over_time.goals if goal.kind is not GoalKind.ACTION]
     formulas: dict[Formula, None] = {}
     for formula in wanted:
-        number = dice.randrange(min(count_dnf_terms(formula, objects), _MAX_LISTED_OPTIONS) or 1)
+        number = rng.randrange(min(count_dnf_terms(formula, objects), _MAX_LISTED_OPTIONS) or 1)
         formulas |= dict.fromkeys(next(islice(generate_dnf_terms(formula, objects), number, None), ()))
-    return tuple(dice.sample(tuple(formulas), min(conditions, len(formulas))))
+    return tuple(rng.sample(tuple(formulas), min(max_count, len(formulas))))
 
 
-def make_published_domain(operators: Sequence[str], header: PddlDomain) -> PddlDomain:
+def make_domain_with_operators(operator_texts: Sequence[str], header: PddlDomain) -> PddlDomain:
     """Return the data set's planning domain with the given operators, which are parsed from PDDL."""
-    return replace(header, actions=tuple(map(read_action, operators)))
+    return replace(header, actions=tuple(map(read_action, operator_texts)))
 
 
-def share_domain(problems: Sequence[DrawnProblem], benchmark: Benchmark) -> list[DrawnProblem]:
+def give_common_domain(problems: Sequence[SampledProblem], benchmark: Benchmark) -> list[SampledProblem]:
     """Return the problems with one common planning domain, which declares the categories of all objects.
 
     If the data set provides all problems, they stay as they are.

@@ -32,7 +32,7 @@ if TYPE_CHECKING:
     from eai.studies.records import StudyRecords
 
 
-Units: TypeAlias = Sequence[Sequence[float]]
+RatingsByTask: TypeAlias = Sequence[Sequence[float]]
 """Ratings of one attribute: for each rated task, one rating by each of its raters."""
 
 
@@ -49,18 +49,18 @@ PAPER_NOTE = (
 """Note that gives the paper's figures on ratings, and says how to read them."""
 
 
-def compute_weighted_mse(units: Units) -> float | None:
+def compute_mse_around_task_means(ratings_by_task: RatingsByTask) -> float | None:
     """Return the mean squared distance of ratings from the mean rating of their task.
 
     Each rating has the same weight. Tasks with one rating are left out. The result is None if no task has two
     ratings.
     """
-    repeated = [unit for unit in units if len(unit) > 1]
+    repeated = [unit for unit in ratings_by_task if len(unit) > 1]
     number = sum(map(len, repeated))
     return sum(len(unit) * pvariance(unit) for unit in repeated) / number if number else None
 
 
-def compute_krippendorff_alpha(units: Units) -> float | None:
+def compute_krippendorff_alpha(units: RatingsByTask) -> float | None:
     """Return Krippendorff's alpha, the agreement of raters, for ratings on an interval scale.
 
     1 is perfect agreement. 0 is the agreement of raters who draw from all ratings at random. A negative value
@@ -121,7 +121,7 @@ def summarize_ratings(ratings: Iterable[_Rating]) -> Iterator[Row]:
     for attribute, given in group_pairs((rating.attribute, rating) for rating in ratings).items():
         units = tuple(group_pairs((rating.task, rating.score) for rating in given).values())
         raters, repeated = {rating.rater for rating in given}, sum(len(unit) > 1 for unit in units)
-        mean, distance = fmean(rating.score for rating in given), compute_weighted_mse(units)
+        mean, distance = fmean(rating.score for rating in given), compute_mse_around_task_means(units)
         spread = None if distance is None else math.sqrt(distance)
         counts = (len(given), len(units), len(raters), repeated)
         yield (attribute, *counts, mean, distance, spread, compute_krippendorff_alpha(units))

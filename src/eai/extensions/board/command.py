@@ -78,10 +78,12 @@ def board(
         submissions: Folders or zips of single submissions, seasons, or folders of these.
         out: The folder of the page.
     """
-    from eai.extensions.board.page import build_board_page
+    from eai.extensions.board.page import build_page_and_count_submissions
 
     with open_data_source(data) as source:
-        page, number = build_board_page(submissions, source, told=lambda name: print_note(f"scoring {name}"))
+        page, number = build_page_and_count_submissions(
+            submissions, source, report_submission=lambda name: print_note(f"scoring {name}")
+        )
     with raise_write_errors_as_input_errors(out):
         write_files_atomically({out / BOARD_FILE: page})
     made: Json = {"folder": str(out), "submissions": number}
@@ -104,12 +106,12 @@ def results(
         about: TOML file that names the models and the publisher of their results.
         out: The folder to write to.
     """
-    from eai.extensions.board.publication import make_published_files
+    from eai.extensions.board.publication import make_files_to_publish
     from eai.results.runs import read_runs
     from eai.studies.report.run_summary import summarize_run
 
     summaries = sorted(map(summarize_run, read_runs(records)), key=lambda summary: summary.key.sort_key)
-    files = make_published_files(about, summaries)
+    files = make_files_to_publish(about, summaries)
     if not files:
         raise InputError(f"{about}: none of its models answered a whole suite")
     with raise_write_errors_as_input_errors(out):

@@ -75,7 +75,7 @@ class _SubmissionDescription(Options):
     withdrawn: str = Field("", max_length=500)
 
 
-class _SeasonDescription(Options):
+class _LeaderboardSeasonFile(Options):
     """The content of ``season.toml``: title, name of the task file and, after the season, the secret."""
 
     title: str = Field(min_length=1, max_length=100)
@@ -91,27 +91,27 @@ class _ScoredSubmission:
     summaries: tuple[RunSummary, ...]
 
 
-def build_board_page(
-    paths: Sequence[Path], source: Source, *, told: Callable[[str], None]
+def build_page_and_count_submissions(
+    paths: Sequence[Path], data_source: Source, *, report_submission: Callable[[str], None]
 ) -> tuple[str, int]:
     """Return the page with the submissions and seasons at some paths, and the number of submissions.
 
     Args:
         paths: folders or zips of single submissions, seasons, or folders of these.
-        source: the data set, and the planner that judges operators.
-        told: a function that takes the name of a submission; called before the submission is scored.
+        data_source: the data set, and the planner that judges operators.
+        report_submission: called with the name of each submission before the submission is scored.
 
     Raises:
         InputError: a submission or a season is invalid. The message names it and the reason.
         DataError: the data set cannot be obtained.
     """
     places = [each for path in paths for each in _find_submissions(path)]
-    seasons = [_read_season(place) for place in places if (place / MANIFEST).is_file()]
+    seasons = [_read_season_tasks_and_html(place) for place in places if (place / MANIFEST).is_file()]
     opened = {benchmark.name: benchmark for benchmark, _ in seasons if benchmark is not None}
 
     @cache
     def open_suite_of_domain(domain: str, ability: Ability) -> Suite:
-        return open_suite(opened.get(domain, domain), ability, source=source)
+        return open_suite(opened.get(domain, domain), ability, source=data_source)
 
     submissions: dict[str, _ScoredSubmission] = {}
     for place in places:
@@ -120,7 +120,7 @@ def build_board_page(
         name = _read_submission_name(place)
         if name in submissions:
             raise InputError(f"{place}: another submission has the name {name}")
-        told(name)
+        report_submission(name)
         with _unpack_checked_submission(place) as folder:
             submissions[name] = _score_submission(name, folder, opened, open_suite_of_domain)
     return _build_page_html(submissions, [html for _, html in seasons]), len(submissions)
@@ -217,18 +217,18 @@ def _read_answers(file: Path, suite: Suite) -> ResponseFile:
     return answers
 
 
-def _read_season(place: Path) -> tuple[Benchmark | None, str]:
+def _read_season_tasks_and_html(folder: Path) -> tuple[Benchmark | None, str]:
     """Return the tasks of a season (None before they are published), and HTML that describes the season.
 
     Raises:
         InputError: the tasks differ from the announced tasks, or do not follow from the season's secret.
     """
-    chosen = _SeasonDescription.read_file(_require_small_file(place / SEASON))
-    entry, file = read_manifest_entry_of_secret_set(place, chosen.split), find_set_file(place, chosen.split)
+    chosen = _LeaderboardSeasonFile.read_file(_require_small_file(folder / SEASON))
+    entry, file = read_manifest_entry_of_secret_set(folder, chosen.split), find_set_file(folder, chosen.split)
     state, benchmark = "announced; its tasks are not published yet", None
     if file is not None:
-        for problem in list_doubts_about_secret_set(place, chosen.split, chosen.secret or None):
-            raise InputError(f"{place}: {problem}")
+        for problem in list_doubts_about_secret_set(folder, chosen.split, chosen.secret or None):
+            raise InputError(f"{folder}: {problem}")
         state, benchmark = "open: its tasks are those announced", find_benchmark(str(file))
         if chosen.secret:
             state = f"over: its secret is revealed, and {entry['tasks']} tasks follow from it"
@@ -314,7 +314,7 @@ def _list_row_cells(
         return [rank, model, *numbers, answered, *[""] * 6, protocol, "", ""]
     model = f'<a href="#{escape(submission.name)}">{escape(submission.description.model)}</a>{marks}'
     said = [
-        escape(_read_prompt_set(submission.specification)),
+        escape(_read_prompt_set_name(submission.specification)),
         *_format_description_cells(submission.description),
         protocol,
         _describe_errata(submission, table),
@@ -348,14 +348,14 @@ def _format_description_cells(said: _SubmissionDescription) -> Sequence[str]:
     return [escape(said.harness), escape(said.effort), str(said.date), tokens, dollars]
 
 
-def _read_prompt_set(specification: str) -> str:
+def _read_prompt_set_name(run_specification: str) -> str:
     """Return the name of the prompt set in a run specification, and the name of the user's own prompts.
 
     The result is empty without a specification.
     """
-    if not specification:
+    if not run_specification:
         return ""
-    chosen = parse_toml(specification).get("prompts")
+    chosen = parse_toml(run_specification).get("prompts")
     named = chosen if isinstance(chosen, dict) else {}
     return ", ".join([str(named.get("set", "official")), *([str(named["name"])] if "name" in named else [])])
 

@@ -38,7 +38,7 @@ _Name = Annotated[str, Field(pattern=r"^[A-Za-z0-9][\w.-]*/[A-Za-z0-9][\w.-]*$")
 """Regular expression for the name of a model or data set in both collections: OWNER/NAME."""
 
 
-class _PublicationFile(Options):
+class _PublicationMetadata(Options):
     """The content of the publication file: evaluator, date, and public names of models and data set."""
 
     by: str = Field(min_length=1)
@@ -50,20 +50,20 @@ class _PublicationFile(Options):
     models: Mapping[str, _Name] = Field(min_length=1)
 
 
-def make_published_files(file: Path, runs: Sequence[RunSummary]) -> dict[str, str]:
+def make_files_to_publish(metadata_file: Path, runs: Sequence[RunSummary]) -> dict[str, str]:
     """Return a mapping from the relative path of each file to publish to its content.
 
     Runs that no ranking contains are left out.
 
     Args:
-        file: TOML file with ``by``, ``date`` and ``models``, the models to publish; optionally also
+        metadata_file: TOML file with ``by``, ``date`` and ``models``, the models to publish; optionally also
             ``relationship``, ``url``, ``logs`` and ``dataset``.
         runs: runs of any models, suites and protocols, sorted by their keys.
 
     Raises:
         InputError: the file cannot be read, or is malformed.
     """
-    said = _PublicationFile.read_file(file)
+    said = _PublicationMetadata.read_file(metadata_file)
     plain = [run for run in runs if run.key.is_without_study and run.key.model in said.models]
     rows = group_pairs(
         ((run.key.protocol.value, run.key.name), run) for run in plain if run.coverage.is_ranked
@@ -78,7 +78,7 @@ def make_published_files(file: Path, runs: Sequence[RunSummary]) -> dict[str, st
         )
         if said.dataset:
             variant = _to_file_name_part(protocol + name.removeprefix(model))
-            entries = "".join(_format_hub_entries(said, suites))
+            entries = "".join(_write_hugging_face_results(said, suites))
             written[f"hugging_face/{place}/.eval_results/eai-{variant}.yaml"] = entries
     return written
 
@@ -92,7 +92,7 @@ def _make_content_uuid(record: Mapping[str, Any]) -> uuid.UUID:
     return uuid.UUID(bytes=hashlib.sha256(json.dumps(record).encode()).digest()[:16], version=4)
 
 
-def _make_eval_record(said: _PublicationFile, runs: Sequence[RunSummary]) -> dict[str, Any]:
+def _make_eval_record(said: _PublicationMetadata, runs: Sequence[RunSummary]) -> dict[str, Any]:
     key = runs[0].key
     model = said.models[key.model]
     seconds = int(datetime.combine(said.date, datetime.min.time(), timezone.utc).timestamp())
@@ -117,7 +117,7 @@ def _make_eval_record(said: _PublicationFile, runs: Sequence[RunSummary]) -> dic
     }
 
 
-def _make_eval_results(said: _PublicationFile, run: RunSummary) -> Iterator[dict[str, Json]]:
+def _make_eval_results(said: _PublicationMetadata, run: RunSummary) -> Iterator[dict[str, Json]]:
     """Yield the main metrics of a run as JSON values, each in percent with its confidence interval."""
     key = run.key
     for metric in get_declaration(key.ability).overview_headings:
@@ -128,7 +128,7 @@ def _make_eval_results(said: _PublicationFile, run: RunSummary) -> Iterator[dict
         yield {
             "evaluation_result_id": f"{name}.{metric}",
             "evaluation_name": name,
-            "source_data": _make_source_data(said, run),
+            "source_data": _make_data_set_json(said, run),
             "metric_config": {
                 "metric_id": metric,
                 "metric_name": get_display_name(metric),
@@ -142,7 +142,7 @@ def _make_eval_results(said: _PublicationFile, run: RunSummary) -> Iterator[dict
         }
 
 
-def _make_source_data(said: _PublicationFile, run: RunSummary) -> dict[str, Json]:
+def _make_data_set_json(metadata: _PublicationMetadata, run: RunSummary) -> dict[str, Json]:
     """Return a JSON value that names the source of the tasks, the protocol, and the digests of the data."""
     key = run.key
     details: dict[str, Json] = {
@@ -154,8 +154,8 @@ def _make_source_data(said: _PublicationFile, run: RunSummary) -> dict[str, Json
     place: dict[str, Json] = {"source_type": "other"}
     if key.domain in list_paper_benchmarks():
         place = {"source_type": "url", "url": [_PAPER]}
-    elif said.dataset:
-        place = {"source_type": "hf_dataset", "hf_repo": said.dataset}
+    elif metadata.dataset:
+        place = {"source_type": "hf_dataset", "hf_repo": metadata.dataset}
     return {"dataset_name": key.domain, **place, "additional_details": details}
 
 
@@ -169,7 +169,7 @@ def _make_uncertainty(run: RunSummary, metric: str) -> dict[str, Json]:
     return {"uncertainty": {"confidence_interval": interval, "num_samples": sure.tasks}}
 
 
-def _format_hub_entries(said: _PublicationFile, runs: Sequence[RunSummary]) -> Iterator[str]:
+def _write_hugging_face_results(metadata: _PublicationMetadata, runs: Sequence[RunSummary]) -> Iterator[str]:
     """Yield the first main metric of each suite as YAML. Strings are quoted as in JSON, which YAML allows."""
     for run in runs:
         key = run.key
@@ -178,11 +178,11 @@ def _format_hub_entries(said: _PublicationFile, runs: Sequence[RunSummary]) -> I
         if percent is None:
             continue
         yield (
-            f"- dataset:\n    id: {json.dumps(said.dataset)}\n"
+            f"- dataset:\n    id: {json.dumps(metadata.dataset)}\n"
             f"    task_id: {json.dumps(suite_name(key.domain, key.ability))}\n"
-            f'  value: {percent}\n  date: "{said.date}"\n  evaluation_framework: inspect-ai\n'
+            f'  value: {percent}\n  date: "{metadata.date}"\n  evaluation_framework: inspect-ai\n'
         )
-        if said.logs:
-            yield f"  source:\n    url: {json.dumps(said.logs)}\n    name: {json.dumps(said.by)}\n"
+        if metadata.logs:
+            yield f"  source:\n    url: {json.dumps(metadata.logs)}\n    name: {json.dumps(metadata.by)}\n"
         notes = f"{get_display_name(metric)}, {key.name}, protocol {key.protocol.value}"
         yield f"  notes: {json.dumps(notes)}\n"

@@ -64,7 +64,7 @@ def _make_word_cipher(benchmark: Benchmark, tasks: Iterable[Task]) -> Mapping[st
     used += [(operator.name, ("operator", operator.arity)) for operator in benchmark.domain.operators]
     uses = group_pairs(used)
     alike: list[tuple[object, tuple[str, ...]]] = [(frozenset(use), (name,)) for name, use in uses.items()]
-    for category, stems in _find_stems(tasks).items():
+    for category, stems in _map_categories_to_name_stems(tasks).items():
         if not {category, *stems} & uses.keys():
             alike.append(((category in stems, len(stems)), (category, *stems)))
     digest = hashlib.sha256(f"obfuscated {benchmark.domain.name}".encode()).digest()
@@ -93,7 +93,7 @@ def _replace_token(token: str, words: Mapping[str, str]) -> str:
     return token if numbered is None else words.get(numbered[1], numbered[1]) + numbered[2]
 
 
-def _find_stems(tasks: Iterable[Task]) -> Mapping[str, tuple[str, ...]]:
+def _map_categories_to_name_stems(tasks: Iterable[Task]) -> Mapping[str, tuple[str, ...]]:
     """Return each category of objects, except agents, with its objects' names without numbers."""
     stems_of: dict[str, dict[str, None]] = {}
     owner: dict[str, str] = {}
@@ -124,7 +124,7 @@ class _ObfuscatedWording(SuiteWording):
     english: EnglishWords = PLAIN_ENGLISH
 
     @cached_property
-    def _exact_rules(self) -> DomainRules:
+    def _rules_with_hidden_facts(self) -> DomainRules:
         """The rules of all actions without English remarks. They also state facts that plain prompts hide."""
         vocabulary = self.domain.vocabulary
         predicates = vocabulary.predicates
@@ -132,7 +132,7 @@ class _ObfuscatedWording(SuiteWording):
             predicate if is_property(predicate) else replace(predicate, visible=True)
             for predicate in predicates
         ]
-        operators = tuple(map(_make_exact_operator, self.domain.operators))
+        operators = tuple(map(_turn_alternatives_into_effects, self.domain.operators))
         told = replace(
             self.domain, vocabulary=replace(vocabulary, predicates=tuple(shown)), operators=operators
         )
@@ -140,7 +140,9 @@ class _ObfuscatedWording(SuiteWording):
 
     @cached_property
     def _predicates_of_rules(self) -> frozenset[str]:
-        return self._exact_rules.find_used_predicates(self._exact_rules.operator_names)
+        return self._rules_with_hidden_facts.find_used_predicates(
+            self._rules_with_hidden_facts.operator_names
+        )
 
     def describe_vocabulary(self) -> str:
         names = (*self.predicates, *self.static)
@@ -157,16 +159,19 @@ class _ObfuscatedWording(SuiteWording):
 
     def describe_operators(self) -> str:
         definitions = [
-            _replace_words(self.words, definition) for definition in self._exact_rules.write_definitions()
+            _replace_words(self.words, definition)
+            for definition in self._rules_with_hidden_facts.write_definitions()
         ]
-        rules = "\n".join([*map(self.describe_operator, self._exact_rules.operators), *definitions])
+        rules = "\n".join(
+            [*map(self.describe_operator, self._rules_with_hidden_facts.operators), *definitions]
+        )
         return f"{explain_rule_notation(rules)}\n{rules}"
 
     def write_operators_heading(self, each: str) -> str:
         return f"what {each} requires and changes"
 
     def describe_operator(self, operator: Operator) -> str:
-        return _replace_words(self.words, self._exact_rules.write_operator_rule(operator) or "")
+        return _replace_words(self.words, self._rules_with_hidden_facts.write_operator_rule(operator) or "")
 
     def describe_object(self, task: Task, index: int) -> str:
         properties = [p for p in self.domain.vocabulary.predicates if is_property(p) and not p.visible]
@@ -175,7 +180,7 @@ class _ObfuscatedWording(SuiteWording):
         head, _, known = _replace_words(self.words, super().describe_object(task, index)).rpartition(": ")
         return f"{head}: {', '.join([*(known.split(', ') if known != '-' else ()), *having]) or '-'}"
 
-    def state_rule_facts(self, task: Task) -> str:
+    def write_static_facts_of_rules(self, task: Task) -> str:
         """Return facts that plain prompts put into sentences, one a line below the heading `UNCHANGING`."""
         named = self._predicates_of_rules.intersection(self.unchanging)
         properties = {p.name for p in self.domain.vocabulary.predicates if is_property(p)}
@@ -192,7 +197,7 @@ class _ObfuscatedWording(SuiteWording):
         return _replace_words(self.words, super().describe_goals(task))
 
 
-def _make_exact_operator(operator: Operator) -> Operator:
+def _turn_alternatives_into_effects(operator: Operator) -> Operator:
     """Return an equivalent operator without description and without alternative effects.
 
     Each of the alternative effects becomes a conditional effect.
@@ -265,21 +270,23 @@ class _ObfuscatedSubgoals(SubgoalNotation):
         return self._plain.join(parts)
 
 
-def open_obfuscated(name: str) -> Benchmark:
+def open_obfuscated(benchmark_name: str) -> Benchmark:
     """Open a benchmark with swapped names. Its tasks ask only for plans and subgoals."""
-    benchmark = find_benchmark(name)
+    benchmark = find_benchmark(benchmark_name)
     public = benchmark.data.open_public or benchmark.open_tasks
-    return _open_with_exact_rules(
+    return _make_benchmark_with_rules_in_prompts(
         benchmark, _make_word_cipher(benchmark, public(USUAL_SOURCE).values()), OBFUSCATED
     )
 
 
-def open_with_rules(name: str) -> Benchmark:
+def open_with_rules(benchmark_name: str) -> Benchmark:
     """Open a benchmark with its true names and with the exact rules of obfuscated prompts."""
-    return _open_with_exact_rules(find_benchmark(name), {}, WITH_RULES)
+    return _make_benchmark_with_rules_in_prompts(find_benchmark(benchmark_name), {}, WITH_RULES)
 
 
-def _open_with_exact_rules(benchmark: Benchmark, words: Mapping[str, str], suffix: str) -> Benchmark:
+def _make_benchmark_with_rules_in_prompts(
+    benchmark: Benchmark, word_cipher: Mapping[str, str], suffix: str
+) -> Benchmark:
     def make_wording(ability: Ability) -> SuiteWording:
         plain = benchmark.wording(ability)
         twin = _ObfuscatedWording(
@@ -290,28 +297,33 @@ def _open_with_exact_rules(benchmark: Benchmark, words: Mapping[str, str], suffi
             static=plain.static,
             unchanging=plain.unchanging,
             surroundings=plain.surroundings,
-            words=words,
+            words=word_cipher,
             english=benchmark.notation.english,
         )
-        return twin if plain.conventions is None else replace(twin, conventions=twin.state_rule_facts)
+        return (
+            twin if plain.conventions is None else replace(twin, conventions=twin.write_static_facts_of_rules)
+        )
 
     asks_subgoals = benchmark.data.asks.get(Ability.SUBGOAL_DECOMPOSITION)
 
     no_operators = TaskSet((), dict[str, TransitionTask]().__getitem__, "")
 
-    def replace_capitals(text: str) -> str:
-        return _TOKEN.sub(lambda t: _replace_token(t[0], words) if t[0].isupper() else t[0], text)
+    def encipher_capitalised_words(text: str) -> str:
+        return _TOKEN.sub(lambda t: _replace_token(t[0], word_cipher) if t[0].isupper() else t[0], text)
 
     return replace(
         benchmark,
         name=f"{benchmark.name}{suffix}",
         notation=replace(
             benchmark.notation,
-            plans=_ObfuscatedPlans(benchmark.notation.plans, words),
-            subgoals=_ObfuscatedSubgoals(benchmark.subgoals(), words),
-            formats={ability: replace_capitals(text) for ability, text in benchmark.notation.formats.items()},
+            plans=_ObfuscatedPlans(benchmark.notation.plans, word_cipher),
+            subgoals=_ObfuscatedSubgoals(benchmark.subgoals(), word_cipher),
+            formats={
+                ability: encipher_capitalised_words(text)
+                for ability, text in benchmark.notation.formats.items()
+            },
             short_texts={
-                name: replace_capitals(text)
+                name: encipher_capitalised_words(text)
                 for name, text in benchmark.notation.short_texts.items()
                 if name != RULES
             },

@@ -58,18 +58,18 @@ def match_tasks_in_strata(
     """
     sizes, others = (Counter(stratum for _, stratum in cases) for cases in (first, second))
     return (
-        [_label_case(case, "first") for case, stratum in first if stratum in others],
+        [_prefix_case_names(case, "first") for case, stratum in first if stratum in others],
         [
-            _label_case(case, "second", sizes[stratum] / others[stratum])
+            _prefix_case_names(case, "second", sizes[stratum] / others[stratum])
             for case, stratum in second
             if sizes[stratum]
         ],
     )
 
 
-def _label_case(case: RateCase, which: str, weight: float = 1) -> RateCase:
+def _prefix_case_names(case: RateCase, prefix: str, weight: float = 1) -> RateCase:
     share = Share(weight * case.share.numerator, weight * case.share.denominator)
-    return RateCase(f"{which} {case.task}", f"{which} {case.name}", share)
+    return RateCase(f"{prefix} {case.task}", f"{prefix} {case.name}", share)
 
 
 RunPair: TypeAlias = tuple[str, str, Sequence[Record], Sequence[Record]]
@@ -130,7 +130,7 @@ def _analyze_contamination(records: StudyRecords, chosen: Options) -> Iterator[A
     Raises:
         InputError: no model has runs on a benchmark and on such a task file.
     """
-    pairs = list(_pair_runs(list(records.read_runs())))
+    pairs = list(_pair_public_with_fresh_runs(list(records.read_runs())))
     if not pairs:
         raise InputError(
             "contamination needs runs of a model on a benchmark and on generated tasks of its world"
@@ -138,7 +138,7 @@ def _analyze_contamination(records: StudyRecords, chosen: Options) -> Iterator[A
     yield Analysis([make_contamination_table(pairs)], remarks=_REMARKS)
 
 
-def _pair_runs(runs: Sequence[Run]) -> Iterator[RunPair]:
+def _pair_public_with_fresh_runs(runs: Sequence[Run]) -> Iterator[RunPair]:
     for public in runs:
         for fresh in runs:
             one, other = public.key, fresh.key

@@ -156,7 +156,7 @@ class _HarborFolderMaker:
             "solution": _make_commands_to_play_episode(solution)
             if self.expects_episodes
             else _make_command_to_write_answer(solution),
-            "world": _write_world_command(reference, task_id) if self.expects_episodes else "",
+            "world": _write_world_server_command(reference, task_id) if self.expects_episodes else "",
         }
         tests = _fill_templates(["script"], values) | (self.wheels | tasks if self.is_shared else {})
         groups = [
@@ -178,12 +178,11 @@ class _HarborFolderMaker:
         extra = "[mcp]" if self.expects_episodes else ""
         requirements = [f"./{wheel}{extra}" for wheel in self.wheels] or [f"{_PACKAGE}{extra}=={__version__}"]
         mode = "shared" if self.is_shared else "separate"
-        own = (
-            f'\n\n[verifier.environment]\nnetwork_mode = "no-network"{_write_image_line(self.verifier_image)}'
-        )
+        image = _write_docker_image_setting(self.verifier_image)
+        own = f'\n\n[verifier.environment]\nnetwork_mode = "no-network"{image}'
         return {
             "ability": json.dumps(self.suite.ability.value),
-            "agent_image": _write_image_line(self.image),
+            "agent_image": _write_docker_image_setting(self.image),
             "benchmark": json.dumps(reference),
             "requirements": " ".join(map(quote, requirements)),
             "verifier": f'environment_mode = "{mode}"{"" if self.is_shared else own}',
@@ -192,11 +191,11 @@ class _HarborFolderMaker:
         }
 
 
-def _write_image_line(image: str | None) -> str:
+def _write_docker_image_setting(image: str | None) -> str:
     return "" if image is None else f"\ndocker_image = {json.dumps(image)}"
 
 
-def _write_world_command(reference: str, task_id: str) -> str:
+def _write_world_server_command(benchmark_reference: str, task_id: str) -> str:
     """Return the command that serves the world of a task, as a list in the YAML of Docker Compose.
 
     A dollar sign is written twice, because Compose replaces variables after a single dollar sign.
@@ -207,7 +206,7 @@ def _write_world_command(reference: str, task_id: str) -> str:
     if "," in task_id:
         raise InputError(f"the task {task_id!r}: expected an id without a comma, for eai serve mcp --tasks")
     settings = ("--out=/journal", "--host=0.0.0.0", "--port=8000", "--allow-host=world", "--trust-network")
-    command = ["eai", "serve", "mcp", f"--domain={reference}", f"--tasks={task_id}", *settings]
+    command = ["eai", "serve", "mcp", f"--domain={benchmark_reference}", f"--tasks={task_id}", *settings]
     return json.dumps(command).replace("$", "$$")
 
 

@@ -48,15 +48,15 @@ def compute_rewards(suite: Suite, task_id: str, text: str) -> dict[str, float]:
         return _make_invalid_rewards(suite, task_id, verdict.excluded)
     if verdict.error is not None and verdict.error.check in (UNREPLAYABLE, RAISED):
         return _make_invalid_rewards(suite, task_id, verdict.error.detail)
-    return {**_compute_goal_shares(suite, verdict), "valid": 1.0}
+    return {**_compute_reward_and_rates(suite, verdict), "valid": 1.0}
 
 
 def _make_invalid_rewards(suite: Suite, task_id: str, reason: str) -> dict[str, float]:
     print(reason, file=sys.stderr)
-    return {**_compute_goal_shares(suite, suite.score(task_id, "")), "valid": 0.0}
+    return {**_compute_reward_and_rates(suite, suite.score(task_id, "")), "valid": 0.0}
 
 
-def _compute_goal_shares(suite: Suite, verdict: Verdict) -> dict[str, float]:
+def _compute_reward_and_rates(suite: Suite, verdict: Verdict) -> dict[str, float]:
     rates = compute_metric_rates([verdict], suite.ability)
     shares = {name: rates[name].share for name in get_declaration(suite.ability).overview_headings}
     rated = {name: float(share) for name, share in shares.items() if share is not None}

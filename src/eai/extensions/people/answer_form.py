@@ -55,15 +55,17 @@ def build_answer_form(
         "ability": ability.value,
         "suffix": SUFFIX,
         "questions": questions,
-        "goals": make_goal_pattern(benchmark, source) if ability is Ability.GOAL_INTERPRETATION else None,
-        "operators": _list_asked_operators(benchmark, prompts, source)
+        "goals": make_goal_answer_template(benchmark, source)
+        if ability is Ability.GOAL_INTERPRETATION
+        else None,
+        "operators": _map_tasks_to_asked_operators(benchmark, prompts, source)
         if ability is Ability.TRANSITION_MODELING
         else None,
     }
     return build_page("eai.extensions.people", "form", SCRIPTS, encode_for_script(content))
 
 
-def make_goal_pattern(benchmark: Benchmark, source: Source) -> Json:
+def make_goal_answer_template(benchmark: Benchmark, source: Source) -> Json:
     """Return the pattern of an answer with one goal of each kind, as a JSON value.
 
     Placeholders stand for words. The pattern has an action goal only if a task of the benchmark has one,
@@ -77,7 +79,9 @@ def make_goal_pattern(benchmark: Benchmark, source: Source) -> Json:
     return pattern
 
 
-def _list_asked_operators(benchmark: Benchmark, prompts: Mapping[str, Prompt], source: Source) -> Json:
+def _map_tasks_to_asked_operators(
+    benchmark: Benchmark, prompts: Mapping[str, Prompt], source: Source
+) -> Json:
     """Return for each task the names and parameters of the operators that its question asks for, as JSON."""
     tasks = benchmark.operators(source)
     return {

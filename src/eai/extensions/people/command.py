@@ -128,12 +128,14 @@ def _begin_unfinished_tasks(
 ) -> Iterator[tuple[int, RecordedGame, Sequence[str]]]:
     """Yield each task that is not over: its number, its episode, and the observations so far."""
     from eai.agents.play import EpisodeFactory
-    from eai.extensions.people.person import begin_episode
+    from eai.extensions.people.person import begin_or_resume_episode
 
     arena = EpisodeFactory(suite.benchmark, setting)
     for number, task_id in enumerate(task_ids, 1):
         stage = arena.make_setup(suite.tasks[task_id])
-        play, observations = begin_episode(stage, setting.slip_seed, answers.get_episode_text(task_id))
+        play, observations = begin_or_resume_episode(
+            stage, setting.slip_seed, answers.get_episode_text(task_id)
+        )
         if not play.over:
             yield number, play, observations
 

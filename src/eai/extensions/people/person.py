@@ -39,28 +39,30 @@ _LINE = re.compile(r"\s*([\w-]+)\s*(?:(\(.*\))|([^()\[\]{}]*?))\s*")
 """Regular expression for an action and its objects, with or without brackets."""
 
 
-def begin_episode(stage: GameSetup, seed: int, answer: str = "") -> tuple[RecordedGame, Sequence[str]]:
+def begin_or_resume_episode(
+    game_setup: GameSetup, seed: int, saved_episode: str = ""
+) -> tuple[RecordedGame, Sequence[str]]:
     """Return a new or resumed episode of a person, and its observations so far.
 
     Args:
-        stage: The task with the rules of the game.
+        game_setup: The task with the rules of the game.
         seed: Seed of slips (actions that fail at random).
-        answer: Text of the episode to resume; empty for a new episode.
+        saved_episode: Text of the episode to resume; empty for a new episode.
 
     Raises:
-        InputError: The answer is no episode of a person with these rules, this seed and this data.
+        InputError: The text is no episode of a person with these rules, this seed and this data.
     """
-    if not answer:
-        return RecordedGame(stage, seed, 1, harness=HARNESS), ()
-    saved = read_episode(answer)
+    if not saved_episode:
+        return RecordedGame(game_setup, seed, 1, harness=HARNESS), ()
+    saved = read_episode(saved_episode)
     if not isinstance(saved, EpisodeAnswer):
-        raise InputError(f"{stage.task.id}: {saved.reason}")
-    play = RecordedGame(stage, seed, 1, harness=saved.harness)
+        raise InputError(f"{game_setup.task.id}: {saved.reason}")
+    play = RecordedGame(game_setup, seed, 1, harness=saved.harness)
     observations = [play.play_command(turn.said) for turn in saved.turns]
-    is_same = (saved.rules, saved.seed, saved.turns) == (stage.rules, seed, tuple(play.turns))
+    is_same = (saved.rules, saved.seed, saved.turns) == (game_setup.rules, seed, tuple(play.turns))
     if not is_same or saved.harness not in (HARNESS, PROMPTED):
         raise InputError(
-            f"{stage.task.id}: the answer file has an episode of a model, or one with other settings or "
+            f"{game_setup.task.id}: the answer file has an episode of a model, or one with other settings or "
             "data; give the same settings, or another file as --out"
         )
     return play, observations
@@ -81,7 +83,7 @@ def execute_line(play: RecordedGame, line: str) -> str:
     if command.startswith(POSSIBLE):
         play.harness = PROMPTED
         return (
-            "\n".join(_list_possible_actions(play, command.removeprefix(POSSIBLE).split()))
+            "\n".join(_list_possible_actions_with_words(play, command.removeprefix(POSSIBLE).split()))
             or "Nothing like that."
         )
     if command.casefold() == HELP:
@@ -111,13 +113,13 @@ def _list_operator_names(stage: GameSetup) -> list[str]:
     return [*stage.domain.operator_arities, DONE, LOOK, *list_declining_commands(stage.task)]
 
 
-def _list_possible_actions(play: RecordedGame, texts: Sequence[str]) -> Iterator[str]:
+def _list_possible_actions_with_words(game: RecordedGame, words: Sequence[str]) -> Iterator[str]:
     """Yield the possible actions whose text contains all given texts, one line for each operator."""
-    write = play.stage.commands.write_command
-    for operator, actions in groupby(play.find_possible_actions(), key=attrgetter("operator")):
+    write = game.stage.commands.write_command
+    for operator, actions in groupby(game.find_possible_actions(), key=attrgetter("operator")):
         commands = [write(action).replace(", ", ",") for action in actions]
         chosen = [
-            command for command in commands if all(text.casefold() in command.casefold() for text in texts)
+            command for command in commands if all(text.casefold() in command.casefold() for text in words)
         ]
         if chosen:
             objects = " ".join([command.partition("(")[2].removesuffix(")") for command in chosen])

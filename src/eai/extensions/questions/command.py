@@ -75,10 +75,10 @@ def questions(
     if not written_questions:
         raise InputError(f"{domain}: its tasks yield no question of these kinds and forms; choose others")
     write_files_atomically({out: questions_to_bytes(written_questions)})
-    chances = _compute_shortcut_rates(written_questions)
+    chances = _compute_success_rates_of_shortcuts(written_questions)
     if not as_json:
         _print_answer_balance(written_questions)
-        _print_best_shortcuts(written_questions, chances)
+        _print_best_rates_without_knowledge(written_questions, chances)
     fewer = "" if len(written_questions) == n else f"; the tasks yield no more, {n:,} were requested"
     number = format_count(len(written_questions), "question")
     line = f"{number} written to {out}, each with its right answer{fewer}"
@@ -125,21 +125,21 @@ def _print_answer_balance(questions: Sequence[Question]) -> None:
     )
 
 
-def _print_best_shortcuts(
-    questions: Sequence[Question], chances: Mapping[_KindAndForm, Mapping[str, Rate]]
+def _print_best_rates_without_knowledge(
+    questions: Sequence[Question], shortcut_rates: Mapping[_KindAndForm, Mapping[str, Rate]]
 ) -> None:
     """Print the best rate of guessing and shortcuts for each kind and form."""
-    best = {group: find_best_shortcut(rates) for group, rates in chances.items()}
+    best = {group: find_best_shortcut(rates) for group, rates in shortcut_rates.items()}
     columns = {
         replace(PERCENT, name="chance"): lambda group: (
-            Estimate.from_rate(chances[group][best[group]]) if group in best else "-"
+            Estimate.from_rate(shortcut_rates[group][best[group]]) if group in best else "-"
         ),
         replace(PERCENT, name="by"): lambda group: best.get(group, "-"),
     }
     _print_table_by_form("Best rate without knowledge of the world, in percent", questions, columns)
 
 
-def _compute_shortcut_rates(questions: Sequence[Question]) -> dict[_KindAndForm, dict[str, Rate]]:
+def _compute_success_rates_of_shortcuts(questions: Sequence[Question]) -> dict[_KindAndForm, dict[str, Rate]]:
     guesses = compute_guess_probabilities(questions)
     groups = group_pairs(((question.kind, question.form), question) for question in questions)
     return {kind_and_form: compute_shortcut_rates(group, guesses) for kind_and_form, group in groups.items()}

@@ -9,7 +9,7 @@ from eai.extensions.questions.setting import (
     QuestionContent,
     QuestionSetting,
     draw_sample_in_order,
-    find_texts_with_counterpart,
+    find_texts_with_ambiguous_operator,
     format_list,
 )
 from eai.planning.search import SearchEffort
@@ -45,7 +45,9 @@ _WRONG_CHOICES = 3
 """Number of wrong choices of a question, beside the right choice."""
 
 
-def make_forward_item(setting: QuestionSetting, rng: random.Random, number: int) -> QuestionContent | None:
+def make_question_about_facts_after_action(
+    setting: QuestionSetting, rng: random.Random, number: int
+) -> QuestionContent | None:
     """Ask which facts hold after an action. The open form asks which facts the action changes."""
     moment = _draw_transition(setting, rng)
     if moment is None:
@@ -54,13 +56,15 @@ def make_forward_item(setting: QuestionSetting, rng: random.Random, number: int)
     changes = setting.format_changes(state, after)
     if not changes and rng.random() > _NO_EFFECT_PROBABILITY:
         return None
-    right, wrong = draw_statements(setting, rng, [state, after])
+    right, wrong = draw_true_and_false_facts(setting, rng, [state, after])
     return QuestionContent(
         state, {action.operator}, 1, right, wrong, changes, values={"action": setting.format_element(action)}
     )
 
 
-def make_backward_item(setting: QuestionSetting, rng: random.Random, number: int) -> QuestionContent | None:
+def make_question_about_action_for_fact(
+    setting: QuestionSetting, rng: random.Random, number: int
+) -> QuestionContent | None:
     """Ask which single action makes a false fact true or a true fact false."""
     moment = _draw_transition(setting, rng)
     if moment is None:
@@ -79,7 +83,9 @@ def make_backward_item(setting: QuestionSetting, rng: random.Random, number: int
     return _make_which_action_item(setting, rng, state, action, {fact.predicate}, is_right, values)
 
 
-def make_inverse_item(setting: QuestionSetting, rng: random.Random, number: int) -> QuestionContent | None:
+def make_question_about_action_of_changes(
+    setting: QuestionSetting, rng: random.Random, number: int
+) -> QuestionContent | None:
     """Ask which single action changed exactly the facts that the question lists."""
     moment = _draw_transition(setting, rng)
     if moment is None:
@@ -167,7 +173,7 @@ def make_why_not_item(setting: QuestionSetting, rng: random.Random, number: int)
     )
 
 
-def draw_statements(
+def draw_true_and_false_facts(
     setting: QuestionSetting, rng: random.Random, states: Sequence[State]
 ) -> tuple[list[str], list[str]]:
     """Return two lists of texts: facts that hold in the last of several states, and facts that do not.
@@ -277,7 +283,7 @@ def _make_which_action_item(
         "any",
         values,
         are_actions=True,
-        yes_no_texts=find_texts_with_counterpart(answer, wrong, lambda text: text.partition("(")[0]),
+        yes_no_texts=find_texts_with_ambiguous_operator(answer, wrong, lambda text: text.partition("(")[0]),
     )
 
 

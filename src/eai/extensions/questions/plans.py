@@ -10,7 +10,7 @@ import random
 from collections.abc import Mapping, Sequence
 from typing import NamedTuple, TypeAlias
 
-from eai.extensions.questions.one_step import draw_statements, draw_untrue_facts
+from eai.extensions.questions.one_step import draw_true_and_false_facts, draw_untrue_facts
 from eai.extensions.questions.question import Accept
 from eai.extensions.questions.setting import (
     QuestionContent,
@@ -18,7 +18,7 @@ from eai.extensions.questions.setting import (
     StateGraph,
     draw_sample_in_order,
     explore_states,
-    find_texts_with_counterpart,
+    find_texts_with_ambiguous_operator,
     format_list,
     format_numbered_list,
 )
@@ -140,7 +140,7 @@ def make_state_tracking_item(
     first = rng.randrange(len(setting.path))
     last = rng.randrange(first + 1, len(setting.path) + 1)
     states, plan = setting.states[first : last + 1], setting.path[first:last]
-    right, wrong = draw_statements(setting, rng, states)
+    right, wrong = draw_true_and_false_facts(setting, rng, states)
     subject = rng.choice([i for action in plan for i in action.arguments] or [0])
     facts = [fact for fact in setting.list_changeable_facts(states[-1]) if subject in fact.arguments]
     if len(facts) > _MAX_FACTS:
@@ -167,7 +167,7 @@ def make_counterfactual_item(
     if not setting.path_reaches_goals:
         return None
     for _ in range(_MAX_PLAN_CHANGES):
-        variant = _change_plan(setting, rng)
+        variant = _make_plan_with_one_change(setting, rng)
         if variant is None:
             continue
         steps, position, change = variant
@@ -226,11 +226,13 @@ def make_justification_item(
         values={"plan": format_numbered_list(setting.format_elements(plan)), "goals": _format_goals(setting)},
         formulas=setting.goals,
         labels={step: (operator,) for step, operator in operators.items()},
-        yes_no_texts=find_texts_with_counterpart(right, wrong, operators.__getitem__),
+        yes_no_texts=find_texts_with_ambiguous_operator(right, wrong, operators.__getitem__),
     )
 
 
-def _change_plan(setting: QuestionSetting, rng: random.Random) -> tuple[_NumberedSteps, int, str] | None:
+def _make_plan_with_one_change(
+    setting: QuestionSetting, rng: random.Random
+) -> tuple[_NumberedSteps, int, str] | None:
     """Return a plan that differs from a task's path by one random change, and where and how they differ.
 
     The position of the change is an index, its description an English text. Return None if the drawn kind of
@@ -347,7 +349,7 @@ def make_reachability_item(
     setting: QuestionSetting, rng: random.Random, number: int
 ) -> QuestionContent | None:
     """Ask which facts the listed actions can make true, and which facts they never make true."""
-    wider = _draw_state_graph(setting, rng)
+    wider = _draw_cached_state_graph(setting, rng)
     if wider is None:
         return None
     narrower = wider.restrict_to_actions(
@@ -420,7 +422,7 @@ def _draw_distant_goal(setting: QuestionSetting, rng: random.Random, number: int
     Several goals are drawn. The chosen goal's shortest plan is closest to the length that the question with
     this ``number`` should have.
     """
-    graph = _draw_state_graph(setting, rng)
+    graph = _draw_cached_state_graph(setting, rng)
     if graph is None:
         return None
     wanted = _MIN_DISTANCE + number % _DISTANCES
@@ -435,19 +437,19 @@ def _draw_distant_goal(setting: QuestionSetting, rng: random.Random, number: int
     return min(fitting, key=lambda goal: abs(goal.distance - wanted), default=None)
 
 
-def _draw_state_graph(setting: QuestionSetting, rng: random.Random) -> StateGraph | None:
+def _draw_cached_state_graph(setting: QuestionSetting, rng: random.Random) -> StateGraph | None:
     """Draw one of a task's few sets of listed actions, and return all states that the actions lead to.
 
-    The result is None if `_make_state_graph` fails for the set.
+    The result is None if `_explore_states_of_drawn_actions` fails for the set.
     """
     number = rng.randrange(_MAX_STATE_GRAPHS)
     if number not in setting.state_graphs:
         generator = random.Random(f"{setting.seed} {number}")  # noqa: S311 - chance, not secrets
-        setting.state_graphs[number] = _make_state_graph(setting, generator)
+        setting.state_graphs[number] = _explore_states_of_drawn_actions(setting, generator)
     return setting.state_graphs[number]
 
 
-def _make_state_graph(setting: QuestionSetting, rng: random.Random) -> StateGraph | None:
+def _explore_states_of_drawn_actions(setting: QuestionSetting, rng: random.Random) -> StateGraph | None:
     """Draw actions, some of them from a task's path, and explore all states that they lead to.
 
     The result is None if too few actions are found, or if the states are too many.

@@ -155,7 +155,7 @@ class _QuestionGrade:
 def grade_answer(question: Question, text: str) -> _QuestionGrade:
     """Grade an answer. An unreadable answer is wrong."""
     wanted = {_normalize_text(answer) for answer in question.answer}
-    parsed = _parse_answer(question.form, text)
+    parsed = _parse_items_and_repairs(question.form, text)
     items, repairs = parsed or ((), ())
     given = set(map(_normalize_text, items))
     right, asks_one = len(given & wanted), question.accept == "any"
@@ -173,12 +173,14 @@ def format_gold_answer(question: Question) -> str:
     return "[" + ", ".join([f'"{answer}"' for answer in answers]) + "]"
 
 
-def _parse_answer(form: QuestionForm, text: str) -> tuple[tuple[str, ...], tuple[str, ...]] | None:
+def _parse_items_and_repairs(
+    form: QuestionForm, answer: str
+) -> tuple[tuple[str, ...], tuple[str, ...]] | None:
     """Return the items of an answer, and the names of the repairs needed to parse it; None if unreadable."""
     if form is QuestionForm.OPEN:
-        reading = read_json(text, _LIST_FORM)
+        reading = read_json(answer, _LIST_FORM)
         return None if isinstance(reading, Unreadable) else (reading.value, reading.repairs)
-    rest = split_reasoning(text)[0].strip()
+    rest = split_reasoning(answer)[0].strip()
     words = {word.casefold() for word in _ANSWER_WORDS[form].findall(rest)}
     if len(words) != 1:
         return None

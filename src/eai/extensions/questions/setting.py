@@ -169,13 +169,13 @@ class QuestionSetting:
                 continue
             if (
                 possible
-                or not self._has_unsuitable_objects(state, action)
+                or not self._has_objects_of_wrong_kind(state, action)
                 or rng.random() < _UNSUITABLE_PROBABILITY
             ):
                 return action
         return None
 
-    def _has_unsuitable_objects(self, state: State, action: Action) -> bool:
+    def _has_objects_of_wrong_kind(self, state: State, action: Action) -> bool:
         """Whether an action can never be possible, because of the kinds of its objects."""
         checks = self.domain.compiled_operators[action.operator].operator.checks
         return any(
@@ -189,7 +189,7 @@ def make_question_setting(task: Task, rules: DomainRules, planner: Planner, seed
     The path is the beginning of the task's own plan, up to the first step with an object that prompts do not
     show. If the task has no plan, the path is a plan found by search, or some random actions.
     """
-    small_task, rng = _restrict_to_shown_objects(task), random.Random(seed)  # noqa: S311 - chance, not secrets
+    small_task, rng = _restrict_to_objects_of_prompt_and_plan(task), random.Random(seed)  # noqa: S311 - chance, not secrets
     plan = small_task.script or _search_plan(small_task, planner)
     path = _execute_plan(small_task, rules, plan) or _walk_randomly(small_task, rules, rng)
     return QuestionSetting(
@@ -197,7 +197,7 @@ def make_question_setting(task: Task, rules: DomainRules, planner: Planner, seed
     )
 
 
-def _restrict_to_shown_objects(task: Task) -> Task:
+def _restrict_to_objects_of_prompt_and_plan(task: Task) -> Task:
     """Reduce a task to objects that its prompt shows or its plan uses. Leave out goals about actions."""
     named = [i for action in task.script for i in action.arguments]
     kept = sorted({*list_objects_in_prompt(task), *named})
@@ -394,15 +394,15 @@ Its last argument is the number of the question, which selects properties that q
 """
 
 
-def find_texts_with_counterpart(
-    right: Sequence[str], wrong: Sequence[str], operator: Callable[[str], str]
+def find_texts_with_ambiguous_operator(
+    right_texts: Sequence[str], wrong_texts: Sequence[str], get_operator: Callable[[str], str]
 ) -> frozenset[str]:
     """Return the texts whose operator occurs in both a right and a wrong text.
 
     The operator of such a text does not reveal whether the text is right.
     """
-    shared = set(map(operator, right)) & set(map(operator, wrong))
-    return frozenset([text for text in (*right, *wrong) if operator(text) in shared])
+    shared = set(map(get_operator, right_texts)) & set(map(get_operator, wrong_texts))
+    return frozenset([text for text in (*right_texts, *wrong_texts) if get_operator(text) in shared])
 
 
 def draw_sample_in_order(rng: random.Random, elements: Sequence[T], most: int) -> list[T]:

@@ -137,7 +137,7 @@ _Trait: TypeAlias = tuple[str, str]
 """The name of a shortcut, and a label that marks statements which the shortcut treats alike."""
 
 
-class ShortcutLedger:
+class StatementTraitCounts:
     """Counts how often statements with each trait were right in earlier questions of one kind and form.
 
     A trait is a label that a shortcut relies on. A trait is in balance if statements with it are right as
@@ -152,9 +152,9 @@ class ShortcutLedger:
         self._questions = 0
         self._imbalance = 0
 
-    def find_excess(self, question: ClosedQuestion) -> int:
+    def compute_excess_imbalance(self, question: ClosedQuestion) -> int:
         """Return by how much the imbalance after a question would exceed the tolerance; 0 if it would not."""
-        step = self._compute_imbalance_change(question)
+        step = self._compute_trait_imbalance_change(question)
         if step <= 0:
             return 0
         one = (_TRAIT_WEIGHT * (_count_options(question) - 1)) ** 2
@@ -165,17 +165,17 @@ class ShortcutLedger:
             - one * (_TOLERATED_IMBALANCE + self._questions // _QUESTIONS_PER_TOLERANCE),
         )
 
-    def add_question(self, question: ClosedQuestion) -> Mapping[str, float]:
+    def add_question_and_score_shortcuts(self, question: ClosedQuestion) -> Mapping[str, float]:
         """Add a question to the counts.
 
         Returns:
             the probability that each shortcut answers the question correctly, by name of the shortcut. It is
             computed from the counts before this question, and a fraction if the shortcut has to guess.
         """
-        traits = self._find_traits(question)
+        traits = self._find_traits_of_each_statement(question)
         hits = {shortcut: self._score_shortcut(shortcut, question, traits) for shortcut in SHORTCUTS}
-        self._imbalance += self._compute_imbalance_change(question)
-        self._balance.update(_compute_balance_changes(question, traits))
+        self._imbalance += self._compute_trait_imbalance_change(question)
+        self._balance.update(_compute_trait_balance_changes(question, traits))
         for position, statement_traits in enumerate(traits):
             self._times.update(statement_traits.keys())
             self._right.update(statement_traits.keys() if position == question.right else ())
@@ -183,8 +183,8 @@ class ShortcutLedger:
         self._questions += 1
         return hits
 
-    def _compute_imbalance_change(self, question: ClosedQuestion) -> int:
-        weights = _compute_balance_changes(question, self._find_traits(question))
+    def _compute_trait_imbalance_change(self, question: ClosedQuestion) -> int:
+        weights = _compute_trait_balance_changes(question, self._find_traits_of_each_statement(question))
         return sum([weight * (2 * self._balance[trait] + weight) for trait, weight in weights.items()])
 
     def _score_shortcut(
@@ -197,13 +197,13 @@ class ShortcutLedger:
         if not any(seen):
             return _compute_share(1, _count_options(question))
         if len(seen) == 1:
-            yes = self._compute_right_rate(seen[0], 2)
+            yes = self._compute_rate_of_right_statements(seen[0], 2)
             scores, right = [yes, 1 - yes], 1 if question.right is None else 0
         else:
             learned = shortcut == "operator"
             unlabelled_trait = (shortcut, "")
             scores = [
-                self._compute_right_rate(trait, len(seen))
+                self._compute_rate_of_right_statements(trait, len(seen))
                 if learned
                 else unlabelled_trait in statement_traits
                 for trait, statement_traits in zip(seen, traits, strict=True)
@@ -212,16 +212,16 @@ class ShortcutLedger:
         best = max(scores)
         return _compute_share(scores[right] == best, scores.count(best))
 
-    def _compute_right_rate(self, trait: _Trait | None, options: int) -> float:
+    def _compute_rate_of_right_statements(self, trait: _Trait | None, option_count: int) -> float:
         """Return how often statements with a trait were right: a share from 0 to 1.
 
         One fictitious observation at the rate of guessing is added, so that rare traits stay near that rate.
         """
         if trait is None:
-            return _compute_share(1, options)
-        return _compute_share(self._right[trait] * options + 1, (self._times[trait] + 1) * options)
+            return _compute_share(1, option_count)
+        return _compute_share(self._right[trait] * option_count + 1, (self._times[trait] + 1) * option_count)
 
-    def _find_traits(self, question: ClosedQuestion) -> list[dict[_Trait, int]]:
+    def _find_traits_of_each_statement(self, question: ClosedQuestion) -> list[dict[_Trait, int]]:
         features = [question.read_features(text) for text in question.shown]
         all_traits = [
             dict.fromkeys([("operator", label) for label in statement.labels], _TRAIT_WEIGHT)
@@ -261,7 +261,7 @@ class ShortcutLedger:
         return "long" if shorter > longer else "short" if shorter < longer else "medium"
 
 
-def _compute_balance_changes(
+def _compute_trait_balance_changes(
     question: ClosedQuestion, traits: Sequence[Mapping[_Trait, int]]
 ) -> dict[_Trait, int]:
     """Return the change that a question makes to the balance of each trait.
@@ -289,14 +289,14 @@ def draw_closed_question(
     setting: QuestionSetting,
     form: QuestionForm,
     question_text: str,
-    ledger: ShortcutLedger,
+    ledger: StatementTraitCounts,
     rng: random.Random,
     turn: int,
 ) -> tuple[int, ClosedQuestion] | None:
     """Draw choices (or the statement of a yes-no question) so that no shortcut beats guessing.
 
-    Return the excess of imbalance that remains (`ShortcutLedger.find_excess`) and the question, or None if
-    the content has too few texts.
+    Return the excess of imbalance that remains (`StatementTraitCounts.compute_excess_imbalance`) and the
+    question, or None if the content has too few texts.
 
     Args:
         item: the content of the question.
@@ -325,11 +325,11 @@ def draw_closed_question(
     for _ in range(_MAX_DRAWS):
         if form is QuestionForm.YES_NO:
             question = ClosedQuestion(
-                [_draw_tempting_statement(candidates, rng)], 0 if is_right else None, read_features
+                [_draw_statement_often_the_first(candidates, rng)], 0 if is_right else None, read_features
             )
         else:
             question = ClosedQuestion(_draw_choices(item, rng, position), position, read_features)
-        excess = ledger.find_excess(question)
+        excess = ledger.compute_excess_imbalance(question)
         if best is None or excess < best[0]:
             best = excess, question
         if not excess:
@@ -337,8 +337,8 @@ def draw_closed_question(
     return best
 
 
-def _draw_tempting_statement(among: Sequence[str], rng: random.Random) -> str:
-    return rng.choice(among[:1] if rng.random() < _TEMPTING_PROBABILITY else among)
+def _draw_statement_often_the_first(statements: Sequence[str], rng: random.Random) -> str:
+    return rng.choice(statements[:1] if rng.random() < _TEMPTING_PROBABILITY else statements)
 
 
 def _draw_choices(item: QuestionContent, rng: random.Random, position: int) -> list[str]:
@@ -386,14 +386,14 @@ def compute_answer_entropy(
     chosen = [question for question in questions if question.kind is kind and question.form is form]
     if len(chosen) < 2:
         return None
-    counts = Counter(map(_classify_answer, chosen))
+    counts = Counter(map(_classify_gold_answer, chosen))
     shares = [Rate(times, len(chosen)).share or 0.0 for times in counts.values()]
     most = max([question.options for question in chosen]) or len(counts)
     entropy = 0.0 - sum([share * math.log2(share) for share in shares])
     return Rate(entropy, math.log2(most)).share if most > 1 else 0.0
 
 
-def _classify_answer(question: Question) -> tuple[str, ...]:
+def _classify_gold_answer(question: Question) -> tuple[str, ...]:
     """Return the class of a gold answer: the whole answer, or the first word of a plan's outcome."""
     if question.form is QuestionForm.OPEN and question.kind in (
         QuestionKind.COUNTERFACTUAL,

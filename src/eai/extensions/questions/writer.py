@@ -21,16 +21,21 @@ from eai.extensions.questions.setting import (
     format_list,
     make_question_setting,
 )
-from eai.extensions.questions.shortcuts import LETTERS, ClosedQuestion, ShortcutLedger, draw_closed_question
+from eai.extensions.questions.shortcuts import (
+    LETTERS,
+    ClosedQuestion,
+    StatementTraitCounts,
+    draw_closed_question,
+)
 from eai.planning.planner import Planner
 from eai.tasks.prompts.template import PromptTemplates
 from eai.tasks.rules import DomainRules
 from eai.tasks.source import USUAL_SOURCE, Source
 
 ITEM_MAKERS: Mapping[QuestionKind, ItemMaker] = {
-    QuestionKind.FORWARD: one_step.make_forward_item,
-    QuestionKind.BACKWARD: one_step.make_backward_item,
-    QuestionKind.INVERSE: one_step.make_inverse_item,
+    QuestionKind.FORWARD: one_step.make_question_about_facts_after_action,
+    QuestionKind.BACKWARD: one_step.make_question_about_action_for_fact,
+    QuestionKind.INVERSE: one_step.make_question_about_action_of_changes,
     QuestionKind.STATE: plans.make_state_tracking_item,
     QuestionKind.APPLICABILITY: one_step.make_applicability_item,
     QuestionKind.WHY_NOT: one_step.make_why_not_item,
@@ -73,7 +78,7 @@ _NEED_RULES = frozenset(
 
 
 @dataclass(slots=True)
-class _KindAndFormState:
+class _QuestionGroupProgress:
     """Progress of the questions of one kind and form while they are written.
 
     Attributes:
@@ -85,7 +90,7 @@ class _KindAndFormState:
 
     kind: QuestionKind
     form: QuestionForm
-    ledger: ShortcutLedger
+    ledger: StatementTraitCounts
     failures: int = 0
 
 
@@ -140,7 +145,9 @@ class QuestionGenerator:
         """
         order = _make_random_generator(seed, "tasks").sample(list(self._tasks), len(self._tasks))
         tasks = cycle(order) if order else iter(())
-        cells = [_KindAndFormState(kind, form, ShortcutLedger()) for form in forms for kind in kinds]
+        cells = [
+            _QuestionGroupProgress(kind, form, StatementTraitCounts()) for form in forms for kind in kinds
+        ]
         written, seen = 0, set[str]()
         for turn in count():
             cells = [cell for cell in cells if cell.failures < _MAX_FAILURES]
@@ -150,7 +157,10 @@ class QuestionGenerator:
                 if written == number:
                     return
                 drafts = self._make_drafts(islice(tasks, _MAX_TASKS_PER_QUESTION), cell, turn, seed)
-                phrased = ((draft, *self._phrase_question(draft, cell, turn)) for draft in drafts)
+                phrased = (
+                    (draft, *self._write_question_and_prompt_without_rules(draft, cell, turn))
+                    for draft in drafts
+                )
                 phrased_draft = next(
                     (candidate for candidate in phrased if candidate[1].prompt not in seen), None
                 )
@@ -159,14 +169,16 @@ class QuestionGenerator:
                     continue
                 draft, question, closed = phrased_draft
                 seen.add(question.prompt)
-                shortcuts = {} if draft.closed is None else cell.ledger.add_question(draft.closed)
+                shortcuts = (
+                    {} if draft.closed is None else cell.ledger.add_question_and_score_shortcuts(draft.closed)
+                )
                 prompt = question.prompt if rules else closed
                 if prompt is not None:
                     written += 1
                     yield question.model_copy(update={"prompt": prompt, "shortcuts": shortcuts})
 
     def _make_drafts(
-        self, tasks: Iterator[str], cell: _KindAndFormState, number: int, seed: int
+        self, tasks: Iterator[str], cell: _QuestionGroupProgress, number: int, seed: int
     ) -> Iterator[_QuestionDraft]:
         """Yield drafts of one question about some tasks.
 
@@ -199,15 +211,15 @@ class QuestionGenerator:
         for _, draft in sorted(others, key=itemgetter(0)):
             yield draft
 
-    def _phrase_question(
-        self, draft: _QuestionDraft, cell: _KindAndFormState, turn: int
+    def _write_question_and_prompt_without_rules(
+        self, draft: _QuestionDraft, group: _QuestionGroupProgress, number: int
     ) -> tuple[Question, str | None]:
         """Return the question that a draft becomes, and its prompt without the rules of actions.
 
         This prompt is None if the question needs the rules.
         """
         setting, item, posed = draft
-        form, shown = cell.form, [] if posed is None else posed.shown
+        form, shown = group.form, [] if posed is None else posed.shown
         right = None if posed is None else posed.right
         match form:
             case QuestionForm.OPEN:
@@ -220,13 +232,13 @@ class QuestionGenerator:
                 )
                 answer = (LETTERS[right or 0],)
         accept = item.accept if form is QuestionForm.OPEN else "all"
-        values = self._make_template_values(draft, cell, choices, accept)
+        values = self._make_template_values(draft, group, choices, accept)
         question = Question(
-            id=f"{cell.kind.value}-{form.value}-{turn}",
+            id=f"{group.kind.value}-{form.value}-{number}",
             domain=self._benchmark.name,
             task=setting.task.id,
             title=setting.task.title,
-            kind=cell.kind,
+            kind=group.kind,
             form=form,
             depth=item.depth,
             options=2 if form is QuestionForm.YES_NO else len(shown),
@@ -234,11 +246,11 @@ class QuestionGenerator:
             answer=answer,
             accept=accept,
         )
-        needs_rules = (cell.kind, form) in _NEED_RULES
+        needs_rules = (group.kind, form) in _NEED_RULES
         return question, None if needs_rules else self._templates.fill_template("closed_book.txt", values)
 
     def _make_template_values(
-        self, draft: _QuestionDraft, cell: _KindAndFormState, choices: str, accept: Accept
+        self, draft: _QuestionDraft, cell: _QuestionGroupProgress, choices: str, accept: Accept
     ) -> Mapping[str, str]:
         setting, item, posed = draft
         operators = item.operators
@@ -262,7 +274,7 @@ class QuestionGenerator:
 def _format_question_text(
     item: QuestionContent,
     setting: QuestionSetting,
-    cell: _KindAndFormState,
+    cell: _QuestionGroupProgress,
     templates: PromptTemplates,
     choices: str = "",
 ) -> str:

@@ -108,7 +108,7 @@ class BehaviorGoalInterpretation(Scorer):
         seen = [*map(split_condition, conditions)]
         formed = [parts for parts in seen if len(parts) in _ALLOWED_PART_COUNTS]
         unknown = [[name for name in names if name not in self._objects] for _, *names in formed]
-        groups = self._group_conditions(conditions)
+        groups = self._find_matched_additional_missing(conditions)
         kinds = [[_find_kind(split_condition(condition)[0]) for condition in group] for group in groups]
         matched, wrong, missing = [tuple(map(_format_condition, group)) for group in groups]
         return GoalVerdict(
@@ -125,23 +125,29 @@ class BehaviorGoalInterpretation(Scorer):
             missing=missing,
         )
 
-    def _group_conditions(self, predicted: Sequence[Value]) -> tuple[list[Value], list[Value], list[Value]]:
-        stated = frozenset(predicted)
-        wanted = [condition for option in self._choose_options(stated) for condition in option]
+    def _find_matched_additional_missing(
+        self, answer_conditions: Sequence[Value]
+    ) -> tuple[list[Value], list[Value], list[Value]]:
+        stated = frozenset(answer_conditions)
+        wanted = [
+            condition for option in self._choose_closest_option_of_each_goal(stated) for condition in option
+        ]
         needed = frozenset[Value](wanted)
         return (
             [condition for condition in wanted if condition in stated],
-            [condition for condition in predicted if condition not in needed],
+            [condition for condition in answer_conditions if condition not in needed],
             [condition for condition in wanted if condition not in stated],
         )
 
-    def _choose_options(self, stated: frozenset[Value]) -> list[tuple[Value, ...]]:
+    def _choose_closest_option_of_each_goal(
+        self, answer_conditions: frozenset[Value]
+    ) -> list[tuple[Value, ...]]:
         """Return one option (way to meet the goal) for each goal.
 
         It is the option that shares most conditions with the answer, the first one if several do.
         """
         return [
-            max(options, key=lambda option: sum([condition in stated for condition in option]))
+            max(options, key=lambda option: sum([condition in answer_conditions for condition in option]))
             for options in self._goals
         ]
 
@@ -153,12 +159,12 @@ class BehaviorGoalInterpretation(Scorer):
                 GoalReport(
                     "condition", text, stated.issuperset(option), predicates=find_predicate_names(text)
                 )
-                for option in self._choose_options(stated)
+                for option in self._choose_closest_option_of_each_goal(stated)
                 for text in (" and ".join(map(_format_condition, option)),)
             ),
             atoms={
                 _format_condition(condition): _to_statement(condition)
-                for group in self._group_conditions(predicted)
+                for group in self._find_matched_additional_missing(predicted)
                 for condition in group
             },
         )

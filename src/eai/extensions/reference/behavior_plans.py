@@ -22,7 +22,7 @@ from eai.benchmarks.behavior.domain import domain_in_paper_order
 from eai.benchmarks.behavior.tasks import BehaviorTask
 from eai.extensions.reference import behavior_quirks
 from eai.extensions.reference.behavior_quirks import make_behavior_goal_test
-from eai.extensions.reference.plans import compare_with_strict
+from eai.extensions.reference.plans import add_notes_on_strict_protocol
 from eai.world.fault import FaultKind
 from eai.world.state import State
 
@@ -47,14 +47,16 @@ class BehaviorActionSequencing(ActionSequencing):
     """
 
     def __init__(self, task: BehaviorTask) -> None:
-        domain = behavior_quirks.make_reference_domain()
+        domain = behavior_quirks.make_domain_with_all_quirks()
         super().__init__(task, domain, _BehaviorPlanNotation(), make_behavior_goal_test(task))
 
     def assess(self, text: str) -> Assessment:
         """Return the verdict, with an explanation that compares it with the verdict of `strict`."""
-        return compare_with_strict(super().assess(text), text, self.notation, self._make_strict_scorer)
+        return add_notes_on_strict_protocol(
+            super().assess(text), text, self.notation, self._make_scorer_of_strict_protocol
+        )
 
-    def _make_strict_scorer(self) -> ActionSequencing:
+    def _make_scorer_of_strict_protocol(self) -> ActionSequencing:
         return ActionSequencing(self.task, domain_in_paper_order(), JsonPlans())
 
     def _get_final_state(self, execution: Execution) -> State:
@@ -62,7 +64,7 @@ class BehaviorActionSequencing(ActionSequencing):
         trajectory = execution.trajectory
         final, failure = trajectory.final_state, trajectory.failure
         if failure is not None and failure.kind is FaultKind.UNCATEGORISED:
-            return behavior_quirks.apply_aborted_action(final, trajectory.steps[-1].action)
+            return behavior_quirks.find_state_left_by_aborted_action(final, trajectory.steps[-1].action)
         return final
 
     def _test_goals(self, execution: Execution) -> tuple[bool, ...]:

@@ -60,26 +60,26 @@ If an action has several errors, the first kind in this order counts. See ``chec
 
 
 @cache
-def make_reference_domain() -> Domain:
+def make_domain_with_all_quirks() -> Domain:
     """Return the BEHAVIOR domain with eai-eval's order of checks and with all of its quirks."""
     return reduce(lambda domain, quirk: quirk(domain), QUIRKS, domain_in_reference_order())
 
 
 @cache
-def make_subgoal_domain() -> Domain:
+def make_subgoal_domain_with_all_quirks() -> Domain:
     """Return eai-eval's domain for subgoal decomposition, which ranks kinds of error differently."""
-    return replace(make_reference_domain(), precedence=SUBGOAL_PRECEDENCE)
+    return replace(make_domain_with_all_quirks(), precedence=SUBGOAL_PRECEDENCE)
 
 
-def apply_aborted_action(state: State, action: Action) -> State:
-    """Return the state in which eai-eval stops if it aborts in an action (quirk `transfer_aborts`)."""
-    halves = _make_aborting_domain()
+def find_state_left_by_aborted_action(state: State, action: Action) -> State:
+    """Return the state if eai-eval aborts in an action (see `make_transferring_contents_abort`)."""
+    halves = _make_domain_of_aborted_transfers()
     return halves.apply(state, action) if action.operator in halves.compiled_operators else state
 
 
 @cache
-def _make_aborting_domain() -> Domain:
-    return replace(domain_in_reference_order(), operators=tuple(make_aborted_transfers()))
+def _make_domain_of_aborted_transfers() -> Domain:
+    return replace(domain_in_reference_order(), operators=tuple(make_operators_of_aborted_transfers()))
 
 
 def _change_operators(change: Callable[[Operator], Operator]) -> Callable[[Domain], Domain]:
@@ -93,7 +93,7 @@ def _change_operators(change: Callable[[Operator], Operator]) -> Callable[[Domai
 
 
 @_change_operators
-def other_hand_is_additional(operator: Operator) -> Operator:
+def judge_grasp_from_other_hand_as_additional_step(operator: Operator) -> Operator:
     """Judge grasping an object in the other hand as an additional step, not as a missing step.
 
     See ``evolving_graph.py``, ``grasp``.
@@ -106,7 +106,7 @@ def other_hand_is_additional(operator: Operator) -> Operator:
     return replace(operator, checks=tuple(map(change_fault, operator.checks)))
 
 
-def navigation_aborts(domain: Domain) -> Domain:
+def make_navigating_and_burning_abort(domain: Domain) -> Domain:
     """Let plans name the actions NAVIGATE_TO and BURN, whose execution is an error without a kind.
 
     See ``eval_evolving_graph_env.py``, ``EvalGraphEnv``.
@@ -118,7 +118,7 @@ def navigation_aborts(domain: Domain) -> Domain:
 
 
 @_change_operators
-def released_in_mid_air(operator: Operator) -> Operator:
+def leave_released_objects_in_mid_air(operator: Operator) -> Operator:
     """Leave a released object in the air, on no support (``evolving_graph.py``, ``release``)."""
     if not operator.name.endswith("RELEASE"):
         return operator
@@ -126,7 +126,7 @@ def released_in_mid_air(operator: Operator) -> Operator:
 
 
 @_change_operators
-def inside_a_floor_aborts(operator: Operator) -> Operator:
+def make_placing_inside_floor_abort(operator: Operator) -> Operator:
     """Make placing an object inside a floor an error without a kind (``place_inside``)."""
     if o.NO_INSIDE not in operator.checks:
         return operator
@@ -136,7 +136,7 @@ def inside_a_floor_aborts(operator: Operator) -> Operator:
 
 
 @_change_operators
-def transfer_aborts(operator: Operator) -> Operator:
+def make_transferring_contents_abort(operator: Operator) -> Operator:
     """Make transferring contents an error without a kind. An empty container transfers nothing.
 
     See ``evolving_graph.py``, ``pour_inside`` and ``pour_onto``.
@@ -149,7 +149,7 @@ def transfer_aborts(operator: Operator) -> Operator:
     return replace(operator, checks=(*operator.checks, aborts), effects=())
 
 
-def make_aborted_transfers() -> Iterator[Operator]:
+def make_operators_of_aborted_transfers() -> Iterator[Operator]:
     """Yield operators that move only the first content of a container, after which eai-eval aborts."""
     for hand, (name, place) in product(o.HANDS, (("INSIDE", p.lies_in), ("ONTOP", p.lies_on))):
         first = Exists(o.H, hand.holds(o.H) & p.carries(o.H, o.C))
@@ -159,19 +159,21 @@ def make_aborted_transfers() -> Iterator[Operator]:
 
 
 @_change_operators
-def parts_before_slicing(operator: Operator) -> Operator:
+def allow_handling_allow_handling_parts_before_slicing(operator: Operator) -> Operator:
     """Let the robot handle the parts of an object before the object is sliced (``interactivity_precond``)."""
     unwanted = (o.require_sliced_if_half(X), o.require_sliced_if_half(Y))
 
-    def keep_wanted(checks: tuple[Check, ...]) -> tuple[Check, ...]:
+    def remove_slicing_checks(checks: tuple[Check, ...]) -> tuple[Check, ...]:
         return tuple(check for check in checks if check not in unwanted)
 
-    tries = tuple(replace(attempt, checks=keep_wanted(attempt.checks)) for attempt in operator.alternatives)
-    return replace(operator, checks=keep_wanted(operator.checks), alternatives=tries)
+    tries = tuple(
+        replace(attempt, checks=remove_slicing_checks(attempt.checks)) for attempt in operator.alternatives
+    )
+    return replace(operator, checks=remove_slicing_checks(operator.checks), alternatives=tries)
 
 
 @_change_operators
-def placing_never_in_wrong_order(operator: Operator) -> Operator:
+def never_judge_placing_as_wrong_order(operator: Operator) -> Operator:
     """Never judge placing, transferring, or cleaning a clean object as an error of the wrong order.
 
     See ``evolving_graph.py``, ``check_precondition``.
@@ -184,12 +186,12 @@ def placing_never_in_wrong_order(operator: Operator) -> Operator:
 
 
 @_change_operators
-def one_label_per_pair(operator: Operator) -> Operator:
+def keep_only_latest_relation_of_pair(operator: Operator) -> Operator:
     """Keep only the latest of the labels onfloor, under and nextto of a pair of objects (``build_graph``)."""
-    return replace(operator, effects=_overwrite_all_labels(operator.effects))
+    return replace(operator, effects=_delete_older_relations_of_pairs(operator.effects))
 
 
-def _overwrite_labels(effect: Effect) -> tuple[Effect, ...]:
+def _delete_older_relations_of_pair(effect: Effect) -> tuple[Effect, ...]:
     """Return effects in which a new label, such as nextto, deletes all other labels of its ordered pair."""
     match effect:
         case Add(atom):
@@ -200,33 +202,39 @@ def _overwrite_labels(effect: Effect) -> tuple[Effect, ...]:
         case Delete():
             return (effect,)
         case When(condition, effects, otherwise):
-            return (When(condition, _overwrite_all_labels(effects), _overwrite_all_labels(otherwise)),)
+            return (
+                When(
+                    condition,
+                    _delete_older_relations_of_pairs(effects),
+                    _delete_older_relations_of_pairs(otherwise),
+                ),
+            )
         case ForEach() | Let():
-            return (replace(effect, effects=_overwrite_all_labels(effect.effects)),)
+            return (replace(effect, effects=_delete_older_relations_of_pairs(effect.effects)),)
         case _:
             assert_never(effect)
 
 
-def _overwrite_all_labels(effects: tuple[Effect, ...]) -> tuple[Effect, ...]:
-    return tuple(x for effect in effects for x in _overwrite_labels(effect))
+def _delete_older_relations_of_pairs(effects: tuple[Effect, ...]) -> tuple[Effect, ...]:
+    return tuple(x for effect in effects for x in _delete_older_relations_of_pair(effect))
 
 
 @_change_operators
-def freezes_anywhere(operator: Operator) -> Operator:
+def allow_freezing_without_fridge(operator: Operator) -> Operator:
     """Let an object be frozen without a fridge (``evolving_graph.py``, ``freeze_unfreeze``)."""
     return replace(operator, checks=operator.checks[:-1]) if operator.name == "FREEZE" else operator
 
 
 QUIRKS: tuple[Callable[[Domain], Domain], ...] = (
-    other_hand_is_additional,
-    navigation_aborts,
-    released_in_mid_air,
-    inside_a_floor_aborts,
-    transfer_aborts,
-    parts_before_slicing,
-    placing_never_in_wrong_order,
-    one_label_per_pair,
-    freezes_anywhere,
+    judge_grasp_from_other_hand_as_additional_step,
+    make_navigating_and_burning_abort,
+    leave_released_objects_in_mid_air,
+    make_placing_inside_floor_abort,
+    make_transferring_contents_abort,
+    allow_handling_allow_handling_parts_before_slicing,
+    never_judge_placing_as_wrong_order,
+    keep_only_latest_relation_of_pair,
+    allow_freezing_without_fridge,
 )
 """All quirks (changes of the domain), in the order in which they are applied."""
 
@@ -237,7 +245,7 @@ MAX_PERMUTATIONS = 10
 _NamesOfVariables: TypeAlias = Mapping[str, str]
 
 
-def list_truncated_options(formula: f.Formula, objects: ObjectsByCategory) -> list[DnfTerm]:
+def list_first_dnf_terms(formula: f.Formula, objects: ObjectsByCategory) -> list[DnfTerm]:
     """Return the options of a closed BDDL condition, in eai-eval's order, as far as eai-eval tries them.
 
     An option is a list of ground conditions that together make the condition true.
@@ -245,49 +253,57 @@ def list_truncated_options(formula: f.Formula, objects: ObjectsByCategory) -> li
     Raises:
         InputError: a variable is not bound, or BDDL has no such formula.
     """
-    return _Truncation(objects).options(formula, {})
+    return _FirstDnfTermLister(objects).list_dnf_terms(formula, {})
 
 
-class _Truncation:
+class _FirstDnfTermLister:
     def __init__(self, objects: ObjectsByCategory) -> None:
         self._objects = objects
 
-    def options(self, formula: f.Formula, binding: _NamesOfVariables) -> list[DnfTerm]:
+    def list_dnf_terms(self, formula: f.Formula, binding: _NamesOfVariables) -> list[DnfTerm]:
         match formula:
             case f.Atom(predicate, arguments):
                 return [(f.Atom(predicate, tuple(resolve_term(term, binding) for term in arguments)),)]
             case f.And(operands):
-                return _join_options(product(*[self.options(operand, binding) for operand in operands]))
+                return _conjoin_each_combination(
+                    product(*[self.list_dnf_terms(operand, binding) for operand in operands])
+                )
             case f.Or(operands):
-                return [option for operand in operands for option in self.options(operand, binding)]
+                return [option for operand in operands for option in self.list_dnf_terms(operand, binding)]
             case f.Not(operand):
-                return _negate_options(self.options(operand, binding))
+                return _negate_dnf_terms(self.list_dnf_terms(operand, binding))
             case f.Implies(premise, conclusion):
-                return _negate_options(self.options(premise, binding)) + self.options(conclusion, binding)
+                return _negate_dnf_terms(self.list_dnf_terms(premise, binding)) + self.list_dnf_terms(
+                    conclusion, binding
+                )
             case f.ForAll(variable, body):
-                return _join_options(_take_first_vectors(self._instances(variable, body, binding)))
+                return _conjoin_each_combination(
+                    _list_first_combinations(self._list_dnf_terms_of_each_value(variable, body, binding))
+                )
             case f.Exists(variable, body):
-                return list(chain.from_iterable(self._instances(variable, body, binding)))
+                return list(chain.from_iterable(self._list_dnf_terms_of_each_value(variable, body, binding)))
             case f.Exactly(count, variable, body):
-                vectors = _take_first_vectors(self._instances(variable, body, binding))
+                vectors = _list_first_combinations(
+                    self._list_dnf_terms_of_each_value(variable, body, binding)
+                )
                 chosen = (combinations(vector, count) for vector in vectors if count <= len(vector))
-                return _join_options(chain.from_iterable(chosen))
+                return _conjoin_each_combination(chain.from_iterable(chosen))
             case f.ForPairs():
-                return self._pairs(formula, binding)
+                return self._list_dnf_terms_of_pairing(formula, binding)
             case _:
                 raise InputError(f"BDDL has no {type(formula).__name__}")
 
-    def _instances(
+    def _list_dnf_terms_of_each_value(
         self, variable: f.Variable, body: f.Formula, binding: _NamesOfVariables
     ) -> list[list[DnfTerm]]:
         values = self._objects(variable.category)
-        return [self.options(body, {**binding, variable.name: value}) for value in values]
+        return [self.list_dnf_terms(body, {**binding, variable.name: value}) for value in values]
 
-    def _pairs(self, formula: f.ForPairs, binding: _NamesOfVariables) -> list[DnfTerm]:
+    def _list_dnf_terms_of_pairing(self, formula: f.ForPairs, binding: _NamesOfVariables) -> list[DnfTerm]:
         first, second, body = formula.first, formula.second, formula.body
         rows, columns = self._objects(first.category), self._objects(second.category)
         cells = [
-            [self.options(body, {**binding, first.name: x, second.name: y}) for y in columns if x != y]
+            [self.list_dnf_terms(body, {**binding, first.name: x, second.name: y}) for y in columns if x != y]
             for x in rows
         ]
         height, width = len(cells), len(cells[0]) if cells else 0
@@ -297,23 +313,23 @@ class _Truncation:
             return []
         fixed = tuple(range(count))
         if formula.count is not None or height < width:
-            orders = [(fixed, order) for order in _list_first_orders(width, count)]
+            orders = [(fixed, order) for order in _list_first_permutations(width, count)]
         else:
-            orders = [(order, fixed) for order in _list_first_orders(large, count)]
+            orders = [(order, fixed) for order in _list_first_permutations(large, count)]
         return [
             option
             for down, across in orders
-            for option in _join_options(
-                _take_first_vectors([cells[i][j] for i, j in zip(down, across, strict=True)])
+            for option in _conjoin_each_combination(
+                _list_first_combinations([cells[i][j] for i, j in zip(down, across, strict=True)])
             )
         ]
 
 
-def _join_options(vectors: Iterable[Sequence[DnfTerm]]) -> list[DnfTerm]:
-    return [tuple(chain.from_iterable(vector)) for vector in vectors]
+def _conjoin_each_combination(combinations: Iterable[Sequence[DnfTerm]]) -> list[DnfTerm]:
+    return [tuple(chain.from_iterable(vector)) for vector in combinations]
 
 
-def _negate_options(options: Sequence[DnfTerm]) -> list[DnfTerm]:
+def _negate_dnf_terms(options: Sequence[DnfTerm]) -> list[DnfTerm]:
     """Return the options of a negation. Each of them negates one condition of every given option."""
     return [
         tuple(choice)
@@ -321,11 +337,11 @@ def _negate_options(options: Sequence[DnfTerm]) -> list[DnfTerm]:
     ]
 
 
-def _list_first_orders(size: int, length: int) -> Iterator[tuple[int, ...]]:
+def _list_first_permutations(size: int, length: int) -> Iterator[tuple[int, ...]]:
     return islice(permutations(range(size), length), MAX_PERMUTATIONS)
 
 
-def _take_first_vectors(
+def _list_first_combinations(
     sequences: Sequence[Sequence[DnfTerm]],
 ) -> Iterator[tuple[DnfTerm, ...]]:
     """Yield combinations of one element of each sequence, for the first `MAX_VECTORS` index vectors.
@@ -337,7 +353,9 @@ def _take_first_vectors(
     highest = [len(sequence) - 1 for sequence in sequences]
     if any(last < 0 for last in highest):
         return
-    by_sum = chain.from_iterable(_list_vectors(total, len(sequences)) for total in range(sum(highest)))
+    by_sum = chain.from_iterable(
+        _list_index_vectors_of_sum(total, len(sequences)) for total in range(sum(highest))
+    )
     tried = list(islice(by_sum, MAX_VECTORS))
     if len(tried) < MAX_VECTORS:
         tried.append(tuple(highest))
@@ -346,29 +364,29 @@ def _take_first_vectors(
             yield tuple(sequence[index] for sequence, index in zip(sequences, vector, strict=True))
 
 
-def _list_vectors(total: int, length: int) -> Iterator[tuple[int, ...]]:
+def _list_index_vectors_of_sum(total: int, length: int) -> Iterator[tuple[int, ...]]:
     if length == 1:
         yield (total,)
         return
     for head in range(total + 1):
-        for tail in _list_vectors(total - head, length - 1):
+        for tail in _list_index_vectors_of_sum(total - head, length - 1):
             yield (head, *tail)
 
 
 def make_behavior_goal_test(task: Task) -> GoalTest:
     """Return eai-eval's test of a task's goals, which considers only the options that bddl tries."""
-    return GoalTest(task, [_truncate_options(goal.formula, task.scene) for goal in task.goals])
+    return GoalTest(task, [_reduce_to_first_dnf_terms(goal.formula, task.scene) for goal in task.goals])
 
 
-def _truncate_options(formula: f.Formula, scene: Scene) -> f.Formula:
+def _reduce_to_first_dnf_terms(formula: f.Formula, scene: Scene) -> f.Formula:
     """Return the condition that eai-eval tests for a goal: some option that bddl tries is true."""
     return map_leaves(
-        f.Or(tuple(map(f.And, list_truncated_options(formula, scene.names_of_category)))),
-        _use_direct_container,
+        f.Or(tuple(map(f.And, list_first_dnf_terms(formula, scene.names_of_category)))),
+        _replace_inside_by_directly_inside,
     )
 
 
-def _use_direct_container(leaf: f.Leaf) -> f.Formula:
+def _replace_inside_by_directly_inside(leaf: f.Leaf) -> f.Formula:
     if isinstance(leaf, f.Atom) and leaf.predicate == "inside":
         return replace(leaf, predicate=p.directly_inside.name)
     return leaf

@@ -42,7 +42,7 @@ from eai.benchmarks.behavior.notation import (
 from eai.benchmarks.behavior.tasks import BehaviorTask
 from eai.extensions.reference import behavior_quirks
 from eai.extensions.reference.behavior_quirks import make_behavior_goal_test
-from eai.extensions.reference.subgoals import ReferenceSubgoals
+from eai.extensions.reference.subgoals import PublishedSubgoalScorer
 from eai.logic.formula import Atom, Formula, Occurs
 from eai.logic.signature import Signature, describe_arity
 from eai.logic.traversal import walk_subformulas
@@ -95,9 +95,11 @@ def _plan_literal(literal: GroundAtom, state: State) -> SubgoalPlans:
     return SubgoalPlans(() if plan is None else (plan,))
 
 
-def _place_together(on: GroundAtom, by: GroundAtom, state: State) -> SubgoalPlans:
+def _plan_placing_on_and_next_to(
+    on_literal: GroundAtom, next_to_literal: GroundAtom, state: State
+) -> SubgoalPlans:
     """Return the plan that makes two literals true: it puts an object onto one object and next to another."""
-    (thing, support), (one, other) = on.arguments, by.arguments
+    (thing, support), (one, other) = on_literal.arguments, next_to_literal.arguments
     neighbour = one if thing == other else other
     actions, hand = _take(thing, read_hands(state), state.scene)
     return SubgoalPlans(((*actions, Action(f"{hand}_PLACE_NEXTTO_ONTOP", (neighbour, support))),))
@@ -149,7 +151,9 @@ def _find_hand_with(thing: int, hands: _Hands, scene: Scene) -> str | None:
     return next((hand for hand, content in full if name in scene.objects[content].name), None)
 
 
-def _pair_literals(first: GroundAtom, second: GroundAtom) -> tuple[GroundAtom, GroundAtom] | None:
+def _pair_on_with_next_to_literal(
+    first: GroundAtom, second: GroundAtom
+) -> tuple[GroundAtom, GroundAtom] | None:
     """Return two literals in order if one action makes both true: the support literal, then ``nextto``.
 
     Return None if no single action makes both true.
@@ -175,7 +179,8 @@ _QUANTIFIERS = ("forall", "exists", "forpairs", "forn")
 class _BehaviorSubgoalNotation(BehaviorSubgoalNotation):
     """The notation of BEHAVIOR subgoals, read as eai-eval reads it.
 
-    Its table of names has no arities (numbers of arguments), because `find_wrong_use` tests arities.
+    Its table of names has no arities (numbers of arguments). `reject_wrong_argument_counts_and_names` tests
+    them.
     """
 
     def make_formula_lexicon(self, scene: Scene) -> FormulaLexicon:
@@ -188,7 +193,7 @@ class _BehaviorSubgoalNotation(BehaviorSubgoalNotation):
         )
 
 
-class BehaviorSubgoalDecomposition(ReferenceSubgoals):
+class BehaviorSubgoalDecomposition(PublishedSubgoalScorer):
     """Scores BEHAVIOR subgoals as eai-eval does.
 
     Subgoals that are actions or need no action are skipped. If an answer is not executed, the goals that hold
@@ -197,7 +202,7 @@ class BehaviorSubgoalDecomposition(ReferenceSubgoals):
 
     def __init__(self, task: BehaviorTask, *, limits: ExplorationLimits | None = None) -> None:
         task = replace(task, initial=task.initial_as_published)
-        domain = behavior_quirks.make_subgoal_domain()
+        domain = behavior_quirks.make_subgoal_domain_with_all_quirks()
         goals = make_behavior_goal_test(task)
         super().__init__(task, domain, _BehaviorSubgoalNotation(), goals=goals, limits=limits)
         self.excluded = None
@@ -206,13 +211,13 @@ class BehaviorSubgoalDecomposition(ReferenceSubgoals):
         """Return an answer as a program that the search executes, or why the answer is rejected."""
         return super().compile_answer(text.replace("toggled.on", "toggledon").replace("t-shirt", "shirt"))
 
-    def _draw_alternative(self, subgoal: str, rng: Random) -> str | None:
+    def _draw_disjunct(self, subgoal: str, rng: Random) -> str | None:
         if "agent" in subgoal or any(word in subgoal for word in _QUANTIFIERS):
             return None
         return rng.choice(subgoal.split(" or ")) or None
 
-    def _find_misuse(self, formula: Formula) -> RejectedAnswer | None:
-        return find_wrong_use(formula, self.lexicon.objects)
+    def _reject_wrongly_used_names(self, formula: Formula) -> RejectedAnswer | None:
+        return reject_wrong_argument_counts_and_names(formula, self.lexicon.objects)
 
     def _make_planners(self, literals: Sequence[Formula]) -> list[tuple[int, SubgoalPlanner]]:
         """Return the planner of each literal, or of each pair of literals that one action makes true."""
@@ -221,9 +226,9 @@ class BehaviorSubgoalDecomposition(ReferenceSubgoals):
         number = 0
         while number < len(atoms):
             first, second = (*atoms, None)[number : number + 2]
-            pair = None if first is None or second is None else _pair_literals(first, second)
+            pair = None if first is None or second is None else _pair_on_with_next_to_literal(first, second)
             if pair is not None:
-                steps.append((number, partial(_place_together, *pair)))
+                steps.append((number, partial(_plan_placing_on_and_next_to, *pair)))
             elif first is not None:
                 steps.append((number, partial(_plan_literal, first)))
             number += 1 if pair is None else 2
@@ -233,7 +238,9 @@ class BehaviorSubgoalDecomposition(ReferenceSubgoals):
         return self.goals.find_reached_goals(self.task.initial, ())
 
 
-def find_wrong_use(formula: Formula, objects: Collection[str]) -> RejectedAnswer | None:
+def reject_wrong_argument_counts_and_names(
+    formula: Formula, object_names: Collection[str]
+) -> RejectedAnswer | None:
     """Return why an answer is rejected because its formula fails eai-eval's semantic check, or None.
 
     The package eai-eval checks the number of objects before their names, and states before actions. It raises
@@ -257,7 +264,7 @@ def find_wrong_use(formula: Formula, objects: Collection[str]) -> RejectedAnswer
             return _reject_misuse(FaultKind.ARGUMENT_NUMBER, detail)
     for name, _, part in primitives:
         for term in part.arguments:
-            if term.name not in objects:
+            if term.name not in object_names:
                 return _reject_misuse(FaultKind.HALLUCINATION, f"{name}: there is no {term.name}")
     return None
 

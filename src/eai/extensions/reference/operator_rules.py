@@ -77,7 +77,7 @@ _UNBALANCED = "(()"
 _UNBALANCED_CLOSE = 1  # the offset that eai-eval assumes if no parenthesis closes the list
 
 
-def extract_as_reference(answer: str) -> tuple[UnparsedOperator, ...] | None:
+def extract_operators_like_published_code(answer: str) -> tuple[UnparsedOperator, ...] | None:
     """Return the operators of an answer in order of first mention, or None for eai-eval's format error.
 
     An answer without any operator gives an empty result, not None.
@@ -146,7 +146,7 @@ No other exclusion depends on an answer.
 
 
 @dataclass(frozen=True, slots=True)
-class ReferenceRules(OperatorScoringRules):
+class PublishedOperatorRules(OperatorScoringRules):
     """Scores operators as eai-eval does. Caches avoid repeated comparison of equal texts."""
 
     counts_clauses: ClassVar[bool] = False
@@ -155,7 +155,7 @@ class ReferenceRules(OperatorScoringRules):
 
     def judge_answer(self, task: TransitionTask, text: str) -> OperatorJudgement:
         """Return the judgement on an answer. A task is excluded if its answer has eai-eval's format error."""
-        written = extract_as_reference(text)
+        written = extract_operators_like_published_code(text)
         if written is None:
             return OperatorJudgement((), NOT_RUN, error=_UNREADABLE, excluded=FORMAT_ERROR)
         return OperatorJudgement(
@@ -187,7 +187,7 @@ class ReferenceRules(OperatorScoringRules):
         because eai-eval skips such answers (``evaluate_results_sequential``). The count
         ``task_variate_control_precond`` of eai-eval is never filled.
         """
-        written = extract_as_reference(answer)
+        written = extract_operators_like_published_code(answer)
         if written is None:
             return {}
         gold = task.domain.operators
@@ -233,8 +233,10 @@ class ReferenceRules(OperatorScoringRules):
 def _compare_operators(
     written: UnparsedOperator, gold: UnparsedOperator, status: OperatorStatus = OperatorStatus.COMPARED
 ) -> OperatorReport:
-    precondition = compare_as_reference(written.precondition, gold.precondition)
-    return OperatorReport(gold.name, status, precondition, compare_as_reference(written.effect, gold.effect))
+    precondition = compare_clauses_like_published_code(written.precondition, gold.precondition)
+    return OperatorReport(
+        gold.name, status, precondition, compare_clauses_like_published_code(written.effect, gold.effect)
+    )
 
 
 def _replace_part(
@@ -281,15 +283,15 @@ class _Comparison:
     missing: tuple[_Tree, ...] = ()
 
 
-def compare_as_reference(predicted: str, gold: str) -> ClauseComparison:
+def compare_clauses_like_published_code(answer_text: str, gold_text: str) -> ClauseComparison:
     """Return the names of matched, additional and missing predicates of one condition or effect.
 
     Args:
-        predicted: the condition or effect of the answer, in parentheses.
-        gold: the gold condition or effect.
+        answer_text: the condition or effect of the answer, in parentheses.
+        gold_text: the gold condition or effect.
     """
     try:
-        result = _compare(*_align(_parse(predicted), _parse(gold)))
+        result = _compare(*_align(_parse(answer_text), _parse(gold_text)))
     except _UnreadableError:
         return ClauseComparison()
     return ClauseComparison(

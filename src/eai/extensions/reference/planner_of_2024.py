@@ -53,7 +53,7 @@ def bind_loose_variables(action: m.PddlAction) -> m.PddlAction | PddlFinding:
     """
     parameters = frozenset(parameter.name for parameter in action.parameters)
     leaked: list[f.Variable] = []
-    precondition = _remove_leaking_quantifiers(
+    precondition = _remove_exists_of_new_variables(
         push_negations_inwards(action.precondition), parameters, leaked
     )
     scope = parameters.union([variable.name for variable in leaked])
@@ -71,14 +71,20 @@ def bind_loose_variables(action: m.PddlAction) -> m.PddlAction | PddlFinding:
     return bound
 
 
-def _remove_leaking_quantifiers(formula: f.Formula, scope: Names, leaked: list[f.Variable]) -> f.Formula:
+def _remove_exists_of_new_variables(
+    formula: f.Formula, bound_names: Names, removed: list[f.Variable]
+) -> f.Formula:
     """Remove each ``exists`` whose variable has no binding outside, and append the variable to ``leaked``."""
     match formula:
-        case f.Exists(variable, body) if variable.name not in scope.union([bound.name for bound in leaked]):
-            leaked.append(variable)
-            return _remove_leaking_quantifiers(body, scope, leaked)
+        case f.Exists(variable, body) if variable.name not in bound_names.union(
+            [bound.name for bound in removed]
+        ):
+            removed.append(variable)
+            return _remove_exists_of_new_variables(body, bound_names, removed)
         case f.And() | f.Exists():
-            return map_subformulas(formula, lambda part: _remove_leaking_quantifiers(part, scope, leaked))
+            return map_subformulas(
+                formula, lambda part: _remove_exists_of_new_variables(part, bound_names, removed)
+            )
         case _:
             return formula
 
@@ -116,7 +122,7 @@ class _Binder:
 
     def _bind_when(self, effect: m.WhenEffect, scope: Names) -> m.PddlEffect:
         leaked: list[f.Variable] = []
-        condition = _remove_leaking_quantifiers(push_negations_inwards(effect.condition), scope, leaked)
+        condition = _remove_exists_of_new_variables(push_negations_inwards(effect.condition), scope, leaked)
         inner = scope.union([variable.name for variable in leaked])
         bound: m.PddlEffect = m.WhenEffect(
             self.bind_condition(condition, inner), self.bind_effect(effect.part, inner)
@@ -140,7 +146,7 @@ def read_operator(source: UnparsedOperator, header: m.PddlDomain) -> m.PddlActio
     or with a parameter of several types. The result depends only on the arguments, so it can be cached.
     """
     try:
-        return _read_checked(source, header)
+        return _read_and_check_operator(source, header)
     except PddlError as error:
         return PddlFinding(error.offence, error.expected, f"operator {source.name}")
 
@@ -156,7 +162,7 @@ def normalise(header: m.PddlDomain, actions: Iterable[m.PddlAction], problem: m.
         problem: the problem of the data set.
     """
     objects = (*header.constants, *problem.objects)
-    names = _UnknownNames(frozenset(item.name for item in objects))
+    names = _UndeclaredConstantRewriter(frozenset(item.name for item in objects))
     renamed = tuple(map(names.rewrite_action, _make_names_distinct(actions)))
     initial = tuple(map(names.rewrite_atom, problem.initial))
     goal = map_leaves(problem.goal, names.rewrite_leaf)
@@ -178,7 +184,9 @@ def normalise(header: m.PddlDomain, actions: Iterable[m.PddlAction], problem: m.
     )
 
 
-def _read_checked(source: UnparsedOperator, header: m.PddlDomain) -> m.PddlAction | PddlFinding | None:
+def _read_and_check_operator(
+    source: UnparsedOperator, header: m.PddlDomain
+) -> m.PddlAction | PddlFinding | None:
     location = f"operator {source.name}"
     texts = (source.parameters, source.precondition, source.effect)
     if not all(text.isascii() for text in (source.name, *texts)):
@@ -186,11 +194,13 @@ def _read_checked(source: UnparsedOperator, header: m.PddlDomain) -> m.PddlActio
     groups = [read_group(text) for text in texts]
     if any(text[group.end :].strip() for text, group in zip(texts, groups, strict=True)):
         return PddlFinding(PddlViolationKind.UNBALANCED, "nothing behind a list", location)
-    precondition = _falsify_types(
-        PddlReader(texts[1]).read_condition_or_empty(_mark_bound_names(groups[1])), header
+    precondition = _make_type_atoms_false(
+        PddlReader(texts[1]).read_condition_or_empty(_add_question_marks_to_bound_names(groups[1])), header
     )
-    effect = PddlReader(texts[2]).read_effect_or_empty(_mark_bound_names(groups[2]))
-    effect = m.map_effect(effect, lambda condition: _falsify_types(condition, header), lambda atom: atom)
+    effect = PddlReader(texts[2]).read_effect_or_empty(_add_question_marks_to_bound_names(groups[2]))
+    effect = m.map_effect(
+        effect, lambda condition: _make_type_atoms_false(condition, header), lambda atom: atom
+    )
     parameters = _read_parameters(texts[0], groups[0])
     action = m.PddlAction(source.name.lower(), parameters or (), precondition, effect)
     findings = check_action(action, DeclaredNames.from_domain(header))
@@ -214,15 +224,17 @@ def _read_parameters(text: str, group: ExpressionList) -> tuple[f.Variable, ...]
     return tuple({parameter.name: parameter for parameter in variables}.values())
 
 
-def _mark_bound_names(expression: SExpr, bare: frozenset[str] = frozenset()) -> SExpr:
+def _add_question_marks_to_bound_names(
+    expression: SExpr, unmarked_names: frozenset[str] = frozenset()
+) -> SExpr:
     """Put question marks before the names that a quantifier binds without a question mark."""
     if isinstance(expression, Symbol):
         text = expression.text
-        return Symbol(f"?{text}--bare", expression.offset) if text in bare else expression
+        return Symbol(f"?{text}--bare", expression.offset) if text in unmarked_names else expression
     match expression.items:
         case (Symbol("forall" | "exists"), ExpressionList(names), _):
-            bare |= {name for name in _list_bound_words(names) if not name.startswith("?")}
-    items = tuple([_mark_bound_names(item, bare) for item in expression.items])
+            unmarked_names |= {name for name in _list_bound_words(names) if not name.startswith("?")}
+    items = tuple([_add_question_marks_to_bound_names(item, unmarked_names) for item in expression.items])
     return ExpressionList(items, expression.offset, expression.end)
 
 
@@ -235,7 +247,7 @@ def _list_bound_words(names: tuple[SExpr, ...]) -> list[str]:
     ]
 
 
-def _falsify_types(condition: f.Formula, header: m.PddlDomain) -> f.Formula:
+def _make_type_atoms_false(condition: f.Formula, header: m.PddlDomain) -> f.Formula:
     """Return a condition in which each atom whose predicate is the name of a type becomes false."""
     types = {m.OBJECT, *(item.name for item in header.types)} - {item.name for item in header.predicates}
 
@@ -258,7 +270,7 @@ def _make_names_distinct(actions: Iterable[m.PddlAction]) -> list[m.PddlAction]:
 
 
 @dataclass(slots=True)
-class _UnknownNames:
+class _UndeclaredConstantRewriter:
     """Moves undeclared constants from the arguments of an atom into the name of its predicate."""
 
     declared: frozenset[str]

@@ -23,9 +23,9 @@ MAX_LISTED_STEPS = 5
 """Maximum number of steps that a note in an explanation lists."""
 
 
-def compare_with_strict(
+def add_notes_on_strict_protocol(
     assessment: Assessment,
-    text: str,
+    answer: str,
     notation: PlanNotation,
     make_strict_scorer: Callable[[], ActionSequencing],
 ) -> Assessment:
@@ -35,18 +35,20 @@ def compare_with_strict(
 
     Args:
         assessment: the assessment under ``eai-1.0.5``.
-        text: the answer.
+        answer: text of the answer.
         notation: the notation with which eai-eval reads the answer.
         make_strict_scorer: makes the scorer of the task under ``strict``.
     """
 
     def explain() -> Explanation:
         explanation, strict = assessment.explain(), make_strict_scorer()
-        differences = _list_differences(_read_steps(notation, text), _read_steps(strict.notation, text))
+        differences = _describe_steps_not_read(
+            _read_steps(notation, answer), _read_steps(strict.notation, answer)
+        )
         notes = [f"lossy_reading: {difference}" for difference in differences]
         if notes:
             notes.append(
-                f"{Protocol.STRICT}, which passes over nothing: {_describe_outcome(strict.score(text))}"
+                f"{Protocol.STRICT}, which passes over nothing: {_describe_outcome(strict.score(answer))}"
             )
         return replace(explanation, notes=(*explanation.notes, *notes))
 
@@ -63,18 +65,22 @@ def _read_steps(notation: PlanNotation, text: str) -> list[str] | Unreadable:
     ]
 
 
-def _list_differences(seen: list[str] | Unreadable, whole: list[str] | Unreadable) -> Iterator[str]:
-    if isinstance(seen, Unreadable):
-        if not isinstance(whole, Unreadable):
-            yield f"none of {len(whole)} steps is seen"
+def _describe_steps_not_read(
+    steps_read: list[str] | Unreadable, steps_written: list[str] | Unreadable
+) -> Iterator[str]:
+    if isinstance(steps_read, Unreadable):
+        if not isinstance(steps_written, Unreadable):
+            yield f"none of {len(steps_written)} steps is seen"
         return
-    if isinstance(whole, Unreadable):
-        yield f"what is no step is passed over; steps that are seen: {len(seen)}"
+    if isinstance(steps_written, Unreadable):
+        yield f"what is no step is passed over; steps that are seen: {len(steps_read)}"
         return
-    matcher = SequenceMatcher(None, whole, seen, autojunk=False)
+    matcher = SequenceMatcher(None, steps_written, steps_read, autojunk=False)
     edits = [edit for edit in matcher.get_opcodes() if edit[0] != "equal"]
-    dropped = [f"step {i + 1}, {whole[i]}" for _, start, end, _, _ in edits for i in range(start, end)]
-    added = [seen[i] for _, _, _, start, end in edits for i in range(start, end)]
+    dropped = [
+        f"step {i + 1}, {steps_written[i]}" for _, start, end, _, _ in edits for i in range(start, end)
+    ]
+    added = [steps_read[i] for _, _, _, start, end in edits for i in range(start, end)]
     if dropped:
         yield f"not seen: {_format_steps(dropped)}"
     if added:

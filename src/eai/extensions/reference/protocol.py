@@ -74,17 +74,19 @@ def open_virtualhome(
             raise _make_unscored_error(f"{benchmark.name} {ability.value}")
 
 
-def choose_opener(benchmark: Benchmark, ability: Ability, answers: Iterable[str]) -> Opener | None:
+def choose_suite_opener_for_answers(
+    benchmark: Benchmark, ability: Ability, answers: Iterable[str]
+) -> Opener | None:
     """Return a function that opens a VirtualHome suite for the answers of a file; None for other suites.
 
     The function reads all plans of the file with ids, or all without ids, whichever form most answers have.
     """
     if (benchmark.name, ability) != ("virtualhome", Ability.ACTION_SEQUENCING):
         return None
-    from eai.extensions.reference.virtualhome_plans import has_mostly_ids
+    from eai.extensions.reference.virtualhome_plans import do_most_answers_use_object_ids
 
     texts = list(answers)
-    return partial(open_virtualhome, with_ids=has_mostly_ids(texts)) if texts else None
+    return partial(open_virtualhome, with_ids=do_most_answers_use_object_ids(texts)) if texts else None
 
 
 def open_behavior(benchmark: Benchmark, ability: Ability, source: Source) -> TaskSet[Scorer]:
@@ -116,11 +118,11 @@ def _open_transition_modeling(benchmark: Benchmark, source: Source) -> TaskSet[S
     its first hyphen, so eai-eval never finds the operator whose name has a hyphen, even in gold answers.
     """
     from eai.abilities.transition_modeling.scorer import TransitionModeling
-    from eai.extensions.reference.operator_rules import ReferenceRules
+    from eai.extensions.reference.operator_rules import PublishedOperatorRules
     from eai.pddl.planners import make_planner
 
     tasks = benchmark.operators(source)
-    rules = ReferenceRules(make_planner(source.planner, benchmark.data.planner_seconds, source.terms))
+    rules = PublishedOperatorRules(make_planner(source.planner, benchmark.data.planner_seconds, source.terms))
     return TaskSet(tasks, lambda task_id: TransitionModeling(tasks[task_id], rules), tasks.sha256)
 
 
@@ -155,7 +157,7 @@ do not include it.
 _REFERENCE_WITH_REMOVED_GOAL = TaskReference("behavior", Ability.ACTION_SEQUENCING, TASK_WITH_REMOVED_GOAL)
 
 
-def count_as_the_paper_did(task: TaskReference, verdict: Verdict) -> Verdict:
+def count_goal_removed_after_paper(task: TaskReference, verdict: Verdict) -> Verdict:
     """Return a verdict in which the goal that only the paper's runs required counts as not reached.
 
     Only one task has this goal. Verdicts on other tasks stay as they are.
@@ -171,13 +173,15 @@ def count_as_the_paper_did(task: TaskReference, verdict: Verdict) -> Verdict:
 _DEFAULT_REPLANS = 3
 
 
-def make_scripted_attempts(slip: float, slip_seed: int, replans: int) -> AttemptOptions:
+def make_options_of_published_attempts(
+    slip_probability: float, slip_seed: int, replans: int
+) -> AttemptOptions:
     """Return the settings of repeated attempts at a task, as in eai-eval's script of stochastic actions.
 
     The script draws twenty tasks; this protocol runs all tasks.
 
     Args:
-        slip: the probability that an action fails.
+        slip_probability: the probability that an action fails.
         slip_seed: seed of the random failures.
         replans: number of further attempts after the first; 0 for the script's number, three.
     """
@@ -185,14 +189,14 @@ def make_scripted_attempts(slip: float, slip_seed: int, replans: int) -> Attempt
         replans or _DEFAULT_REPLANS,
         "continue",
         "state",
-        slip=slip,
-        slip_seed=slip_seed if slip else None,
+        slip=slip_probability,
+        slip_seed=slip_seed if slip_probability else None,
         until="goal",
         preset=NAME,
     )
 
 
-class _ScriptedTrial(Trial):
+class _TrialWithRandomFailures(Trial):
     """A task's attempts with stochastic actions, executed as in eai-eval's script.
 
     Before each action, a draw decides whether it fails at random (a slip). Every failed action ends the
@@ -237,7 +241,9 @@ class _ScriptedTrial(Trial):
         return attempt
 
 
-def count_as_published(verdicts: Sequence[PlanVerdict], replans: int) -> Sequence[PlanVerdict]:
+def remove_errors_of_successful_attempts(
+    verdicts: Sequence[PlanVerdict], replans: int
+) -> Sequence[PlanVerdict]:
     """Return the verdicts on a task's attempts, without the errors of successful attempts.
 
     The last possible attempt keeps its errors.
@@ -254,10 +260,10 @@ def _remove_errors(verdict: PlanVerdict) -> PlanVerdict:
 
 EAI_1_0_5 = ProtocolImplementation(
     open_suite,
-    attempts=make_scripted_attempts,
-    trial=_ScriptedTrial,
-    as_asked=count_as_the_paper_did,
-    as_counted=count_as_published,
-    choose_suite_for_answers=choose_opener,
+    attempts=make_options_of_published_attempts,
+    trial=_TrialWithRandomFailures,
+    as_asked=count_goal_removed_after_paper,
+    as_counted=remove_errors_of_successful_attempts,
+    choose_suite_for_answers=choose_suite_opener_for_answers,
 )
 """The implementation of the protocol `eai-1.0.5`."""

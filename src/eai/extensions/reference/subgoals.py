@@ -50,7 +50,7 @@ _COUNTED_ONCE = (FaultKind.WRONG_ORDER, FaultKind.MISSING_STEP, FaultKind.AFFORD
 """Kinds of error of which each entry in eai-eval's error report counts once."""
 
 
-class ReferenceSubgoals(SubgoalDecomposition):
+class PublishedSubgoalScorer(SubgoalDecomposition):
     """Scores subgoals as eai-eval does in every domain.
 
     All subgoals of an answer form one text. The robot makes its literals true one after the other, without a
@@ -67,24 +67,24 @@ class ReferenceSubgoals(SubgoalDecomposition):
         written = read_output(text)
         if isinstance(written, Unreadable):
             return reject_unparseable(written.reason)
-        pieces = [self._draw_alternative(subgoal, rng) for subgoal in written]
+        pieces = [self._draw_disjunct(subgoal, rng) for subgoal in written]
         kept = [piece for piece in pieces if piece is not None]
-        formula = parse_at_once(kept, self.lexicon.signature)
+        formula = parse_subgoals_as_one_text(kept, self.lexicon.signature)
         if isinstance(formula, RejectedAnswer):
             return formula
-        misuse = self._find_misuse(formula)
+        misuse = self._reject_wrongly_used_names(formula)
         if misuse is not None:
             return misuse
-        literals = draw_literals(formula, rng)
+        literals = draw_literals_of_disjuncts(formula, rng)
         if literals is None:
             return reject_unparseable("the reference cannot make a plan of this formula")
-        return CompiledAnswer(tuple(literals), self._program(literals))
+        return CompiledAnswer(tuple(literals), self._make_program_of_plans(literals))
 
     @abstractmethod
-    def _draw_alternative(self, subgoal: str, rng: Random) -> str | None:
+    def _draw_disjunct(self, subgoal: str, rng: Random) -> str | None:
         """Draw one alternative of a subgoal such as ``a or b``; None if eai-eval ignores the subgoal."""
 
-    def _find_misuse(self, formula: f.Formula) -> RejectedAnswer | None:
+    def _reject_wrongly_used_names(self, formula: f.Formula) -> RejectedAnswer | None:
         """Return why an answer is rejected because its formula uses a name wrongly; None if it is not."""
         return None
 
@@ -92,7 +92,7 @@ class ReferenceSubgoals(SubgoalDecomposition):
     def _make_planners(self, literals: Sequence[f.Formula]) -> list[tuple[int, SubgoalPlanner]]:
         """Return the planners of literals in order, each with the index of its first literal."""
 
-    def _program(self, literals: Sequence[f.Formula]) -> Program:
+    def _make_program_of_plans(self, literals: Sequence[f.Formula]) -> Program:
         """Return the program that the search executes: the plans in order, without any test of a literal."""
         program: list[Instruction] = [None]
         for number, plans in reversed(self._make_planners(literals)):
@@ -139,7 +139,7 @@ class _HaltError(Exception):
     """Raised for a subgoal at which eai-eval raises an exception. The message says why."""
 
 
-def make_halting_planner(reason: str) -> SubgoalPlanner:
+def make_planner_that_stops_search(reason: str) -> SubgoalPlanner:
     """Return a planner for a subgoal at which eai-eval stops its whole search."""
 
     def plans(state: State) -> SubgoalPlans:
@@ -154,7 +154,7 @@ def _set_counted_errors(verdict: SubgoalVerdict, errors: Mapping[FaultKind, int]
     return replace(verdict, counted=SummaryCounts(bool(verdict.success), verdict.goals, errors))
 
 
-def parse_at_once(subgoals: Sequence[str], signature: Signature) -> f.Formula | RejectedAnswer:
+def parse_subgoals_as_one_text(subgoals: Sequence[str], signature: Signature) -> f.Formula | RejectedAnswer:
     """Parse the subgoals of an answer as one text.
 
     The package eai-eval rejects an ``and`` if some of its operands contain ``then`` and others do not, and it
@@ -166,7 +166,7 @@ def parse_at_once(subgoals: Sequence[str], signature: Signature) -> f.Formula | 
         formula, misuses = read_formula(text, signature, "release")
     except ParseError as error:
         return reject_unparseable(str(error))
-    if _conjoins_moments(formula, signature):
+    if _has_and_with_then_in_some_operands(formula, signature):
         return reject_unparseable("an 'and' has parts with 'then' and parts without")
     if not misuses:
         return formula
@@ -176,7 +176,7 @@ def parse_at_once(subgoals: Sequence[str], signature: Signature) -> f.Formula | 
     return reject_misused_names([*zip(numbers, misuses, strict=True)], ())
 
 
-def _conjoins_moments(formula: f.Formula, signature: Signature) -> bool:
+def _has_and_with_then_in_some_operands(formula: f.Formula, signature: Signature) -> bool:
     """Whether the first error of a formula is an ``and`` with ``then`` in some, but not all, of its operands.
 
     The other possible error is an unknown name. The first error is the one that ends first in the text.
@@ -184,7 +184,7 @@ def _conjoins_moments(formula: f.Formula, signature: Signature) -> bool:
     temporal = find_temporal_subformula_ids(formula)
     if not temporal:
         return False
-    for part in _list_parts_by_end(formula):
+    for part in _list_subformulas_by_text_end(formula):
         if isinstance(part, f.And) and len({id(operand) in temporal for operand in part.operands}) > 1:
             return True
         if isinstance(part, f.Atom) and part.predicate not in signature.predicates:
@@ -192,7 +192,7 @@ def _conjoins_moments(formula: f.Formula, signature: Signature) -> bool:
     return False
 
 
-def _list_parts_by_end(formula: f.Formula) -> Iterable[f.Formula]:
+def _list_subformulas_by_text_end(formula: f.Formula) -> Iterable[f.Formula]:
     """Return a formula and all its subformulas, in the order in which they end in the text."""
     parts, pending = [], [formula]
     while pending:
@@ -218,7 +218,7 @@ def read_output(text: str) -> list[str] | Unreadable:
     return [subgoal.strip() for subgoal in output]
 
 
-def draw_literals(formula: f.Formula, rng: Random) -> list[f.Formula] | None:
+def draw_literals_of_disjuncts(formula: f.Formula, rng: Random) -> list[f.Formula] | None:
     """Return the literals of a formula in order: atoms, actions and their negations.
 
     A random draw chooses one operand of each ``or``. The result is None if eai-eval rejects the formula.
@@ -226,22 +226,22 @@ def draw_literals(formula: f.Formula, rng: Random) -> list[f.Formula] | None:
     if isinstance(formula, (f.Atom, f.Occurs)):
         return [formula]
     if isinstance(formula, f.Or):
-        return draw_literals(rng.choice(formula.operands), rng)
+        return draw_literals_of_disjuncts(rng.choice(formula.operands), rng)
     if isinstance(formula, f.Not):
-        negated = _find_negated(formula)
+        negated = _find_negated_atom(formula)
         return None if negated is None else [f.Not(negated)]
     if not isinstance(formula, (f.And, f.Then)):
         return None
     literals_so_far: list[f.Formula] = []
     for part in get_subformulas(formula):
-        inner = draw_literals(part, rng)
+        inner = draw_literals_of_disjuncts(part, rng)
         if inner is None:
             return None
         literals_so_far += inner
     return literals_so_far
 
 
-def _find_negated(formula: f.Formula) -> f.Formula | None:
+def _find_negated_atom(formula: f.Formula) -> f.Formula | None:
     """Return the negated atom or action of a formula, or None if the formula is no negated atom or action."""
     odd = False
     while isinstance(formula, f.Not):

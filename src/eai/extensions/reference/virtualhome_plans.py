@@ -35,8 +35,8 @@ from eai.benchmarks.virtualhome.plan_notation import (
 )
 from eai.benchmarks.virtualhome.tasks import VirtualHomeTask
 from eai.extensions.reference import virtualhome_quirks
-from eai.extensions.reference.plans import compare_with_strict
-from eai.extensions.reference.virtualhome_quirks import list_relevant_objects
+from eai.extensions.reference.plans import add_notes_on_strict_protocol
+from eai.extensions.reference.virtualhome_quirks import list_task_objects_in_published_order
 from eai.tasks.goal_test import GoalTest
 from eai.tasks.task import GoalKind, Task
 from eai.world.action import Action
@@ -71,9 +71,9 @@ class _VirtualHomeGoalTest(GoalTest):
             reached[number] = False
         return tuple(reached)
 
-    def passes_gold_test(self, final: State) -> bool:
+    def accepts_gold_final_state(self, gold_final_state: State) -> bool:
         """Whether the test counts all state and relation goals as reached in the data set's final state."""
-        reached = self.find_reached_goals(final, ())
+        reached = self.find_reached_goals(gold_final_state, ())
         return all(reached[i] for i in range(len(reached)) if i not in self._action_indices)
 
     def _find_met_action_goals(
@@ -138,7 +138,7 @@ class _VirtualHomePlanNotation(VirtualHomePlans):
             raise TypeError(
                 f"task {task.id} is not from the data set of VirtualHome, which this protocol needs"
             )
-        relevant = list_relevant_objects(task)
+        relevant = list_task_objects_in_published_order(task)
         objects = task.scene.objects
         by_class = {objects[i].category: i for i in relevant}
         by_name = {"_".join(objects[i].name.rsplit(".", 1)): i for i in relevant}
@@ -156,15 +156,17 @@ class VirtualHomeActionSequencing(ActionSequencing):
         goals = _VirtualHomeGoalTest(task)
         super().__init__(task, _make_domain(), _VirtualHomePlanNotation(with_ids=with_ids), goals)
         final = task.annotated_final
-        passes = final is not None and goals.passes_gold_test(final)
+        passes = final is not None and goals.accepts_gold_final_state(final)
         self.excluded = None if passes else task.make_exclusion(GOLD_TEST)
         self._summary_goals = _VirtualHomeGoalTest(task, in_data_set_order=True) if goals.reorders else goals
 
     def assess(self, text: str) -> Assessment:
         """Return the verdict, with an explanation that compares it with the verdict of `strict`."""
-        return compare_with_strict(super().assess(text), text, self.notation, self._make_strict_scorer)
+        return add_notes_on_strict_protocol(
+            super().assess(text), text, self.notation, self._make_scorer_of_strict_protocol
+        )
 
-    def _make_strict_scorer(self) -> ActionSequencing:
+    def _make_scorer_of_strict_protocol(self) -> ActionSequencing:
         return ActionSequencing(self.task, domain_in_paper_order(), VirtualHomePlans())
 
     def _make_rejection_verdict(
@@ -180,7 +182,7 @@ class VirtualHomeActionSequencing(ActionSequencing):
     def _execute_and_assess(
         self, plan: WrittenPlan, actions: tuple[Action, ...], execute: PlanExecutor
     ) -> Assessment:
-        if actions != self.task.script or not _names_classes(plan, actions, self.task.scene):
+        if actions != self.task.script or not _names_all_objects_by_class(plan, actions, self.task.scene):
             return super()._execute_and_assess(plan, actions, execute)
         assessment_if_run = super()._execute_and_assess(plan, actions, self._execute_from_start)
         not_run = self._make_verdict(self.goals.none_reached, plan, success=False)
@@ -211,7 +213,7 @@ class VirtualHomeActionSequencing(ActionSequencing):
         return all(reached)
 
 
-def _names_classes(plan: WrittenPlan, actions: Sequence[Action], scene: Scene) -> bool:
+def _names_all_objects_by_class(plan: WrittenPlan, actions: Sequence[Action], scene: Scene) -> bool:
     """Whether a plan names every object by its class, as the data set's plan does.
 
     If it does not, eai-eval, which compares texts, finds the plans different. For instance,
@@ -230,10 +232,10 @@ def _add_note(explanation: Explanation, note: str) -> Explanation:
 
 @cache
 def _make_domain() -> Domain:
-    return virtualhome_quirks.make_reference_domain().replace_operators(without=NOT_ACCEPTED)
+    return virtualhome_quirks.make_domain_with_all_quirks().replace_operators(without=NOT_ACCEPTED)
 
 
-def has_mostly_ids(answers: Iterable[str]) -> bool:
+def do_most_answers_use_object_ids(answers: Iterable[str]) -> bool:
     """Whether most answers of a file use ids. Answers that name no objects are not counted."""
     plans = [read_plan(answer) for answer in answers]
     readable = [plan for plan in plans if isinstance(plan, WrittenPlan)]

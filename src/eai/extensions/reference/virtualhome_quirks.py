@@ -30,24 +30,26 @@ from eai.world.vocabulary import DerivedPredicate, Vocabulary
 
 
 @cache
-def make_reference_domain() -> Domain:
+def make_domain_with_all_quirks() -> Domain:
     """Return the VirtualHome domain with eai-eval's order of checks and with all of its quirks."""
     return reduce(lambda domain, quirk: quirk(domain), QUIRKS, domain_in_reference_order())
 
 
-def find_first_target(state: State, predicate: str, source: int, wanted: int) -> int:
+def find_first_target_mask(state: State, relation: str, source: int, wanted_mask: int) -> int:
     """Return the first of an object's targets in a relation that is among ``wanted``.
 
     Wanted objects and the result are bit masks. The result is 0 if no target is wanted. A target is an object
     to which the relation leads.
     """
-    targets = state.relation(predicate).row(source) & wanted
+    targets = state.relation(relation).row(source) & wanted_mask
     if targets & (targets - 1) == 0:
         return targets
-    return next(1 << y for y in _list_in_set_order(state, predicate, source) if targets >> y & 1)
+    return next(
+        1 << y for y in _list_targets_in_python_set_order(state, relation, source) if targets >> y & 1
+    )
 
 
-def _list_in_set_order(state: State, predicate: str, source: int) -> list[int]:
+def _list_targets_in_python_set_order(state: State, predicate: str, source: int) -> list[int]:
     """Return the objects to which a relation leads from an object, in the order of a Python set of ids.
 
     The set contains first the objects that actions added, then those of the initial scene. Initial objects
@@ -75,11 +77,11 @@ def _find_room(state: State, arguments: tuple[int, ...]) -> int:
         return 1 << x
     containers = inside.row(x)
     if containers & (containers - 1):
-        return find_first_target(state, "INSIDE", x, is_room)
+        return find_first_target_mask(state, "INSIDE", x, is_room)
     seen = 0
     while containers and not containers & seen:
         if containers & (containers - 1):
-            containers = find_first_target(state, "INSIDE", x, containers)
+            containers = find_first_target_mask(state, "INSIDE", x, containers)
         if containers & is_room:
             return containers
         seen |= containers
@@ -90,27 +92,29 @@ def _find_room(state: State, arguments: tuple[int, ...]) -> int:
 
 _LOOKUPS: Mapping[str, LookupFunction] = {
     "room_of": _find_room,
-    "lies_on": p.make_former_place_lookup(0, find_first_target),
-    "lies_in": p.make_former_place_lookup(1, find_first_target),
-    "lies_next_to": p.make_former_place_lookup(2, find_first_target),
+    "lies_on": p.make_former_place_lookup(0, find_first_target_mask),
+    "lies_in": p.make_former_place_lookup(1, find_first_target_mask),
+    "lies_next_to": p.make_former_place_lookup(2, find_first_target_mask),
 }
 
 
-def _use_set_order(derived: DerivedPredicate) -> DerivedPredicate:
+def _use_python_set_order(derived: DerivedPredicate) -> DerivedPredicate:
     lookup = _LOOKUPS.get(derived.name)
     if lookup is None or not isinstance(derived, LookupPredicate):
         return derived
     return replace(derived, values=lookup, open_in_meaning="which of several objects is the first")
 
 
-SET_ORDER_VOCABULARY = Vocabulary(p.VOCABULARY.predicates, tuple(map(_use_set_order, p.VOCABULARY.derived)))
+SET_ORDER_VOCABULARY = Vocabulary(
+    p.VOCABULARY.predicates, tuple(map(_use_python_set_order, p.VOCABULARY.derived))
+)
 """Vocabulary in which derived relations use the order of Python sets, as in eai-eval.
 
 It stores the facts that the vocabulary of `strict` stores, so states can be shared.
 """
 
 
-def list_relevant_objects(task: VirtualHomeTask) -> tuple[int, ...]:
+def list_task_objects_in_published_order(task: VirtualHomeTask) -> tuple[int, ...]:
     """Return the relevant objects of a task, in eai-eval's order (``get_symbolic_goal_nl``)."""
     by_id = {p.get_object_id(task.initial, i): i for i in task.relevant}
     return tuple([by_id[i] for i in task.record.relevant_object_ids])
@@ -149,7 +153,7 @@ def _change_checks(change: Callable[[Operator, Check], Check | None]) -> Callabl
     return apply
 
 
-def first_of_a_hash_table(domain: Domain) -> Domain:
+def order_related_objects_as_python_set(domain: Domain) -> Domain:
     """Order the containers, supports and neighbours of an object as a Python set of ids orders them.
 
     See ``environment.py``, ``EnvironmentGraph``.
@@ -157,7 +161,7 @@ def first_of_a_hash_table(domain: Domain) -> Domain:
     return replace(domain, vocabulary=SET_ORDER_VOCABULARY)
 
 
-def held_objects_stay_behind(domain: Domain) -> Domain:
+def leave_held_objects_in_old_room(domain: Domain) -> Domain:
     """Leave held objects in the room that the character leaves, and remove their contents from them.
 
     See ``execution.py``, ``WalkExecutor``.
@@ -170,13 +174,13 @@ def held_objects_stay_behind(domain: Domain) -> Domain:
     return domain.replace_operators(*o.make_movement_actions((ForEach(o.H, p.held(o.H), left_behind),)))
 
 
-def grabbing_empties(domain: Domain) -> Domain:
+def remove_contents_of_grabbed_object(domain: Domain) -> Domain:
     """Leave the contents of a grabbed object behind, in no container (``GrabExecutor``)."""
     return domain.replace_operators(o.make_grab_action(effects_on_contents=()))
 
 
 @_change_checks
-def sought_is_not_the_condition(operator: Operator, check: Check) -> Check:
+def search_earlier_states_for_other_condition(operator: Operator, check: Check) -> Check:
     """Let the test for wrong order search earlier states for another condition than the check's, or for none.
 
     See `SEARCHED_CONDITIONS`; ``execution.py``, ``update_missing_precond``.
@@ -189,20 +193,20 @@ def sought_is_not_the_condition(operator: Operator, check: Check) -> Check:
 
 
 @_change_checks
-def unplugged_is_additional(operator: Operator, check: Check) -> Check:
+def judge_unplugged_device_as_additional_step(operator: Operator, check: Check) -> Check:
     """Judge switching on an unplugged device as an additional, not a missing step (``SwitchExecutor``)."""
     unplugged = operator.name == "SWITCHON" and check.condition == ~p.plugged_out(X)
     return replace(check, fault=FaultKind.ADDITIONAL_STEP) if unplugged else check
 
 
 @_change_checks
-def running_is_additional(operator: Operator, check: Check) -> Check:
+def judge_running_device_as_additional_step(operator: Operator, check: Check) -> Check:
     """Judge opening a device that is on as an additional step, not a missing step (``OpenExecutor``)."""
     return replace(check, fault=FaultKind.ADDITIONAL_STEP) if check == o.NOT_RUNNING else check
 
 
 @_change_checks
-def no_state_is_additional(operator: Operator, check: Check) -> Check | None:
+def judge_lacking_state_as_additional_step(operator: Operator, check: Check) -> Check | None:
     """Judge changing a state that an object lacks as an additional step, not as an affordance error.
 
     See ``execution.py``, ``OpenExecutor``, ``SwitchExecutor``, ``PlugExecutor``.
@@ -211,13 +215,13 @@ def no_state_is_additional(operator: Operator, check: Check) -> Check | None:
 
 
 @_change_checks
-def grabbed_once_is_additional(operator: Operator, check: Check) -> Check:
+def judge_second_grab_as_additional_step(operator: Operator, check: Check) -> Check:
     """Judge grabbing an object for the second time as an additional step (``GrabExecutor``)."""
     return additional_step(~p.taken(X), "{x} has been grabbed already") if check == o.NOT_HELD else check
 
 
 @_change_checks
-def seated_elsewhere_is_additional(operator: Operator, check: Check) -> Check | None:
+def judge_seated_elsewhere_as_additional_step(operator: Operator, check: Check) -> Check | None:
     """Judge sitting or lying down elsewhere as an additional step (``SitExecutor``, ``LieExecutor``)."""
     if check in (o.NOT_SEATED_ELSEWHERE, o.NOT_IN_BED_ELSEWHERE):
         return None
@@ -227,13 +231,13 @@ def seated_elsewhere_is_additional(operator: Operator, check: Check) -> Check | 
 
 
 @_change_checks
-def closed_container_is_affordance(operator: Operator, check: Check) -> Check:
+def judge_closed_container_as_affordance_error(operator: Operator, check: Check) -> Check:
     """Judge putting an object into a closed container as an affordance error (``_check_puttable``)."""
     closed = operator.name == "PUTIN" and check.condition == (~p.can_open(Y) | p.open_(Y))
     return replace(check, fault=FaultKind.AFFORDANCE) if closed else check
 
 
-def put_back_never_fails(domain: Domain) -> Domain:
+def let_impossible_put_back_succeed(domain: Domain) -> Domain:
     """Let an impossible PUTOBJBACK succeed without an effect (``PutBackExecutor``)."""
     possible_at = {
         p.taken_from_inside: p.held(X) & p.near(Y) & (~p.can_open(Y) | p.open_(Y)),
@@ -248,7 +252,7 @@ def put_back_never_fails(domain: Domain) -> Domain:
     return domain.replace_operators(Operator("PUTOBJBACK", (X,), (has_record,), effects))
 
 
-def looks_not_implemented(domain: Domain) -> Domain:
+def make_short_and_long_looks_abort(domain: Domain) -> Domain:
     """Make LOOKAT_SHORT and LOOKAT_LONG errors without a kind (``execution.py``, ``UnknownExecutor``)."""
     undefined = Check(FALSE, FaultKind.UNCATEGORISED, "the reference cannot execute this action")
     return domain.replace_operators(
@@ -257,24 +261,24 @@ def looks_not_implemented(domain: Domain) -> Domain:
 
 
 @_change_checks
-def no_room_aborts(operator: Operator, check: Check) -> Check:
+def make_walking_to_object_in_no_room_abort(operator: Operator, check: Check) -> Check:
     """Make walking to an object in no room an error without a kind (``WalkExecutor``)."""
     return replace(check, fault=FaultKind.UNCATEGORISED) if check.reason == o.SOMEWHERE.reason else check
 
 
 QUIRKS: tuple[Callable[[Domain], Domain], ...] = (
-    first_of_a_hash_table,
-    held_objects_stay_behind,
-    grabbing_empties,
-    sought_is_not_the_condition,
-    unplugged_is_additional,
-    running_is_additional,
-    no_state_is_additional,
-    grabbed_once_is_additional,
-    seated_elsewhere_is_additional,
-    closed_container_is_affordance,
-    put_back_never_fails,
-    looks_not_implemented,
-    no_room_aborts,
+    order_related_objects_as_python_set,
+    leave_held_objects_in_old_room,
+    remove_contents_of_grabbed_object,
+    search_earlier_states_for_other_condition,
+    judge_unplugged_device_as_additional_step,
+    judge_running_device_as_additional_step,
+    judge_lacking_state_as_additional_step,
+    judge_second_grab_as_additional_step,
+    judge_seated_elsewhere_as_additional_step,
+    judge_closed_container_as_affordance_error,
+    let_impossible_put_back_succeed,
+    make_short_and_long_looks_abort,
+    make_walking_to_object_in_no_room_abort,
 )
 """All quirks (changes of the domain), in the order in which they are applied."""

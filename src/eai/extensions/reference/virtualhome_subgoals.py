@@ -29,7 +29,7 @@ from eai.abilities.subgoal_decomposition.program import (
 from eai.abilities.subgoal_decomposition.search import ExplorationLimits, ExplorationResult, GoalProgress
 from eai.benchmarks.virtualhome.notation import SUBGOAL_ACTIONS, VirtualHomeSubgoals
 from eai.extensions.reference import virtualhome_quirks
-from eai.extensions.reference.subgoals import ReferenceSubgoals, make_halting_planner
+from eai.extensions.reference.subgoals import PublishedSubgoalScorer, make_planner_that_stops_search
 from eai.logic.formula import FALSE, Atom, Formula, Occurs
 from eai.logic.ltl import read_formula
 from eai.logic.ltl_printer import print_ltl
@@ -53,7 +53,7 @@ ACTIONS_ON_HELD_OBJECT = frozenset({"DRINK", "EAT", "READ"})
 ACTIONS_AFTER_TURNING = frozenset({"LOOKAT", "WATCH"})
 
 
-def make_state_plans(predicate: str, arguments: Sequence[int], state: State) -> Sequence[ActionSequence]:
+def list_plans_for_atom(predicate: str, arguments: Sequence[int], state: State) -> Sequence[ActionSequence]:
     """Return the plans that make an atom true; none if no action makes it true."""
     if len(arguments) == 1:
         (x,) = arguments
@@ -118,15 +118,15 @@ _LEADING_ZEROS = re.compile(r"\.0+(?=[0-9])")
 _WITHOUT_ARGUMENTS = frozenset({"SLEEP", "WAKEUP", "STANDUP"})
 
 
-class VirtualHomeSubgoalDecomposition(ReferenceSubgoals):
+class VirtualHomeSubgoalDecomposition(PublishedSubgoalScorer):
     """Scores VirtualHome subgoals as eai-eval does. A goal counts as reached if it held at any time."""
 
     def __init__(self, task: Task, *, limits: ExplorationLimits | None = None) -> None:
-        domain, words = virtualhome_quirks.make_reference_domain(), VirtualHomeSubgoals(SUBGOAL_ACTIONS)
+        domain, words = virtualhome_quirks.make_domain_with_all_quirks(), VirtualHomeSubgoals(SUBGOAL_ACTIONS)
         super().__init__(task, domain, words, goals=_UnorderedGoalTest(task), limits=limits)
         self.excluded = None
 
-    def _draw_alternative(self, subgoal: str, rng: Random) -> str | None:
+    def _draw_disjunct(self, subgoal: str, rng: Random) -> str | None:
         if subgoal in _WITHOUT_ARGUMENTS:
             return f"{subgoal}()"
         if _PRIMITIVE.search(subgoal) is None:
@@ -163,16 +163,18 @@ class VirtualHomeSubgoalDecomposition(ReferenceSubgoals):
 
     def _make_planner(self, literal: Formula) -> SubgoalPlanner:
         if not isinstance(literal, (Atom, Occurs)):
-            return make_halting_planner("a negation cannot be translated")
+            return make_planner_that_stops_search("a negation cannot be translated")
         if any(term.name not in self.lexicon.objects for term in literal.arguments):
-            return make_halting_planner(f"{print_ltl(literal)}: an object without an id cannot be translated")
+            return make_planner_that_stops_search(
+                f"{print_ltl(literal)}: an object without an id cannot be translated"
+            )
         if isinstance(literal, Occurs):
             action = self.lexicon.to_action(literal)
             return lambda state: SubgoalPlans(make_action_plans(*action, state))
         atom = self.lexicon.to_literal(literal)
         if atom is None:
             raise AssertionError(f"{print_ltl(literal)} is about no objects")
-        return lambda state: SubgoalPlans(make_state_plans(atom.predicate, atom.arguments, state))
+        return lambda state: SubgoalPlans(list_plans_for_atom(atom.predicate, atom.arguments, state))
 
 
 class _UnorderedGoalTest(GoalTest):

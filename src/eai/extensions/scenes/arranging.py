@@ -40,9 +40,9 @@ def arrange_objects(
     """
     if not locations.floors:
         raise InputError("cannot build a room: the state has no floor")
-    joined = _find_object_in_two_rooms(locations)
+    joined = _map_object_of_two_rooms_to_floors(locations)
     floors = dict.fromkeys((*(floor for pair in joined.values() for floor in pair), *locations.floors))
-    boxes, furniture = _furnish_rooms(
+    boxes, furniture = _place_rooms_and_furniture(
         locations.bodies, {floor: _list_furniture(locations, floor) for floor in floors}, joined
     )
     placer = Placer(locations, names, seed)
@@ -77,11 +77,11 @@ def place_remaining_objects(
         except InputError:
             if not crowded:
                 raise
-            pose = _find_crowded_pose(placer, locations, boxes, thing)
+            pose = _find_pose_with_overlap(placer, locations, boxes, thing)
         placer.put(thing, pose)
 
 
-def _find_object_in_two_rooms(locations: ObjectLocations) -> dict[int, tuple[int, int]]:
+def _map_object_of_two_rooms_to_floors(locations: ObjectLocations) -> dict[int, tuple[int, int]]:
     """Return a mapping from an object that stands over an object of another room to the floors of both rooms.
 
     The floor of the upper object comes first. The mapping has at most one object: the first of several, or
@@ -100,7 +100,7 @@ def _list_furniture(locations: ObjectLocations, floor: int) -> list[int]:
         i
         for i, body in locations.bodies.items()
         if body.stand != "free"
-        and locations.find_carrier(i) is None
+        and locations.find_relation_and_carrier(i) is None
         and i not in held
         and locations.find_room(i) == floor
         and not (body.stand == "middle" and _is_next_to_furniture(locations, i))
@@ -121,11 +121,14 @@ def _is_next_to_furniture(locations: ObjectLocations, thing: int) -> bool:
 
 
 def _find_pose(placer: Placer, locations: ObjectLocations, boxes: Mapping[int, Box], thing: int) -> Pose:
-    carrier = locations.find_carrier(thing)
+    carrier = locations.find_relation_and_carrier(thing)
     beside = [b for a, b in locations.relations[BESIDE] if a == thing and b in placer.poses]
     if carrier is not None:
         relation, other = carrier
-        near = next((neighbour for neighbour in beside if locations.find_carrier(neighbour) == carrier), None)
+        near = next(
+            (neighbour for neighbour in beside if locations.find_relation_and_carrier(neighbour) == carrier),
+            None,
+        )
         return (
             placer.find_pose_inside(thing, other)
             if relation == INSIDE
@@ -140,11 +143,11 @@ def _find_pose(placer: Placer, locations: ObjectLocations, boxes: Mapping[int, B
     )
 
 
-def _find_crowded_pose(
+def _find_pose_with_overlap(
     placer: Placer, locations: ObjectLocations, boxes: Mapping[int, Box], thing: int
 ) -> Pose:
     """Return a pose in the middle of an object's support, container or room, where objects may overlap."""
-    carrier, height = locations.find_carrier(thing), locations.bodies[thing].size[2]
+    carrier, height = locations.find_relation_and_carrier(thing), locations.bodies[thing].size[2]
     if carrier is None:
         x, y, _ = boxes[locations.find_room(thing)].mean(0)
         return Pose((x, y, height / 2))
@@ -175,27 +178,31 @@ class _RoomPlan:
         self.poses[thing] = (x, y, above + self.bodies[thing].size[2] / 2, quarters)
 
 
-def _furnish_rooms(
-    bodies: Mapping[int, Body], rooms: Mapping[int, Sequence[int]], joined: Mapping[int, tuple[int, int]]
+def _place_rooms_and_furniture(
+    bodies: Mapping[int, Body],
+    furniture_by_floor: Mapping[int, Sequence[int]],
+    floors_of_joining_objects: Mapping[int, tuple[int, int]],
 ) -> tuple[dict[int, Box], dict[int, Pose]]:
     """Arrange rooms in a row from left to right. Return the box of each room, and the pose of its furniture.
 
     Args:
         bodies: the body of each object.
-        rooms: the furniture of each room, by the floor of the room.
-        joined: the objects that stand in two rooms, each with the floors of both rooms. No wall is built
-            between these rooms, whose floors are neighbours in ``rooms``.
+        furniture_by_floor: the furniture of each room, by the floor of the room.
+        floors_of_joining_objects: the objects that stand in two rooms, each with the floors of both rooms. No
+            wall is built between these rooms, whose floors are neighbours in ``furniture_by_floor``.
     """
     boxes: dict[int, Box] = {}
     poses: dict[int, Pose] = {}
     left = 0.0
-    for floor, things in rooms.items():
+    for floor, things in furniture_by_floor.items():
         plan = _furnish_room({thing: bodies[thing] for thing in things})
         boxes[floor] = np.array([[left, 0.0, 0.0], [left + plan.width, plan.depth, WALL_HEIGHT]])
         for thing, (x, y, z, quarters) in plan.poses.items():
             poses[thing] = Pose((left + x, y, z), make_turn(quarters))
-        left += plan.width + (0.0 if floor in [first for first, _ in joined.values()] else _ROOM_DISTANCE)
-    for thing, (floor, _) in joined.items():
+        left += plan.width + (
+            0.0 if floor in [first for first, _ in floors_of_joining_objects.values()] else _ROOM_DISTANCE
+        )
+    for thing, (floor, _) in floors_of_joining_objects.items():
         poses[thing] = Pose((float(boxes[floor][1, 0]) - 0.02, 1.2, bodies[thing].size[2] / 2))
     return boxes, poses
 
@@ -254,13 +261,13 @@ def _put_objects_in_row(plan: _RoomPlan, row: Sequence[int], y: float) -> None:
 
 
 def _put_furniture_along_walls(
-    plan: _RoomPlan, wall: Sequence[int], standing: Mapping[str, Sequence[int]]
+    plan: _RoomPlan, back_wall_furniture: Sequence[int], furniture_by_stand: Mapping[str, Sequence[int]]
 ) -> None:
     """Put furniture along the back wall, then along the side walls. Doors are left, windows right."""
     bodies, x = plan.bodies, 0.2
-    back = max([bodies[i].size[1] for i in wall], default=0.4)
+    back = max([bodies[i].size[1] for i in back_wall_furniture], default=0.4)
     side = {3: plan.depth - back - 0.5, 1: plan.depth - back - 0.5}
-    for thing in wall:
+    for thing in back_wall_furniture:
         width, depth, _ = bodies[thing].size
         if x + width <= plan.width - 0.15:
             plan.put_object(thing, x + width / 2, plan.depth - depth / 2 - 0.01, 0)
@@ -269,21 +276,21 @@ def _put_furniture_along_walls(
         quarters = 1 if side[1] >= side[3] else 3
         _put_at_side_wall(plan, thing, quarters, side)
     x = plan.width - 0.2
-    for thing in standing["high"]:
+    for thing in furniture_by_stand["high"]:
         width, depth, _ = bodies[thing].size
         plan.put_object(thing, x - width / 2, plan.depth - depth / 2 - 0.01, 0, _WALL_CABINET_HEIGHT)
         x -= width + _FURNITURE_GAP
-    for thing in standing["door"]:
+    for thing in furniture_by_stand["door"]:
         _put_at_side_wall(plan, thing, 1, side)
-    for thing in standing["window"]:
+    for thing in furniture_by_stand["window"]:
         _put_at_side_wall(plan, thing, 3, side, _WINDOW_HEIGHT)
 
 
 def _put_at_side_wall(
-    plan: _RoomPlan, thing: int, quarters: int, side: dict[int, float], above: float = 0.0
+    plan: _RoomPlan, thing: int, quarters: int, free_depth_by_quarters: dict[int, float], height: float = 0.0
 ) -> None:
     """Put an object with its back to the left wall (``quarters`` is 1) or the right wall (it is 3)."""
     width, depth, _ = plan.bodies[thing].size
     x = depth / 2 + 0.01 if quarters == 1 else plan.width - depth / 2 - 0.01
-    plan.put_object(thing, x, side[quarters] - width / 2, quarters, above)
-    side[quarters] -= width + _FURNITURE_GAP
+    plan.put_object(thing, x, free_depth_by_quarters[quarters] - width / 2, quarters, height)
+    free_depth_by_quarters[quarters] -= width + _FURNITURE_GAP

@@ -31,7 +31,7 @@ _NUMBER = re.compile(r"(_part)?[._]\d+$")
 
 
 @dataclass(frozen=True, slots=True, eq=False)
-class BodyPart:
+class ObjectBodyPart:
     """A part of a body.
 
     Attributes:
@@ -68,7 +68,7 @@ class Body:
     """
 
     size: Vector
-    parts: tuple[BodyPart, ...]
+    parts: tuple[ObjectBodyPart, ...]
     stand: str = "free"
     tops: tuple[Box, ...] = ()
     spaces: tuple[Box, ...] = ()
@@ -76,13 +76,13 @@ class Body:
     slack: float = 0.0
 
 
-def find_object_kind(name: str, category: str) -> str:
+def find_body_kind(object_name: str, category: str) -> str:
     """Return the kind of an object: its name without a number, or else its category.
 
     If the table of kinds lacks the whole name, the first word of the name is tried, then the last word:
     ``bottle`` of ``olive_oil__bottle``.
     """
-    kind = _NUMBER.sub("", _NUMBER.sub("", name)) if not category.startswith(HALF_PREFIX) else category
+    kind = _NUMBER.sub("", _NUMBER.sub("", object_name)) if not category.startswith(HALF_PREFIX) else category
     words = kind.split("__")
     known = (word for word in (kind, words[0], words[-1]) if find_body(word) is not None)
     return next(known, category.partition(".")[0])
@@ -93,12 +93,12 @@ def find_body(kind: str) -> Body | None:
     """Return the body of a kind of object (or of half an object), or None if the table of kinds lacks it."""
     if kind.startswith(HALF_PREFIX):
         whole = find_body(kind.removeprefix(HALF_PREFIX))
-        return None if whole is None else _halve_body(whole)
+        return None if whole is None else _cut_left_half(whole)
     known = read_body_kinds().get(kind)
     return None if known is None else _make_body(_read_shape_families()[known.family], known)
 
 
-class _BodyKind(NamedTuple):
+class _BodyKindRow(NamedTuple):
     """A line of the table of kinds of object: the family of shapes, the size in metres and the colour."""
 
     family: str
@@ -107,13 +107,13 @@ class _BodyKind(NamedTuple):
 
 
 @cache
-def read_body_kinds() -> Mapping[str, _BodyKind]:
+def read_body_kinds() -> Mapping[str, _BodyKindRow]:
     """Return the size, colour and family of shapes of each kind of object, by the name of the kind."""
-    table: dict[str, _BodyKind] = {}
+    table: dict[str, _BodyKindRow] = {}
     for line in (files("eai.extensions.scenes") / "kinds.txt").read_text(encoding="utf-8").splitlines():
         if not line.startswith("#"):
             kind, family, width, depth, height, colour, _ = line.split()
-            table[kind] = _BodyKind(
+            table[kind] = _BodyKindRow(
                 family, (float(width), float(depth), float(height)), _read_hex_colour(colour)
             )
     return table
@@ -125,20 +125,20 @@ def _read_shape_families() -> Mapping[str, Any]:
     return parse_toml((files("eai.extensions.scenes") / "shapes.toml").read_text(encoding="utf-8"))
 
 
-def _make_body(family: Mapping[str, Any], kind: _BodyKind) -> Body:
+def _make_body(family: Mapping[str, Any], kind: _BodyKindRow) -> Body:
     size = kind.size
     return Body(
         size,
         tuple([part for line in family["parts"] for part in _read_parts(line, kind)]),
         family.get("stand", "free"),
-        tuple([_read_flat_box(line, size) for line in family.get("tops", ())]),
+        tuple([_read_box_of_no_height(line, size) for line in family.get("tops", ())]),
         tuple([_read_box(line.split(), size) for line in family.get("spaces", ())]),
         (_read_box(family["below"].split(), size),) if "below" in family else (),
         float(family.get("slack", 1.0)),
     )
 
 
-def _halve_body(whole: Body) -> Body:
+def _cut_left_half(whole: Body) -> Body:
     """Return the left half of a body. The cut surface, on the right, is pale."""
     width, depth, height = whole.size
     half = np.array([width / 2, depth, height])
@@ -149,15 +149,15 @@ def _halve_body(whole: Body) -> Body:
         [[half[0] / 2, -0.4 * depth, -0.4 * height], [half[0] / 2 + 0.004, 0.4 * depth, 0.4 * height]]
     )
     parts = (
-        BodyPart(form, np.array([-half / 2, half / 2]), 0.0, colour),
-        BodyPart(form, cut, 0.0, (red, green, blue), is_solid=False),
+        ObjectBodyPart(form, np.array([-half / 2, half / 2]), 0.0, colour),
+        ObjectBodyPart(form, cut, 0.0, (red, green, blue), is_solid=False),
     )
     return Body((width / 2, depth, height), parts)
 
 
-def _read_parts(line: str, kind: _BodyKind) -> Iterator[BodyPart]:
+def _read_parts(line: str, kind: _BodyKindRow) -> Iterator[ObjectBodyPart]:
     form, *rest = line.split()
-    part = BodyPart(form, _read_box(rest[:6], kind.size), 0.0, kind.colour)
+    part = ObjectBodyPart(form, _read_box(rest[:6], kind.size), 0.0, kind.colour)
     copies = ""
     for word in rest[6:]:
         if word == "ghost":
@@ -173,14 +173,14 @@ def _read_parts(line: str, kind: _BodyKind) -> Iterator[BodyPart]:
     yield from _mirror_or_repeat_part(part, copies)
 
 
-def _mirror_or_repeat_part(part: BodyPart, instruction: str) -> Iterator[BodyPart]:
-    if instruction.startswith("ring-"):
-        number = int(instruction.removeprefix("ring-"))
+def _mirror_or_repeat_part(part: ObjectBodyPart, mirror_or_ring: str) -> Iterator[ObjectBodyPart]:
+    if mirror_or_ring.startswith("ring-"):
+        number = int(mirror_or_ring.removeprefix("ring-"))
         yield from [_rotate_part(part, 2 * math.pi * i / number) for i in range(number)]
         return
     parts = [part]
     for axis, letter in enumerate("xy"):
-        if instruction.startswith("mirror-") and letter in instruction.removeprefix("mirror-"):
+        if mirror_or_ring.startswith("mirror-") and letter in mirror_or_ring.removeprefix("mirror-"):
             parts += [_mirror_part(original, axis) for original in parts]
     yield from parts
 
@@ -191,12 +191,12 @@ def rotate_point(at: Array, angle: float) -> Array:
     return np.array([x * math.cos(angle) - y * math.sin(angle), x * math.sin(angle) + y * math.cos(angle), z])
 
 
-def _rotate_part(part: BodyPart, angle: float) -> BodyPart:
+def _rotate_part(part: ObjectBodyPart, angle: float) -> ObjectBodyPart:
     middle = part.box.mean(0)
     return replace(part, box=part.box - middle + rotate_point(middle, angle), turn=part.turn + angle)
 
 
-def _mirror_part(part: BodyPart, axis: int) -> BodyPart:
+def _mirror_part(part: ObjectBodyPart, axis: int) -> ObjectBodyPart:
     box = part.box.copy()
     box[:, axis] = -box[::-1, axis]
     return replace(part, box=box, turn=-part.turn)
@@ -208,14 +208,14 @@ def _read_box(fractions: Sequence[str], size: Vector) -> Box:
     return box
 
 
-def _read_flat_box(line: str, size: Vector) -> Box:
+def _read_box_of_no_height(line: str, size: Vector) -> Box:
     fractions = line.split()
     return _read_box([*fractions, fractions[-1]], size)
 
 
-def _read_colour(word: str, own: Vector) -> Vector:
+def _read_colour(word: str, body_colour: Vector) -> Vector:
     if word in _SHADES:
-        red, green, blue = (min(1.0, share * _SHADES[word]) for share in own)
+        red, green, blue = (min(1.0, share * _SHADES[word]) for share in body_colour)
         return (red, green, blue)
     return _read_hex_colour(_read_shape_families()["colours"].get(word, word.removeprefix("#")))
 

@@ -14,7 +14,7 @@ from eai.base.errors import EaiError
 from eai.extensions.scenes.body import Array, Box, Vector
 from eai.extensions.scenes.geometry import bounding_box
 from eai.extensions.scenes.placing import Pose
-from eai.extensions.scenes.scene import BodyScene
+from eai.extensions.scenes.scene import MujocoScene
 
 if TYPE_CHECKING:
     from eai.extensions.scenes.locations import ObjectLocations
@@ -72,7 +72,7 @@ class Camera:
     """
 
     def __init__(
-        self, scene: BodyScene, size: tuple[int, int] = PICTURE_SIZE, *, shadows: bool = True
+        self, scene: MujocoScene, size: tuple[int, int] = PICTURE_SIZE, *, shadows: bool = True
     ) -> None:
         self.scene, self._mujoco = scene, scene.mujoco
         self._shadows = shadows
@@ -101,7 +101,7 @@ class Camera:
         finally:
             self._renderer.disable_segmentation_rendering()
         owner = np.full(self.scene.model.ngeom + 1, -1)
-        for thing, own in self.scene.geoms.items():
+        for thing, own in self.scene.mujoco_geoms_of_object.items():
             owner[own.start : own.stop] = thing
         return owner[geoms]
 
@@ -127,14 +127,17 @@ class Camera:
         scene.model.vis.global_.fovy = sight.angle
         for hand, thing in scene.locations.hands.items():
             scene.move_object(
-                thing, _find_pose_in_hand(sight, _HAND_OFFSETS[hand], max(scene.locations.bodies[thing].size))
+                thing,
+                _find_pose_of_held_object(
+                    sight, _HAND_OFFSETS[hand], max(scene.locations.bodies[thing].size)
+                ),
             )
         self._renderer.update_scene(scene.data, camera)
         self._renderer.scene.flags[self._mujoco.mjtRndFlag.mjRND_SHADOW] = self._shadows
         return self._renderer.render()
 
 
-def _view_from_head(scene: BodyScene) -> _Viewpoint:
+def _view_from_head(scene: MujocoScene) -> _Viewpoint:
     """Return the viewpoint in front of the room with most objects that shows all objects of this room."""
     locations, room = scene.locations, scene.locations.fullest_room
     (x0, y0, _), (x1, y1, _) = scene.rooms[room]
@@ -147,13 +150,13 @@ def _view_from_head(scene: BodyScene) -> _Viewpoint:
     )
 
 
-def _view_near_main_support(scene: BodyScene) -> _Viewpoint:
+def _view_near_object_carrying_most(scene: MujocoScene) -> _Viewpoint:
     """Return the viewpoint that shows the object with most other objects on or in it, and these objects.
 
     If no object carries another, it shows the objects of the room with most objects.
     """
     locations = scene.locations
-    place = _find_main_support(locations)
+    place = _find_object_carrying_most(locations)
     if place is None:
         here = [i for i in locations.visible_objects if locations.find_room(i) == locations.fullest_room]
         seen = [i for i in here if locations.bodies[i].stand == "free"] or here
@@ -180,7 +183,7 @@ def _view_near_main_support(scene: BodyScene) -> _Viewpoint:
     return _move_back_until_visible(_Viewpoint(eye, _to_vector(at), 52), points, ahead, reach, room)
 
 
-def _list_corners(scene: BodyScene, things: Collection[int]) -> Array:
+def _list_corners(scene: MujocoScene, things: Collection[int]) -> Array:
     boxes = [bounding_box(scene, thing) for thing in things if not scene.locations.is_held(thing)]
     return np.array(
         [[box[i, 0], box[j, 1], box[k, 2]] for box in boxes for i, j, k in product((0, 1), repeat=3)]
@@ -188,17 +191,17 @@ def _list_corners(scene: BodyScene, things: Collection[int]) -> Array:
 
 
 def _move_back_until_visible(
-    start: _Viewpoint, points: Array, ahead: Array, reach: float, room: Box
+    start: _Viewpoint, points: Array, direction: Array, distance: float, room: Box
 ) -> _Viewpoint:
     """Move a viewpoint back inside the room until it shows all points or is `_MAX_DISTANCE` away."""
-    ahead = ahead / np.linalg.norm(ahead)
+    direction = direction / np.linalg.norm(direction)
     while True:
-        eye = np.array(start.eye) + reach * ahead
+        eye = np.array(start.eye) + distance * direction
         eye[0] = np.clip(eye[0], room[0, 0] + 0.1, room[1, 0] - 0.1)
         sight = start._replace(eye=_to_vector(eye))
-        if reach > _MAX_DISTANCE or _shows_all(sight, points):
+        if distance > _MAX_DISTANCE or _shows_all(sight, points):
             return sight
-        reach += 0.2
+        distance += 0.2
 
 
 def _shows_all(sight: _Viewpoint, points: Array) -> bool:
@@ -219,14 +222,16 @@ def _to_vector(array: Array) -> Vector:
     return (x, y, z)
 
 
-def _find_main_support(locations: ObjectLocations) -> int | None:
+def _find_object_carrying_most(locations: ObjectLocations) -> int | None:
     """Return the object that carries most visible objects, directly or not; None if no object carries any."""
-    carried = [thing for thing in locations.visible_objects if locations.find_carrier(thing) is not None]
+    carried = [
+        thing for thing in locations.visible_objects if locations.find_relation_and_carrier(thing) is not None
+    ]
     many = Counter(map(locations.find_bottom_of_pile, carried))
     return max(many, key=lambda thing: (many[thing], -thing), default=None)
 
 
-def _view_from_above(scene: BodyScene) -> _Viewpoint:
+def _view_from_above(scene: MujocoScene) -> _Viewpoint:
     boxes = list(scene.rooms.values())
     x0, x1 = min(box[0, 0] for box in boxes), max(box[1, 0] for box in boxes)
     y1 = max(box[1, 1] for box in boxes)
@@ -235,16 +240,16 @@ def _view_from_above(scene: BodyScene) -> _Viewpoint:
     return _Viewpoint((middle, y1 / 2 - 0.35 * y1, height), (middle, y1 / 2, 0.0), 36)
 
 
-_VIEWPOINTS: Mapping[CameraView, Callable[[BodyScene], _Viewpoint]] = {
+_VIEWPOINTS: Mapping[CameraView, Callable[[MujocoScene], _Viewpoint]] = {
     "head": _view_from_head,
-    "near": _view_near_main_support,
+    "near": _view_near_object_carrying_most,
     "top": _view_from_above,
 }
 
 
-def _find_pose_in_hand(sight: _Viewpoint, aside: float, size: float) -> Pose:
+def _find_pose_of_held_object(viewpoint: _Viewpoint, offset_to_right: float, size: float) -> Pose:
     """Return the pose in which an object in a hand appears in the picture."""
-    way, right, above = sight.axes
+    way, right, above = viewpoint.axes
     near = 0.45 + size
-    at = np.array(sight.eye) + near * way + near * 1.3 * aside * right - 0.3 * near * above
+    at = np.array(viewpoint.eye) + near * way + near * 1.3 * offset_to_right * right - 0.3 * near * above
     return Pose(_to_vector(at))

@@ -13,7 +13,7 @@ from eai.cli import options
 from eai.cli.console import format_count, print_result
 from eai.cli.options import AsJson, DataFolder, make_flag, open_data_source
 from eai.cli.prompts import select_tasks_of_suites
-from eai.extensions.scenes.diagrams import draw_scene, make_picture_words
+from eai.extensions.scenes.diagrams import draw_scene, make_words_for_picture_labels
 from eai.extensions.scenes.drawing import Drawing, to_png, to_svg
 from eai.extensions.scenes.rendered import VIEWS, make_film, render_task_images
 from eai.studies.perception.choice import Clutter
@@ -54,7 +54,7 @@ def export_pictures(
     with open_data_source(data) as source:
         suite = open_suite(domain, Ability.ACTION_SEQUENCING, source=source)
     (chosen,) = select_tasks_of_suites(tasks, [suite], limit)
-    words = make_picture_words(suite.benchmark)
+    words = make_words_for_picture_labels(suite.benchmark)
     refused: list[InputError] = []
     for task_id in chosen:
         drawing, truth = draw_scene(suite.tasks[task_id], words, clutter)

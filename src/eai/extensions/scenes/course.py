@@ -16,7 +16,7 @@ from eai.abilities.explanation import EXECUTED, Explanation, StepReport
 from eai.abilities.protocol import Ability, Protocol
 from eai.benchmarks.registry import list_benchmarks
 from eai.benchmarks.suite import Suite, open_suite
-from eai.extensions.scenes.diagrams import make_picture_words
+from eai.extensions.scenes.diagrams import make_words_for_picture_labels
 from eai.extensions.scenes.tiles import make_tiles
 from eai.results.record import Record
 from eai.studies.perception.scene_graph import SceneWords
@@ -31,7 +31,7 @@ from eai.world.state import Scene, State
 
 
 @runtime_checkable
-class _ExecutingScorer(Structure):
+class _AnswerExecutingScorer(Structure):
     """A scorer that executes answers. It has the domain in which answers are executed, and the task."""
 
     domain: Domain
@@ -49,7 +49,7 @@ def make_tile_finder(source: Source) -> Callable[[Record], TileScenes]:
         choice = ErrataChoice.CURRENT if errata else ErrataChoice.NONE
         return open_suite(domain, ability, protocol, source=replace(source, errata=choice))
 
-    def find_tiles(record: Record) -> TileScenes:
+    def make_diagram_tiles(record: Record) -> TileScenes:
         if record.domain not in list_benchmarks() or _get_steps(record.explanation) == ():
             return ()
         errata = record.errata is not None
@@ -57,7 +57,7 @@ def make_tile_finder(source: Source) -> Callable[[Record], TileScenes]:
             record, open_cached_suite(record.domain, record.ability, record.protocol, errata=errata)
         )
 
-    return find_tiles
+    return make_diagram_tiles
 
 
 def make_tiles_after_each_step(record: Record, suite: Suite) -> TileScenes:
@@ -71,7 +71,7 @@ def make_tiles_after_each_step(record: Record, suite: Suite) -> TileScenes:
     task, states = found
     named = [i for step in _get_steps(record.explanation) for i in _to_action(step, task.scene).arguments]
     shown = list(dict.fromkeys([*list_objects_in_prompt(task), *named]))
-    words = make_picture_words(suite.benchmark)
+    words = make_words_for_picture_labels(suite.benchmark)
     return [_make_scene_tiles(task, words, state, shown) for state in states]
 
 
@@ -84,7 +84,7 @@ def replay_record(record: Record, suite: Suite) -> tuple[Task, list[State]] | No
     if suite.data_sha256 != record.data_sha256 or record.task_id not in suite.task_ids:
         return None
     scorer = suite.scorer(record.task_id)
-    if not isinstance(scorer, _ExecutingScorer):
+    if not isinstance(scorer, _AnswerExecutingScorer):
         return None
     before = _list_steps_of_earlier_attempts(record)
     states = replay_steps(scorer.domain, scorer.task.initial, [*before, *_get_steps(record.explanation)])

@@ -23,7 +23,7 @@ MOST_HEIGHT = 1536
 """Maximum height of a picture with unrelated objects, in pixels. Models shrink higher pictures."""
 
 
-def make_picture_words(benchmark: Benchmark) -> SceneWords:
+def make_words_for_picture_labels(benchmark: Benchmark) -> SceneWords:
     """Return the words for objects and relations in pictures: the words of observations, which name hands."""
     return SceneWords(benchmark.observation_wording())
 
@@ -65,7 +65,7 @@ def draw_task_images(
     Raises:
         EaiError: matplotlib, which draws the diagrams, is not installed.
     """
-    words = make_picture_words(benchmark)
+    words = make_words_for_picture_labels(benchmark)
     return {i: (Image(*draw_task_image(task, words, clutter)),) for i, task in tasks.items()}
 
 
@@ -78,13 +78,15 @@ def draw_task_image(task: Task, words: SceneWords, clutter: Clutter = "none") ->
     return PNG, to_png(draw_scene(task, words, clutter)[0])
 
 
-def draw_pixels(task: Task, benchmark: Benchmark, state: State, objects: Sequence[int]) -> Any:
+def draw_scene_as_array(task: Task, benchmark: Benchmark, state: State, objects: Sequence[int]) -> Any:
     """Return the diagram of some objects in a state as an array of numpy: height, width, 3 colours.
 
     Raises:
         EaiError: matplotlib, which draws the diagram, is not installed.
     """
-    drawn = to_pillow_image(draw_scene(task, make_picture_words(benchmark), state=state, objects=objects)[0])
+    drawn = to_pillow_image(
+        draw_scene(task, make_words_for_picture_labels(benchmark), state=state, objects=objects)[0]
+    )
     import numpy as np  # numpy is installed with matplotlib
 
     return np.asarray(drawn)

@@ -162,12 +162,12 @@ def _draw_tile(tile: SceneTile, max_width: int) -> Drawing:
     """Draw a tile (an object's box), at most as wide as the given number of pixels."""
     inner = max_width - 2 * _PAD
     zones = _arrange_in_rows(
-        [_draw_zone(label, within, inner) for label, within in tile.zones.items()], inner
+        [_draw_related_tiles(label, within, inner) for label, within in tile.zones.items()], inner
     )
     named, letter = text_width(tile.name, NAME_SIZE), text_width(" ", TEXT_SIZE)
     columns = max(_TEXT_COLUMNS, max(named, zones.width) // letter)
     lines = [part for line in tile.lines for part in wrap(line, columns, subsequent_indent="  ")]
-    marks = _arrange_in_rows([_draw_mark(text) for text in tile.marks], columns * letter, gap=4)
+    marks = _arrange_in_rows([_draw_text_badge(text) for text in tile.marks], columns * letter, gap=4)
     width = max([named, marks.width, zones.width, *[text_width(line, TEXT_SIZE) for line in lines]])
     shapes: list[_Shape] = [_DrawnText(_PAD, _PAD, tile.name, NAME_SIZE, _INK, bold=True)]
     y = _PAD + NAME_SIZE + 6
@@ -185,20 +185,26 @@ def _draw_tile(tile: SceneTile, max_width: int) -> Drawing:
     return Drawing(width, height, [frame, *shapes])
 
 
-def _draw_zone(label: str, within: Sequence[SceneTile], max_width: int) -> Drawing:
+def _draw_related_tiles(relation_label: str, tiles: Sequence[SceneTile], max_width: int) -> Drawing:
     """Draw one zone of a tile: the tiles of all objects that are in one relation to the tile's object."""
     top = _PAD + TEXT_SIZE + 5
-    content = _pack_boxes([_draw_tile(tile, max_width - 2 * _PAD) for tile in within], max_width - 2 * _PAD)
+    content = _pack_boxes([_draw_tile(tile, max_width - 2 * _PAD) for tile in tiles], max_width - 2 * _PAD)
     shapes: list[_Shape] = [
-        _DrawnText(_PAD, _PAD - 2, label if within else f"{label} {_EMPTY}", TEXT_SIZE, _STROKES["object"])
+        _DrawnText(
+            _PAD,
+            _PAD - 2,
+            relation_label if tiles else f"{relation_label} {_EMPTY}",
+            TEXT_SIZE,
+            _STROKES["object"],
+        )
     ]
-    width = max(content.width, text_width(f"{label} {_EMPTY}", TEXT_SIZE)) + 2 * _PAD
-    height = top + content.height + (_PAD if within else 0)
+    width = max(content.width, text_width(f"{relation_label} {_EMPTY}", TEXT_SIZE)) + 2 * _PAD
+    height = top + content.height + (_PAD if tiles else 0)
     frame = _Rectangle(0, 0, width, height, _ZONE_FILL, _ZONE_STROKE)
     return Drawing(width, height, [frame, *shapes, *_move_shapes(content.shapes, _PAD, top)])
 
 
-def _draw_mark(text: str) -> Drawing:
+def _draw_text_badge(text: str) -> Drawing:
     width, height = text_width(text, TEXT_SIZE) + 10, TEXT_SIZE + 6
     frame = _Rectangle(0, 0, width, height, _MARK_FILL, _MARK_STROKE, 8)
     return Drawing(width, height, [frame, _DrawnText(5, 3, text, TEXT_SIZE, _INK)])
@@ -224,10 +230,10 @@ def _arrange_in_rows(boxes: Sequence[Drawing], max_width: int, gap: int = _GAP) 
 
 def _draw_legend(max_width: int) -> Drawing:
     samples = [
-        (_draw_colour_sample("object"), "object"),
-        (_draw_colour_sample("agent"), "the one who acts"),
-        (_draw_colour_sample("other"), "another object"),
-        (_draw_mark("state"), "holds of it"),
+        (_draw_legend_colour("object"), "object"),
+        (_draw_legend_colour("agent"), "the one who acts"),
+        (_draw_legend_colour("other"), "another object"),
+        (_draw_text_badge("state"), "holds of it"),
         (_draw_frame(_ZONE_FILL, _ZONE_STROKE), "what lies here is in this relation to the object around it"),
         (_draw_text(f"relation {ONE_WAY} x:"), "it is in this relation to x"),
         (_draw_text(f"relation {BOTH_WAYS} x:"), "so it is, and x to it"),
@@ -240,7 +246,7 @@ def _draw_legend(max_width: int) -> Drawing:
     )
 
 
-def _draw_colour_sample(kind: Owner) -> Drawing:
+def _draw_legend_colour(kind: Owner) -> Drawing:
     return _draw_frame(_FILLS[kind], _STROKES[kind], 4, _LINES[kind])
 
 

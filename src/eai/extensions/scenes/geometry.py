@@ -44,11 +44,11 @@ class _PlacedBodies(Protocol):
     data: Any
 
     @property
-    def bodies(self) -> Mapping[int, int]:
+    def mujoco_body_of_object(self) -> Mapping[int, int]:
         """Number of the MuJoCo body of each object, by the index of the object."""
 
     @property
-    def geoms(self) -> Mapping[int, range]:
+    def mujoco_geoms_of_object(self) -> Mapping[int, range]:
         """Numbers of the MuJoCo geoms (shapes) of each object, by its index: one geom for each part."""
 
 
@@ -76,12 +76,12 @@ def is_inside(scene: _PlacedBodies, first: int, second: int) -> bool:
     if not ((middle >= low) & (middle <= high)).all():
         return False
     levels = [
-        [_do_rays_meet_both_ways(scene, middle, axis, second, _HORIZONTAL_REACH) for axis in plane]
-        for plane in _list_horizontal_axis_pairs()
+        [_do_rays_hit_object_both_ways(scene, middle, axis, second, _HORIZONTAL_REACH) for axis in plane]
+        for plane in _list_perpendicular_horizontal_axes()
     ]
     if any(all(plane) for plane in levels):
         return True
-    return _do_rays_meet_both_ways(scene, middle, _UP, second, _VERTICAL_REACH) and any(
+    return _do_rays_hit_object_both_ways(scene, middle, _UP, second, _VERTICAL_REACH) and any(
         any(plane) for plane in levels
     )
 
@@ -96,7 +96,7 @@ def is_next_to(scene: _PlacedBodies, first: int, second: int) -> bool:
     return any(
         _does_ray_meet(scene, _find_middle(scene, a), sign * axis, b, _HORIZONTAL_REACH)
         for a, b in ((first, second), (second, first))
-        for plane in _list_horizontal_axis_pairs()
+        for plane in _list_perpendicular_horizontal_axes()
         for axis in plane
         for sign in (1, -1)
     )
@@ -106,7 +106,7 @@ def is_on_floor(scene: _PlacedBodies, thing: int, room: Box) -> bool:
     """Whether an object is on the floor of a room. Objects that hang on the walls of the room count, too."""
     middle, (low, high) = _find_middle(scene, thing), bounding_box(scene, thing)
     at_home = all(room[0, i] <= middle[i] <= room[1, i] for i in (0, 1))
-    is_fixed = scene.model.body_dofnum[scene.bodies[thing]] == 0
+    is_fixed = scene.model.body_dofnum[scene.mujoco_body_of_object[thing]] == 0
     return bool(at_home and (is_fixed or low[2] < 0.01) and high[2] > 0)
 
 
@@ -121,25 +121,25 @@ def bounding_box(scene: _PlacedBodies, thing: int) -> Box:
 
 
 def _find_middle(scene: _PlacedBodies, thing: int) -> Array:
-    middle: Array = scene.data.xpos[scene.bodies[thing]]
+    middle: Array = scene.data.xpos[scene.mujoco_body_of_object[thing]]
     return middle
 
 
 def _list_solid_geoms(scene: _PlacedBodies, thing: int) -> list[int]:
-    return [geom for geom in scene.geoms[thing] if scene.model.geom_contype[geom]]
+    return [geom for geom in scene.mujoco_geoms_of_object[thing] if scene.model.geom_contype[geom]]
 
 
 def _are_touching(scene: _PlacedBodies, first: int, second: int) -> bool:
-    bodies = {scene.bodies[first], scene.bodies[second]}
+    bodies = {scene.mujoco_body_of_object[first], scene.mujoco_body_of_object[second]}
     owners = scene.model.geom_bodyid[scene.data.contact.geom[: scene.data.ncon]]
     return any({*pair} == bodies for pair in owners.tolist())
 
 
-def _do_rays_meet_both_ways(
-    scene: _PlacedBodies, middle: Array, axis: Array, other: int, reach: float
+def _do_rays_hit_object_both_ways(
+    scene: _PlacedBodies, start: Array, axis: Array, object_index: int, max_distance: float
 ) -> bool:
-    return _does_ray_meet(scene, middle, axis, other, reach) and _does_ray_meet(
-        scene, middle, -axis, other, reach
+    return _does_ray_meet(scene, start, axis, object_index, max_distance) and _does_ray_meet(
+        scene, start, -axis, object_index, max_distance
     )
 
 
@@ -154,7 +154,7 @@ def _does_ray_meet(scene: _PlacedBodies, start: Array, way: Array, other: int, r
     return False
 
 
-def _list_horizontal_axis_pairs() -> list[list[Array]]:
+def _list_perpendicular_horizontal_axes() -> list[list[Array]]:
     angles = [i * math.pi / 2 / (_PLANE_COUNT - 1) for i in range(_PLANE_COUNT)]
     return [
         [np.array([math.cos(a), math.sin(a), 0.0]), np.array([-math.sin(a), math.cos(a), 0.0])]

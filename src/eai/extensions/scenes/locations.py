@@ -10,7 +10,7 @@ from collections.abc import Iterator, Mapping
 from dataclasses import dataclass, field
 
 from eai.base.errors import InputError
-from eai.extensions.scenes.body import Body, find_body, find_object_kind
+from eai.extensions.scenes.body import Body, find_body, find_body_kind
 from eai.world.relation import iterate_bits
 from eai.world.state import State, WorldObject
 
@@ -55,7 +55,7 @@ class ObjectLocations:
     states: Mapping[int, frozenset[str]]
     hands: Mapping[int, int] = field(default_factory=dict)
 
-    def find_carrier(self, thing: int) -> tuple[str, int] | None:
+    def find_relation_and_carrier(self, thing: int) -> tuple[str, int] | None:
         """Return an object's relation to its carrier, and the carrier; None if no object carries it.
 
         The carrier is the container or support that the object is in or on.
@@ -66,21 +66,25 @@ class ObjectLocations:
                     return relation, carrier
         return None
 
-    def describe_location(self, thing: int) -> tuple[object, ...]:
+    def make_location_key(self, thing: int) -> tuple[object, ...]:
         """Return the relations of an object to other objects, and its floor.
 
         The value changes only if the object moves.
         """
-        return (self.find_carrier(thing), self.floor_of.get(thing), *sorted(self._list_neighbours(thing)))
+        return (
+            self.find_relation_and_carrier(thing),
+            self.floor_of.get(thing),
+            *sorted(self._list_relations_to_neighbours(thing)),
+        )
 
-    def _list_neighbours(self, thing: int) -> Iterator[tuple[str, int]]:
+    def _list_relations_to_neighbours(self, thing: int) -> Iterator[tuple[str, int]]:
         for name in (UNDER, BESIDE):
             yield from ((name, second) for first, second in self.relations[name] if first == thing)
 
-    def list_carriers(self, thing: int) -> Iterator[tuple[str, int]]:
+    def list_relations_and_carriers(self, thing: int) -> Iterator[tuple[str, int]]:
         """Yield an object's carrier, the carrier of that carrier, and so on, as pairs (relation, carrier)."""
         for _ in self.bodies:
-            carrier = self.find_carrier(thing)
+            carrier = self.find_relation_and_carrier(thing)
             if carrier is None:
                 return
             yield carrier
@@ -88,11 +92,13 @@ class ObjectLocations:
 
     def count_carriers(self, thing: int) -> int:
         """Return the number of an object's carriers: its carrier, the carrier of this carrier, and so on."""
-        return len(list(self.list_carriers(thing)))
+        return len(list(self.list_relations_and_carriers(thing)))
 
     def is_shut_in(self, thing: int) -> bool:
         """Whether an object is in a closed container, directly or inside or on another object."""
-        return any(how == INSIDE and "closed" in self.states[i] for how, i in self.list_carriers(thing))
+        return any(
+            how == INSIDE and "closed" in self.states[i] for how, i in self.list_relations_and_carriers(thing)
+        )
 
     @property
     def visible_objects(self) -> list[int]:
@@ -102,7 +108,7 @@ class ObjectLocations:
     def find_room(self, thing: int) -> int:
         """Return the floor of an object's room."""
         root = self.find_bottom_of_pile(thing)
-        near = [root, *(other for _, other in self._list_neighbours(root))]
+        near = [root, *(other for _, other in self._list_relations_to_neighbours(root))]
         return next((self.floor_of[index] for index in near if index in self.floor_of), self.floors[0])
 
     @property
@@ -117,7 +123,7 @@ class ObjectLocations:
 
     def find_bottom_of_pile(self, thing: int) -> int:
         """Return the lowest object of the pile that an object is part of."""
-        return [thing, *(carrier for _, carrier in self.list_carriers(thing))][-1]
+        return [thing, *(carrier for _, carrier in self.list_relations_and_carriers(thing))][-1]
 
 
 def read_object_locations(state: State) -> ObjectLocations:
@@ -137,7 +143,7 @@ def read_object_locations(state: State) -> ObjectLocations:
         *_list_objects_with_property(state, "recipe"),
     }
     things = {i: thing for i, thing in enumerate(scene.objects) if i not in shapeless}
-    kinds = {i: find_body(find_object_kind(thing.name, thing.category)) for i, thing in things.items()}
+    kinds = {i: find_body(find_body_kind(thing.name, thing.category)) for i, thing in things.items()}
     absent = {i: body for i, body in kinds.items() if body is not None and _is_absent(state, i)}
     bodies = {i: _require_body(thing) for i, thing in things.items() if not _is_absent(state, i)}
     stated = {name: _list_related_pairs(state, name, bodies) for name in (*_OBJECT_RELATIONS, *ON_FLOOR)}
@@ -145,7 +151,7 @@ def read_object_locations(state: State) -> ObjectLocations:
     relations = {
         name: tuple([pair for pair in stated[name] if pair[1] in bodies]) for name in _OBJECT_RELATIONS
     }
-    states = {index: _list_visible_states(state, index, body) for index, body in bodies.items()}
+    states = {index: _list_states_shown_by_body(state, index, body) for index, body in bodies.items()}
     hands = {
         hand: i
         for hand, name in enumerate(_HANDS)
@@ -161,7 +167,7 @@ def _require_body(thing: WorldObject) -> Body:
     Raises:
         InputError: the table of kinds has no body for the object.
     """
-    kind = find_object_kind(thing.name, thing.category)
+    kind = find_body_kind(thing.name, thing.category)
     body = find_body(kind)
     if body is None:
         raise InputError(f"{thing.name}: kinds.txt has no body for the kind {kind}")
@@ -193,7 +199,7 @@ def _is_absent(state: State, index: int) -> bool:
     return any(whole not in sliced for whole in wholes) or (index in sliced and bool(parts.column(index)))
 
 
-def _list_visible_states(state: State, index: int, body: Body) -> frozenset[str]:
+def _list_states_shown_by_body(state: State, index: int, body: Body) -> frozenset[str]:
     states = {word for name, word in _STATES.items() if index in _list_objects_with_property(state, name)}
     if "open" not in states and (index in _list_objects_with_property(state, "openable") or not body.slack):
         states.add("closed")

@@ -7,7 +7,7 @@ from collections.abc import Collection, Iterator
 
 import numpy as np
 
-from eai.extensions.scenes.body import Array, Body, BodyPart, Box, Vector, rotate_point
+from eai.extensions.scenes.body import Array, Body, Box, ObjectBodyPart, Vector, rotate_point
 
 _TINTS: tuple[tuple[str, Vector, float], ...] = (
     ("cooked", (0.42, 0.22, 0.08), 0.6),
@@ -32,7 +32,7 @@ The size is relative to the size of the object.
 _GOLDEN_ANGLE = math.pi * (3 - math.sqrt(5))
 
 
-def change_colour(colour: Vector, states: Collection[str]) -> Vector:
+def tint_colour_by_states(colour: Vector, states: Collection[str]) -> Vector:
     """Return the colour of a body part, tinted by the states of its object."""
     for state, towards, share in _TINTS:
         if state in states:
@@ -41,24 +41,24 @@ def change_colour(colour: Vector, states: Collection[str]) -> Vector:
     return colour
 
 
-def make_state_specks(body: Body) -> Iterator[BodyPart]:
+def make_parts_that_show_states(body: Body) -> Iterator[ObjectBodyPart]:
     """Yield the specks that states add to a body: dust, stains, drops, frost; and a light for `on`."""
     if not any(part.when == "on" for part in body.parts):
-        yield _make_light(body)
+        yield _make_power_light(body)
     whole = [part for part in body.parts if part.is_solid and not part.when] or list(body.parts)
     largest = sorted(whole, key=lambda part: -_estimate_area(part.box))[:3]
     total = sum([_estimate_area(part.box) for part in largest])
     for state, (colour, many, size) in _SPECKS.items():
         for part in largest:
             number = max(3, round(many * _estimate_area(part.box) / total))
-            yield from _spread_specks(part, state, colour, number, size)
+            yield from _spread_dots(part, state, colour, number, size)
 
 
-def _make_light(body: Body) -> BodyPart:
+def _make_power_light(body: Body) -> ObjectBodyPart:
     width, depth, height = body.size
     at, radius = np.array([0.35 * width, -depth / 2, 0.4 * height]), max(0.004, 0.04 * min(body.size))
     box = np.array([at - radius, at + radius])
-    return BodyPart("ball", box, 0.0, (0.1, 1.0, 0.3), is_solid=False, when="on")
+    return ObjectBodyPart("ball", box, 0.0, (0.1, 1.0, 0.3), is_solid=False, when="on")
 
 
 def _estimate_area(box: Box) -> float:
@@ -67,33 +67,39 @@ def _estimate_area(box: Box) -> float:
     return float(x * y + y * z + z * x)
 
 
-def _spread_specks(
-    part: BodyPart, state: str, colour: Vector, number: int, size: float
-) -> Iterator[BodyPart]:
+def _spread_dots(
+    part: ObjectBodyPart, state: str, colour: Vector, dot_count: int, size: float
+) -> Iterator[ObjectBodyPart]:
     half = (part.box[1] - part.box[0]) / 2
     radius = min(0.05, max(0.0025, size * math.sqrt(_estimate_area(part.box) * 2)))
     flat = np.array([radius, radius, radius * (1.1 if state == "frozen" else 0.35)])
-    for index in range(number):
+    for index in range(dot_count):
         spot = (
             _find_point_on_box(half, index)
             if part.form == "box"
-            else _find_point_on_ball(half, index, number)
+            else _find_point_on_ball(half, index, dot_count)
         )
         at = rotate_point(spot, part.turn) + part.box.mean(0)
-        yield BodyPart("ball", np.array([at - flat, at + flat]), 0.0, colour, is_solid=False, when=state)
+        yield ObjectBodyPart(
+            "ball", np.array([at - flat, at + flat]), 0.0, colour, is_solid=False, when=state
+        )
 
 
-def _find_point_on_box(half: Array, index: int) -> Array:
+def _find_point_on_box(half_size: Array, point_index: int) -> Array:
     """Return one of several points on the surface of a box, given its index.
 
     Two of three points are on the top of the box, the third is on its front.
     """
-    first = ((index * 0.754877) % 1 * 2 - 1) * 0.9
-    second = ((index * 0.569840) % 1 * 2 - 1) * 0.9
-    return half * ((first, -1.0, second) if index % 3 == 2 else (first, second, 1.0))
+    first = ((point_index * 0.754877) % 1 * 2 - 1) * 0.9
+    second = ((point_index * 0.569840) % 1 * 2 - 1) * 0.9
+    return half_size * ((first, -1.0, second) if point_index % 3 == 2 else (first, second, 1.0))
 
 
-def _find_point_on_ball(half: Array, index: int, number: int) -> Array:
-    height = 1 - 1.4 * (index + 0.5) / number
+def _find_point_on_ball(half_size: Array, point_index: int, point_count: int) -> Array:
+    height = 1 - 1.4 * (point_index + 0.5) / point_count
     level = math.sqrt(max(0.0, 1 - height * height))
-    return half * (level * math.cos(index * _GOLDEN_ANGLE), level * math.sin(index * _GOLDEN_ANGLE), height)
+    return half_size * (
+        level * math.cos(point_index * _GOLDEN_ANGLE),
+        level * math.sin(point_index * _GOLDEN_ANGLE),
+        height,
+    )

@@ -10,7 +10,7 @@ import numpy as np
 from PIL import Image, ImageDraw
 
 from eai.extensions.scenes.camera import PICTURE_SIZE, Camera, CameraView
-from eai.extensions.scenes.scene import BodyScene
+from eai.extensions.scenes.scene import MujocoScene
 from eai.tasks.task import Task
 from eai.world.state import State
 
@@ -35,7 +35,7 @@ def render_pictures(
         InputError: an object does not fit into its room or container, or has no body.
         EaiError: the renderer cannot start. The message says what to install.
     """
-    with Camera(BodyScene(task)) as camera:
+    with Camera(MujocoScene(task)) as camera:
         if state is not None and state != task.initial:
             camera.scene.show_state(state)
         drawn = [Image.fromarray(camera.render_colours(view)) for view in views]
@@ -53,7 +53,7 @@ def render_film(task: Task, states: Iterable[State]) -> bytes:
         EaiError: the renderer cannot start. The message says what to install.
     """
     drawn = []
-    scene = BodyScene(task)
+    scene = MujocoScene(task)
     with Camera(scene, (PICTURE_SIZE[0] // 2, PICTURE_SIZE[1] // 2), shadows=False) as camera:
         for state in states:
             scene.show_state(state)
@@ -61,7 +61,7 @@ def render_film(task: Task, states: Iterable[State]) -> bytes:
     return _encode_image(drawn[0], "GIF", save_all=True, append_images=drawn[1:], duration=700, loop=0)
 
 
-def locate_objects(task: Task, views: Sequence[CameraView]) -> dict[int, tuple[int, int, int]]:
+def map_objects_to_picture_pixels(task: Task, views: Sequence[CameraView]) -> dict[int, tuple[int, int, int]]:
     """Return a pixel of each object that is visible in pictures of the initial state of a task.
 
     The pixel is in the first picture that shows the object, close to the middle of the object's visible
@@ -74,25 +74,25 @@ def locate_objects(task: Task, views: Sequence[CameraView]) -> dict[int, tuple[i
         InputError, EaiError: see `render_pictures`.
     """
     pixels: dict[int, tuple[int, int, int]] = {}
-    with Camera(BodyScene(task)) as camera:
+    with Camera(MujocoScene(task)) as camera:
         for number, view in enumerate(views, 1):
-            for thing, rows, columns in _list_visible_objects(camera.render_object_indexes(view)):
+            for thing, rows, columns in _list_visible_objects_and_pixels(camera.render_object_indexes(view)):
                 nearest = int(np.hypot(rows - rows.mean(), columns - columns.mean()).argmin())
                 pixels.setdefault(thing, (number, int(columns[nearest]), int(rows[nearest])))
     return pixels
 
 
-def _list_visible_objects(objects: Any) -> Iterator[tuple[int, Any, Any]]:
+def _list_visible_objects_and_pixels(object_image: Any) -> Iterator[tuple[int, Any, Any]]:
     """Yield objects with enough visible pixels (`_MIN_PIXELS`), and the rows and columns of their pixels."""
-    for thing in np.unique(objects[objects >= 0]).tolist():
-        rows, columns = np.nonzero(objects == thing)
+    for thing in np.unique(object_image[object_image >= 0]).tolist():
+        rows, columns = np.nonzero(object_image == thing)
         if len(rows) >= _MIN_PIXELS:
             yield thing, rows, columns
 
 
 def _draw_numbers(image: Image.Image, objects: Any) -> None:
     draw = ImageDraw.Draw(image)
-    for thing, rows, columns in _list_visible_objects(objects):
+    for thing, rows, columns in _list_visible_objects_and_pixels(objects):
         left, top = int(columns.min()), int(rows.min())
         draw.rectangle((left - 1, top - 1, int(columns.max()) + 1, int(rows.max()) + 1), outline=_PAPER)
         around = draw.textbbox((left, max(0, top - 11)), str(thing))

@@ -102,14 +102,16 @@ class Placer:
         """Store the pose of an object."""
         self.poses[thing] = pose
         solid = [
-            part for part in self.bodies[thing].parts if part.is_solid and self.has_part(thing, part.when)
+            part
+            for part in self.bodies[thing].parts
+            if part.is_solid and self.has_part_of_state(thing, part.when)
         ]
         boxes = np.array([pose.to_scene_box(part.box, part.turn) for part in solid]).reshape(-1, 2, 3)
         self._low = np.concatenate([self._low, boxes[:, 0]])
         self._high = np.concatenate([self._high, boxes[:, 1]])
         self._owner = np.concatenate([self._owner, np.full(len(boxes), thing)])
 
-    def has_part(self, thing: int, required_state: str) -> bool:
+    def has_part_of_state(self, thing: int, required_state: str) -> bool:
         """Whether an object has a part that exists only in a required state, such as `open`.
 
         Without a required state (empty text), the part always exists.
@@ -126,7 +128,8 @@ class Placer:
         x, y, z = (size / 2 for size in body.size)
         tops = body.tops or (np.array([[-x, -y, z], [x, y, z]]),)
         areas = [
-            self._widen_area(thing, _set_height(self.poses[support].to_scene_box(top), 3.0)) for top in tops
+            self._widen_area_for_large_object(thing, _set_height(self.poses[support].to_scene_box(top), 3.0))
+            for top in tops
         ]
         if near is not None:
             areas = [
@@ -134,7 +137,7 @@ class Placer:
             ]
         return self._find_free_pose(thing, areas, FLAT, f"on {self.names[support]}")
 
-    def _widen_area(self, thing: int, area: Box) -> Box:
+    def _widen_area_for_large_object(self, thing: int, area: Box) -> Box:
         """Widen an area by at most 40 % if an object is larger than the area. The object then juts out."""
         size, sides = np.sort(self.bodies[thing].size[:2]), np.ptp(area, 0)[:2]
         lacking = size[np.argsort(np.argsort(sides))] + 2.5 * _SETTLING_GAP - sides
@@ -215,12 +218,14 @@ class Placer:
         size = np.array(self.bodies[thing].size) / 2
         others = self._owner != thing
         spots = [_select_boxes_near(area, self._low[others], self._high[others]) for area in areas]
-        pose = self._draw_free_pose(size, spots, turns, within) or _find_packed_pose(size, spots, turns)
+        pose = self._sample_free_pose(size, spots, turns, within) or _find_free_pose_with_contact(
+            size, spots, turns
+        )
         if pose is None:
             raise InputError(f"no free space for {self.names[thing]} {where}")
         return pose
 
-    def _draw_free_pose(
+    def _sample_free_pose(
         self, size: Array, spots: Sequence[_AreaWithBoxes], turns: Sequence[_Rotation], within: int | None
     ) -> Pose | None:
         draw = self._random
@@ -245,7 +250,7 @@ class Placer:
         return None
 
 
-def _find_packed_pose(
+def _find_free_pose_with_contact(
     size: Array, spots: Sequence[_AreaWithBoxes], turns: Sequence[_Rotation]
 ) -> Pose | None:
     """Return a free pose in which a body touches sides of an area or boxes in it; None if no pose is free."""

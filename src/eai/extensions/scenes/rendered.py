@@ -71,7 +71,7 @@ def render_images_of_tasks(
     return pictures_by_task
 
 
-def locate_objects_in_images(task: Task) -> dict[int, tuple[int, int, int]]:
+def map_objects_to_image_pixels(task: Task) -> dict[int, tuple[int, int, int]]:
     """Return a mapping from the index of each visible object to its place in the pictures of a task.
 
     The place is the number of the picture, from 1, and the column and row of a pixel of the object.
@@ -80,9 +80,9 @@ def locate_objects_in_images(task: Task) -> dict[int, tuple[int, int, int]]:
         InputError, EaiError: see `render_task_images`.
     """
     with _installed():
-        from eai.extensions.scenes.pictures import locate_objects
+        from eai.extensions.scenes.pictures import map_objects_to_picture_pixels
 
-        return locate_objects(task, VIEWS[:2])
+        return map_objects_to_picture_pixels(task, VIEWS[:2])
 
 
 def make_film(task: Task, states: Sequence[State]) -> bytes:
@@ -111,13 +111,13 @@ def make_film_of_answer(record: Record, suite: Suite) -> bytes:
 
 
 def open_camera(task: Task) -> Camera:
-    """Return a camera in the scene of a task; close it after use. `BodyScene.show_state` shows later states.
+    """Return a camera in a task's scene; close it after use. `MujocoScene.show_state` shows later states.
 
     Raises:
         InputError, EaiError: see `render_task_images`.
     """
     with _installed():
         from eai.extensions.scenes.camera import Camera
-        from eai.extensions.scenes.scene import BodyScene
+        from eai.extensions.scenes.scene import MujocoScene
 
-        return Camera(BodyScene(task))
+        return Camera(MujocoScene(task))

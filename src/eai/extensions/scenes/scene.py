@@ -19,9 +19,9 @@ import numpy as np
 from eai.base.errors import InputError
 from eai.extensions.scenes import geometry
 from eai.extensions.scenes.arranging import WALL_HEIGHT, arrange_objects, place_remaining_objects
-from eai.extensions.scenes.body import Array, Body, BodyPart, Box, Vector
+from eai.extensions.scenes.body import Array, Body, Box, ObjectBodyPart, Vector
 from eai.extensions.scenes.locations import BESIDE, INSIDE, ON, UNDER, ObjectLocations, read_object_locations
-from eai.extensions.scenes.looks import change_colour, make_state_specks
+from eai.extensions.scenes.looks import make_parts_that_show_states, tint_colour_by_states
 from eai.extensions.scenes.placing import Placer, Pose
 from eai.tasks.task import Task
 from eai.world.state import State
@@ -90,22 +90,24 @@ def _make_body_element(
     )
     if not is_fixed and is_there:
         Xml.SubElement(element, "freejoint")
-    for part in (*body.parts, *make_state_specks(body)):
+    for part in (*body.parts, *make_parts_that_show_states(body)):
         seen = not part.when or part.when in states
         meets = (_FIXED if is_fixed else _LOOSE) if part.is_solid and seen and is_there else ("0", "0")
-        element.append(_make_geom(part, meets, (*change_colour(part.colour, states), float(seen))))
+        element.append(_make_geom(part, meets, (*tint_colour_by_states(part.colour, states), float(seen))))
     return element
 
 
-def _make_geom(part: BodyPart, meets: tuple[str, str], rgba: tuple[float, ...]) -> Xml.Element:
+def _make_geom(
+    part: ObjectBodyPart, collision_masks: tuple[str, str], rgba: tuple[float, ...]
+) -> Xml.Element:
     geom = Xml.Element(
         "geom",
         type=_TYPES[part.form],
         pos=_format_numbers(part.box.mean(0).tolist()),
         rgba=_format_numbers(rgba),
     )
-    geom.set("contype", meets[0])
-    geom.set("conaffinity", meets[1])
+    geom.set("contype", collision_masks[0])
+    geom.set("conaffinity", collision_masks[1])
     half = ((part.box[1] - part.box[0]) / 2).tolist()
     axis = _AXES.get(part.form)
     if axis is not None:
@@ -154,11 +156,11 @@ def _make_lamp(box: Box, *, shadows: bool) -> Xml.Element:
     return lamp
 
 
-def _make_slab(sides: tuple[float, ...], **more: str) -> Xml.Element:
-    pairs = list(zip(sides[::2], sides[1::2], strict=True))
+def _make_slab(bounds: tuple[float, ...], **attributes: str) -> Xml.Element:
+    pairs = list(zip(bounds[::2], bounds[1::2], strict=True))
     size, middle = [(high - low) / 2 for low, high in pairs], [(low + high) / 2 for low, high in pairs]
     slab = Xml.Element("geom", type="box", size=_format_numbers(size), pos=_format_numbers(middle))
-    slab.attrib |= {"contype": _FIXED[0], "conaffinity": _FIXED[1], **more}
+    slab.attrib |= {"contype": _FIXED[0], "conaffinity": _FIXED[1], **attributes}
     return slab
 
 
@@ -188,7 +190,7 @@ def _load_mujoco() -> Any:
     return mujoco
 
 
-class BodyScene:
+class MujocoScene:
     """The three-dimensional scene of a task. The geometry fulfils all relations of the initial state.
 
     Args:
@@ -245,9 +247,11 @@ class BodyScene:
         self.model: mujoco.MjModel = self.mujoco.MjModel.from_xml_string(text)
         self.data: mujoco.MjData = self.mujoco.MjData(self.model)
         find, kind = self.mujoco.mj_name2id, self.mujoco.mjtObj.mjOBJ_BODY
-        self.bodies = {thing: find(self.model, kind, f"b{thing}") for thing in self._bodies}
+        self.mujoco_body_of_object = {thing: find(self.model, kind, f"b{thing}") for thing in self._bodies}
         first, many = self.model.body_geomadr, self.model.body_geomnum
-        self.geoms = {i: range(first[b], first[b] + many[b]) for i, b in self.bodies.items()}
+        self.mujoco_geoms_of_object = {
+            i: range(first[b], first[b] + many[b]) for i, b in self.mujoco_body_of_object.items()
+        }
         self.mujoco.mj_forward(self.model, self.data)
 
     def _simulate_until_rest(self) -> None:
@@ -279,7 +283,7 @@ class BodyScene:
         for thing in self._bodies:
             if thing not in kept:
                 self.move_object(thing, placer.poses.get(thing, Pose(_ABSENT_LOCATION)))
-            self._paint(thing, placer)
+            self._colour_by_states(thing, placer)
         self.locations = locations
         self.mujoco.mj_forward(self.model, self.data)
 
@@ -288,39 +292,41 @@ class BodyScene:
         kept: list[int] = []
         moved = {*before.hands.values(), *locations.hands.values()}
         for thing in sorted(locations.bodies, key=locations.count_carriers):
-            carrier = locations.find_carrier(thing)
+            carrier = locations.find_relation_and_carrier(thing)
             stays = (
                 thing in before.bodies
                 and thing not in moved
-                and before.describe_location(thing) == locations.describe_location(thing)
+                and before.make_location_key(thing) == locations.make_location_key(thing)
             )
             if stays and (carrier is None or carrier[1] in kept):
                 kept.append(thing)
         return kept
 
     def _read_pose(self, thing: int) -> Pose:
-        body = self.bodies[thing]
+        body = self.mujoco_body_of_object[thing]
         x, y, z = self.data.xpos[body].tolist()
         a, b, c, d = self.data.xquat[body].tolist()
         return Pose((x, y, z), (a, b, c, d))
 
-    def _paint(self, thing: int, placer: Placer) -> None:
+    def _colour_by_states(self, thing: int, placer: Placer) -> None:
         body = self._bodies[thing]
         states = placer.states.get(thing, frozenset())
-        for geom, part in zip(self.geoms[thing], (*body.parts, *make_state_specks(body)), strict=True):
+        for geom, part in zip(
+            self.mujoco_geoms_of_object[thing], (*body.parts, *make_parts_that_show_states(body)), strict=True
+        ):
             seen = thing in placer.bodies and (not part.when or part.when in states)
-            self.model.geom_rgba[geom] = (*change_colour(part.colour, states), float(seen))
+            self.model.geom_rgba[geom] = (*tint_colour_by_states(part.colour, states), float(seen))
             self.model.geom_contype[geom] = int(seen and part.is_solid)
 
     def find_front_direction(self, thing: int) -> Array:
         """Return the horizontal direction in which the front of an object points, as a vector."""
-        axes = self.data.xmat[self.bodies[thing]].reshape(3, 3)
+        axes = self.data.xmat[self.mujoco_body_of_object[thing]].reshape(3, 3)
         way: Array = -axes[:, 1] if abs(axes[2, 1]) < 0.5 else np.array([0.0, -1.0, 0.0])
         return way
 
     def move_object(self, thing: int, pose: Pose) -> None:
         """Put an object into a pose. It may overlap other objects."""
-        body = self.bodies[thing]
+        body = self.mujoco_body_of_object[thing]
         if self.model.body_dofnum[body]:
             start = self.model.jnt_qposadr[self.model.body_jntadr[body]]
             self.data.qpos[start : start + 7] = (*pose.at, *pose.turn)
@@ -347,7 +353,9 @@ class BodyScene:
             if not test(self, first, second)
         ]
         on_floor = [
-            (i, floor) for i, floor in locations.floor_of.items() if locations.find_carrier(i) is None
+            (i, floor)
+            for i, floor in locations.floor_of.items()
+            if locations.find_relation_and_carrier(i) is None
         ]
         outside = [
             (i, "on the floor of", f) for i, f in on_floor if not geometry.is_on_floor(self, i, self.rooms[f])

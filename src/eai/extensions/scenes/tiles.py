@@ -36,7 +36,7 @@ def make_tiles(
         tiles[doer] = SceneTile(doer, "agent", zones={hand: [] for hand in hands})
     for name in graph.names:
         tiles.setdefault(name, SceneTile(name, "other" if name in others else "object"))
-    placed = _find_placements(graph, words, agent, hands)
+    placed = _map_objects_to_placing_facts(graph, words, agent, hands)
     for name, fact in placed.items():
         holder = doer if fact.predicate in hands else fact.arguments[1]
         tiles[holder].zones.setdefault(fact.predicate, []).append(tiles[name])
@@ -44,12 +44,14 @@ def make_tiles(
     for fact in graph.facts:
         if fact not in shown and len(fact.arguments) == 1:
             tiles[fact.arguments[0]].marks.append(fact.predicate)
-    for name, line in _write_relation_lines([fact for fact in graph.facts if fact not in shown]):
+    for name, line in _write_object_names_and_relation_lines(
+        [fact for fact in graph.facts if fact not in shown]
+    ):
         tiles[name].lines.append(line)
     return [tile for name, tile in tiles.items() if name not in placed]
 
 
-def _find_placements(
+def _map_objects_to_placing_facts(
     graph: SceneGraph, words: SceneWords, agent: str | None, hands: Sequence[str]
 ) -> dict[str, NamedFact]:
     """Return a mapping from each object to the fact that places it in another object or in a hand.
@@ -82,7 +84,7 @@ def _compute_nesting_depth(name: str, below: dict[str, list[NamedFact]], above: 
     )
 
 
-def _write_relation_lines(facts: Sequence[NamedFact]) -> Iterator[tuple[str, str]]:
+def _write_object_names_and_relation_lines(facts: Sequence[NamedFact]) -> Iterator[tuple[str, str]]:
     """Yield for each relation the name of its first object, and the line to write in this object's tile."""
     known = set(facts)
     seconds_of: dict[tuple[str, str, str], list[str]] = {}

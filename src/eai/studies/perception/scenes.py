@@ -190,7 +190,7 @@ def _describe_pictures(
         return text
     where: Mapping[int, tuple[int, int, int]] = _load_scene_offer(
         "rendered_pictures", scene
-    ).locate_objects_in_images(task)
+    ).map_objects_to_image_pixels(task)
     lines = [
         f"{names[i]}: {'picture {}, ({}, {})'.format(*where[i])}"
         for i in list_objects_in_prompt(task)
