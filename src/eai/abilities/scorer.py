@@ -129,7 +129,9 @@ _MAX_MESSAGE = 200
 R = TypeVar("R")
 
 
-def assess_or_report_failure(scorer: Scorer, empty: Verdict, assess: Callable[[], Assessment]) -> Assessment:
+def assess_or_report_failure(
+    scorer: Scorer, empty_verdict: Verdict, assess: Callable[[], Assessment]
+) -> Assessment:
     """Return the assessment of an answer.
 
     If the scorer raises an exception, the answer fails and reaches no goal.
@@ -138,8 +140,8 @@ def assess_or_report_failure(scorer: Scorer, empty: Verdict, assess: Callable[[]
 
     Args:
         scorer: the scorer.
-        empty: an empty verdict of the ability's class, used if the scorer raises an exception even for a
-            missing answer.
+        empty_verdict: an empty verdict of the ability's class, used if the scorer raises an exception even
+            for a missing answer.
         assess: assesses the answer.
     """
     try:
@@ -147,7 +149,7 @@ def assess_or_report_failure(scorer: Scorer, empty: Verdict, assess: Callable[[]
     except Exception as error:
         if _is_unrelated_to_answer(error):
             raise
-        return _assess_scorer_failure(scorer, empty, error)
+        return _assess_scorer_failure(scorer, empty_verdict, error)
     looked_back = None if look_back is None else partial(_compute_or_default, look_back, verdict)
     return Assessment(verdict, partial(_compute_or_default, explain, Explanation()), looked_back)
 
@@ -164,11 +166,11 @@ def _is_unrelated_to_answer(error: Exception) -> bool:
     return isinstance(error, EaiError) and not isinstance(error, InputError)
 
 
-def _assess_scorer_failure(scorer: Scorer, empty: Verdict, error: Exception) -> Assessment:
+def _assess_scorer_failure(scorer: Scorer, empty_verdict: Verdict, error: Exception) -> Assessment:
     try:
         verdict = scorer.score_missing_answer()
     except Exception:  # the scorer raises an exception even for a missing answer
-        verdict = empty.to_verdict_on_missing_answer()
+        verdict = empty_verdict.to_verdict_on_missing_answer()
     reason = f"the scorer raised {describe_exception(error)}"
     if verdict.excluded is None:
         verdict = replace(verdict, error=ErrorReport(FaultKind.UNCATEGORISED, None, reason, RAISED))

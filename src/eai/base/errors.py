@@ -63,14 +63,14 @@ def make_install_command(extra: str) -> str:
 
 
 @contextmanager
-def require_extra(extra: str, message_start: str) -> Iterator[None]:
+def require_extra(extra: str, error_message_start: str) -> Iterator[None]:
     """Convert the ImportError of a missing package to an error that names the extra to install.
 
     An extra is an optional group of dependencies.
 
     Args:
         extra: the extra, such as ``tui``.
-        message_start: first words of the error message, up to its verb, such as ``eai play needs``.
+        error_message_start: first words of the error message, up to its verb, such as ``eai play needs``.
 
     Raises:
         EaiError: a package of the extra is not installed.
@@ -79,7 +79,7 @@ def require_extra(extra: str, message_start: str) -> Iterator[None]:
         yield
     except ImportError as error:
         package = error.name.partition(".")[0] if error.name else f"a package that loads ({error})"
-        raise EaiError(f"{message_start} {package}: {make_install_command(extra)}") from error
+        raise EaiError(f"{error_message_start} {package}: {make_install_command(extra)}") from error
 
 
 @contextmanager

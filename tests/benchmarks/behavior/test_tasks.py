@@ -53,7 +53,7 @@ def test_all_records_equal_the_reconstruction(behavior_tasks: BehaviorTasks, rec
                 "igibson_category": obj.model,
                 "igibson_synset": obj.synset,
                 "kind": "room_floor" if obj.is_floor else "object",
-                "parts": list(obj.half_names),
+                "parts": list(obj.sliced_half_names),
                 "states": sorted(map(respell, obj.states)),
                 "cleaning_tool": "cleaningTool" in obj.abilities,
                 "slicer": "slicer" in obj.abilities,
@@ -107,7 +107,7 @@ def test_models_in_checks_match_the_words_in_the_checks_of_the_reference(
             assert {n for n in task.scene.index if word in n} == {n for n, m in models.items() if m == word}
         for whole in task.record.objects:
             halves = {n for n in task.scene.index if "_part_" in n and whole.name in n}
-            assert halves == set(whole.half_names)
+            assert halves == set(whole.sliced_half_names)
 
 
 def test_the_initial_state_has_the_facts_of_files_and_evidence() -> None:

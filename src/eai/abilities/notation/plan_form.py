@@ -169,11 +169,11 @@ def _compile_step_and_step_line_patterns(
     return re.compile(part), re.compile(line)
 
 
-def _is_step_line(line: re.Pattern[str], text: str) -> bool:
+def _is_step_line(line_pattern: re.Pattern[str], text: str) -> bool:
     """Whether a line is the name of an action, followed by text that probably names the action's objects."""
     if re.search(_KEY, text):
         return True
-    match = line.match(text)
+    match = line_pattern.match(text)
     if match is None:
         return False
     rest = match["rest"].strip()

@@ -200,10 +200,10 @@ def _make_placing_action(
     parameters: tuple[Variable, ...],
     checks: tuple[Check, ...],
     effects: tuple[Effect, ...],
-    where: str,
+    target_text: str,
 ) -> Operator:
     placed = Let(H, hand.holds(H), (Delete(hand.holds(H)), *effects))
-    text = f"put what that hand holds {where}"
+    text = f"put what that hand holds {target_text}"
     return Operator(f"{hand.name}_PLACE_{name}", parameters, checks, (placed,), text)
 
 

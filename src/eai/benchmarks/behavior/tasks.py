@@ -163,7 +163,9 @@ class _BehaviorTaskBuilder:
     def __init__(self, record: BehaviorRecord, evidence: FactsMissingInDataSet) -> None:
         self._record = record
         self._evidence = evidence
-        parts = (WorldObject(half, f"half_{obj.model}") for obj in record.objects for half in obj.half_names)
+        parts = (
+            WorldObject(half, f"half_{obj.model}") for obj in record.objects for half in obj.sliced_half_names
+        )
         whole = (WorldObject(obj.name, obj.category) for obj in record.objects)
         self.scene = Scene(VOCABULARY, (*whole, *parts))
         self._index = self.scene.index
@@ -195,16 +197,16 @@ class _BehaviorTaskBuilder:
             names = [_ABILITY_PREDICATES[a] for a in obj.abilities if a in _ABILITY_PREDICATES]
             names += [obj.model] if obj.model in _MODEL_PREDICATES else []
             names += [p.floor.name] if obj.is_floor else []
-            for object_name in (obj.name, *obj.half_names):
+            for object_name in (obj.name, *obj.sliced_half_names):
                 yield from (Fact(name, (self._index[object_name],)) for name in names)
-            for half in obj.half_names:
+            for half in obj.sliced_half_names:
                 yield Fact(p.part_of.name, (self._index[half], self._index[obj.name]))
 
     def _yield_facts_from_volumes(self) -> Iterator[Fact]:
         estimates, scene = self._evidence.volumes, self._record.scene
         volumes = [estimates.get_volume(scene, obj.name, obj.model) for obj in self._record.objects]
         for obj, volume in zip(self._record.objects, tuple(volumes), strict=True):
-            volumes += [estimates.ratio_of_half * volume] * len(obj.half_names)
+            volumes += [estimates.ratio_of_half * volume] * len(obj.sliced_half_names)
         for i, mine in enumerate(volumes):
             if mine > MAX_GRASPABLE_VOLUME:
                 yield Fact(p.ungraspable.name, (i,))
