@@ -39,6 +39,7 @@ from eai.results.summary import find_task_name, map_tasks_to_shares
 from eai.results.table import Estimate
 from eai.studies.cofactors.effects import compute_rank_correlation
 from eai.tasks.share import Share
+from eai.world.operator import Operator
 
 SIGNS: Mapping[str, Callable[[float, float], bool]] = {
     "<": lambda left, right: left < right - 1e-9,
@@ -219,9 +220,15 @@ def checks(evidence: Evidence, text: str) -> Finding:
     share, _, place = text.partition(" ")
     world, name, pattern = place.split("/", 2)
     operator = find_benchmark(WORLDS[world]).domain.find_operator(name)
-    hits = [check.id or "" for check in operator.checks if re.search(pattern, check.id or "")]
+    hits = [id for id in list_check_ids(operator) if re.search(pattern, id)]
     shown = ", ".join(hit.replace("_", " ") for hit in dict.fromkeys(hits)) or "no such check"
     return if_so(bool(hits) == (share == "all"), f"{name} in the simulator: {shown}")
+
+
+def list_check_ids(operator: Operator) -> list[str]:
+    """Return the ids of an action's checks, with those of its alternatives, such as dust and stains."""
+    alternatives = (check for alternative in operator.alternatives for check in alternative.checks)
+    return [check.id or "" for check in (*operator.checks, *alternatives)]
 
 
 def alone(evidence: Evidence, text: str) -> Finding:

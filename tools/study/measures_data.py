@@ -8,10 +8,12 @@ from collections import Counter
 from collections.abc import Mapping
 
 from claim import Finding, by_degree
+from compared import list_check_ids
 from evidence import GI, NAMED, SD, B, Evidence, Suite, V
 from rates import DIGIT, NEAR, RateColumn, all_of, if_so, measured_rates, most_of
 
 from eai.abilities.protocol import Ability, Protocol
+from eai.benchmarks.behavior import predicates as p
 from eai.benchmarks.errata import load_all_errata
 from eai.benchmarks.gold_answers import open_gold_answers
 from eai.benchmarks.registry import find_benchmark
@@ -24,6 +26,7 @@ from eai.results.paper_tables import read_paper_protocol_and_tables, read_paper_
 from eai.results.totals import RunTotals
 from eai.tasks.operator_task import OperatorLibrary
 from eai.tasks.task import GoalKind, Task
+from eai.world.execution import execute_plan
 
 BROWSE = (
     "ontop(character, chair) then holds_rh(character, mouse) and holds_lh(character, keyboard) "
@@ -39,6 +42,10 @@ RAG = (
     ("CLEAN", "fridge_97"),
 )
 """The paper's example of a plan for cleaning a fridge."""
+
+CLOSED_CHECK = "is_inside_something_that_is_closed"
+
+_FLOOR = f.Variable("f")
 
 STATES = {
     V: "CLOSED OPEN ON OFF SITTING DIRTY CLEAN LYING PLUGGED_IN PLUGGED_OUT ONTOP INSIDE BETWEEN "
@@ -373,6 +380,61 @@ def relations_of_three(evidence: Evidence) -> Finding:
 def behavior_actions(evidence: Evidence) -> Finding:
     number = len(find_benchmark(B).domain.operators)
     return if_so(number == 30, f"{number} actions are declared")
+
+
+def usable_objects(evidence: Evidence) -> Finding:
+    """Count the actions of BEHAVIOR that refuse an object inside something closed."""
+    operators = find_benchmark(B).domain.operators
+    others = [each.name for each in operators if CLOSED_CHECK not in list_check_ids(each)]
+    return if_so(
+        not others,
+        f"{len(operators) - len(others)} of {len(operators)} actions refuse what is inside something closed"
+        f"; not {', '.join(others) or 'one'}",
+        in_part=len(others) < len(operators) / 2,
+    )
+
+
+def contents_that_move(evidence: Evidence) -> Finding:
+    """Execute BEHAVIOR's annotated plans, and look at what lies in things that are grasped and put down."""
+    domain, containers, contents, moved = find_benchmark(B).domain, 0, 0, 0
+    beside = f.Exists(_FLOOR, p.floor_below(p.X, _FLOOR) & p.floor_below(p.Y, _FLOOR))
+    for task in find_benchmark(B).tasks(evidence.source).values():
+        grasped = _filled_then_grasped(task)
+        end = execute_plan(domain, task.initial, task.script).final_state
+        for container, things in grasped.items():
+            containers += 1
+            contents += len(things)
+            moved += sum(
+                domain.holds(p.lies_in(p.X, p.Y) & beside, end, {p.X.name: thing, p.Y.name: container})
+                for thing in things
+            )
+    return all_of(
+        (moved, contents),
+        text=f"annotated plans fill and then grasp {containers} containers; at the end {moved} of their "
+        f"{contents} contents lie in them, on the same floor",
+    )
+
+
+def _filled_then_grasped(task: Task) -> Mapping[int, set[int]]:
+    """Return the objects that a plan puts into things which it grasps later, by thing.
+
+    Sliced objects are left out: their halves take over their place.
+    """
+    held: dict[str, int] = {}
+    filled: dict[int, set[int]] = {}
+    grasped: dict[int, set[int]] = {}
+    for action in task.script:
+        hand, _, kind = action.operator.partition("_")
+        if kind == "GRASP":
+            (held[hand],) = action.arguments
+            if filled.get(held[hand]):
+                grasped[held[hand]] = filled[held[hand]]
+        elif kind == "PLACE_INSIDE":
+            filled.setdefault(action.arguments[0], set()).add(held[hand])
+        elif hand == "SLICE":
+            for things in filled.values():
+                things.difference_update(action.arguments)
+    return grasped
 
 
 def virtualhome_actions(evidence: Evidence) -> Finding:

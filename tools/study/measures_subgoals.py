@@ -112,20 +112,6 @@ def reasons_of_missing_steps(evidence: Evidence) -> Finding:
     )
 
 
-def tools_explain_missing_steps(evidence: Evidence) -> Finding:
-    """Call strictness the main reason if most missing steps lack a tool."""
-    checks = Counter(
-        each.error_check for each in evidence.answers(Suite(B, SD)) if each.error_kind == "missing_step"
-    )
-    tools = sum(checks[name] for name in TOOLS)
-    return if_so(
-        tools > checks.total() / 2,
-        f"{tools} of {checks.total()} missing steps lack a tool, a running sink or a knife, which "
-        "VirtualHome does not ask for; VirtualHome asks to open what is closed, too",
-        in_part=tools > COMMON * checks.total(),
-    )
-
-
 def closed_by_complexity(evidence: Evidence) -> Finding:
     """Correlate the share of models that overlook opening with the size of BEHAVIOR's tasks."""
     answers = evidence.answers(Suite(B, SD))
