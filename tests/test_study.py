@@ -65,6 +65,13 @@ MEASURED = {
     "Operators: the rules on connectives and the grammar of clauses agree.": REFUTED,
     "Environment: “forn” counts exactly n objects.": REFUTED,
     "BEHAVIOR's operators were changed from an existing domain.": PARTLY,
+    "Most tasks have quantifiers, such as “forall” or “forpairs”, with spatial or temporal requirements.": (
+        "reproduced"
+    ),
+    "Many models explain their answers although they are told not to.": REFUTED,
+    "The highest figure of each column of goals is in bold.": PARTLY,
+    "A “when” matches if its condition and its effect do.": PARTLY,
+    "Prediction from a goal back to subgoals is a future direction.": REFUTED,
     "The printed walk_towards, with a near object in its precondition, is the data set's.": REFUTED,
     "A planner finds a plan with the three printed operators of GPT-4o.": REFUTED,
     "o1-preview stands out among all models in planner success.": PARTLY,

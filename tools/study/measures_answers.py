@@ -16,6 +16,7 @@ from evidence import (
     NAMED,
     PLANS,
     SD,
+    TM,
     B,
     Evidence,
     Suite,
@@ -51,6 +52,14 @@ RESULTS = {
     "SWITCHOFF": "OFF",
 }
 """The state that an action of VirtualHome makes true."""
+
+SIZES = {
+    "goals": "ground_goals",
+    "state goals": "ground_state_goals",
+    "relation goals": "ground_relation_goals",
+    "length": "annotated_steps",
+}
+"""What the paper measures the complexity of a task by, with the columns of answers that have it."""
 
 FRAME = re.compile(r"\s*(?:```(?:json)?)?\s*\{.*\}\s*(?:```)?\s*(?:<\|eot_id\|>)?\s*", re.DOTALL)
 """An answer that is JSON and nothing else, perhaps in a code fence and with an end token."""
@@ -214,11 +223,14 @@ def unreadable_opus(evidence: Evidence) -> Finding:
 
 def unreadable(evidence: Evidence) -> Finding:
     text, models = [], set()
-    for suite in (*PLANS, Suite(V, GI), Suite(B, GI)):
-        answers = [each for each in evidence.answers(suite) if each.error_kind == "parsing"]
-        counts = Counter(each.model for each in answers)
-        models |= {model for model, n in counts.items() if n > 0.05 * len(evidence.answers(suite, model))}
-        text.append(f"{suite} {len(answers):,}")
+    for suite in (*PLANS, Suite(V, GI), Suite(B, GI), Suite(V, TM), Suite(B, TM)):
+        counts = Counter[str]()
+        for model, records in evidence.suites[suite].items():
+            errors = (record.verdict.error for record in records)
+            counts[model] = sum(error is not None and error.kind.value == "parsing" for error in errors)
+            if counts[model] > 0.05 * len(records):
+                models.add(model)
+        text.append(f"{suite} {counts.total():,}")
     return most_of(
         (len(models), 18),
         text=f"{len(models)} of 18 models have a suite with more than 5 % unreadable answers; "
@@ -227,18 +239,21 @@ def unreadable(evidence: Evidence) -> Finding:
 
 
 def explanations(evidence: Evidence) -> Finding:
-    talking, number = Counter[str](), 0
-    for domain in (V, B):
-        for model, records in evidence.suites[Suite(domain, GI)].items():
+    """Count answers with goals and subgoals that are more than their JSON."""
+    models: dict[str, None] = {}
+    text = []
+    for suite in (Suite(V, GI), Suite(B, GI), Suite(V, SD), Suite(B, SD)):
+        talking, number = Counter[str](), 0
+        for model, records in evidence.suites[suite].items():
             number += len(records)
-            talking[model] += sum(FRAME.fullmatch(each.response) is None for each in records)
-    models = [
-        map_files_to_paper_models()[m] for m, n in talking.most_common() if n > 0.05 * number / len(talking)
-    ]
+            talking[model] = sum(FRAME.fullmatch(each.response) is None for each in records)
+            if talking[model] > 0.05 * len(records):
+                models[map_files_to_paper_models()[model]] = None
+        text.append(f"{suite} {talking.total():,} of {number:,}")
     return most_of(
         (len(models), 18),
-        text=f"{sum(talking.values()):,} of {number:,} answers with goals are more than their JSON; "
-        f"more than 5 % of the answers of {len(models)} models ({', '.join(models)})",
+        text=f"answers that are more than their JSON: {'; '.join(text)}; more than 5 % of a suite "
+        f"in {len(models)} models ({', '.join(models)})",
     )
 
 
@@ -367,6 +382,20 @@ def quantified(evidence: Evidence) -> Finding:
     return Finding(
         by_degree(all(lower) and all(clear), any(lower)), f"with and without quantifiers, {'; '.join(text)}"
     )
+
+
+def success_by_complexity(evidence: Evidence) -> Finding:
+    """Correlate the success of plans with the size of tasks, over the mean of all models."""
+    found = {
+        f"{NAMED[domain]} {name}": rho_of_means(
+            evidence.answers(Suite(domain, AS)), feature, lambda each: float(bool(each.success))
+        )
+        for domain in (V, B)
+        for name, feature in SIZES.items()
+    }
+    falls = [below_zero(estimate) for estimate in found.values()]
+    text = ", ".join(f"{name} {told(estimate)}" for name, estimate in found.items())
+    return Finding(by_degree(all(falls), any(falls)), f"rank correlations of all models' success with {text}")
 
 
 def spatial_left_out(evidence: Evidence) -> Finding:
