@@ -59,7 +59,7 @@ SIZES = {
     "relation goals": "ground_relation_goals",
     "length": "annotated_steps",
 }
-"""What the paper measures the complexity of a task by, with the columns of answers that have it."""
+"""Columns of answers with the size of the task, by their names in the paper."""
 
 FRAME = re.compile(r"\s*(?:```(?:json)?)?\s*\{.*\}\s*(?:```)?\s*(?:<\|eot_id\|>)?\s*", re.DOTALL)
 """An answer that is JSON and nothing else, perhaps in a code fence and with an end token."""
