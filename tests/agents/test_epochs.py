@@ -112,7 +112,7 @@ def test_runs_of_several_epochs_are_compared_by_their_means(tmp_path: Path) -> N
 
 def test_inspect_computes_the_same_metric(tmp_path: Path) -> None:
     scorer = pytest.importorskip("inspect_ai.scorer")
-    from eai.run.scorer import make_paper_metric, make_score
+    from eai.run.scorer import make_metric_with_paper_columns, make_score
 
     result = settled(tmp_path, "lw", "ww", "ww")
     scores = [
@@ -120,7 +120,7 @@ def test_inspect_computes_the_same_metric(tmp_path: Path) -> None:
         for (task_id, epoch), record in result.map_keys_to_records().items()
     ]
     shares = {name: rate.share for name, rate in result.totals.rates.items() if rate.denominator}
-    found = make_paper_metric("acting")(scores)
+    found = make_metric_with_paper_columns("acting")(scores)
     assert {name: share for name, share in found.items() if share is not None} == shares
 
 

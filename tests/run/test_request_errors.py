@@ -4,7 +4,12 @@ import pytest
 from inspect_ai.model import get_model
 
 from eai.run import request_errors
-from eai.run.request_errors import describe_error, is_refused, is_too_long, limit_refused_tries
+from eai.run.request_errors import (
+    describe_error,
+    is_connection_refused,
+    is_prompt_too_long,
+    limit_tries_of_refused_connections,
+)
 
 TOO_LONG = "the question is too long for the model's context"
 
@@ -67,7 +72,7 @@ def test_a_refusal_that_names_no_length_is_reported_without_a_length(message: st
     ],
 )
 def test_other_refusals_are_not_reported_as_long_questions(message: str) -> None:
-    assert not is_too_long(RuntimeError(message))
+    assert not is_prompt_too_long(RuntimeError(message))
     assert describe_error(RuntimeError(message)) == f"RuntimeError: {message}"
 
 
@@ -84,9 +89,9 @@ def make_refused_error(*, in_group: bool = False) -> Exception:
 
 
 def test_a_refused_connection_is_recognised_below_the_errors_of_clients() -> None:
-    assert is_refused(make_refused_error())
-    assert is_refused(make_refused_error(in_group=True))
-    assert not is_refused(TimeoutError())
+    assert is_connection_refused(make_refused_error())
+    assert is_connection_refused(make_refused_error(in_group=True))
+    assert not is_connection_refused(TimeoutError())
 
 
 def test_a_refused_connection_is_tried_twice_and_then_no_more(monkeypatch: pytest.MonkeyPatch) -> None:
@@ -94,7 +99,7 @@ def test_a_refused_connection_is_tried_twice_and_then_no_more(monkeypatch: pytes
     monkeypatch.setattr(request_errors.time, "monotonic", lambda: seconds)
     model = get_model("mockllm/model", memoize=False)
     model.api.should_retry = lambda error: True  # type: ignore[method-assign]
-    limit_refused_tries(limit_refused_tries(model))
+    limit_tries_of_refused_connections(limit_tries_of_refused_connections(model))
     decide = model.api.should_retry
     assert decide(make_refused_error())
     assert decide(make_refused_error()), "another request at the same time may try again"

@@ -13,7 +13,7 @@ from eai.abilities.protocol import Ability
 from eai.base.store import Store
 from eai.results.table import Table
 from eai.results.tidy import TidyTables
-from eai.studies.errors.study import _ErrorLeaf, find_error_leaf, make_error_tables
+from eai.studies.errors.study import _ErrorCategory, find_error_category, make_error_tables
 from eai.tasks.source import Source
 from oracle import MODELS
 from record_files import write_records
@@ -28,27 +28,27 @@ def rows(table: Table) -> list[dict[str, Any]]:
 @pytest.mark.parametrize(
     ("changes", "leaf"),
     [
-        ({"outcome": "success"}, _ErrorLeaf("success")),
-        ({"outcome": "not_answered"}, _ErrorLeaf("not_answered")),
-        ({"outcome": "parsing"}, _ErrorLeaf("grammar", "parsing")),
-        ({"outcome": "parsing", "error_check": "loop"}, _ErrorLeaf("grammar", "parsing", "loop")),
+        ({"outcome": "success"}, _ErrorCategory("success")),
+        ({"outcome": "not_answered"}, _ErrorCategory("not_answered")),
+        ({"outcome": "parsing"}, _ErrorCategory("grammar", "parsing")),
+        ({"outcome": "parsing", "error_check": "loop"}, _ErrorCategory("grammar", "parsing", "loop")),
         (
             {"outcome": "hallucination", "error_check": "unknown_object"},
-            _ErrorLeaf("grammar", "hallucination", "object"),
+            _ErrorCategory("grammar", "hallucination", "object"),
         ),
-        ({"outcome": "wrong_order"}, _ErrorLeaf("runtime", "wrong_order")),
+        ({"outcome": "wrong_order"}, _ErrorCategory("runtime", "wrong_order")),
         (
             {"outcome": "goal_missed", "executable": True, "state_met": 0.5, "state_total": 1.0},
-            _ErrorLeaf("goal", "goal_missed", "state"),
+            _ErrorCategory("goal", "goal_missed", "state"),
         ),
-        ({"outcome": "goal_missed", "executable": None}, _ErrorLeaf("goal_missed")),
+        ({"outcome": "goal_missed", "executable": None}, _ErrorCategory("goal_missed")),
     ],
 )
-def test_each_answer_has_one_leaf_of_the_taxonomy(changes: dict[str, Any], leaf: _ErrorLeaf) -> None:
+def test_each_answer_has_one_leaf_of_the_taxonomy(changes: dict[str, Any], leaf: _ErrorCategory) -> None:
     made = TidyTables(Source(Store()))
     made.add_records(action_run())
     answer = replace(made.answers[0], relation_met=None, error_check=None)
-    assert find_error_leaf(replace(answer, **changes)) == leaf
+    assert find_error_category(replace(answer, **changes)) == leaf
 
 
 def test_leaves_add_up_to_the_outcomes_of_reports() -> None:

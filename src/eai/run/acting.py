@@ -132,7 +132,7 @@ def offer_task_tools() -> Solver:
     return solve
 
 
-def _make_player(harness: str | None = None) -> Solver:
+def _make_solver_that_plays_episode(harness: str | None = None) -> Solver:
     """Return a solver that plays a task with the model: by tools in Inspect's ``react``, or by lines of text.
 
     Args:
@@ -159,23 +159,23 @@ def _make_player(harness: str | None = None) -> Solver:
                 await _play_by_tools(state, agent, chosen)
         state.messages = agent.messages
         ended = "stopped" if scope.limit_error is None else _ENDED_BY_LIMIT[scope.limit_error.type]
-        _store_episode_output(state, agent.output.stop_reason, ended)
+        _store_episode_text(state, agent.output.stop_reason, ended)
         return state
 
     return solve
 
 
-player = solver(name="player")(_make_player)
+player = solver(name="player")(_make_solver_that_plays_episode)
 # with an editable installation, Inspect's names lack the package
 if registry_info(player).name == "player":
-    player = solver(name="eai/player")(_make_player)
+    player = solver(name="eai/player")(_make_solver_that_plays_episode)
 
 
-def _store_episode_output(state: TaskState, stop_reason: StopReason, end_reason: str) -> None:
+def _store_episode_text(state: TaskState, model_stop_reason: StopReason, episode_end_reason: str) -> None:
     stored = state.store_as(_StoredEpisode)
     if stored.episode["ended"] == "stopped":
-        stored.episode = {**stored.episode, "ended": end_reason}
-    state.output = ModelOutput.from_content(str(state.model), read_episode_text(state), stop_reason)
+        stored.episode = {**stored.episode, "ended": episode_end_reason}
+    state.output = ModelOutput.from_content(str(state.model), read_episode_text(state), model_stop_reason)
 
 
 async def _play_by_tools(state: TaskState, agent: AgentState, harness: str) -> None:
@@ -227,7 +227,7 @@ def read_command(reply: str) -> str:
 
 
 @solver(name="eai_act")
-def play_open_episodes(run: RunState) -> Solver:
+def play_missing_episodes(run: RunState) -> Solver:
     """Return a solver that plays the episodes that the run lacks, and reports them.
 
     Unfinished episodes begin anew.
@@ -242,7 +242,7 @@ def play_open_episodes(run: RunState) -> Solver:
         if run.stopped is not None:
             return state
         question, request = run.conversations[key].question, run.hash_next_request(key)
-        state.metadata[BEGUN] = run.journal.record_episode_start(key, request)
+        state.metadata[BEGUN] = run.journal.record_and_count_episode_starts(key, request)
         with report_failure(run, key):
             state = await perform(await begin(state, generate), generate)
         run.add_answer(make_answer(state, request, question, _sum_usage_of_replies(run.job.endpoint.model)))

@@ -18,7 +18,7 @@ from eai.benchmarks.benchmark import Benchmark
 from eai.benchmarks.gold_answers import open_gold_answers
 from eai.benchmarks.suite import Suite
 from eai.run.job import DecodingOptions, is_built_in
-from eai.run.request_errors import MIN_SECONDS_BETWEEN_TRIES, REFUSED, is_refused
+from eai.run.request_errors import MIN_SECONDS_BETWEEN_TRIES, REFUSED, is_connection_refused
 from eai.studies.variation import Endpoint
 from eai.tasks.prompts.prompt import Prompt
 from eai.tasks.source import Source
@@ -157,7 +157,7 @@ def calls_server(endpoint: Endpoint) -> bool:
 
 def read_context_length(model: Model) -> int | None:
     """Return the length of a model's context in tokens, or None if the model's server does not state it."""
-    with _connect(model) as server:
+    with _make_openai_client(model) as server:
         lengths = _yield_context_lengths(server, str(server.base_url), _find_served_name(model))
         return next((length for length in lengths if isinstance(length, int) and length > 0), None)
 
@@ -168,10 +168,10 @@ def require_server(model: Model) -> None:
     Raises:
         EaiError: the connection is refused.
     """
-    with _connect(model) as server:
+    with _make_openai_client(model) as server:
         for is_last_try in (False, True):
             error = _find_connection_error(server)
-            if error is None or not is_refused(error):
+            if error is None or not is_connection_refused(error):
                 return
             if is_last_try:
                 hint = "start it, or correct its address; the same command resumes from here"
@@ -179,7 +179,7 @@ def require_server(model: Model) -> None:
             time.sleep(MIN_SECONDS_BETWEEN_TRIES)
 
 
-def _connect(model: Model) -> Any:
+def _make_openai_client(model: Model) -> Any:
     """Return a client of a model's server, which speaks OpenAI's protocol."""
     from openai import OpenAI
 

@@ -73,7 +73,7 @@ class AnswerJournal:
                 self._size = file.tell()
         self._index_answer(answer)
 
-    def record_episode_start(self, key: AnswerKey, request_sha256: str) -> int:
+    def record_and_count_episode_starts(self, key: AnswerKey, request_sha256: str) -> int:
         """Record in a file beside the journal that an episode begins, and return how often it has begun.
 
         Raises:

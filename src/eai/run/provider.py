@@ -244,12 +244,12 @@ class _BuiltInModel(ModelAPI):
             return recorded[question.task_id]
         if self.model_name == "planner" and (question.done or question.scene is not None):
             book = open_answers_of_planner(
-                _adapt_benchmark_to_question(question), question.ability, question.source, PLANNER_LIMITS
+                _change_task_as_question_states(question), question.ability, question.source, PLANNER_LIMITS
             )
             return _require_text(book[question.task_id])
         if self.model_name in ("planner", "copy") and question.stated is not None:
             book = _OPEN_BOOK[self.model_name](
-                _adapt_benchmark_to_question(question), question.ability, question.source
+                _change_task_as_question_states(question), question.ability, question.source
             )
             return _require_text(book[question.task_id])
         if self.model_name == "random":
@@ -267,7 +267,7 @@ class _BuiltInModel(ModelAPI):
 
         Some facts are left out, and on average as many facts have a wrong object.
         """
-        from eai.studies.perception.belief import open_scene_words
+        from eai.studies.perception.belief import open_scene_graph_vocabulary
         from eai.studies.perception.noise import PerceptionNoise, perceive_with_noise
 
         half = self._given.rate / 2
@@ -276,7 +276,9 @@ class _BuiltInModel(ModelAPI):
             str(question.epoch),
         )
         task = question.benchmark.tasks_for(question.ability, question.source)[question.task_id]
-        return perceive_with_noise(task, open_scene_words(question.benchmark), noise, stream).json_text
+        return perceive_with_noise(
+            task, open_scene_graph_vocabulary(question.benchmark), noise, stream
+        ).json_text
 
     def _corrupt_answer(self, book: AnswersByTask, question: _ModelQuestion) -> WrittenAnswer:
         """Return a corrupted answer to a question.
@@ -302,7 +304,7 @@ class _BuiltInModel(ModelAPI):
         return {response.task_id: response.text for response in recorded.responses}
 
 
-def _adapt_benchmark_to_question(question: _ModelQuestion) -> Benchmark:
+def _change_task_as_question_states(question: _ModelQuestion) -> Benchmark:
     """Return the benchmark with the task changed as a question describes it.
 
     The task gets the state after the executed actions, the perceived scene, and the stated goals.
@@ -311,9 +313,11 @@ def _adapt_benchmark_to_question(question: _ModelQuestion) -> Benchmark:
     if question.done:
         benchmark = start_after_actions(benchmark, task_id, question.done)
     if question.scene is not None:
-        from eai.studies.perception.belief import apply_scene_graphs, open_scene_words
+        from eai.studies.perception.belief import apply_scene_graphs, open_scene_graph_vocabulary
 
-        graph = read_scene_graph(question.scene, open_scene_words(benchmark).written_arities)
+        graph = read_scene_graph(
+            question.scene, open_scene_graph_vocabulary(benchmark).arity_by_scene_graph_name
+        )
         benchmark = apply_scene_graphs(benchmark, {task_id: graph})
     if question.stated is not None:
         benchmark = replace_goals_by_answers(benchmark, {task_id: question.stated})
@@ -331,11 +335,11 @@ async def _run_in_thread(work: Callable[[], T]) -> T:
     future: Future[T] = Future()
     future.set_running_or_notify_cancel()
 
-    def run_and_set_result() -> None:
+    def run_work_and_set_future() -> None:
         try:
             future.set_result(work())
         except BaseException as error:
             future.set_exception(error)
 
-    Thread(target=run_and_set_result, daemon=True).start()
+    Thread(target=run_work_and_set_future, daemon=True).start()
     return await asyncio.wrap_future(future)

@@ -35,11 +35,11 @@ def list_remarks(job: QuestionJob, answers: Mapping[AnswerKey, Answer]) -> tuple
         job: the questions, and the options of their requests.
         answers: mapping from task and epoch to the answer.
     """
-    describers = (_describe_misfits, _describe_cut_prompts, _describe_replies_without_calls)
+    describers = (_describe_answers_of_wrong_form, _describe_cut_prompts, _describe_replies_without_calls)
     return tuple(filter(None, [describe(job, answers) for describe in describers]))
 
 
-def _describe_misfits(job: QuestionJob, answers: Mapping[AnswerKey, Answer]) -> str:
+def _describe_answers_of_wrong_form(job: QuestionJob, answers: Mapping[AnswerKey, Answer]) -> str:
     """Return a sentence on the answers that do not have the requested form; empty if all have it."""
     checked = misfits = 0
     for (task_id, _), answer in answers.items():

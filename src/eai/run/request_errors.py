@@ -46,9 +46,9 @@ _MAX_TOKENS = re.compile(r"max\w*tokens", re.IGNORECASE)
 
 def describe_error(error: BaseException) -> str:
     """Return one line on why a request failed; if it was repeated, on why the last repetition failed."""
-    if is_refused(error):
+    if is_connection_refused(error):
         return REFUSED
-    if is_too_long(error):
+    if is_prompt_too_long(error):
         length = find_context_length(error)
         return f"the question is too long for the model's context{f' of {length:,} tokens' if length else ''}"
     error = _find_last_error(error)
@@ -72,7 +72,7 @@ def find_http_status(error: BaseException) -> int | None:
     return status if isinstance(status, int) else None
 
 
-def is_too_long(error: BaseException) -> bool:
+def is_prompt_too_long(error: BaseException) -> bool:
     """Whether a server refused a request because the question does not fit into the model's context."""
     return _TOO_LONG.search(str(_find_last_error(error))) is not None
 
@@ -88,7 +88,7 @@ def find_context_length(error: BaseException) -> int | None:
     return int(match[1].replace(",", "")) if match else None
 
 
-def is_refused(error: BaseException) -> bool:
+def is_connection_refused(error: BaseException) -> bool:
     """Whether an error comes from an address at which no server listens."""
     return any(isinstance(cause, ConnectionRefusedError) for cause in _yield_causes(error))
 
@@ -101,23 +101,23 @@ def _yield_causes(error: BaseException) -> Iterator[BaseException]:
             yield from _yield_causes(cause)
 
 
-def limit_refused_tries(model: Model) -> Model:
+def limit_tries_of_refused_connections(model: Model) -> Model:
     """Make a model's client try a refused connection only twice; return the model."""
     api = model.api
     if getattr(api.should_retry, "limits_refused_tries", False):
         return model
     should_retry, first_refusal = api.should_retry, float("-inf")
 
-    def decide(error: Exception) -> object:
+    def decide_retry(error: Exception) -> object:
         nonlocal first_refusal
         seconds = time.monotonic() - first_refusal
-        if is_refused(error):
+        if is_connection_refused(error):
             if MIN_SECONDS_BETWEEN_TRIES <= seconds <= _MAX_SECONDS_BETWEEN_TRIES:
                 return False
             if seconds > _MAX_SECONDS_BETWEEN_TRIES:
                 first_refusal = time.monotonic()
         return should_retry(error)
 
-    decide.limits_refused_tries = True  # type: ignore[attr-defined]
-    api.should_retry = decide  # type: ignore[assignment, method-assign]
+    decide_retry.limits_refused_tries = True  # type: ignore[attr-defined]
+    api.should_retry = decide_retry  # type: ignore[assignment, method-assign]
     return model

@@ -108,7 +108,7 @@ def _describe_goal_part(part: GoalPartReport, number: int) -> str:
 
 
 @metric(name="paper", scores="unreduced")
-def make_paper_metric(ability: str) -> Metric:
+def make_metric_with_paper_columns(ability: str) -> Metric:
     """Return Inspect's metric with the columns of the paper's tables, as fractions.
 
     They are ratios of sums over all tasks, as in ``summary.json``; columns without cases are left out. For
@@ -136,7 +136,7 @@ def make_paper_metric(ability: str) -> Metric:
 
 
 def _register_scorer(ability: Ability) -> Callable[..., Scorer]:
-    @scorer(metrics=[make_paper_metric(ability.value), accuracy(), stderr()], name=ability.value)
+    @scorer(metrics=[make_metric_with_paper_columns(ability.value), accuracy(), stderr()], name=ability.value)
     def make_verdict_scorer(
         benchmark: str, protocol: str, planner: str, errata: str = ErrataChoice.CURRENT.value
     ) -> Scorer:
@@ -182,7 +182,7 @@ def _make_record(state: TaskState, suite: Suite) -> Record:
     )
 
 
-def _merge_game_rules(stated: Experiment, record: Record) -> Experiment:
+def _add_harness_and_game_rules_of_record(log_experiment: Experiment, record: Record) -> Experiment:
     """Return the experiment of a log with the harness and the game rules of an episode's verdict.
 
     The log may have further limits, such as a token limit, that an episode does not have.
@@ -193,10 +193,10 @@ def _merge_game_rules(stated: Experiment, record: Record) -> Experiment:
         or Experiment()
     )
     in_episode, in_log = (
-        {*(rules or "").split(RULES_SEPARATOR)} - {""} for rules in (agent.rules, stated.rules)
+        {*(rules or "").split(RULES_SEPARATOR)} - {""} for rules in (agent.rules, log_experiment.rules)
     )
-    rules = stated.rules if in_episode <= in_log else agent.rules
-    return replace(stated, harness=agent.harness or stated.harness, rules=rules)
+    rules = log_experiment.rules if in_episode <= in_log else agent.rules
+    return replace(log_experiment, harness=agent.harness or log_experiment.harness, rules=rules)
 
 
 def apply_experiment(record: Record, suite: Suite, metadata: Mapping[str, Any], epoch: int) -> Record:
@@ -215,7 +215,7 @@ def apply_experiment(record: Record, suite: Suite, metadata: Mapping[str, Any], 
     if written is None:
         return record
     stated = experiment_from_json(written) or Experiment()
-    experiment, task_id = _merge_game_rules(stated, record), record.task_id
+    experiment, task_id = _add_harness_and_game_rules_of_record(stated, record), record.task_id
     if record.unanswered is not None:
         return replace(record, experiment=experiment)
     options = AttemptOptions.from_experiment(experiment)
@@ -229,8 +229,8 @@ LoggedSamples: TypeAlias = Mapping[str, tuple[Mapping[str, Any], int, str]]
 """Mapping from each task to the metadata, epoch and question of the sample that counts for it."""
 
 
-def make_logged_record(
-    suite: Suite, experiment: Mapping[str, Any], samples: LoggedSamples, record: Record
+def make_record_of_logged_answer(
+    suite: Suite, experiment: Mapping[str, Any], samples: LoggedSamples, plain_record: Record
 ) -> Record:
     """Return the record of an answer in the log of an experiment.
 
@@ -238,11 +238,11 @@ def make_logged_record(
         suite: the suite.
         experiment: the experiment, as the metadata of samples has it.
         samples: the sample of each task whose answer is scored.
-        record: the record, scored as if there were no experiment.
+        plain_record: the record, scored as if there were no experiment.
     """
-    metadata, epoch, question = samples.get(record.task_id, ({EXPERIMENT: experiment}, 1, ""))
-    logged = apply_experiment(record, suite.choose_suite_for_answers([question]), metadata, epoch)
-    return logged.drop_explanations() if record.explanation is None else logged
+    metadata, epoch, question = samples.get(plain_record.task_id, ({EXPERIMENT: experiment}, 1, ""))
+    logged = apply_experiment(plain_record, suite.choose_suite_for_answers([question]), metadata, epoch)
+    return logged.drop_explanations() if plain_record.explanation is None else logged
 
 
 def make_score(record: Record, epoch: int, *, answered: bool) -> Score:

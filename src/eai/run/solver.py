@@ -45,8 +45,8 @@ from eai.run.request_errors import (
     find_context_length,
     find_http_status,
     is_about_max_tokens,
-    is_refused,
-    is_too_long,
+    is_connection_refused,
+    is_prompt_too_long,
 )
 from eai.tasks.prompts.prompt import Prompt
 
@@ -78,7 +78,7 @@ def restore_closing_brace(parts: _ReplyParts, stop: Sequence[str]) -> _ReplyPart
     return parts._replace(answer=parts.answer + "}", repairs=(*parts.repairs, "stop_sequence"))
 
 
-def drop_unreadable_usage(model: Model) -> Model:
+def drop_unreadable_token_usage(model: Model) -> Model:
     """Make a model's client drop usage figures that cannot be read from replies; return the model.
 
     It applies to clients of OpenAI's protocol, which servers of all kinds speak.
@@ -158,17 +158,17 @@ def report_failure(run: RunState, key: AnswerKey) -> Iterator[None]:
     try:
         yield
     except Exception as error:
-        if find_http_status(error) in FINAL_STATUSES or is_refused(error):
+        if find_http_status(error) in FINAL_STATUSES or is_connection_refused(error):
             run.stop_run(describe_error(error))
-        elif (misfits := _find_misfits(run, error)) is not None:
+        elif (misfits := _describe_tasks_beyond_context(run, error)) is not None:
             run.stop_run(misfits)
         run.record_failure(*key, describe_error(error))
         raise
 
 
-def _find_misfits(run: RunState, error: Exception) -> str | None:
+def _describe_tasks_beyond_context(run: RunState, error: Exception) -> str | None:
     """Return one line on the tasks that do not fit into the context that an error names, or None."""
-    job, context = run.job, find_context_length(error) if is_too_long(error) else None
+    job, context = run.job, find_context_length(error) if is_prompt_too_long(error) else None
     if context is None or job.pace.too_long != "stop":
         return None
     long_tasks = find_long_tasks(job.suite, job.prompts, job.decoding.max_tokens, context)
@@ -176,7 +176,7 @@ def _find_misfits(run: RunState, error: Exception) -> str | None:
 
 
 @solver(name="eai_ask")
-def ask_open_questions(run: RunState) -> Solver:
+def ask_unanswered_questions(run: RunState) -> Solver:
     """Return a solver that asks a run's unanswered questions. The log gets the texts of the answers."""
     restrictions = cache(partial(_make_answer_restrictions, run.job))
 
@@ -348,7 +348,7 @@ async def _ask_within_limit(
                 return reply
             first_usage = reply.usage
         except Exception as error:
-            if not is_too_long(error):
+            if not is_prompt_too_long(error):
                 if not is_about_max_tokens(error):
                     raise
                 run.answer_limit = None
@@ -384,7 +384,7 @@ async def _ask_model(
 
 def is_refused_parameter(error: BaseException) -> bool:
     """Whether a server refused a request because of a parameter that it does not support."""
-    return find_http_status(error) in _REFUSED_PARAMETER_STATUSES and not is_too_long(error)
+    return find_http_status(error) in _REFUSED_PARAMETER_STATUSES and not is_prompt_too_long(error)
 
 
 async def _send_request(messages: list[ChatMessage], restrictions: GenerateConfig) -> _ModelReply:

@@ -50,13 +50,18 @@ from eai.results.epochs import ModelAnswers, PromptBeliefs, SuiteResult, find_ma
 from eai.results.record import Record
 from eai.results.responses import Response, ResponseFile
 from eai.results.trials import AnswerKey, TrialSet, open_trials
-from eai.run.acting import offer_task_tools, play_open_episodes, player, read_episode_text
+from eai.run.acting import offer_task_tools, play_missing_episodes, player, read_episode_text
 from eai.run.context import calls_server, require_server
 from eai.run.job import ERRATA, QuestionJob, is_built_in
 from eai.run.journal import AnswerJournal, ProgressWatch, RunState
-from eai.run.request_errors import limit_refused_tries
-from eai.run.scorer import EXPERIMENT, SCORERS, LoggedSamples, make_logged_record, make_score
-from eai.run.solver import ask_open_questions, ask_without_journal, drop_unreadable_usage, make_messages
+from eai.run.request_errors import limit_tries_of_refused_connections
+from eai.run.scorer import EXPERIMENT, SCORERS, LoggedSamples, make_record_of_logged_answer, make_score
+from eai.run.solver import (
+    ask_unanswered_questions,
+    ask_without_journal,
+    drop_unreadable_token_usage,
+    make_messages,
+)
 from eai.run.spec import find_study_of_option, read_spec
 from eai.studies.prompts.choice import make_prompts_experiment
 from eai.studies.variation import Endpoint, FirstStage
@@ -163,7 +168,7 @@ def register_suite_task(reference: str, ability: Ability) -> Callable[..., inspe
             asked = questions if tasks is None else _select_prompts(questions, tasks)
             about: Mapping[str, Mapping[str, str]] = {}
             solver = ask_without_journal(None)
-            stage = spec.variation.make_stage(library, {suite.domain: asked}, _refuse_to_ask_model)
+            stage = spec.variation.make_stage(library, {suite.domain: asked}, _raise_instead_of_asking_model)
             if takes_turns:
                 asked, about = make_prompts_and_metadata(spec.setting, asked, suite)
                 experiment, solver = Experiment(), player()
@@ -171,7 +176,7 @@ def register_suite_task(reference: str, ability: Ability) -> Callable[..., inspe
                 spec.variation.select_abilities([ability])
                 beliefs = None
                 if stage is not None:
-                    asked, beliefs = _run_first_stage(stage, asked, suite)
+                    asked, beliefs = _run_goal_or_scene_stage(stage, asked, suite)
                     about = beliefs.metadata
                 trials = make_trials(spec.variation.attempts, library, suite, asked, beliefs)
                 solver = ask_without_journal(trials)
@@ -246,25 +251,25 @@ def _sort_arguments_into_sections(
     return tables
 
 
-def _refuse_to_ask_model(*_: object, **__: object) -> SuiteResult:
+def _raise_instead_of_asking_model(*_: object, **__: object) -> SuiteResult:
     raise InputError(
         "goals: in Inspect, give answers from a file; only eai run asks the model for its own goals"
     )
 
 
-def _run_first_stage(
-    stage: FirstStage, asked: Mapping[str, Prompt], suite: Suite
+def _run_goal_or_scene_stage(
+    stage: FirstStage, asked_prompts: Mapping[str, Prompt], suite: Suite
 ) -> tuple[Mapping[str, Prompt], PromptBeliefs]:
     """Return questions that state results of an earlier stage (goals or scenes), and these results.
 
     Raises:
         InputError: a task has no result to state; a log would leave it out of all rates.
     """
-    prompts, beliefs = stage.make_prompts(Endpoint(""), asked, suite)
-    missing = len(asked) - len(prompts)
+    prompts, beliefs = stage.make_prompts(Endpoint(""), asked_prompts, suite)
+    missing = len(asked_prompts) - len(prompts)
     if missing:
         raise InputError(
-            f"{missing} of {len(asked)} tasks cannot be asked: {beliefs.missing_reason}; "
+            f"{missing} of {len(asked_prompts)} tasks cannot be asked: {beliefs.missing_reason}; "
             "leave them out with -T tasks=, or use eai run, which counts them as failed"
         )
     return prompts, beliefs
@@ -398,7 +403,7 @@ def make_experiment_adder(path: Path, suite: Suite) -> Callable[[Record], Record
     logged_samples: LoggedSamples = {
         str(s.id): (s.metadata, s.epoch, _read_question(s)) for s in majority_samples
     }
-    return partial(make_logged_record, suite, experiment, logged_samples)
+    return partial(make_record_of_logged_answer, suite, experiment, logged_samples)
 
 
 def _read_question(sample: EvalSample) -> str:
@@ -473,9 +478,9 @@ def _build_job_task(job: QuestionJob, run: RunState) -> inspect_ai.Task:
     return build_task(
         job.suite,
         job.prompts,
-        play_open_episodes(run)
+        play_missing_episodes(run)
         if get_declaration(job.suite.ability).takes_turns
-        else ask_open_questions(run),
+        else ask_unanswered_questions(run),
         metadata={JOB: job.sha256, ANSWER_LIMIT: job.answer_limit},
         experiment=job.experiment,
         question_metadata=job.metadata,
@@ -519,7 +524,7 @@ def find_model(endpoint: Endpoint) -> Model:
     arguments: dict[str, Any] = dict(endpoint.arguments)
     try:
         model = get_model(endpoint.model, base_url=endpoint.base_url, **arguments)
-        return limit_refused_tries(drop_unreadable_usage(model))
+        return limit_tries_of_refused_connections(drop_unreadable_token_usage(model))
     except EaiError:
         raise
     except Exception as error:  # providers raise many kinds of errors

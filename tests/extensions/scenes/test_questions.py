@@ -23,7 +23,7 @@ from eai.benchmarks.suite import open_suite
 from eai.extensions.scenes.diagrams import draw_scene, make_words_for_picture_labels
 from eai.extensions.scenes.drawing import to_png
 from eai.run.registry import TASKS
-from eai.studies.perception.belief import open_scene_words
+from eai.studies.perception.belief import open_scene_graph_vocabulary
 from eai.tasks.source import Source
 from processes import eai as run_eai
 from run.server import Reply, serve
@@ -78,7 +78,7 @@ def test_a_server_is_sent_the_picture(scene: str, clutter: str, data_store: Stor
     task = find_benchmark("behavior").tasks_for(Ability.ACTION_SEQUENCING, Source(data_store))[JARS]
     benchmark = find_benchmark("behavior")
     drawn = to_png(draw_scene(task, make_words_for_picture_labels(benchmark), clutter)[0])
-    wording = open_scene_words(benchmark).wording
+    wording = open_scene_graph_vocabulary(benchmark).wording
     shown = ("--with", f"perception.scene={scene}", "--with", f"perception.clutter={clutter}")
     how = (*shown, "-M", "api_key=none", "--out", tmp_path)
     with serve(defaultdict(lambda: [Reply("[]")])) as served:
@@ -109,7 +109,9 @@ def test_a_task_shows_pictures(data_store: Store, scene: str, told: bool) -> Non
     assert isinstance(picture, ContentImage)
     assert picture.image.startswith("data:image/png;base64,")
     suite = open_suite("behavior", Ability.ACTION_SEQUENCING)
-    facts = open_scene_words(suite.benchmark).wording.describe_initial(suite.tasks[JARS]).splitlines()
+    facts = (
+        open_scene_graph_vocabulary(suite.benchmark).wording.describe_initial(suite.tasks[JARS]).splitlines()
+    )
     assert all((fact in sample.input[-1].text) is told for fact in facts)
 
 

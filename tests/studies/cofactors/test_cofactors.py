@@ -7,7 +7,7 @@ import pytest
 from eai.abilities.protocol import Ability
 from eai.results.lines import ALL_MODELS
 from eai.results.table import Cell, Estimate, Table
-from eai.studies.cofactors.study import make_bin_function, make_cofactor_tables
+from eai.studies.cofactors.study import make_bin_function, make_task_feature_tables
 from oracle import MODELS
 from studies.published import GPT_4O, tables
 
@@ -33,7 +33,9 @@ def by(
 
 @pytest.fixture(scope="module")
 def gpt_4o() -> dict[str, Table]:
-    found = make_cofactor_tables(tables("behavior", Ability.ACTION_SEQUENCING), width=10, measure="score")
+    found = make_task_feature_tables(
+        tables("behavior", Ability.ACTION_SEQUENCING), bin_width=10, measure="score"
+    )
     return {table.name: table for table in found}
 
 
@@ -80,7 +82,7 @@ def test_the_share_of_reached_goals_by_predicate_equals_the_papers(gpt_4o: dict[
 def test_the_number_of_objects_has_no_effect_beside_the_length_of_plans() -> None:
     """Without other features it lowers success; with length and other features it has no effect."""
     made = tables("behavior", Ability.ACTION_SEQUENCING, MODELS)
-    nine = make_cofactor_tables(made, width=10, measure="score")
+    nine = make_task_feature_tables(made, bin_width=10, measure="score")
     adjusted = {row[3]: row[4:6] for row in nine[0].rows}
     found = {
         str(feature): tuple(round(cell.value or 0, 2) for cell in cells if isinstance(cell, Estimate))

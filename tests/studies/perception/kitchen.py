@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import eai.world as w
 from eai import Benchmark, Task, given, make_task
-from eai.studies.perception.scene_graph import NamedFact, SceneGraph, SceneWords
+from eai.studies.perception.scene_graph import NamedFact, SceneGraph, SceneGraphVocabulary
 
 X, Y = w.Variable("x"), w.Variable("y")
 HOLDS, IN, ON, LIT = (
@@ -39,7 +39,7 @@ def kitchen_task() -> Task:
 
 
 KITCHEN = Benchmark("kitchen", DOMAIN, given(kitchen_task()))
-WORDS = SceneWords(KITCHEN.observation_wording())
+WORDS = SceneGraphVocabulary(KITCHEN.observation_wording())
 TRUTH = WORDS.make_true_graph(kitchen_task())
 
 

@@ -17,7 +17,7 @@ from eai.benchmarks.registry import find_benchmark
 from eai.benchmarks.suite import open_suite
 from eai.planning.planner import Planner
 from eai.planning.search import Limits
-from eai.studies.perception.belief import apply_scene_graphs, open_scene_words
+from eai.studies.perception.belief import apply_scene_graphs, open_scene_graph_vocabulary
 from eai.studies.perception.declaration import compute_perception_shares
 from eai.studies.perception.errors import find_perception_errors
 from eai.studies.perception.noise import PerceptionNoise, parse_noise, perceive_with_noise
@@ -107,7 +107,7 @@ def test_the_frequency_of_errors_equals_the_rate_of_the_noise(
 ) -> None:
     """Within three standard errors. A relation without another possible place is not counted."""
     benchmark, tasks = tasks_of(name, data_store, 2)
-    words, rate, made, possible = open_scene_words(benchmark), 0.15, 0, 0
+    words, rate, made, possible = open_scene_graph_vocabulary(benchmark), 0.15, 0, 0
     for task in tasks:
         graph = perceive_with_noise(task, words, parse_noise([f"{kind}={rate}", "seed=3"]))
         described, names = words.make_true_graph(task), words.list_object_names(task)
@@ -136,11 +136,11 @@ def test_noise_creates_no_circle_of_supports_and_names_no_undescribed_object(
     name: str, data_store: Store
 ) -> None:
     benchmark, tasks = tasks_of(name, data_store, 20 if name == "virtualhome" else 10)
-    words, planner = open_scene_words(benchmark), Planner(benchmark.domain)
+    words, planner = open_scene_graph_vocabulary(benchmark), Planner(benchmark.domain)
     for task in tasks:
         graph = perceive_with_noise(task, words, ALL_KINDS)
         supports = SupportRelation(
-            frozenset(words.find_written_name(each) for each in words.support_predicates)
+            frozenset(words.find_scene_graph_name(each) for each in words.support_predicates)
         )
         for fact in graph.facts:
             assert not supports.would_close_circle(fact)
@@ -155,7 +155,7 @@ def test_tasks_with_errata_are_corrected_once(data_store: Store) -> None:
     benchmark, tasks = tasks_of("behavior", data_store, 1)
     source, seen = (
         Source(data_store),
-        {task.id: open_scene_words(benchmark).make_true_graph(task) for task in tasks},
+        {task.id: open_scene_graph_vocabulary(benchmark).make_true_graph(task) for task in tasks},
     )
     for task_id, task in apply_scene_graphs(benchmark, seen).tasks(source).items():
         assert task.script == benchmark.tasks(source)[task_id].script
@@ -179,7 +179,7 @@ def test_success_falls_as_the_rate_of_noise_rises(name: str, kind: str, data_sto
     every, rates = CURVES[name]
     benchmark, tasks = tasks_of(name, data_store, every)
     suite = open_suite(benchmark, Ability.ACTION_SEQUENCING, source=Source(data_store))
-    words, planner = open_scene_words(benchmark), Planner(benchmark.domain)
+    words, planner = open_scene_graph_vocabulary(benchmark), Planner(benchmark.domain)
 
     def successes(rate: float) -> int:
         graphs = {

@@ -19,7 +19,7 @@ from eai.benchmarks.suite import Suite, open_suite
 from eai.extensions.scenes.diagrams import make_words_for_picture_labels
 from eai.extensions.scenes.tiles import make_tiles
 from eai.results.record import Record
-from eai.studies.perception.scene_graph import SceneWords
+from eai.studies.perception.scene_graph import SceneGraphVocabulary
 from eai.studies.report.explorer import SceneTile, TileScenes
 from eai.tasks.source import ErrataChoice, Source
 from eai.tasks.task import Task
@@ -104,7 +104,9 @@ def replay_steps(domain: Domain, initial: State, steps: Sequence[StepReport]) ->
     return states
 
 
-def _make_scene_tiles(task: Task, words: SceneWords, state: State, shown: Sequence[int]) -> list[SceneTile]:
+def _make_scene_tiles(
+    task: Task, words: SceneGraphVocabulary, state: State, shown: Sequence[int]
+) -> list[SceneTile]:
     agent = task.scene.agent
     graph = words.make_true_graph(replace(task, initial=state), shown)
     return make_tiles(graph, words, None if agent is None else words.list_object_names(task)[agent])

@@ -10,7 +10,7 @@ from eai.benchmarks.benchmark import Benchmark
 from eai.extensions.scenes.drawing import Drawing, draw_tiles, to_pillow_image, to_png
 from eai.extensions.scenes.tiles import make_tiles
 from eai.studies.perception.choice import Clutter
-from eai.studies.perception.scene_graph import SceneGraph, SceneWords
+from eai.studies.perception.scene_graph import SceneGraph, SceneGraphVocabulary
 from eai.studies.perception.scenes import choose_other_objects
 from eai.tasks.prompts.prompt import Image
 from eai.tasks.task import Task
@@ -23,14 +23,14 @@ MOST_HEIGHT = 1536
 """Maximum height of a picture with unrelated objects, in pixels. Models shrink higher pictures."""
 
 
-def make_words_for_picture_labels(benchmark: Benchmark) -> SceneWords:
+def make_words_for_picture_labels(benchmark: Benchmark) -> SceneGraphVocabulary:
     """Return the words for objects and relations in pictures: the words of observations, which name hands."""
-    return SceneWords(benchmark.observation_wording())
+    return SceneGraphVocabulary(benchmark.observation_wording())
 
 
 def draw_scene(
     task: Task,
-    words: SceneWords,
+    words: SceneGraphVocabulary,
     clutter: Clutter = "none",
     state: State | None = None,
     objects: Sequence[int] | None = None,
@@ -69,7 +69,7 @@ def draw_task_images(
     return {i: (Image(*draw_task_image(task, words, clutter)),) for i, task in tasks.items()}
 
 
-def draw_task_image(task: Task, words: SceneWords, clutter: Clutter = "none") -> tuple[str, bytes]:
+def draw_task_image(task: Task, words: SceneGraphVocabulary, clutter: Clutter = "none") -> tuple[str, bytes]:
     """Return the media type and the bytes of a diagram of the initial state of a task.
 
     Raises:

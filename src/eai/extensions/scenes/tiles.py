@@ -9,7 +9,7 @@ from __future__ import annotations
 from collections.abc import Iterator, Sequence
 
 from eai.base.grouping import group_pairs
-from eai.studies.perception.scene_graph import NamedFact, SceneGraph, SceneWords, SupportRelation
+from eai.studies.perception.scene_graph import NamedFact, SceneGraph, SceneGraphVocabulary, SupportRelation
 from eai.studies.report.explorer import SceneTile
 
 BOTH_WAYS, ONE_WAY = "\N{LEFT RIGHT ARROW}", "\N{RIGHTWARDS ARROW}"
@@ -20,7 +20,7 @@ HANDS = "(hands)"
 
 
 def make_tiles(
-    graph: SceneGraph, words: SceneWords, agent: str | None, others: Sequence[str] = ()
+    graph: SceneGraph, words: SceneGraphVocabulary, agent: str | None, others: Sequence[str] = ()
 ) -> list[SceneTile]:
     """Return the outermost tiles of a scene graph. The tile of the agent comes first.
 
@@ -30,7 +30,7 @@ def make_tiles(
         agent: the name of the acting object, or None if no object acts.
         others: the names of objects that do not occur in the task.
     """
-    hands, doer = [words.find_written_name(name) for name in words.holding_predicates], agent or HANDS
+    hands, doer = [words.find_scene_graph_name(name) for name in words.holding_predicates], agent or HANDS
     tiles: dict[str, SceneTile] = {}
     if hands or doer in graph.names:
         tiles[doer] = SceneTile(doer, "agent", zones={hand: [] for hand in hands})
@@ -52,13 +52,13 @@ def make_tiles(
 
 
 def _map_objects_to_placing_facts(
-    graph: SceneGraph, words: SceneWords, agent: str | None, hands: Sequence[str]
+    graph: SceneGraph, words: SceneGraphVocabulary, agent: str | None, hands: Sequence[str]
 ) -> dict[str, NamedFact]:
     """Return a mapping from each object to the fact that places it in another object or in a hand.
 
     If several facts place an object, the mapping has the fact with the innermost place.
     """
-    names = {words.find_written_name(name) for name in words.support_predicates}
+    names = {words.find_scene_graph_name(name) for name in words.support_predicates}
     below = group_pairs((fact.arguments[0], fact) for fact in graph.facts if fact.predicate in names)
     depths = {name: _compute_nesting_depth(name, below, frozenset()) for name in graph.names}
     circles = SupportRelation(frozenset(names))

@@ -55,7 +55,7 @@ _NOT_FAILED = (AnswerOutcome.SUCCESS, AnswerOutcome.EXCLUDED, AnswerOutcome.NOT_
 
 
 @dataclass(frozen=True, slots=True)
-class _AttemptsArm:
+class _RunsWithSameAttemptOptions:
     """An arm of the study: one way to ask again after failures, with a run for each seed.
 
     Seeds decide which actions fail at random.
@@ -90,9 +90,11 @@ class _AttemptsArm:
             replace(self.attempt_options, feedback="none", form="prompt").experiment
         )
 
-    def list_records(self, attempts: int) -> list[Record]:
+    def list_records_up_to_attempt(self, max_attempts: int) -> list[Record]:
         """Return the records of all seeds, as if only the given number of attempts had been allowed."""
-        return [drop_later_attempts(record, attempts) for records in self.runs.values() for record in records]
+        return [
+            drop_later_attempts(record, max_attempts) for records in self.runs.values() for record in records
+        ]
 
     def make_cases(self, metric: str, attempts: int) -> list[RateCase]:
         """Return each task's contribution to a metric after a number of attempts, for all seeds in order."""
@@ -108,7 +110,7 @@ def _make_cases_after_attempts(records: Sequence[Record], metric: str, attempts:
     return make_cases_by_metric(stopped, stopped[0].ability).get(metric, [])
 
 
-def group_arms(runs: Sequence[Sequence[Record]]) -> list[_AttemptsArm]:
+def group_runs_by_attempt_options(runs: Sequence[Sequence[Record]]) -> list[_RunsWithSameAttemptOptions]:
     """Return the arms of one model and suite: runs grouped by their way to ask again after failures.
 
     Arms without feedback come first. Runs without further attempts are left out.
@@ -123,7 +125,7 @@ def group_arms(runs: Sequence[Sequence[Record]]) -> list[_AttemptsArm]:
         and (options := AttemptOptions.from_experiment(experiment)) is not None
     )
     arms = [
-        _AttemptsArm(experiment, dict(sorted(by_seed, key=lambda pair: str(pair[0]))))
+        _RunsWithSameAttemptOptions(experiment, dict(sorted(by_seed, key=lambda pair: str(pair[0]))))
         for experiment, by_seed in by_experiment.items()
     ]
     order = [*get_args(FeedbackLevel)]
@@ -132,12 +134,12 @@ def group_arms(runs: Sequence[Sequence[Record]]) -> list[_AttemptsArm]:
     )
 
 
-def make_replanning_tables(arms: Sequence[_AttemptsArm]) -> list[Table]:
+def make_replanning_tables(arms: Sequence[_RunsWithSameAttemptOptions]) -> list[Table]:
     """Return the tables that compare arms (ways to ask again after failures)."""
     return [_make_attempts_table(arms), _make_feedback_table(arms), _make_outcomes_table(arms)]
 
 
-def write_remarks(arms: Sequence[_AttemptsArm]) -> list[str]:
+def write_remarks(arms: Sequence[_RunsWithSameAttemptOptions]) -> list[str]:
     """Return remarks for readers: which arms have no control arm, and which have runs of only one seed."""
     experiments = {arm.experiment for arm in arms}
     lone_arms = [
@@ -158,7 +160,7 @@ def write_remarks(arms: Sequence[_AttemptsArm]) -> list[str]:
     return texts
 
 
-def estimate_success_by_attempt(arm: _AttemptsArm) -> list[Estimate]:
+def estimate_success_by_attempt(arm: _RunsWithSameAttemptOptions) -> list[Estimate]:
     """Return the success rate after at most 1, 2, ... attempts at each task."""
     return [Estimate.from_cases(arm.make_cases(SUCCESS, number)) for number in range(1, arm.max_attempts + 1)]
 
@@ -171,7 +173,7 @@ def estimate_success_by_attempt(arm: _AttemptsArm) -> list[Estimate]:
         *("slip", "attempts used", "tokens"),
     ),
 )
-def _make_attempts_table(arms: Sequence[_AttemptsArm]) -> Iterator[Row]:
+def _make_attempts_table(arms: Sequence[_RunsWithSameAttemptOptions]) -> Iterator[Row]:
     """By the number of attempts.
 
     The result of each arm after a number of attempts, in percent, with 95 % intervals whose units are names
@@ -180,7 +182,9 @@ def _make_attempts_table(arms: Sequence[_AttemptsArm]) -> Iterator[Row]:
     tokens are means per task, up to that attempt.
     """
     for arm, number in ((item, number) for item in arms for number in range(1, item.max_attempts + 1)):
-        records = [record for record in arm.list_records(number) if record.verdict.excluded is None]
+        records = [
+            record for record in arm.list_records_up_to_attempt(number) if record.verdict.excluded is None
+        ]
         slipped = [r.verdict.error is not None and r.verdict.error.kind is FaultKind.SLIP for r in records]
         cases = [arm.make_cases(metric, number) for metric in _ERRORS]
         errors = [compute_rate(case.share for case in of_kind).percent for of_kind in cases]
@@ -206,7 +210,7 @@ def _make_attempts_table(arms: Sequence[_AttemptsArm]) -> Iterator[Row]:
     ("arm", "attempts", "told nothing", "with feedback", "difference"),
     title="What feedback is worth",
 )
-def _make_feedback_table(arms: Sequence[_AttemptsArm]) -> Iterator[Row]:
+def _make_feedback_table(arms: Sequence[_RunsWithSameAttemptOptions]) -> Iterator[Row]:
     """Each arm with feedback beside the one without.
 
     Task success of the resampling arm, which gets no feedback, and of an arm with feedback, after as many
@@ -233,7 +237,7 @@ def _make_feedback_table(arms: Sequence[_AttemptsArm]) -> Iterator[Row]:
     ("arm", "first answer", "tasks", "mended", "same", "another"),
     title="What became of first answers that failed",
 )
-def _make_outcomes_table(arms: Sequence[_AttemptsArm]) -> Iterator[Row]:
+def _make_outcomes_table(arms: Sequence[_RunsWithSameAttemptOptions]) -> Iterator[Row]:
     """The outcomes of tasks by that of the first answer.
 
     Tasks by the error of their first answer: percentage solved in the end, number that ended with the same
@@ -243,7 +247,7 @@ def _make_outcomes_table(arms: Sequence[_AttemptsArm]) -> Iterator[Row]:
     for arm in arms:
         by_kind = group_pairs(
             (find_answer_outcome(drop_later_attempts(record, 1)), record)
-            for record in arm.list_records(arm.max_attempts)
+            for record in arm.list_records_up_to_attempt(arm.max_attempts)
         )
         for kind in [kind for kind in AnswerOutcome if kind in by_kind and kind not in _NOT_FAILED]:
             ended = Counter(find_answer_outcome(record) for record in by_kind[kind])
@@ -255,7 +259,7 @@ def _make_outcomes_table(arms: Sequence[_AttemptsArm]) -> Iterator[Row]:
 
 
 def _pair_cases(
-    control: _AttemptsArm, arm: _AttemptsArm, attempts: int
+    control: _RunsWithSameAttemptOptions, arm: _RunsWithSameAttemptOptions, attempts: int
 ) -> tuple[list[RateCase], list[RateCase]]:
     """Return the results of two arms on the tasks and seeds that both arms have, as two lists."""
     pairs: list[tuple[RateCase, RateCase]] = []
@@ -372,7 +376,7 @@ class _ReplanningOptions(VariationOptions):
         return None if self.attempts is None else self.attempts.experiment.study[study]
 
 
-class _ReplanningChoices(Options):
+class _AttemptCountingOptions(Options):
     """How attempts are counted.
 
     Attributes:
@@ -382,7 +386,7 @@ class _ReplanningChoices(Options):
     published_counts: bool = False
 
 
-def _analyze_attempts(records: StudyRecords, chosen: _ReplanningChoices) -> Iterator[Analysis]:
+def _analyze_attempts(records: StudyRecords, chosen: _AttemptCountingOptions) -> Iterator[Analysis]:
     """Compare runs of one model, domain, ability and protocol.
 
     They are the runs with feedback, and the run with attempts.feedback=none that shows the gain of feedback.
@@ -403,7 +407,7 @@ def _analyze_attempts(records: StudyRecords, chosen: _ReplanningChoices) -> Iter
         key = group[0].key
         place = f"{key.domain}-{key.protocol.value}-{to_file_name(key.model)}"
         counted = map(recount_errors_as_in_paper, group) if chosen.published_counts else group
-        arms = group_arms([run.records for run in counted])
+        arms = group_runs_by_attempt_options([run.records for run in counted])
         made, notes = _make_tables(arms, key)
         first = replace(made[0], title=f"{key.model}, {key.domain}, protocol {key.protocol.value}")
         yield Analysis(
@@ -415,7 +419,7 @@ def _analyze_attempts(records: StudyRecords, chosen: _ReplanningChoices) -> Iter
         )
 
 
-def _make_tables(arms: Sequence[_AttemptsArm], key: RunKey) -> tuple[list[Table], list[str]]:
+def _make_tables(arms: Sequence[_RunsWithSameAttemptOptions], key: RunKey) -> tuple[list[Table], list[str]]:
     """Return all tables and remarks, with the paper's table if it has figures of the domain."""
     papers = [
         paper for paper in map(read_paper_table, _PAPER) if any(c.domain == key.domain for c in paper.columns)
@@ -427,7 +431,7 @@ def _make_tables(arms: Sequence[_AttemptsArm], key: RunKey) -> tuple[list[Table]
     )
 
 
-def _draw_figures(arms: Sequence[_AttemptsArm], key: RunKey) -> Figures:
+def _draw_figures(arms: Sequence[_RunsWithSameAttemptOptions], key: RunKey) -> Figures:
     yield add_run_title(key, "success_by_attempt", draw_success_by_attempt(arms))
 
 
@@ -453,7 +457,7 @@ _ARM_DISTANCE = 0.05
 """Horizontal distance between the points of two arms, in attempts, so that intervals do not overlap."""
 
 
-def draw_success_by_attempt(arms: Sequence[_AttemptsArm]) -> Figure | None:
+def draw_success_by_attempt(arms: Sequence[_RunsWithSameAttemptOptions]) -> Figure | None:
     """Draw success by attempt with its 95 % intervals; return None if no task had a second attempt."""
     shown = [arm for arm in arms if arm.max_attempts > 1]
     if not shown:
@@ -479,6 +483,6 @@ REPLANNING = Study(
     "Replanning and actions that fail (action sequencing).",
     _ReplanningOptions,
     section="attempts",
-    choices=_ReplanningChoices,
+    choices=_AttemptCountingOptions,
     analyze=_analyze_attempts,
 )

@@ -68,11 +68,11 @@ def compute_rank_correlation(
     return Estimate(value, math.tanh(middle - half), math.tanh(middle + half))
 
 
-def _compute_pearson_correlation(sums: NDArray[np.float64]) -> NDArray[np.float64]:
+def _compute_pearson_correlation(sums_n_x_y_xx_yy_xy: NDArray[np.float64]) -> NDArray[np.float64]:
     """Return the correlation for each row of sums (n, x, y, xx, yy, xy); NaN if x or y is constant."""
     import numpy as np
 
-    n, x, y, xx, yy, xy = sums.T
+    n, x, y, xx, yy, xy = sums_n_x_y_xx_yy_xy.T
     with np.errstate(divide="ignore", invalid="ignore"):
         correlations: NDArray[np.float64] = (n * xy - x * y) / np.sqrt((n * xx - x * x) * (n * yy - y * y))
     return correlations

@@ -93,12 +93,12 @@ REGRESSION_COLUMNS: Mapping[str, Callable[[AnswerLine], float | None]] = {
 """Mapping from the columns of the regression to functions that compute a column's value for an answer."""
 
 
-def make_cofactor_tables(tables: TidyTables, *, width: int, measure: AnswerMeasure) -> list[Table]:
+def make_task_feature_tables(tables: TidyTables, *, bin_width: int, measure: AnswerMeasure) -> list[Table]:
     """Return the tables that compare scores with features of tasks.
 
     Args:
         tables: the tidy tables.
-        width: width of a bin of annotated plans, in steps; the paper uses 10.
+        bin_width: width of a bin of annotated plans, in steps; the paper uses 10.
         measure: the score that is compared with features.
     """
     suites, share_of = group_by_suite(tables.answers), MEASURES[measure]
@@ -107,9 +107,9 @@ def make_cofactor_tables(tables: TidyTables, *, width: int, measure: AnswerMeasu
         for suite, answers in suites.items()
     }
     return [
-        _make_effects_table(suites),
+        _make_feature_effects_table(suites),
         _make_correlations_table(judged, share_of),
-        _make_score_curves(judged, share_of, width),
+        _make_score_curves(judged, share_of, bin_width),
         _make_actions_table(tables.steps),
         _make_predicates_table(tables.goals),
     ]
@@ -157,13 +157,15 @@ def _make_score_curves(
                 for model, lines in models.items():
                     pairs = [(value, a) for a in lines if (value := getattr(a, feature)) is not None]
                     binned = group_pairs((bin_of(value), make_case(a, share_of(a))) for value, a in pairs)
-                    yield from [(*suite, model, feature, *row) for row in _make_curve_rows(binned, few)]
+                    yield from [(*suite, model, feature, *row) for row in _make_score_curve_rows(binned, few)]
 
 
-def _make_curve_rows(binned: Mapping[tuple[int, int], Sequence[RateCase]], few: int) -> Iterator[Row]:
-    for (low, high), cases in sorted(binned.items()):
+def _make_score_curve_rows(
+    cases_by_bin: Mapping[tuple[int, int], Sequence[RateCase]], few_tasks: int
+) -> Iterator[Row]:
+    for (low, high), cases in sorted(cases_by_bin.items()):
         tasks = len({case.task for case in cases})
-        yield low, high, Estimate.from_cases(cases), tasks, tasks < few
+        yield low, high, Estimate.from_cases(cases), tasks, tasks < few_tasks
 
 
 @make_table("correlations", (*SUITE, MODEL, "feature", "rho", "tasks"))
@@ -192,7 +194,7 @@ def _compute_correlation_rows(answers: Iterable[AnswerLine], share_of: _ShareOf)
 
 
 @make_table("adjusted", (*SUITE, "feature", "alone", "together", "answers", "names"))
-def _make_effects_table(suites: _AnswersBySuite) -> Iterator[Row]:
+def _make_feature_effects_table(suites: _AnswersBySuite) -> Iterator[Row]:
     """Adjusted effects.
 
     Log odds of success per standard deviation of a feature among tasks, in a logistic regression with an
@@ -201,10 +203,10 @@ def _make_effects_table(suites: _AnswersBySuite) -> Iterator[Row]:
     """
     for suite, answers in suites.items():
         judged = [answer for answer in answers if answer.success is not None]
-        yield from [(*suite, *row) for row in fit_effects(judged)]
+        yield from [(*suite, *row) for row in fit_feature_effects_on_success(judged)]
 
 
-def fit_effects(answers: Sequence[AnswerLine]) -> Iterator[Row]:
+def fit_feature_effects_on_success(answers: Sequence[AnswerLine]) -> Iterator[Row]:
     """Yield the effect of each varying column on success: alone, and together with all other columns.
 
     Each row has the column's name, both effects, and the numbers of answers and of names of tasks.
@@ -212,7 +214,7 @@ def fit_effects(answers: Sequence[AnswerLine]) -> Iterator[Row]:
     import numpy as np
 
     complete = [a for a in answers if all(value(a) is not None for value in REGRESSION_COLUMNS.values())]
-    models = _select_informative_models(complete)
+    models = _select_models_with_both_outcomes(complete)
     rows = [answer for answer in complete if answer.agent in models]
     if not rows:
         return
@@ -233,7 +235,7 @@ def fit_effects(answers: Sequence[AnswerLine]) -> Iterator[Row]:
         yield name, alone[0], whole[number], len(rows), len(set(clusters))
 
 
-def _select_informative_models(answers: Iterable[AnswerLine]) -> list[str]:
+def _select_models_with_both_outcomes(answers: Iterable[AnswerLine]) -> list[str]:
     """Return the models that succeed in some tasks and fail in others."""
     outcomes = group_pairs((answer.agent, bool(answer.success)) for answer in answers)
     return [model for model, results in outcomes.items() if len({*results}) == 2]
@@ -263,20 +265,20 @@ def _make_predicates_table(goals: Sequence[GoalLine]) -> Iterator[Row]:
 
 
 def _compute_success_rates(
-    lines: Sequence[TidyTableLine], names_of: Callable[..., tuple[str, ...]], counts: Callable[..., bool]
+    lines: Sequence[TidyTableLine], get_names: Callable[..., tuple[str, ...]], is_success: Callable[..., bool]
 ) -> Iterator[Row]:
     """Yield the share of table lines with a success, for each suite, model, and action or predicate."""
     for key, of_run in group_by_run(lines):
         cases = group_pairs(
-            (name, make_case(line, make_share_of_one(counts(line))))
+            (name, make_case(line, make_share_of_one(is_success(line))))
             for line in of_run
-            for name in names_of(line)
+            for name in get_names(line)
         )
         for name, of_name in sorted(cases.items()):
             yield (*key, name, Estimate.from_cases(of_name), len({case.task for case in of_name}))
 
 
-class _CofactorChoices(Options):
+class _TaskFeatureOptions(Options):
     """How success is compared with features of tasks.
 
     Attributes:
@@ -288,8 +290,10 @@ class _CofactorChoices(Options):
     measure: AnswerMeasure = "score"
 
 
-def _analyze_cofactors(records: StudyRecords, chosen: _CofactorChoices) -> Iterator[Analysis]:
-    tables = make_cofactor_tables(records.make_plain_tables(), width=chosen.bins, measure=chosen.measure)
+def _analyze_task_features(records: StudyRecords, chosen: _TaskFeatureOptions) -> Iterator[Analysis]:
+    tables = make_task_feature_tables(
+        records.make_plain_tables(), bin_width=chosen.bins, measure=chosen.measure
+    )
     yield Analysis(tables, _draw_figures(tables, chosen.measure))
 
 
@@ -396,7 +400,7 @@ def draw_feature_effects(rows: Sequence[Mapping[str, Cell]]) -> Figure | None:
 COFACTORS = Study(
     "cofactors",
     "Success against what tasks are like, and what is left of each feature beside the others.",
-    choices=_CofactorChoices,
-    analyze=_analyze_cofactors,
+    choices=_TaskFeatureOptions,
+    analyze=_analyze_task_features,
     included_in_all=True,
 )

@@ -36,7 +36,7 @@ _MIN_NAMED_PERCENT = 0.3
 
 
 @make_table("overview", ("protocol", "domain", "ability", "outcome", "answers", "with_additional_steps"))
-def make_flow_table(answers: Sequence[AnswerLine]) -> Iterator[Row]:
+def make_outcome_counts_table(answers: Sequence[AnswerLine]) -> Iterator[Row]:
     """From abilities and worlds to outcomes.
 
     Numbers of answers of all models by outcome. `with_additional_steps`: answers among them with at least one
@@ -84,7 +84,7 @@ def _read_count(cell: object) -> int:
 
 
 def _draw_flow_of_protocol(
-    counts: Mapping[tuple[_WorldAbility, str], int], needless: Mapping[str, int], protocol: str
+    counts: Mapping[tuple[_WorldAbility, str], int], with_extra_steps: Mapping[str, int], protocol: str
 ) -> Figure:
     """Draw suites as bars on the left, outcomes as bars on the right, and bands of answers between them."""
     total = sum(counts.values())
@@ -107,7 +107,7 @@ def _draw_flow_of_protocol(
         panel.fill_between([-_WIDTH, 0], bar.top - bar.height, bar.top, facecolor=SOFT, linewidth=0)
         text = f"{get_title(domain)}, {get_display_name(ability).lower()} {bar.height:.1f}"
         panel.text(-_WIDTH - 0.03, bar.middle, text, fontsize=6.5, ha="right", va="center", color=INK)
-    _draw_outcome_bars(panel, right, {name: 100 * needless[name] / total for name in outcomes})
+    _draw_outcome_bars(panel, right, {name: 100 * with_extra_steps[name] / total for name in outcomes})
     panel.set_xlim(-1.0, 2.2)
     return figure
 
@@ -138,7 +138,9 @@ def _draw_bands(
                 draw_flow_band(panel, 0, band, _choose_outcome_color(outcome), alpha=0.55)
 
 
-def _draw_outcome_bars(panel: Axes, bars: Mapping[str, _FlowBar], needless: Mapping[str, float]) -> None:
+def _draw_outcome_bars(
+    panel: Axes, bars: Mapping[str, _FlowBar], with_extra_steps: Mapping[str, float]
+) -> None:
     """Draw the bars of outcomes with their names. The hatched share has answers with needless steps."""
     text_top = math.inf
     for outcome, bar in bars.items():
@@ -149,7 +151,7 @@ def _draw_outcome_bars(panel: Axes, bars: Mapping[str, _FlowBar], needless: Mapp
             facecolor=_choose_outcome_color(outcome),
             linewidth=0,
         )
-        low, hatched = bar.top - bar.height, needless[outcome]
+        low, hatched = bar.top - bar.height, with_extra_steps[outcome]
         if hatched:
             panel.fill_between(
                 *([1, 1 + _WIDTH], low, low + hatched),

@@ -42,7 +42,7 @@ from eai.results.plots import (
     read_estimate,
 )
 from eai.results.table import Cell, Estimate, Label, Row, Table, make_table
-from eai.studies.errors.overview import draw_flows, make_flow_table
+from eai.studies.errors.overview import draw_flows, make_outcome_counts_table
 from eai.studies.records import StudyRecords
 from eai.studies.study import Analysis, Figures, Study, add_suite_title
 from eai.tasks.options import Options
@@ -64,7 +64,7 @@ _KINDS = ("state", "relation", "action")
 _VERDICTS = ("matched", "additional", "missing")
 
 
-class _ErrorLeaf(NamedTuple):
+class _ErrorCategory(NamedTuple):
     """A leaf of the taxonomy: the stage at which an answer fails, the kind of error, and a detail."""
 
     stage: str
@@ -72,22 +72,22 @@ class _ErrorLeaf(NamedTuple):
     detail: str = ""
 
 
-def find_error_leaf(answer: AnswerLine) -> _ErrorLeaf:
+def find_error_category(answer: AnswerLine) -> _ErrorCategory:
     """Return the leaf of the taxonomy to which an answer belongs. Each answer has exactly one leaf."""
     match AnswerOutcome(answer.outcome):
         case AnswerOutcome.PARSING:
-            return _ErrorLeaf("grammar", answer.outcome, answer.error_check or "")
+            return _ErrorCategory("grammar", answer.outcome, answer.error_check or "")
         case AnswerOutcome.ARGUMENT_NUMBER:
-            return _ErrorLeaf("grammar", answer.outcome)
+            return _ErrorCategory("grammar", answer.outcome)
         case AnswerOutcome.HALLUCINATION:
             unknown = (answer.error_check or "").removeprefix("unknown_")
-            return _ErrorLeaf("grammar", answer.outcome, unknown)
+            return _ErrorCategory("grammar", answer.outcome, unknown)
         case AnswerOutcome.GOAL_MISSED if answer.executable:
-            return _ErrorLeaf("goal", answer.outcome, "+".join(_list_unmet_goal_kinds(answer)))
+            return _ErrorCategory("goal", answer.outcome, "+".join(_list_unmet_goal_kinds(answer)))
         case _ if answer.outcome in RUNTIME:
-            return _ErrorLeaf("runtime", answer.outcome)
+            return _ErrorCategory("runtime", answer.outcome)
         case _:
-            return _ErrorLeaf(answer.outcome)
+            return _ErrorCategory(answer.outcome)
 
 
 def _list_unmet_goal_kinds(answer: AnswerLine) -> Iterator[str]:
@@ -121,11 +121,11 @@ def make_error_tables(
         _make_predicates_table(clauses),
         _make_examples_table(counted, examples, explorer),
         _make_errors_table(counted),
-        make_flow_table(counted),
+        make_outcome_counts_table(counted),
     ]
 
 
-@make_table("leaves", (*SUITE, MODEL, *_ErrorLeaf._fields, "answers"))
+@make_table("leaves", (*SUITE, MODEL, *_ErrorCategory._fields, "answers"))
 def _make_outcomes_table(answers: Sequence[AnswerLine]) -> Iterator[Row]:
     """Outcomes of answers.
 
@@ -134,16 +134,16 @@ def _make_outcomes_table(answers: Sequence[AnswerLine]) -> Iterator[Row]:
     reached.
     """
     for suite, of_suite in group_by_suite(answers).items():
-        leaves = sorted({find_error_leaf(answer) for answer in of_suite}, key=_make_leaf_sort_key)
+        leaves = sorted({find_error_category(answer) for answer in of_suite}, key=_make_leaf_sort_key)
         for model, lines in group_by_model(of_suite).items():
-            shares = estimate_share_of_each_kind(lines, [find_error_leaf(line) for line in lines], leaves)
+            shares = estimate_share_of_each_kind(lines, [find_error_category(line) for line in lines], leaves)
             yield from [(*suite, model, *leaf, share) for leaf, share in shares]
 
 
 _STAGES = ("success", "partly_right", "goal", "goal_missed", "grammar", "runtime")
 
 
-def _make_leaf_sort_key(leaf: _ErrorLeaf) -> tuple[int, _ErrorLeaf]:
+def _make_leaf_sort_key(leaf: _ErrorCategory) -> tuple[int, _ErrorCategory]:
     return (_STAGES.index(leaf.stage) if leaf.stage in _STAGES else len(_STAGES), leaf)
 
 
@@ -190,10 +190,10 @@ def _make_clauses_table(clauses: Sequence[OperatorClauseLine]) -> Iterator[Row]:
         )
         for side_and_category, of_group in sorted(groups.items()):
             counts = [sum(line.verdict == verdict for line in of_group) for verdict in _VERDICTS]
-            yield (*key, *side_and_category, *counts, _estimate_ratio_to_gold(of_group))
+            yield (*key, *side_and_category, *counts, _estimate_clause_count_ratio_to_gold(of_group))
 
 
-def _estimate_ratio_to_gold(lines: Iterable[OperatorClauseLine]) -> Estimate:
+def _estimate_clause_count_ratio_to_gold(lines: Iterable[OperatorClauseLine]) -> Estimate:
     """Return the number of clauses in answers, in percent of the number in the data set's operators."""
     by_task = group_pairs(((line.task, line.name), line.verdict) for line in lines)
     cases = []
@@ -217,14 +217,14 @@ def _make_predicates_table(clauses: Sequence[OperatorClauseLine]) -> Iterator[Ro
         yield from [(*key, *cells, count) for cells, count in ordered]
 
 
-@make_table("examples", (*SUITE, *_ErrorLeaf._fields, "answered_by", "task", "check", "objects"))
+@make_table("examples", (*SUITE, *_ErrorCategory._fields, "answered_by", "task", "check", "objects"))
 def _make_examples_table(answers: Sequence[AnswerLine], number: int, explorer: str | None) -> Iterator[Row]:
     """Examples.
 
     The first answers at each leaf, in the order of the records; `eai explain` tells each step by step.
     """
     for suite, of_suite in group_by_suite(answers).items():
-        by_leaf = group_pairs((find_error_leaf(answer), answer) for answer in of_suite)
+        by_leaf = group_pairs((find_error_category(answer), answer) for answer in of_suite)
         for leaf in sorted(by_leaf, key=_make_leaf_sort_key):
             yield from [
                 (*suite, *leaf, a.agent, _link_task(a, explorer), a.error_check, a.error_objects)
@@ -242,7 +242,7 @@ def _link_task(answer: AnswerLine, explorer: str | None) -> Cell:
 
 @make_table(
     "errors",
-    (*SUITE, MODEL, "task", "name", *_ErrorLeaf._fields, "check", "objects", "step", "annotated_steps"),
+    (*SUITE, MODEL, "task", "name", *_ErrorCategory._fields, "check", "objects", "step", "annotated_steps"),
     max_shown_rows=0,
 )
 def _make_errors_table(answers: Sequence[AnswerLine]) -> Iterator[Row]:
@@ -255,7 +255,7 @@ def _make_errors_table(answers: Sequence[AnswerLine]) -> Iterator[Row]:
         if answer.error_kind is not None:
             key = (answer.protocol, answer.domain, answer.ability, answer.agent, answer.task, answer.name)
             of_error = (answer.error_check, answer.error_objects, answer.error_step)
-            yield (*key, *find_error_leaf(answer), *of_error, answer.annotated_steps)
+            yield (*key, *find_error_category(answer), *of_error, answer.annotated_steps)
 
 
 class _ErrorChoices(Options):
@@ -329,7 +329,7 @@ def draw_answer_outcomes(rows: Sequence[Mapping[str, Cell]]) -> Figure | None:
         rows: the rows of one suite in the table of leaves.
     """
     first = rows[0]["model"] if rows else None
-    cells = {_name_leaf(row): row["answers"] for row in rows if row["model"] == first}
+    cells = {_name_stage_and_error(row): row["answers"] for row in rows if row["model"] == first}
     shares = {leaf: read_estimate(cell) for leaf, cell in cells.items()}
     shares = {leaf: share for leaf, share in shares.items() if share > 0}
     if not shares:
@@ -363,7 +363,7 @@ def draw_answer_outcomes(rows: Sequence[Mapping[str, Cell]]) -> Figure | None:
     return figure
 
 
-def _name_leaf(row: Mapping[str, Cell]) -> tuple[str, str]:
+def _name_stage_and_error(row: Mapping[str, Cell]) -> tuple[str, str]:
     parts = [str(row[level]).replace("_", " ") for level in ("kind", "detail") if row[level]]
     return str(row["stage"]), ": ".join(parts)
 

@@ -38,7 +38,7 @@ def make_goal_tables(atoms: Sequence[AtomLine]) -> list[Table]:
     """Return the tables that compare the goals in answers with the goals of tasks."""
     return [
         _make_predicates_table(atoms),
-        _make_reasons_table(atoms),
+        _make_wrong_goal_reasons_table(atoms),
         _make_wrong_goals_table(atoms),
         _make_models_table(atoms),
     ]
@@ -75,7 +75,7 @@ def _make_goal_case(line: AtomLine) -> RateCase:
 
 
 @make_table("reasons", (*SUITE, MODEL, "reason", "share"))
-def _make_reasons_table(atoms: Sequence[AtomLine]) -> Iterator[Row]:
+def _make_wrong_goal_reasons_table(atoms: Sequence[AtomLine]) -> Iterator[Row]:
     """Where wrong goals come from.
 
     Wrong goals by the first of these reasons that fits, in percent of all wrong goals. unknown: the benchmark
@@ -118,12 +118,15 @@ def _make_models_table(atoms: Sequence[AtomLine]) -> Iterator[Row]:
     for suite, lines in group_by_suite(atoms).items():
         models = len({line.agent for line in lines})
         rows = sorted(
-            _count_models_by_goal(lines), key=lambda row: (-row[3] - row[4], row[3], row[0], row[1])
+            _count_models_right_wrong_missing_by_goal(lines),
+            key=lambda row: (-row[3] - row[4], row[3], row[0], row[1]),
         )
         yield from [(*suite, *row, models) for row in rows]
 
 
-def _count_models_by_goal(lines: Sequence[AtomLine]) -> Iterator[tuple[str, str, int, int, int]]:
+def _count_models_right_wrong_missing_by_goal(
+    lines: Sequence[AtomLine],
+) -> Iterator[tuple[str, str, int, int, int]]:
     """Yield each stated or missed goal: its task, and how many models state, make up or miss the goal."""
     by_goal = group_pairs(((line.task, line.atom), (line.verdict, line.agent)) for line in lines)
     for (task, goal), pairs in by_goal.items():

@@ -14,7 +14,7 @@ from dataclasses import replace
 from eai.abilities.protocol import Ability
 from eai.benchmarks.benchmark import Benchmark
 from eai.logic.traversal import find_object_names
-from eai.studies.perception.scene_graph import NamedFact, SceneGraph, SceneWords, SupportRelation
+from eai.studies.perception.scene_graph import NamedFact, SceneGraph, SceneGraphVocabulary, SupportRelation
 from eai.tasks.task import Task
 from eai.tasks.wording import list_objects_in_prompt
 from eai.world.state import Fact, Scene, State, WorldObject
@@ -25,9 +25,9 @@ UNSEEN = "(unseen)"
 _STEM = re.compile(r"[\W_]*\d*$")
 
 
-def open_scene_words(benchmark: Benchmark) -> SceneWords:
+def open_scene_graph_vocabulary(benchmark: Benchmark) -> SceneGraphVocabulary:
     """Return the names of predicates and objects in scene graphs, as in prompts that ask for plans."""
-    return SceneWords(benchmark.wording(Ability.ACTION_SEQUENCING))
+    return SceneGraphVocabulary(benchmark.wording(Ability.ACTION_SEQUENCING))
 
 
 def apply_scene_graphs(benchmark: Benchmark, graphs: Mapping[str, SceneGraph]) -> Benchmark:
@@ -35,9 +35,9 @@ def apply_scene_graphs(benchmark: Benchmark, graphs: Mapping[str, SceneGraph]) -
 
     Goals that name an object missing from the graph are left out, because no plan can reach them.
     """
-    words = open_scene_words(benchmark)
+    words = open_scene_graph_vocabulary(benchmark)
 
-    def apply_graph(task: Task) -> Task:
+    def apply_scene_graph_of_task(task: Task) -> Task:
         graph = graphs.get(task.id)
         if graph is None:
             return task
@@ -46,22 +46,24 @@ def apply_scene_graphs(benchmark: Benchmark, graphs: Mapping[str, SceneGraph]) -
         goals = [goal for goal in seen.goals if unseen.isdisjoint(find_object_names(goal.formula))]
         return replace(seen, goals=tuple(goals))
 
-    return benchmark.with_changed_tasks(apply_graph)
+    return benchmark.with_changed_tasks(apply_scene_graph_of_task)
 
 
-def apply_scene_graph(task: Task, words: SceneWords, graph: SceneGraph) -> Task:
+def apply_scene_graph(task: Task, words: SceneGraphVocabulary, graph: SceneGraph) -> Task:
     """Return the task with the scene that a scene graph describes."""
     described = words.make_true_graph(task)
     if set(graph.facts) == set(described.facts) and set(graph.names) == set(described.objects):
         return task
     believer = _PerceivedScene(task, words, graph)
-    return replace(task, initial=believer.make_state(described), relevant=believer.list_relevant_objects())
+    return replace(
+        task, initial=believer.make_state(described), relevant=believer.list_relevant_object_indices()
+    )
 
 
 class _PerceivedScene:
     """The scene of a task as one scene graph describes it."""
 
-    def __init__(self, task: Task, words: SceneWords, graph: SceneGraph) -> None:
+    def __init__(self, task: Task, words: SceneGraphVocabulary, graph: SceneGraph) -> None:
         self._task = task
         self._words = words
         self._graph = graph
@@ -74,21 +76,21 @@ class _PerceivedScene:
         agent = task.scene.agent
         self._unseen = {i for i in task.relevant if names[i] not in graph.names and i != agent}
 
-    def list_relevant_objects(self) -> tuple[int, ...]:
+    def list_relevant_object_indices(self) -> tuple[int, ...]:
         seen = [index for index in self._task.relevant if index not in self._unseen]
         return (*seen, *range(len(self._task.scene.objects), len(self._index)))
 
     def make_state(self, described: SceneGraph) -> State:
         index, seen = self._index, set(self._graph.facts)
         undescribed = set(self._task.initial.facts()) - {
-            self._to_stored_fact(fact) for fact in described.facts
+            self._convert_to_fact_of_state(fact) for fact in described.facts
         }
         kept = [fact for fact in self._task.initial.facts() if fact in undescribed]
         first = [fact for fact in described.facts if fact in seen]
         further = [fact for fact in self._graph.facts if fact not in set(first)]
         perceived = [
-            self._to_stored_fact(fact)
-            for fact in self._select_possible_facts([*first, *further], set(described.facts))
+            self._convert_to_fact_of_state(fact)
+            for fact in self._select_jointly_possible_facts([*first, *further], set(described.facts))
         ]
         static = {item.name for item in self._task.scene.vocabulary.predicates if item.static}
         copied = [
@@ -99,7 +101,7 @@ class _PerceivedScene:
         ]
         return self._make_scene().state([*kept, *perceived, *copied])
 
-    def _select_possible_facts(
+    def _select_jointly_possible_facts(
         self, facts: Sequence[NamedFact], described: set[NamedFact]
     ) -> Iterator[NamedFact]:
         """Yield the facts of a list that can all be true in one state.
@@ -109,12 +111,14 @@ class _PerceivedScene:
         """
         words = self._words
         forms = {item.name for item in self._task.scene.vocabulary.predicates if item.single}
-        single = {words.find_written_name(name) for name, form in words.stored_forms.items() if form in forms}
+        single = {
+            words.find_scene_graph_name(name) for name, form in words.stored_forms.items() if form in forms
+        }
         supports = SupportRelation(
-            frozenset(words.find_written_name(name) for name in words.support_predicates)
+            frozenset(words.find_scene_graph_name(name) for name in words.support_predicates)
         )
         for fact in facts:
-            if words.predicates[fact.predicate] not in words.stored_forms:
+            if words.predicate_by_scene_graph_name[fact.predicate] not in words.stored_forms:
                 continue
             if fact not in described and fact.predicate in single and supports.would_support_twice(fact):
                 continue
@@ -122,8 +126,8 @@ class _PerceivedScene:
                 supports.add_fact(fact)
                 yield fact
 
-    def _to_stored_fact(self, fact: NamedFact) -> Fact:
-        form = self._words.stored_forms[self._words.predicates[fact.predicate]]
+    def _convert_to_fact_of_state(self, fact: NamedFact) -> Fact:
+        form = self._words.stored_forms[self._words.predicate_by_scene_graph_name[fact.predicate]]
         return Fact(form, tuple([self._index[name] for name in fact.arguments]))
 
     def _make_scene(self) -> Scene:

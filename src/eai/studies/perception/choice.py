@@ -123,7 +123,7 @@ class SceneOptions(VariationOptions):
         """Name of the chosen option: the format of the scene, or context added to a list of facts."""
         if self.scene != "text":
             return f"perception.scene {self.scene}"
-        return f"perception.context {self.context}" if self._make_context_label else ""
+        return f"perception.context {self.context}" if self._make_prompt_context_label else ""
 
     @property
     def heading(self) -> str:
@@ -147,14 +147,14 @@ class SceneOptions(VariationOptions):
         """Return why this format of the scene contradicts another study's choice; empty if they agree."""
         acted = other.attempts
         if acted is not None and acted.world == "continue" and acted.feedback != "none":
-            if not self.can_look_again:
+            if not self.can_show_changed_scene:
                 return "the scene is only shown at the start, but feedback describes a changed world"
             if self.scene in ("image", "both") and acted.form == "chat":
                 return "a chat cannot show pictures of a changed world"
         return super().find_contradiction(other)
 
     @property
-    def can_look_again(self) -> bool:
+    def can_show_changed_scene(self) -> bool:
         """Whether a later question of a run can show the scene that actions have changed.
 
         This is not possible with a scene model, or with the user's own pictures.
@@ -183,14 +183,14 @@ class SceneOptions(VariationOptions):
         if self.noise is not None:
             return f"{self.scene}-{self.noise.label}"
         who = "" if self.scene_model is None else f"-{to_file_name(self.scene_model)}"
-        return f"{self.scene}{who}{self._make_pictures_label}{self._make_context_label}"
+        return f"{self.scene}{who}{self._make_pictures_label}{self._make_prompt_context_label}"
 
-    def show_pictures_only(self) -> Self:
+    def copy_with_pictures_only(self) -> Self:
         """Return a copy of this choice that shows only pictures, for the model that lists scenes."""
         return type(self)(scene="image", images=self.images, clutter=self.clutter)
 
     @property
-    def _make_context_label(self) -> str:
+    def _make_prompt_context_label(self) -> str:
         return "" if self.context in (None, "none") else f"-context-{self.context}"
 
     @property

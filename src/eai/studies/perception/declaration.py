@@ -24,7 +24,7 @@ from eai.tasks.share import Share
 
 if TYPE_CHECKING:
     from eai.abilities.scorer import Scorer
-    from eai.studies.perception.scene_graph import SceneWords
+    from eai.studies.perception.scene_graph import SceneGraphVocabulary
     from eai.tasks.task import Task
 
 
@@ -59,10 +59,10 @@ def _make_scorer_factory(world: BenchmarkParts) -> Callable[[Task], Scorer]:
     return make_scorer_factory(_open_scene_words(world))
 
 
-def _open_scene_words(world: BenchmarkParts) -> SceneWords:
-    from eai.studies.perception.scene_graph import SceneWords
+def _open_scene_words(world: BenchmarkParts) -> SceneGraphVocabulary:
+    from eai.studies.perception.scene_graph import SceneGraphVocabulary
 
-    return SceneWords(world.wording(Ability.ACTION_SEQUENCING))
+    return SceneGraphVocabulary(world.wording(Ability.ACTION_SEQUENCING))
 
 
 def _make_question_and_answer(world: BenchmarkParts, task: Task) -> QuestionAndAnswer:
@@ -75,10 +75,10 @@ def _make_question_and_answer(world: BenchmarkParts, task: Task) -> QuestionAndA
 
 
 def _draw_task_pictures(world: BenchmarkParts, task: Task) -> Sequence[tuple[str, bytes]]:
-    from eai.studies.perception.scene_graph import SceneWords
+    from eai.studies.perception.scene_graph import SceneGraphVocabulary
 
     diagrams = load_from_extension("diagrams", "questions of scene_graph")
-    return (diagrams.draw_task_image(task, SceneWords(world.observation_wording())),)
+    return (diagrams.draw_task_image(task, SceneGraphVocabulary(world.observation_wording())),)
 
 
 def compute_rate_contributions(verdict: SceneGraphVerdict) -> dict[str, Share]:

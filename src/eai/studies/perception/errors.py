@@ -9,19 +9,19 @@ from functools import partial
 from eai.abilities.explanation import Explanation, write_repair_notes
 from eai.abilities.scorer import Assessment, Scorer
 from eai.abilities.verdict import Confusion, ErrorReport
-from eai.studies.perception.scene_graph import NamedFact, SceneGraph, SceneWords, read_scene_graph
+from eai.studies.perception.scene_graph import NamedFact, SceneGraph, SceneGraphVocabulary, read_scene_graph
 from eai.studies.perception.verdict import PerceptionErrors, SceneGraphVerdict
 from eai.tasks.task import Task
 from eai.world.fault import FaultKind
 
 
-def make_scorer_factory(words: SceneWords) -> Callable[[Task], Scorer]:
+def make_scorer_factory(words: SceneGraphVocabulary) -> Callable[[Task], Scorer]:
     """Return a function that makes the scorer of a task, whose scene graphs use the given names."""
     return partial(_SceneGraphScorer, words)
 
 
 class _SceneGraphScorer(Scorer):
-    def __init__(self, words: SceneWords, task: Task) -> None:
+    def __init__(self, words: SceneGraphVocabulary, task: Task) -> None:
         self._words, self._task = words, task
 
     def assess(self, text: str) -> Assessment:
@@ -29,7 +29,7 @@ class _SceneGraphScorer(Scorer):
 
         An unreadable answer counts as an empty scene graph.
         """
-        graph = read_scene_graph(text, self._words.written_arities)
+        graph = read_scene_graph(text, self._words.arity_by_scene_graph_name)
         seen = find_perception_errors(self._task, self._words, graph)
         verdict = SceneGraphVerdict(
             error=None
@@ -42,7 +42,7 @@ class _SceneGraphScorer(Scorer):
         return Assessment(verdict, partial(_explain_differences, self._task, self._words, graph))
 
 
-def _explain_differences(task: Task, words: SceneWords, graph: SceneGraph) -> Explanation:
+def _explain_differences(task: Task, words: SceneGraphVocabulary, graph: SceneGraph) -> Explanation:
     lost, wrong = _find_fact_differences(task, words, graph)
     notes = [
         *(f"not listed: {fact}" for fact in lost),
@@ -52,7 +52,7 @@ def _explain_differences(task: Task, words: SceneWords, graph: SceneGraph) -> Ex
     return Explanation(notes=(*notes, *write_repair_notes(graph.repairs)))
 
 
-def find_perception_errors(task: Task, words: SceneWords, graph: SceneGraph) -> PerceptionErrors:
+def find_perception_errors(task: Task, words: SceneGraphVocabulary, graph: SceneGraph) -> PerceptionErrors:
     """Return the differences between a scene graph and a task's scene.
 
     A relation that the graph lacks counts as misplaced, not as missing, if the graph has an untrue fact with
@@ -89,7 +89,7 @@ def find_perception_errors(task: Task, words: SceneWords, graph: SceneGraph) -> 
 
 
 def _find_fact_differences(
-    task: Task, words: SceneWords, graph: SceneGraph
+    task: Task, words: SceneGraphVocabulary, graph: SceneGraph
 ) -> tuple[Sequence[NamedFact], Sequence[NamedFact]]:
     """Return two lists of facts: described facts that the graph lacks, and untrue facts of the graph."""
     names, seen, mentioned = words.list_object_names(task), set(graph.facts), set(graph.names)

@@ -12,7 +12,7 @@ from eai.base.errors import InputError, did_you_mean
 from eai.studies.perception.scene_graph import (
     NamedFact,
     SceneGraph,
-    SceneWords,
+    SceneGraphVocabulary,
     SupportRelation,
     make_scene_graph,
 )
@@ -91,7 +91,7 @@ def parse_noise(settings: Sequence[str]) -> PerceptionNoise:
 
 
 def perceive_with_noise(
-    task: Task, words: SceneWords, noise: PerceptionNoise, stream: str = ""
+    task: Task, words: SceneGraphVocabulary, noise: PerceptionNoise, repetition: str = ""
 ) -> SceneGraph:
     """Return the scene graph of a task with errors added by noise. Equal arguments give equal graphs.
 
@@ -102,16 +102,16 @@ def perceive_with_noise(
         task: the task.
         words: how scene graphs name facts.
         noise: the probabilities of errors.
-        stream: name of a repetition, such as an epoch; repetitions with different names have independent
+        repetition: name of a repetition, such as an epoch; repetitions with different names have independent
             errors.
     """
-    return _NoisyObserver(task, words, noise, stream).perceive_scene()
+    return _NoisyObserver(task, words, noise, repetition).perceive_scene()
 
 
 class _NoisyObserver:
     """Makes the scene graph of one scene, with random errors."""
 
-    def __init__(self, task: Task, words: SceneWords, noise: PerceptionNoise, stream: str) -> None:
+    def __init__(self, task: Task, words: SceneGraphVocabulary, noise: PerceptionNoise, stream: str) -> None:
         self._words = words
         self._noise = noise
         self._key = f"{noise.seed} {task.id} {stream}"
@@ -127,7 +127,7 @@ class _NoisyObserver:
         self._true_facts = {
             words.to_named_fact(fact, self._names) for fact in words.list_facts(task.initial, true_of_these)
         }
-        supports = [words.find_written_name(name) for name in words.support_predicates]
+        supports = [words.find_scene_graph_name(name) for name in words.support_predicates]
         self._supports = SupportRelation(frozenset(supports))
 
     def perceive_scene(self) -> SceneGraph:
@@ -145,15 +145,15 @@ class _NoisyObserver:
             self._supports.add_fact(facts[fact])
         in_order = [facts[fact] for fact in kept]
         in_order += self._draw_unnecessary_facts(visible, in_order)
-        doubles = dict(self._draw_doubled_objects())
+        doubles = dict(self._draw_objects_with_doubles())
         in_order += [
             extra for name in doubles if (extra := self._draw_fact_of_double(name, doubles[name])) is not None
         ]
         return make_scene_graph([*self._seen_names, *doubles.values()], in_order)
 
-    def _misplace_object(self, fact: NamedFact, facts: dict[NamedFact, NamedFact]) -> NamedFact:
+    def _misplace_object(self, fact: NamedFact, seen_facts: dict[NamedFact, NamedFact]) -> NamedFact:
         """Return the relation with its second object replaced; unchanged if no other object is possible."""
-        seen, objects = set(facts.values()), list(self._described_names)
+        seen, objects = set(seen_facts.values()), list(self._described_names)
         self._seed_random("place", str(fact)).shuffle(objects)
         others = (fact._replace(arguments=(fact.arguments[0], name)) for name in objects)
         return next((other for other in others if self._is_new_untrue_fact(other, seen)), fact)
@@ -165,7 +165,7 @@ class _NoisyObserver:
         all_seen, added = set(seen), list[NamedFact]()
         words = self._words
         predicates = [
-            words.find_written_name(name)
+            words.find_scene_graph_name(name)
             for name in words.stored_forms
             if name not in words.holding_predicates
         ]
@@ -188,7 +188,7 @@ class _NoisyObserver:
 
     def _draw_fact(self, draw: random.Random, predicates: Sequence[str]) -> NamedFact:
         predicate = draw.choice(predicates)
-        arity = self._words.written_arities[predicate]
+        arity = self._words.arity_by_scene_graph_name[predicate]
         return NamedFact(predicate, tuple([draw.choice(self._described_names) for _ in range(arity)]))
 
     def _is_new_untrue_fact(self, fact: NamedFact, seen: set[NamedFact]) -> bool:
@@ -200,7 +200,7 @@ class _NoisyObserver:
             and not self._supports.would_close_circle(fact)
         )
 
-    def _draw_doubled_objects(self) -> Iterator[tuple[str, str]]:
+    def _draw_objects_with_doubles(self) -> Iterator[tuple[str, str]]:
         """Yield the name of each object that is seen twice, with the invented name of its double."""
         taken = set(self._names)
         for name in self._seen_names:

@@ -151,7 +151,7 @@ class SupportRelation:
         return False
 
 
-class SceneWords:
+class SceneGraphVocabulary:
     """The names of predicates and objects in scene graphs of one domain.
 
     Args:
@@ -182,17 +182,17 @@ class SceneWords:
         return self._list_described_predicates(find_holding_and_location_predicates(self.wording.domain)[1])
 
     @cached_property
-    def written_arities(self) -> Mapping[str, int]:
+    def arity_by_scene_graph_name(self) -> Mapping[str, int]:
         """Number of objects of each predicate, by the predicate's name in scene graphs."""
         arity = self.wording.domain.vocabulary.find_arity
-        return {self.find_written_name(name): arity(name) or 0 for name in self.wording.predicates}
+        return {self.find_scene_graph_name(name): arity(name) or 0 for name in self.wording.predicates}
 
     @cached_property
-    def predicates(self) -> Mapping[str, str]:
+    def predicate_by_scene_graph_name(self) -> Mapping[str, str]:
         """The described predicates by their names in scene graphs."""
-        return {self.find_written_name(name): name for name in self.wording.predicates}
+        return {self.find_scene_graph_name(name): name for name in self.wording.predicates}
 
-    def find_written_name(self, predicate: str) -> str:
+    def find_scene_graph_name(self, predicate: str) -> str:
         """Return the name of a predicate in scene graphs."""
         return self.wording.answer_names.get(predicate, predicate)
 
@@ -226,7 +226,7 @@ class SceneWords:
     def to_named_fact(self, fact: Fact, names: Sequence[str]) -> NamedFact:
         """Return a fact with names of its predicate and objects as scene graphs write them."""
         return NamedFact(
-            self.find_written_name(fact.predicate), tuple([names[index] for index in fact.arguments])
+            self.find_scene_graph_name(fact.predicate), tuple([names[index] for index in fact.arguments])
         )
 
     def _list_described_predicates(self, stored: Iterable[str]) -> tuple[str, ...]:

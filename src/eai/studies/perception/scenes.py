@@ -20,11 +20,11 @@ from eai.benchmarks.prompt_library import PromptLibrary
 from eai.benchmarks.suite import Suite, open_suite
 from eai.results.codec import dataclass_to_json
 from eai.results.epochs import PromptBeliefs
-from eai.studies.perception.belief import apply_scene_graph, open_scene_words
+from eai.studies.perception.belief import apply_scene_graph, open_scene_graph_vocabulary
 from eai.studies.perception.choice import STUDY, Clutter, SceneFormat, SceneOptions
 from eai.studies.perception.errors import find_perception_errors
 from eai.studies.perception.noise import perceive_with_noise
-from eai.studies.perception.scene_graph import SCENE, SceneGraph, SceneWords, read_scene_graph
+from eai.studies.perception.scene_graph import SCENE, SceneGraph, SceneGraphVocabulary, read_scene_graph
 from eai.studies.variation import Endpoint, FirstStage
 from eai.tasks.prompts.prompt import INITIAL_PLACEHOLDER, BelievedTask, Image
 from eai.tasks.prompts.template import PromptTemplates
@@ -49,7 +49,7 @@ def _make_stated_scenes(label: str, beliefs: Mapping[str, BelievedTask], **more:
 
 
 def make_scene_beliefs(
-    label: str, tasks: Mapping[str, Task], words: SceneWords, graphs: Mapping[str, SceneGraph]
+    label: str, tasks: Mapping[str, Task], words: SceneGraphVocabulary, graphs: Mapping[str, SceneGraph]
 ) -> PromptBeliefs:
     """Return the scene graphs that questions state instead of the true scenes, as beliefs.
 
@@ -71,8 +71,10 @@ def make_scene_beliefs(
 
 def read_scene_beliefs(label: str, suite: Suite, texts: Mapping[str, str]) -> PromptBeliefs:
     """Read the scene graphs in a model's answers, given by task id, as beliefs that later questions state."""
-    words = open_scene_words(suite.benchmark)
-    read = {task_id: read_scene_graph(text, words.written_arities) for task_id, text in texts.items()}
+    words = open_scene_graph_vocabulary(suite.benchmark)
+    read = {
+        task_id: read_scene_graph(text, words.arity_by_scene_graph_name) for task_id, text in texts.items()
+    }
     return make_scene_beliefs(label, suite.tasks, words, read)
 
 
@@ -85,9 +87,13 @@ def state_scenes(
         InputError: a task has no picture.
         EaiError: the library that draws pictures is not installed.
     """
-    look = partial(_perceive_changed_scene, choice, benchmark, templates) if choice.can_look_again else None
+    look = (
+        partial(_perceive_changed_scene, choice, benchmark, templates)
+        if choice.can_show_changed_scene
+        else None
+    )
     if choice.noise is not None:
-        words = open_scene_words(benchmark)
+        words = open_scene_graph_vocabulary(benchmark)
         seen = {i: perceive_with_noise(task, words, choice.noise) for i, task in tasks.items()}
         return replace(make_scene_beliefs(choice.label, tasks, words, seen), look=look)
     return _make_stated_scenes(
@@ -120,7 +126,7 @@ def _perceive_changed_scene(
     """
     if choice.noise is None:
         return _state_true_scenes(choice, benchmark, {task.id: task}, templates)[task.id], {}
-    words = open_scene_words(benchmark)
+    words = open_scene_graph_vocabulary(benchmark)
     seen = perceive_with_noise(task, words, choice.noise, str(attempt))
     return BelievedTask(apply_scene_graph(task, words, seen)), {SCENE: seen.json_text}
 
@@ -130,10 +136,12 @@ def _add_scene_context(
 ) -> str:
     if choice.context in (None, "none"):
         return text
-    return f"{text}\n\n{write_context(task, open_scene_words(benchmark), choice.context, templates)}"
+    return (
+        f"{text}\n\n{write_context(task, open_scene_graph_vocabulary(benchmark), choice.context, templates)}"
+    )
 
 
-def write_context(task: Task, words: SceneWords, much: Clutter, templates: PromptTemplates) -> str:
+def write_context(task: Task, words: SceneGraphVocabulary, much: Clutter, templates: PromptTemplates) -> str:
     """Return a text on objects and untrue states that the list of facts in a question leaves out.
 
     Args:
@@ -164,7 +172,9 @@ def write_context(task: Task, words: SceneWords, much: Clutter, templates: Promp
     return templates.fill_template("scene_context.txt", values)
 
 
-def choose_other_objects(task: Task, words: SceneWords, shown: Sequence[int], clutter: Clutter) -> list[int]:
+def choose_other_objects(
+    task: Task, words: SceneGraphVocabulary, shown: Sequence[int], clutter: Clutter
+) -> list[int]:
     """Return objects of a scene that are not among the shown objects.
 
     Objects in or on shown objects come first.
@@ -181,7 +191,7 @@ def _describe_pictures(
     scene: SceneFormat, task: Task, benchmark: Benchmark, templates: PromptTemplates
 ) -> str:
     text = templates.read(f"scene_{scene}.txt")
-    names = open_scene_words(benchmark).list_object_names(task)
+    names = open_scene_graph_vocabulary(benchmark).list_object_names(task)
     if scene == "numbered":
         return (
             f"{text}\n{', '.join([f'{number} {names[number]}' for number in list_objects_in_prompt(task)])}"
@@ -286,7 +296,10 @@ def _ask_captioner(choice: SceneOptions, stage: FirstStage, suite: Suite) -> Pro
     """Ask a second model (the captioner) to list the scenes in pictures. Return these scenes as beliefs."""
     graph_suite = open_suite(suite.benchmark, SCENE_GRAPH, source=suite.source)
     pictured = FirstStage(
-        stage.library, stage.task_ids, stage.ask, partial(find_stated_scenes, choice.show_pictures_only())
+        stage.library,
+        stage.task_ids,
+        stage.ask,
+        partial(find_stated_scenes, choice.copy_with_pictures_only()),
     )
     captioner = Endpoint(str(choice.scene_model), choice.scene_args, choice.scene_base_url)
     task_ids = [task_id for task_id in graph_suite.task_ids if task_id in stage.task_ids[suite.domain]]
