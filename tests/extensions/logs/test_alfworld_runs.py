@@ -251,6 +251,7 @@ def test_a_game_that_is_not_there_or_fits_twice_is_not_guessed(tmp_path: Path) -
             "line 1: output.result.log.0.action",
         ),
         (as_agentbench([AT_FRIDGE], "asleep", 0), "line 1: output.status"),
+        (as_agentbench([], "completed", 1), "line 1: output.result.log: expected turns"),
         (
             as_agentbench([AT_FRIDGE], "completed", 0).replace('"round": 1', '"round": 2'),
             "line 1: expected round 1",
@@ -272,3 +273,19 @@ def test_the_command_replays_logs_in_the_benchmark_that_the_user_names(eai: Comm
     )
     assert printed.status == 0, printed.err
     assert "missing_step" in printed.out
+
+
+def test_a_sample_that_broke_off_without_turns_is_not_graded(tmp_path: Path) -> None:
+    broken = {
+        "index": 3,
+        "output": {"status": "unknown", "result": {"result": False, "error": "x"}, "history": []},
+    }
+    sound, other = read(tmp_path, as_agentbench([AT_FRIDGE], "completed", 0) + json.dumps(broken) + "\n")
+    assert (sound.outcome, other.outcome) == (EpisodeOutcome.GOAL_UNMET, EpisodeOutcome.NOT_GRADED)
+    assert other.steps == ()
+
+
+def test_json_of_another_kind_that_quotes_a_room_is_not_taken(tmp_path: Path) -> None:
+    text = json.dumps({"version": 2, "status": "success", "log": [], "output": f"{ROOM} {TASK}"})
+    with pytest.raises(InputError, match="no reader recognizes"):
+        read(tmp_path, text)

@@ -121,7 +121,7 @@ def steps_of(actions: Sequence[Action], progress: float = 0.0) -> list[dict[str,
     ]
 
 
-def invalid(reasoning: str) -> dict[str, Any]:
+def invalid(reasoning: str | None) -> dict[str, Any]:
     return {
         "last_action_success": 0.0,
         "action_id": -1,
@@ -155,10 +155,11 @@ def test_the_reason_of_a_failure_proves_a_kind_or_none(tmp_path: Path, actions: 
         ('{"executable_plan": [{"action_id": 900}]}', FaultKind.HALLUCINATION),
         ('{"executable_plan": [{"action": "mug"}]}', None),
         ("<think>so</think><answer>900</answer>", None),
+        (None, None),
     ],
 )
 def test_a_plan_that_was_not_understood_is_unreadable_or_names_an_unknown_action(
-    tmp_path: Path, reasoning: str, kind: FaultKind | None
+    tmp_path: Path, reasoning: str | None, kind: FaultKind | None
 ) -> None:
     episode = read(tmp_path, [*steps_of([PICK], 0.5), invalid(reasoning)])
     assert [(step.accepted, step.kind) for step in episode.steps] == [(True, None), (False, kind)]

@@ -62,7 +62,7 @@ class _Turn(BaseModel):
 
 
 class _Result(BaseModel):
-    log: tuple[_Turn, ...]
+    log: tuple[_Turn, ...] = ()
     init_prompt: str = ""
     result: bool
 
@@ -79,8 +79,7 @@ class _Sample(BaseModel):
 
 def _recognize(content: bytes) -> bool:
     if content.lstrip()[:1] == b"{":
-        keys = (b'"log"', b'"status"', b'"output"')
-        return all(key in content for key in keys) and (_ROOM.encode() in content or b'"round"' in content)
+        return re.match(rb'\s*\{\s*"index"\s*:', content) is not None and b'"output"' in content
     return _ROOM.encode() in content and re.search(rb"^(?:> |Act \d+: )", content, re.MULTILINE) is not None
 
 
@@ -100,6 +99,8 @@ def _read_sample(path: Path, number: int, line: bytes) -> LoggedEpisode:
     status, result = sample.output.status, sample.output.result
     if status not in (*_ENDINGS, *_NOT_GRADED, "completed"):
         raise InputError(f"{place}: output.status: expected a status of AgentBench, found {status!r}")
+    if status == "completed" and not result.log:
+        raise InputError(f"{place}: output.result.log: expected turns, because the episode is completed")
     for expected, turn in enumerate(result.log, 1):
         if turn.round != expected:
             raise InputError(f"{place}: expected round {expected} in output.result.log, found {turn.round}")

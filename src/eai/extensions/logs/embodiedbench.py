@@ -55,7 +55,7 @@ class _PlanLine(BaseModel):
     action_id: int | str
     action_description: str
     last_action_success: _Share
-    reasoning: str = ""
+    reasoning: str | None = None
 
 
 class _StepLine(_PlanLine):
@@ -144,12 +144,12 @@ def _make_step(line: _PlanLine, before: Sequence[LoggedStep]) -> LoggedStep:
     return LoggedStep(line.action_description, accepted, kind, line.env_feedback, line.task_progress)
 
 
-def _find_plan_error(reply: str) -> FaultKind | None:
+def _find_plan_error(reply: str | None) -> FaultKind | None:
     """Return the kind of error of a reply whose first action was not understood, or None."""
     try:
-        value = json.loads(reply)
+        value = json.loads(reply or "null")
     except ValueError:  # replies in the form <answer>...</answer> are read in another way
-        return None if "<answer>" in reply else FaultKind.PARSING
+        return None if "<answer>" in (reply or "") else FaultKind.PARSING
     match value:
         case {"executable_plan": [{"action_id": int()}, *_]}:
             return FaultKind.HALLUCINATION

@@ -64,13 +64,10 @@ def replay_steps(
         steps.append(step._replace(accepted=accepted, kind=kind, progress=replay.measure_progress()))
     done = len(steps)
     if done < len(episode.steps):
-        unknown = (f"a world that agrees with action {done + 1}", *_drop_kinds(episode.unknown))
+        kept = [name for name in episode.unknown if name != "kinds of errors"]
+        unknown = (f"a world that agrees with action {done + 1}", *kept)
         return replace(episode, steps=(*steps, *episode.steps[done:]), unknown=unknown)
     outcome, end = episode.outcome, replay.measure_progress()
     if outcome is EpisodeOutcome.CANNOT_TELL:
         outcome = EpisodeOutcome.WON if end == 1 else EpisodeOutcome.GOAL_UNMET
     return replace(episode, steps=tuple(steps), outcome=outcome, progress=end, unknown=())
-
-
-def _drop_kinds(unknown: Sequence[str]) -> list[str]:
-    return [name for name in unknown if name != "kinds of errors"]
