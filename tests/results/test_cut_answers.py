@@ -19,7 +19,7 @@ from eai.results.runs import read_runs
 from eai.results.terminal import print_table
 from eai.results.tidy import TidyTables
 from eai.results.totals import RunTotals
-from eai.studies.report.explorer import ExplorerBackground, ExplorerData
+from eai.studies.report.explorer import ExplorerData, ExplorerDomainData
 from eai.tasks.source import Source
 from record_files import write_records
 from studies.report.samples import action_run
@@ -68,7 +68,7 @@ def test_a_report_has_a_column_and_the_explorer_marks_the_answer(eai: Command, t
     write_records(tmp_path / "runs" / "records.jsonl", cut_run())
     assert eai("report", tmp_path / "runs", "--out", tmp_path / "report").status == 0
     assert "| cut off |" in (tmp_path / "report" / "report.md").read_text()
-    data = ExplorerData(lambda domain: ExplorerBackground())
+    data = ExplorerData(lambda domain: ExplorerDomainData())
     for run in read_runs([tmp_path / "runs"]):
         data.add_run(run)
     assert data.to_json().count('"z":1') == 1

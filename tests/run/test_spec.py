@@ -14,7 +14,7 @@ from eai.base.files import read_toml
 from eai.run.spec import RunSpec, find_study_of_option, read_spec, save_spec
 from eai.studies.perception.choice import SceneOptions
 from eai.studies.perception.noise import PerceptionNoise
-from eai.studies.registry import list_run_studies
+from eai.studies.registry import list_studies_with_run_options
 
 EVERYTHING: dict[str, dict[str, Any]] = {
     "model": {"name": ["openai/gpt-4o"], "args": {"rate": 0.2, "deep": {"a b": [1, True]}, "limit": 1e-9}},
@@ -45,8 +45,8 @@ ONWARD = {"replans": 1, "world": "continue"}
 def test_studies_that_change_different_options_are_combined(tables: dict[str, Any]) -> None:
     """A run of all studies has the abilities that each can vary, and the names of all."""
     spec = read_spec(tables)
-    choices = {each.choice for each in spec.studies.values() if each.choice}
-    assert {*spec.variation.choice.split(" and ")} == choices
+    choices = {each.chosen_option for each in spec.studies.values() if each.chosen_option}
+    assert {*spec.variation.chosen_option.split(" and ")} == choices
     assert set(spec.variation.select_abilities([])) <= {
         ability for each in spec.studies.values() for ability in each.select_abilities([])
     }
@@ -90,9 +90,9 @@ def test_any_arguments_are_read_as_they_were_written(
 
 def test_each_option_belongs_to_one_study() -> None:
     """Therefore Inspect's arguments do not name a study."""
-    names = [name for study in list_run_studies() for name in study.options.model_fields]
+    names = [name for study in list_studies_with_run_options() for name in study.options.model_fields]
     assert [find_study_of_option(name) for name in names] == [
-        s.section_name for s in list_run_studies() for _ in s.options.model_fields
+        s.section_name for s in list_studies_with_run_options() for _ in s.options.model_fields
     ]
 
 

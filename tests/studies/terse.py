@@ -15,7 +15,7 @@ from eai.results.record import Record
 from eai.results.table import Table
 from eai.studies.records import StudyRecords
 from eai.studies.study import Analysis, Study
-from eai.studies.variation import AskModel, Endpoint, FirstStage, VariationOptions
+from eai.studies.variation import AskModel, Endpoint, StageBeforeQuestions, VariationOptions
 from eai.tasks.options import Options
 from eai.tasks.prompts.prompt import INITIAL_PLACEHOLDER, BelievedTask
 
@@ -30,19 +30,19 @@ class Limit(VariationOptions):
     characters: int = Field(default=0, ge=0)
 
     @property
-    def choice(self) -> str:
+    def chosen_option(self) -> str:
         return "terse.characters" if self.characters else ""
 
     @property
-    def changed_part(self) -> Literal["", "scene", "goals"]:
+    def changed_task_part(self) -> Literal["", "scene", "goals"]:
         return "scene"
 
-    def make_stage(
+    def make_stage_before_questions(
         self, library: PromptLibrary, wanted: Mapping[str, Collection[str]], ask: AskModel
-    ) -> FirstStage:
-        return FirstStage(library, wanted, ask, self._limited)
+    ) -> StageBeforeQuestions:
+        return StageBeforeQuestions(library, wanted, ask, self._limited)
 
-    def _limited(self, stage: FirstStage, endpoint: Endpoint, suite: Suite) -> PromptBeliefs:
+    def _limited(self, stage: StageBeforeQuestions, endpoint: Endpoint, suite: Suite) -> PromptBeliefs:
         told = f"{INITIAL_PLACEHOLDER}\nAnswer in {self.characters} characters."
         beliefs = {task_id: BelievedTask(task, initial=told) for task_id, task in suite.tasks.items()}
         return PromptBeliefs(beliefs, Experiment(), "there is no such task")

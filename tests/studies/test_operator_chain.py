@@ -20,8 +20,8 @@ from eai.studies.pipeline.operator_chain import (
     ONLY_ACTIONS_MISSED,
     SUCCESS,
     UNTRANSLATED,
-    ChainEnd,
-    _OperatorChain,
+    ChainOutcome,
+    _OperatorExecutionChain,
 )
 from eai.tasks.source import Source
 from results.verdicts import record
@@ -48,13 +48,13 @@ def operators(name: str, store: Store, task_id: str) -> str:
 
 def end(
     name: str, store: Store, task_id: str, written: str, planner: PlannerChoice = PlannerChoice.BUILT_IN
-) -> ChainEnd | None:
+) -> ChainOutcome | None:
     """The end of the chain of operators, as an answer that scoring judges first."""
-    chain = _OperatorChain.open_chain(name, Source(store, planner=planner))
+    chain = _OperatorExecutionChain.open_for_benchmark(name, Source(store, planner=planner))
     answer = json.dumps({"output": written})
     verdict = chain.operators.score(task_id, answer)
     assert isinstance(verdict, OperatorVerdict)
-    return chain.find_chain_end(task_id, answer, verdict)
+    return chain.find_chain_outcome(task_id, answer, verdict)
 
 
 @pytest.mark.parametrize(
@@ -72,11 +72,13 @@ def end(
     ],
 )
 def test_the_true_operators_succeed_or_break_at_a_link(
-    data_store: Store, name: str, task_id: str, expected: ChainEnd | None
+    data_store: Store, name: str, task_id: str, expected: ChainOutcome | None
 ) -> None:
     assert end(name, data_store, task_id, operators(name, data_store, task_id)) == expected
-    chain = _OperatorChain.open_chain(name, Source(data_store, planner=PlannerChoice.BUILT_IN))
-    assert chain.find_gold_chain_end(task_id) == expected
+    chain = _OperatorExecutionChain.open_for_benchmark(
+        name, Source(data_store, planner=PlannerChoice.BUILT_IN)
+    )
+    assert chain.find_outcome_with_gold_operators(task_id) == expected
 
 
 @pytest.mark.parametrize(
@@ -98,7 +100,7 @@ def test_the_true_operators_succeed_or_break_at_a_link(
     ],
 )
 def test_a_damaged_operator_breaks_the_chain_at_the_link_that_it_damages(
-    data_store: Store, old: str, new: str, expected: ChainEnd
+    data_store: Store, old: str, new: str, expected: ChainOutcome
 ) -> None:
     written = operators("virtualhome", data_store, FOOD)
     assert old in written
@@ -114,7 +116,7 @@ def test_a_damaged_operator_breaks_the_chain_at_the_link_that_it_damages(
     ],
 )
 def test_a_damaged_operator_of_behavior_breaks_the_chain(
-    data_store: Store, old: str, new: str, expected: ChainEnd
+    data_store: Store, old: str, new: str, expected: ChainOutcome
 ) -> None:
     written = operators("behavior", data_store, DOORS)
     assert old in written
@@ -131,12 +133,14 @@ def test_operators_without_a_planner_have_no_end_of_chain(data_store: Store) -> 
 
 @pytest.mark.parametrize("answer", ["", '{"output": "(:action fly :parameters () :effect ())"}'])
 def test_a_plan_of_operators_that_the_answer_does_not_have_is_refused(data_store: Store, answer: str) -> None:
-    chain = _OperatorChain.open_chain("virtualhome", Source(data_store, planner=PlannerChoice.BUILT_IN))
+    chain = _OperatorExecutionChain.open_for_benchmark(
+        "virtualhome", Source(data_store, planner=PlannerChoice.BUILT_IN)
+    )
     text = answer_book("virtualhome", Ability.TRANSITION_MODELING, data_store)[FOOD].text
     verdict = chain.operators.score(FOOD, text)
     assert isinstance(verdict, OperatorVerdict)
     with pytest.raises(InputError, match=rf"task {FOOD}: the plan in the record .* score the answer again"):
-        chain.find_chain_end(FOOD, answer, verdict)
+        chain.find_chain_outcome(FOOD, answer, verdict)
 
 
 def test_the_analysis_counts_ends_of_answers_and_of_true_operators(

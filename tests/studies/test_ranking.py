@@ -6,9 +6,9 @@ from eai.studies.prompts.study import (
     compute_average_ranks,
     compute_kendall_tau_b,
     compute_kendall_w,
-    compute_variance_shares,
+    compute_variance_shares_of_rows_columns_rest,
     correct_p_values,
-    count_shared_best,
+    count_items_best_in_both,
 )
 
 
@@ -55,8 +55,8 @@ def test_concordance_of_known_orders(ratings: list[list[float]], w: float | None
 
 def test_ranks_are_averaged_and_shared_best_items_counted() -> None:
     assert compute_average_ranks([5, 1, 5]) == [2.5, 1, 2.5]
-    assert count_shared_best([9, 8, 7, 1], [9, 1, 8, 7], 3) == 2
-    assert count_shared_best([1, 1, 1, 1], [1, 1, 1, 1], 3) == 3
+    assert count_items_best_in_both([9, 8, 7, 1], [9, 1, 8, 7], 3) == 2
+    assert count_items_best_in_both([1, 1, 1, 1], [1, 1, 1, 1], 3) == 3
 
 
 def test_holms_correction_of_known_p_values() -> None:
@@ -66,6 +66,6 @@ def test_holms_correction_of_known_p_values() -> None:
 
 
 def test_variance_is_split_into_rows_columns_and_rest() -> None:
-    assert compute_variance_shares([[1, 2], [3, 4]]) == pytest.approx((0.8, 0.2, 0.0))
-    assert compute_variance_shares([[1, 0], [0, 1]]) == pytest.approx((0.0, 0.0, 1.0))
-    assert compute_variance_shares([[5, 5], [5, 5]]) is None
+    assert compute_variance_shares_of_rows_columns_rest([[1, 2], [3, 4]]) == pytest.approx((0.8, 0.2, 0.0))
+    assert compute_variance_shares_of_rows_columns_rest([[1, 0], [0, 1]]) == pytest.approx((0.0, 0.0, 1.0))
+    assert compute_variance_shares_of_rows_columns_rest([[5, 5], [5, 5]]) is None

@@ -22,9 +22,9 @@ from eai.results.tidy import TidyTables
 from eai.results.totals import RunTotals
 from eai.studies.cofactors.effects import compute_rank_correlation
 from eai.studies.sensitivity.study import (
-    OperatorReplacement,
+    OperatorReplacementTrial,
     group_cases_by_operator,
-    replace_operators_one_by_one,
+    replace_gold_operators_one_by_one,
 )
 from eai.tasks.share import Share
 from eai.tasks.source import ErrataChoice, Source
@@ -64,7 +64,7 @@ class Evidence:
         self._rates: dict[tuple[str, str, str], Mapping[str, Rate]] = {}
         self.suites: dict[Suite, dict[str, list[Record]]] = {}
         self.tables = TidyTables(self.published)
-        self._tried: dict[tuple[str, str], list[OperatorReplacement]] = {}
+        self._tried: dict[tuple[str, str], list[OperatorReplacementTrial]] = {}
         self._planned: dict[tuple[str, PlannerChoice], ScoredSuite] = {}
 
     @property
@@ -131,7 +131,7 @@ class Evidence:
             for key, cases in group_cases_by_operator(trials).items()
         }
 
-    def trials(self, domain: str, model: str) -> list[OperatorReplacement]:
+    def trials(self, domain: str, model: str) -> list[OperatorReplacementTrial]:
         """Return the trials of a model's operators, each alone among gold ones."""
         if (domain, model) not in self._tried:
             records = self.suites[Suite(domain, TM)][model]
@@ -150,10 +150,12 @@ class Evidence:
         return self._planned[domain, planner]
 
 
-def _tried(suite: ScoredSuite, record: Record) -> Iterator[OperatorReplacement]:
+def _tried(suite: ScoredSuite, record: Record) -> Iterator[OperatorReplacementTrial]:
     scorer = suite.scorer(record.task_id)
     return (
-        replace_operators_one_by_one(scorer, record) if isinstance(scorer, TransitionModeling) else iter(())
+        replace_gold_operators_one_by_one(scorer, record)
+        if isinstance(scorer, TransitionModeling)
+        else iter(())
     )
 
 

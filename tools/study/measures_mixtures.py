@@ -14,7 +14,7 @@ from rates import all_of, if_so, most_of, range_over_models, rates_of
 from eai.benchmarks.registry import find_benchmark
 from eai.pddl.planning import PlannerOutcome
 from eai.results.paper_tables import map_files_to_paper_models, read_published_scores
-from eai.studies.sensitivity.study import OperatorReplacement
+from eai.studies.sensitivity.study import OperatorReplacementTrial
 from eai.tasks.operator_task import OperatorLibrary
 
 O1 = "o1-preview-2024-09-12"
@@ -360,7 +360,7 @@ def _only_switched(problem: str) -> set[str]:
     return (facts["has_switch"] & facts["plugged_out"]) - facts["has_plug"]
 
 
-def _solved(trials: Sequence[OperatorReplacement]) -> float:
+def _solved(trials: Sequence[OperatorReplacementTrial]) -> float:
     return sum(trial.outcome == PlannerOutcome.SOLVED.value for trial in trials) / max(1, len(trials))
 
 

@@ -33,7 +33,7 @@ from eai.results.table_files import format_lines_as_csv, write_files, write_parq
 from eai.results.terminal import print_table
 from eai.studies.records import StudyRecords
 from eai.studies.registry import find_study, list_study_names
-from eai.studies.study import Analysis, Figures, Study, split_option_values
+from eai.studies.study import Analysis, Figures, Study, split_option_at_commas
 from eai.tasks.options import Options
 
 ALL, TABLE = "all", "table"
@@ -47,7 +47,9 @@ class _TableFileOptions(Options):
         formats: csv or parquet, or both with a comma. parquet needs the extra 'analysis'.
     """
 
-    formats: Annotated[tuple[Literal["csv", "parquet"], ...], BeforeValidator(split_option_values)] = ("csv",)
+    formats: Annotated[tuple[Literal["csv", "parquet"], ...], BeforeValidator(split_option_at_commas)] = (
+        "csv",
+    )
 
 
 def analyze(

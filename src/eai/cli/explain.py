@@ -47,7 +47,7 @@ from eai.results.record import NOT_ANSWERED, Record
 from eai.results.records import read_records
 from eai.results.runs import find_record_files
 from eai.results.summary import find_answer_outcome
-from eai.studies.report.explorer import make_film_name
+from eai.studies.report.explorer import make_film_file_name
 from eai.tasks.planning import find_plan
 from eai.tasks.source import ErrataChoice, Source
 from eai.tasks.task import Task
@@ -190,7 +190,7 @@ def _write_gif_of_execution(chosen: Sequence[Record], records: Path, store: Stor
     benchmark = find_benchmarks_of_runs([records]).get(record.domain) or record.domain
     suite = _open_suite_of_record(record, benchmark, store)
     film: bytes = load_from_extension("rendered_pictures", "--film").make_film_of_answer(record, suite)
-    write_files_atomically({file / make_film_name(record) if file.is_dir() else file: film})
+    write_files_atomically({file / make_film_file_name(record) if file.is_dir() else file: film})
 
 
 def _find_solving_plan_and_origin(suite: Suite, task: Task) -> tuple[tuple[str, ...], str]:

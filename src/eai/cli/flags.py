@@ -22,7 +22,7 @@ from eai.cli.options import SETTING, split_setting
 from eai.results.answer_files import find_response_file_of_suite
 from eai.run.job import CAPTIONER, PROVIDER, can_model_answer, check_model_name
 from eai.run.spec import RunSpec, list_option_defaults, list_sections, read_spec
-from eai.studies.registry import list_run_studies
+from eai.studies.registry import list_studies_with_run_options
 from eai.studies.variation import Endpoint
 
 FLAGS = {
@@ -113,7 +113,7 @@ def list_run_options() -> Iterator[str]:
     """Return a table of all options in Markdown."""
     yield "| option | if not given | meaning |"
     yield "|---|---|---|"
-    titles = {study.section_name: study.title for study in list_run_studies()}
+    titles = {study.section_name: study.title for study in list_studies_with_run_options()}
     for section, chosen in list_sections().items():
         title = titles.get(section) or (chosen.__doc__ or "").splitlines()[0]
         yield f"| **{section}** | | {title} |"

@@ -32,11 +32,16 @@ from eai.results.record import Record
 from eai.results.runs import find_record_files, read_runs, recount_goals_as_in_paper
 from eai.results.table import Table, format_superscript
 from eai.results.terminal import print_table
-from eai.studies.report.document import write_remark_on_unnamed_tasks
-from eai.studies.report.explorer import ExplorerBackground, ExplorerData, build_explorer_page, make_film_name
+from eai.studies.report.document import write_remark_on_missing_task_names
+from eai.studies.report.explorer import (
+    ExplorerData,
+    ExplorerDomainData,
+    build_explorer_page,
+    make_film_file_name,
+)
 from eai.studies.report.plots import add_plots_to_report
 from eai.studies.report.rankings import Ranking, make_rankings
-from eai.studies.report.run_summary import RunSummary, select_plain_runs, summarize_run
+from eai.studies.report.run_summary import RunSummary, select_runs_without_study_options, summarize_run
 from eai.studies.report.writer import format_rankings_json, format_tables_latex, write_report
 from eai.tasks.source import Source
 
@@ -100,7 +105,7 @@ def report(
             explorer.add_run(run)
             watch(min(number, files))
     summaries.sort(key=lambda item: item.key.sort_key)
-    plain = select_plain_runs(summaries)
+    plain = select_runs_without_study_options(summaries)
     tables = make_rankings(plain, with_paper=paper)
     with raise_write_errors_as_input_errors(out):
         out.mkdir(parents=True, exist_ok=True)
@@ -142,7 +147,7 @@ def _draw_plots(
 
 def make_explorer_background(
     source: Store, own: Mapping[str, Benchmark], out: Path, domain: str, *, prompts: bool, pictures: bool
-) -> ExplorerBackground:
+) -> ExplorerDomainData:
     """Return the data set's information about the tasks of a domain, or of the user's own benchmark.
 
     Nothing is downloaded for this purpose.
@@ -164,7 +169,7 @@ def make_explorer_background(
     words = (
         _collect_prompts_for_explorer(own.get(domain) or find_benchmark(domain), source)
         if prompts and known
-        else ExplorerBackground()
+        else ExplorerDomainData()
     )
     if (out / _FILMS).is_dir():
         words = replace(words, find_film=partial(_find_animation_link, out))
@@ -177,11 +182,11 @@ def make_explorer_background(
 
 def _find_animation_link(out: Path, record: Record) -> str:
     """Return the link to an answer's film (`eai explain --film OUT/films`), or None if there is no film."""
-    address = f"{_FILMS}/{make_film_name(record)}"
+    address = f"{_FILMS}/{make_film_file_name(record)}"
     return address if (out / address).is_file() else ""
 
 
-def _collect_prompts_for_explorer(benchmark: Benchmark, store: Store) -> ExplorerBackground:
+def _collect_prompts_for_explorer(benchmark: Benchmark, store: Store) -> ExplorerDomainData:
     """Return the prompts and operators of a benchmark for the explorer. Unavailable texts are left out."""
     source, prompts, operators = Source(store), dict[str, dict[str, str]](), dict[str, str]()
     for ability in PAPER_ABILITIES:
@@ -195,7 +200,7 @@ def _collect_prompts_for_explorer(benchmark: Benchmark, store: Store) -> Explore
         tasks = benchmark.operators(source).values()
         operators = {name: text.write_pddl for task in tasks for name, text in task.domain.operators.items()}
     instructions = {task.id: task.instruction for task in benchmark.tasks(source).values()}
-    return ExplorerBackground(prompts, operators, instructions)
+    return ExplorerDomainData(prompts, operators, instructions)
 
 
 def _print_main_results(records: Sequence[Path], *, paper: bool, as_json: bool, wide: bool) -> None:
@@ -204,7 +209,7 @@ def _print_main_results(records: Sequence[Path], *, paper: bool, as_json: bool, 
         summarize_run(recount_goals_as_in_paper(run) if paper else run) for run in read_runs(records)
     ]
     summaries.sort(key=lambda item: item.key.sort_key)
-    ranked = select_plain_runs(summaries)
+    ranked = select_runs_without_study_options(summaries)
     shown = {_OVERVIEW, *{item.key.ability.value for item in ranked}.difference(PAPER_ABILITIES)}
     tables = [table for table in make_rankings(ranked, with_paper=paper) if table.name in shown]
     if as_json:
@@ -212,12 +217,12 @@ def _print_main_results(records: Sequence[Path], *, paper: bool, as_json: bool, 
         return
     for table in tables:
         print_table(get_output_console(), _format_overview(table), wide=wide)
-        for number in table.number_notes(chain.from_iterable(row.notes for row in table.rows)):
+        for number in table.find_footnote_numbers(chain.from_iterable(row.notes for row in table.rows)):
             print_result_line(f"{format_superscript((number,))} {table.notes[number - 1]}")
     if len(ranked) < len(summaries):
         left_out = format_count(len(summaries) - len(ranked), "experiment")
         print_note(f"left out: {left_out}, which eai report shows apart")
-    remark = write_remark_on_unnamed_tasks(ranked)
+    remark = write_remark_on_missing_task_names(ranked)
     if remark:
         print_note(remark)
 
@@ -231,7 +236,8 @@ def _format_overview(ranking: Ranking) -> Table:
         replace(column, heading_without_group=text)
         for column, text in zip(table.columns_with_headings[first:], headings, strict=True)
     ]
-    title = f"{get_title(ranking.domain)}, protocol {ranking.protocol.value} (percent{ranking.rank_caption})"
+    unit = f"percent{ranking.rank_column_caption}"
+    title = f"{get_title(ranking.domain)}, protocol {ranking.protocol.value} ({unit})"
     return replace(table, title=title, columns=(*table.columns[:first], *columns))
 
 

@@ -40,9 +40,9 @@ from eai.results.terminal import print_table
 from eai.run.job import QuestionJob, can_model_answer
 from eai.run.journal import JOURNAL
 from eai.run.spec import RunSpec, save_spec
-from eai.studies.prompts.choice import make_prompts_experiment
+from eai.studies.prompts.choice import make_prompt_name_experiment
 from eai.studies.registry import add_study_summaries
-from eai.studies.variation import Endpoint, FirstStage
+from eai.studies.variation import Endpoint, StageBeforeQuestions
 from eai.tasks.prompts.prompt import Prompt, PromptSet
 from eai.tasks.source import ErrataChoice, find_errata_choice, find_planner_choice
 
@@ -240,7 +240,7 @@ def _leave_out_long_tasks(
 
 def _print_suite_results(spec: RunSpec, outcomes: Sequence[SuiteResult], *, wide: bool) -> None:
     """Print the results of several models in one suite."""
-    print_results({each.model: each.totals for each in outcomes}, spec.variation.heading, wide=wide)
+    print_results({each.model: each.totals for each in outcomes}, spec.variation.results_heading, wide=wide)
     repeated = {each.model: each.success_cases_by_epoch for each in outcomes if each.success_cases_by_epoch}
     if repeated:
         print_table(console.get_output_console(), make_pass_at_k_table(repeated), wide=wide)
@@ -248,7 +248,7 @@ def _print_suite_results(spec: RunSpec, outcomes: Sequence[SuiteResult], *, wide
 
 def _make_stage_before_answers(
     order: _RunRequest, suites_and_prompts: Sequence[tuple[Suite, Mapping[str, Prompt]]]
-) -> FirstStage | None:
+) -> StageBeforeQuestions | None:
     """Return the stage in which a model first interprets goals or perceives scenes, or None."""
     wanted: dict[str, set[str]] = {}
     for suite, asked in suites_and_prompts:
@@ -256,7 +256,7 @@ def _make_stage_before_answers(
     ask, variation = partial(_request_answers_and_score, order), order.spec.variation
     if variation.captioner is not None:
         flags.check_captioning_model(variation.captioner)
-    return variation.make_stage(order.library, wanted, ask)
+    return variation.make_stage_before_questions(order.library, wanted, ask)
 
 
 def _print_number_of_corrected_questions(
@@ -274,7 +274,7 @@ def _request_answers_and_score(
     endpoint: Endpoint,
     prompts: Mapping[str, Prompt],
     suite: Suite,
-    first: FirstStage | None = None,
+    first: StageBeforeQuestions | None = None,
     epochs: int | None = None,
     *,
     studied: bool = False,
@@ -307,7 +307,7 @@ def _request_answers_and_score(
     parts = [
         of_studies,
         None if beliefs is None else beliefs.experiment,
-        make_prompts_experiment(prompts_name),
+        make_prompt_name_experiment(prompts_name),
     ]
     parts += [Experiment(rules=rules), Experiment(harness=harness, effort=effort)]
     job = QuestionJob(

@@ -150,9 +150,9 @@ def score(
     if shard is not None and out is None:
         raise InputError("--shard: also give --out, the folder in which the shards are merged")
     if goals is not None and ability is not None:
-        from eai.studies.pipeline.stage_one import check_ability_states_goals
+        from eai.studies.pipeline.stage_one import require_questions_state_goals
 
-        check_ability_states_goals(ability)
+        require_questions_state_goals(ability)
     with ExitStack() as unpacking:
         places = [unpacking.enter_context(unpack_answers(path)) for path in paths]
         terms = options.open_planner_limits(context, planner_seconds, planner_memory)
@@ -310,7 +310,7 @@ def _make_adder_of_study_fields(share: _AnswersToScore) -> Callable[[Record], Re
     if share.goals is None and share.prompt_name is None:
         return share.logged
     from eai.results.epochs import add_beliefs_and_experiment
-    from eai.studies.prompts.choice import make_prompts_experiment
+    from eai.studies.prompts.choice import make_prompt_name_experiment
 
     beliefs, suite = None, share.suite
     if share.goals is not None:
@@ -319,7 +319,7 @@ def _make_adder_of_study_fields(share: _AnswersToScore) -> Callable[[Record], Re
         goals = (suite.benchmark, suite.ability, suite.source, share.answers.model)
         beliefs = replace(read_goal_beliefs(share.goals, *goals), beliefs={}, metadata={})
     mark = partial(
-        add_beliefs_and_experiment, beliefs=beliefs, experiment=make_prompts_experiment(share.prompt_name)
+        add_beliefs_and_experiment, beliefs=beliefs, experiment=make_prompt_name_experiment(share.prompt_name)
     )
     return mark if share.logged is None else partial(_apply_both, share.logged, mark)
 

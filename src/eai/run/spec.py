@@ -25,7 +25,7 @@ from eai.base.files import write_files_atomically
 from eai.benchmarks.registry import REFERENCES
 from eai.results.options import ScoringOptions
 from eai.run.job import DecodingOptions, RequestOptions
-from eai.studies.registry import list_run_studies
+from eai.studies.registry import list_studies_with_run_options
 from eai.studies.variation import Endpoint, VariationOptions, combine_variations
 from eai.tasks.options import Arguments, Options
 from eai.tasks.prompts.prompt import VARIANTS, PromptSet
@@ -182,7 +182,7 @@ class RunSpec(Options):
 
     @model_validator(mode="after")
     def _check_contradictions(self) -> Self:
-        choice = self.variation.choice
+        choice = self.variation.chosen_option
         if self.tasks.adaptive and choice:
             reason = "adaptive runs choose tasks by the difficulty of plain questions"
             raise InputError(f"tasks.adaptive: cannot be combined with {choice}; {reason}")
@@ -204,7 +204,7 @@ class RunSpec(Options):
         return combine_variations(
             [
                 self.studies[study.section_name]
-                for study in list_run_studies()
+                for study in list_studies_with_run_options()
                 if study.section_name in self.studies
             ]
         )
@@ -214,12 +214,12 @@ class RunSpec(Options):
         """The chosen options of studies as records store them, except options that a first stage records."""
         variations_by_study = {
             variation.name: self.studies.get(variation.section_name, VariationOptions())
-            for variation in list_run_studies()
+            for variation in list_studies_with_run_options()
         }
         choices = {
-            name: variation.record_choice(name)
+            name: variation.make_recorded_settings(name)
             for name, variation in variations_by_study.items()
-            if variation.choice
+            if variation.chosen_option
         }
         return Experiment({name: choice for name, choice in choices.items() if choice is not None})
 
@@ -238,7 +238,7 @@ _CORE = {name: type(field.default) for name, field in RunSpec.model_fields.items
 
 def list_sections() -> Mapping[str, type[Options]]:
     """Return a mapping from names to sections of a specification, with those of studies last."""
-    return {**_CORE, **{study.section_name: study.options for study in list_run_studies()}}
+    return {**_CORE, **{study.section_name: study.options for study in list_studies_with_run_options()}}
 
 
 def read_spec(tables: Mapping[str, object]) -> RunSpec:
@@ -262,7 +262,9 @@ def find_study_of_option(name: str) -> str:
         InputError: no study has the option.
     """
     study_of_option = {
-        option: study.section_name for study in list_run_studies() for option in study.options.model_fields
+        option: study.section_name
+        for study in list_studies_with_run_options()
+        for option in study.options.model_fields
     }
     _refuse_unknown_name(name, study_of_option)
     return study_of_option[name]

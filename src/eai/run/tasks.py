@@ -63,8 +63,8 @@ from eai.run.solver import (
     make_messages,
 )
 from eai.run.spec import find_study_of_option, read_spec
-from eai.studies.prompts.choice import make_prompts_experiment
-from eai.studies.variation import Endpoint, FirstStage
+from eai.studies.prompts.choice import make_prompt_name_experiment
+from eai.studies.variation import Endpoint, StageBeforeQuestions
 from eai.tasks.prompts.prompt import Prompt
 from eai.tasks.source import ErrataChoice, Source
 
@@ -168,11 +168,13 @@ def register_suite_task(reference: str, ability: Ability) -> Callable[..., inspe
             asked = questions if tasks is None else _select_prompts(questions, tasks)
             about: Mapping[str, Mapping[str, str]] = {}
             solver = ask_without_journal(None)
-            stage = spec.variation.make_stage(library, {suite.domain: asked}, _raise_instead_of_asking_model)
+            stage = spec.variation.make_stage_before_questions(
+                library, {suite.domain: asked}, _raise_instead_of_asking_model
+            )
             if takes_turns:
                 asked, about = make_prompts_and_metadata(spec.setting, asked, suite)
                 experiment, solver = Experiment(), player()
-            elif spec.variation.choice:
+            elif spec.variation.chosen_option:
                 spec.variation.select_abilities([ability])
                 beliefs = None
                 if stage is not None:
@@ -185,7 +187,7 @@ def register_suite_task(reference: str, ability: Ability) -> Callable[..., inspe
                 )
             if not takes_turns:
                 experiment = combine_experiments(
-                    [experiment, make_prompts_experiment(spec.prompts.prompt_label)]
+                    [experiment, make_prompt_name_experiment(spec.prompts.prompt_label)]
                 )
         task = build_task(suite, asked, solver, experiment=experiment, question_metadata=about)
         task.config = GenerateConfig(temperature=0.0)
@@ -258,7 +260,7 @@ def _raise_instead_of_asking_model(*_: object, **__: object) -> SuiteResult:
 
 
 def _run_goal_or_scene_stage(
-    stage: FirstStage, asked_prompts: Mapping[str, Prompt], suite: Suite
+    stage: StageBeforeQuestions, asked_prompts: Mapping[str, Prompt], suite: Suite
 ) -> tuple[Mapping[str, Prompt], PromptBeliefs]:
     """Return questions that state results of an earlier stage (goals or scenes), and these results.
 

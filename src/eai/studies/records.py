@@ -103,7 +103,7 @@ class StudyRecords:
         return replace(self, folder=self.folder / name)
 
 
-def group_comparable_runs(runs: Iterator[Run]) -> Mapping[tuple[str, ...], list[Run]]:
+def group_runs_by_suite_and_model(runs: Iterator[Run]) -> Mapping[tuple[str, ...], list[Run]]:
     """Return a mapping from suites with models to sorted runs; a suite is a protocol, domain and ability."""
     ordered = sorted(runs, key=lambda run: run.key.sort_key)
     return group_pairs(((*run.key.suite, run.key.model), run) for run in ordered)

@@ -69,7 +69,7 @@ def find_study(name: str) -> Study:
     return value
 
 
-def add_study_summaries(record: Record, suite: Suite, about: Mapping[str, Any]) -> Record:
+def add_study_summaries(record: Record, suite: Suite, question_metadata: Mapping[str, Any]) -> Record:
     """Return a record to which the studies of its run have added summaries of the answer.
 
     Summaries that the record has already are kept.
@@ -77,21 +77,21 @@ def add_study_summaries(record: Record, suite: Suite, about: Mapping[str, Any]) 
     Args:
         record: the record; a record without an answer gets no summaries.
         suite: the suite of the record.
-        about: the metadata of the question.
+        question_metadata: the metadata of the question.
     """
     if record.unanswered is not None:
         return record
     summaries = {**record.summaries}
     for name in record.study.keys() & _find_study_entry_points().keys() - summaries.keys():
         summarize = find_study(name).summarize
-        summary = None if summarize is None else summarize(record, suite, about)
+        summary = None if summarize is None else summarize(record, suite, question_metadata)
         if summary:
             summaries[name] = summary
     return replace(record, summaries=summaries)
 
 
 @cache
-def list_run_studies() -> tuple[Study, ...]:
+def list_studies_with_run_options() -> tuple[Study, ...]:
     """Return the studies that have options for runs, not only for analyses."""
     return tuple(
         [

@@ -131,6 +131,6 @@ def choose_metric(ability: Ability, chosen: str | None) -> str:
     return chosen or next(iter(metrics))
 
 
-def split_option_values(given: object) -> object:
+def split_option_at_commas(value: object) -> object:
     """Return the values of an option that takes several values. A text is split at its commas."""
-    return tuple(given.split(",")) if isinstance(given, str) else given
+    return tuple(value.split(",")) if isinstance(value, str) else value

@@ -47,7 +47,7 @@ per task.
 
 
 @dataclass
-class FirstStage:
+class StageBeforeQuestions:
     """A stage before the questions of a run, which finds goals or scenes (beliefs) that questions then state.
 
     Attributes:
@@ -64,8 +64,8 @@ class FirstStage:
     library: PromptLibrary
     task_ids: Mapping[str, Collection[str]]
     ask: AskModel
-    believe: Callable[[FirstStage, Endpoint, Suite], PromptBeliefs]
-    previous: FirstStage | None = None
+    believe: Callable[[StageBeforeQuestions, Endpoint, Suite], PromptBeliefs]
+    previous: StageBeforeQuestions | None = None
     results: list[SuiteResult] = field(default_factory=list, init=False)
     found_beliefs: dict[tuple[str, ...], PromptBeliefs] = field(default_factory=dict, init=False)
 
@@ -94,9 +94,9 @@ class FirstStage:
         return earlier.add_goal_beliefs(self.believe(self, endpoint, suite))
 
     @property
-    def earliest(self) -> FirstStage:
+    def first_in_chain(self) -> StageBeforeQuestions:
         """The first of the successive stages that end with this stage."""
-        return self if self.previous is None else self.previous.earliest
+        return self if self.previous is None else self.previous.first_in_chain
 
     @property
     def all_results(self) -> list[SuiteResult]:
@@ -118,28 +118,28 @@ class FirstStage:
 class VariationOptions(Options):
     """The options of a study that varies runs. With the default values, a run is unchanged.
 
-    Members other than `choice` are used only for runs of this study, and for runs without a study.
+    Members other than `chosen_option` are used only for runs of this study, and for runs without a study.
     """
 
     @property
-    def choice(self) -> str:
+    def chosen_option(self) -> str:
         """Name of the chosen option in messages; empty if the run does not belong to the study."""
         return ""
 
     @property
-    def heading(self) -> str:
+    def results_heading(self) -> str:
         """Heading that describes the chosen options above a run's results; empty if no options are chosen."""
         return ""
 
     @property
-    def changed_part(self) -> Literal["", "scene", "goals"]:
+    def changed_task_part(self) -> Literal["", "scene", "goals"]:
         """The part of a task that questions state differently; empty if they state the task as it is."""
         return ""
 
-    def find_contradiction(self, other: VariationOptions) -> str:
+    def explain_conflict(self, other: VariationOptions) -> str:
         """Return why a run cannot combine this choice with another study's choice; empty if it can."""
-        if self.changed_part and self.changed_part == other.changed_part:
-            return f"both change the {self.changed_part} that questions state"
+        if self.changed_task_part and self.changed_task_part == other.changed_task_part:
+            return f"both change the {self.changed_task_part} that questions state"
         if self.attempts is not None and other.attempts is not None:
             return "both say how answers are carried out"
         return ""
@@ -149,7 +149,7 @@ class VariationOptions(Options):
         """The options of attempts at each task, or None for one attempt in which every action works."""
         return None
 
-    def record_choice(self, study: str) -> StudySettings | None:
+    def make_recorded_settings(self, study: str) -> StudySettings | None:
         """Return the choice for records: the options that differ from their defaults.
 
         A study returns None if its first stage records the choice (`PromptBeliefs.experiment`).
@@ -171,14 +171,14 @@ class VariationOptions(Options):
         """
         return sorted(set(named or PAPER_ABILITIES), key=get_ability_sort_key)
 
-    def make_stage(
-        self, library: PromptLibrary, wanted: Mapping[str, Collection[str]], ask: AskModel
-    ) -> FirstStage | None:
+    def make_stage_before_questions(
+        self, library: PromptLibrary, task_ids_by_domain: Mapping[str, Collection[str]], ask: AskModel
+    ) -> StageBeforeQuestions | None:
         """Return the stage before the questions, or None if the study needs no stage.
 
         Args:
             library: source of the prompts.
-            wanted: the ids of the run's tasks, by domain.
+            task_ids_by_domain: the ids of the run's tasks, by domain.
             ask: function that asks a model.
         """
         return None
@@ -190,11 +190,11 @@ def combine_variations(variations: Iterable[VariationOptions]) -> VariationOptio
     Raises:
         InputError: two studies contradict each other.
     """
-    chosen = [variation for variation in variations if variation.choice]
+    chosen = [variation for variation in variations if variation.chosen_option]
     for one, other in permutations(chosen, 2):
-        reason = one.find_contradiction(other)
+        reason = one.explain_conflict(other)
         if reason:
-            raise InputError(f"{one.choice}: cannot be combined with {other.choice}; {reason}")
+            raise InputError(f"{one.chosen_option}: cannot be combined with {other.chosen_option}; {reason}")
     return chosen[0] if len(chosen) == 1 else _CombinedVariation(chosen=tuple(chosen))
 
 
@@ -208,14 +208,16 @@ class _CombinedVariation(VariationOptions):
     chosen: tuple[SerializeAsAny[VariationOptions], ...] = ()
 
     @property
-    def choice(self) -> str:
+    def chosen_option(self) -> str:
         """Names of the chosen options of all studies, joined by "and"."""
-        return " and ".join([variation.choice for variation in self.chosen])
+        return " and ".join([variation.chosen_option for variation in self.chosen])
 
     @property
-    def heading(self) -> str:
+    def results_heading(self) -> str:
         """Headings of the chosen options of all studies, joined by semicolons."""
-        return "; ".join([variation.heading for variation in self.chosen if variation.heading])
+        return "; ".join(
+            [variation.results_heading for variation in self.chosen if variation.results_heading]
+        )
 
     @property
     def attempts(self) -> AttemptOptions | None:
@@ -238,19 +240,19 @@ class _CombinedVariation(VariationOptions):
         first, *others = [variation.select_abilities(named) for variation in self.chosen]
         shared = [ability for ability in first if all(ability in abilities for abilities in others)]
         if not shared:
-            raise InputError(f"{self.choice}: no ability supports all of these studies")
+            raise InputError(f"{self.chosen_option}: no ability supports all of these studies")
         return shared
 
-    def make_stage(
-        self, library: PromptLibrary, wanted: Mapping[str, Collection[str]], ask: AskModel
-    ) -> FirstStage | None:
+    def make_stage_before_questions(
+        self, library: PromptLibrary, task_ids_by_domain: Mapping[str, Collection[str]], ask: AskModel
+    ) -> StageBeforeQuestions | None:
         """Return the last stage before the questions, or None if no study needs a stage.
 
         The stage that finds scenes comes before the stage that finds goals.
         """
-        last: FirstStage | None = None
-        for variation in sorted(self.chosen, key=lambda variation: variation.changed_part != "scene"):
-            stage = variation.make_stage(library, wanted, ask)
+        last: StageBeforeQuestions | None = None
+        for variation in sorted(self.chosen, key=lambda variation: variation.changed_task_part != "scene"):
+            stage = variation.make_stage_before_questions(library, task_ids_by_domain, ask)
             if stage is not None:
-                stage.earliest.previous, last = last, stage
+                stage.first_in_chain.previous, last = last, stage
         return last

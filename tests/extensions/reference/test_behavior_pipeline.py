@@ -19,7 +19,7 @@ from eai.results.record import Record
 from eai.results.responses import Response, ResponseFile
 from eai.results.summary import compute_metric_rates
 from eai.results.table import Estimate
-from eai.studies.pipeline.analysis import _PipelinePair, pool_pipeline_pairs
+from eai.studies.pipeline.analysis import _ModularAndPipelineRuns, pool_pipeline_pairs
 from eai.studies.pipeline.stage_one import make_goal_beliefs
 from eai.tasks.source import Source
 from oracle import PIPELINE_MODELS, read_oracle
@@ -57,12 +57,12 @@ def suite(data_store: Store) -> Suite:
 
 
 @pytest.fixture(scope="module")
-def runs(suite: Suite) -> dict[str, _PipelinePair]:
+def runs(suite: Suite) -> dict[str, _ModularAndPipelineRuns]:
     """The two runs of each model, by model."""
     return {model: _runs(model, suite) for model in PIPELINE_MODELS}
 
 
-def _runs(model: str, suite: Suite) -> _PipelinePair:
+def _runs(model: str, suite: Suite) -> _ModularAndPipelineRuns:
     benchmark = find_benchmark("behavior")
     first = read_oracle("behavior", "goal_interpretation", model)["records"]
     goals = model, {row["identifier"]: row["response"] or "" for row in first}
@@ -71,7 +71,9 @@ def _runs(model: str, suite: Suite) -> _PipelinePair:
     piped = read_oracle("behavior", "pipeline_subgoal_decomposition", model)["tasks"]
     modular = _scored(suite, model, {row["identifier"]: row["response"] or "" for row in alone})
     second = _scored(suite, model, {row["identifier"]: row["llm_output"] or "" for row in piped})
-    return _PipelinePair(modular, [believed.add_belief_to_record(record) for record in second], {}, {}, {})
+    return _ModularAndPipelineRuns(
+        modular, [believed.add_belief_to_record(record) for record in second], {}, {}, {}
+    )
 
 
 def _scored(suite: Suite, model: str, answers: dict[str, str]) -> list[Record]:
@@ -93,7 +95,7 @@ def published(model: str) -> dict[str, tuple[str, bool, bool]]:
     }
 
 
-def test_published_verdicts(runs: dict[str, _PipelinePair]) -> None:
+def test_published_verdicts(runs: dict[str, _ModularAndPipelineRuns]) -> None:
     equal: Counter[str] = Counter()
     differences = []
     for model, found in runs.items():
@@ -117,7 +119,7 @@ def test_published_verdicts(runs: dict[str, _PipelinePair]) -> None:
     assert differences == list(DIFFERENCES)
 
 
-def test_cells_of_the_paper(runs: dict[str, _PipelinePair]) -> None:
+def test_cells_of_the_paper(runs: dict[str, _ModularAndPipelineRuns]) -> None:
     """Those of the pipeline: an answer that was never asked for counts as one that cannot be read."""
     paper = read_paper_table("pipeline_subgoal_decomposition")
     off = []
@@ -139,7 +141,7 @@ def test_cells_of_the_paper(runs: dict[str, _PipelinePair]) -> None:
     ("verdicts", "solved"), [("published", (91, 25, 30)), ("here", (98, 27, 30))]
 )  # fmt: skip
 def test_where_the_loss_comes_from(
-    verdicts: str, solved: tuple[int, int, int], runs: dict[str, _PipelinePair]
+    verdicts: str, solved: tuple[int, int, int], runs: dict[str, _ModularAndPipelineRuns]
 ) -> None:
     """With right goals nothing is lost; what is lost is lost to missing goals."""
     found = [
@@ -159,7 +161,7 @@ def test_where_the_loss_comes_from(
     }
 
 
-def _as_published(found: _PipelinePair, model: str) -> _PipelinePair:
+def _as_published(found: _ModularAndPipelineRuns, model: str) -> _ModularAndPipelineRuns:
     """The same with the simulator's verdicts on the pipeline."""
     theirs = published(model)
     piped = []

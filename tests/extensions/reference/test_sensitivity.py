@@ -10,9 +10,9 @@ from eai.extensions.reference.operator_rules import PublishedOperatorRules
 from eai.pddl.planning import PlannerChoice
 from eai.results.rate import compute_rate
 from eai.studies.sensitivity.study import (
-    OperatorReplacement,
+    OperatorReplacementTrial,
     group_cases_by_operator,
-    replace_operators_one_by_one,
+    replace_gold_operators_one_by_one,
 )
 from eai.tasks.source import Source
 from oracle import Oracle, read_shared
@@ -50,7 +50,7 @@ def test_gpt_4o_on_virtualhome_is_as_sensitive_as_the_paper_says(oracle: Oracle,
     rows = oracle("virtualhome", "transition_modeling", "gpt-4o-2024-05-13")["tasks"]
     source = Source(data_store, planner=PlannerChoice.BUILT_IN)
     suite = open_suite("virtualhome", Ability.TRANSITION_MODELING, Protocol("eai-1.0.5"), source=source)
-    trials: list[OperatorReplacement] = []
+    trials: list[OperatorReplacementTrial] = []
     for row in rows:
         scorer = suite.scorer(row["id"])
         assert isinstance(scorer, TransitionModeling)
@@ -61,7 +61,7 @@ def test_gpt_4o_on_virtualhome_is_as_sensitive_as_the_paper_says(oracle: Oracle,
             protocol=suite.protocol,
             response=row["llm_output"],
         )
-        trials += replace_operators_one_by_one(scorer, made)
+        trials += replace_gold_operators_one_by_one(scorer, made)
     cells = group_cases_by_operator(trials)
     for category, figures in read_shared("paper", "sensitivity.json")["virtualhome_measured_gpt4o"].items():
         for operator, figure in figures.items():

@@ -23,7 +23,7 @@ from eai.extensions.scenes.rendered import render_task_images
 from eai.results.batch import Scoring
 from eai.results.responses import Response, ResponseFile
 from eai.studies.perception.choice import SceneOptions
-from eai.studies.perception.scenes import state_scenes
+from eai.studies.perception.scenes import make_beliefs_by_scene_options
 from eai.tasks.prompts.template import PromptTemplates
 from eai.tasks.source import Source
 from extensions.scenes.rooms import kitchen, task_of
@@ -71,7 +71,9 @@ def test_what_numbers_and_pixels_stand_for_is_told(scene: str, told: str, data_s
     can_draw()
     suite = open_suite("behavior", Ability.ACTION_SEQUENCING)
     tasks = {JARS: suite.tasks[JARS]}
-    believed = state_scenes(SceneOptions(scene=scene), suite.benchmark, tasks, PromptTemplates())
+    believed = make_beliefs_by_scene_options(
+        SceneOptions(scene=scene), suite.benchmark, tasks, PromptTemplates()
+    )
     belief = believed.beliefs[JARS]
     assert belief.initial is not None
     assert re.search(told, belief.initial)

@@ -10,7 +10,7 @@ from browsing import needs_browser
 from eai.agents.setting import ACTING
 from eai.benchmarks.suite import open_suite
 from eai.extensions.scenes.course import make_tiles_after_each_step
-from eai.studies.report.explorer import ExplorerBackground
+from eai.studies.report.explorer import ExplorerDomainData
 from studies.report.test_explorer_browser import link, write_episodes
 
 pytestmark = needs_browser
@@ -19,7 +19,7 @@ pytestmark = needs_browser
 def test_a_turn_is_shown_with_the_objects_that_it_changed(page: Any, tmp_path: Path) -> None:
     suite = open_suite(SWITCHES, ACTING)
     address = write_episodes(
-        tmp_path, ExplorerBackground(find_scenes=lambda record: make_tiles_after_each_step(record, suite))
+        tmp_path, ExplorerDomainData(find_scenes=lambda record: make_tiles_after_each_step(record, suite))
     )
     page.goto(link(address, run="switches/acting/strict/good", task="both", step="3"))
     page.get_by_role("button", name="Next turn").click()

@@ -4,21 +4,25 @@ from pathlib import Path
 
 import pytest
 
-from eai.studies.report.distributions import _ValueDistribution, count_bins, write_distribution_plots
+from eai.studies.report.distributions import (
+    _ValueDistribution,
+    group_counts_into_bins,
+    write_distribution_plots,
+)
 
 pytest.importorskip("matplotlib")
 
 
 def test_bins_are_labelled_with_their_bounds_and_leave_no_gap() -> None:
-    assert count_bins({1: 2, 3: 1}, decades=False) == {"1": 2, "2": 0, "3": 1}
-    wide = count_bins({2: 1, 67: 3}, decades=False)
+    assert group_counts_into_bins({1: 2, 3: 1}, by_decades=False) == {"1": 2, "2": 0, "3": 1}
+    wide = group_counts_into_bins({2: 1, 67: 3}, by_decades=False)
     assert next(iter(wide)) == "0-4"
     assert wide["65-69"] == 3
     assert sum(wide.values()) == 4
 
 
 def test_decades_are_labelled_with_their_first_number() -> None:
-    assert count_bins({1: 70, 9: 12, 10: 7, 4_000: 1}, decades=True) == {
+    assert group_counts_into_bins({1: 70, 9: 12, 10: 7, 4_000: 1}, by_decades=True) == {
         "1-9": 82,
         "10+": 7,
         "100+": 0,

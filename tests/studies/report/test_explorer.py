@@ -12,10 +12,10 @@ import pytest
 from eai.abilities.explanation import Explanation, GoalReport, StepReport, parse_statement
 from eai.results.page import encode_for_script
 from eai.results.runs import read_runs
-from eai.studies.report.explorer import ExplorerBackground, ExplorerData, build_explorer_page
+from eai.studies.report.explorer import ExplorerData, ExplorerDomainData, build_explorer_page
 from studies.report.samples import HOSTILE, action_run, all_runs, write_runs
 
-BACKGROUND = ExplorerBackground(
+BACKGROUND = ExplorerDomainData(
     prompts={"action_sequencing": {"0_1": f"Do this.\n{HOSTILE}", "none": "?"}},
     operators={"open": "(:action open :parameters (?o))"},
 )
@@ -23,7 +23,7 @@ BACKGROUND = ExplorerBackground(
 
 @pytest.fixture
 def data(tmp_path: Path) -> str:
-    packed = ExplorerData(lambda domain: BACKGROUND if domain == "virtualhome" else ExplorerBackground())
+    packed = ExplorerData(lambda domain: BACKGROUND if domain == "virtualhome" else ExplorerDomainData())
     for run in read_runs([write_runs(tmp_path, all_runs())]):
         packed.add_run(run)
     return packed.to_json()

@@ -19,9 +19,9 @@ from eai.results.record import Record
 from eai.results.responses import Response
 from eai.results.runs import Run, RunKey, read_runs
 from eai.studies.report.explorer import (
-    ExplorerBackground,
     ExplorerData,
-    SceneTile,
+    ExplorerDomainData,
+    ObjectTile,
     TileScenes,
     build_explorer_page,
 )
@@ -34,9 +34,9 @@ def course(record: Record) -> TileScenes:
     """A cup that is taken from a box in the third of four steps, of one answer."""
     if (record.task_id, record.ability) != ("1_1", Ability.ACTION_SEQUENCING):
         return ()
-    cup, box, me = (SceneTile(name, "object") for name in (HOSTILE, "box.4", "me.65"))
-    full = SceneTile("box.4", "object", ["CLOSED"], zones={"INSIDE": [cup]})
-    holding = SceneTile(
+    cup, box, me = (ObjectTile(name, "object") for name in (HOSTILE, "box.4", "me.65"))
+    full = ObjectTile("box.4", "object", ["CLOSED"], zones={"INSIDE": [cup]})
+    holding = ObjectTile(
         "me.65", "agent", lines=["NEXT_TO \N{LEFT RIGHT ARROW} box.4"], zones={"HOLDS_RH": [cup]}
     )
     return [[me, full], [me, full], [me, full], [holding, box], [holding, box]]
@@ -49,13 +49,13 @@ ACTIONS = "virtualhome/action_sequencing/strict"
 def address(tmp_path_factory: pytest.TempPathFactory) -> str:
     """The explorer of all sample runs, as an address on disk."""
     folder = tmp_path_factory.mktemp("explorer")
-    background = ExplorerBackground(
+    background = ExplorerDomainData(
         prompts={"action_sequencing": {"11_1": f"Do this. {HOSTILE}"}},
         operators={"open": "(:action open :precondition (and (closed ?o) (can_open ?o)))"},
         instructions={"1_1": "Switch\n it on."},
         find_scenes=course,
     )
-    data = ExplorerData(lambda domain: background if domain == "virtualhome" else ExplorerBackground())
+    data = ExplorerData(lambda domain: background if domain == "virtualhome" else ExplorerDomainData())
     for run in read_runs([write_runs(folder, all_runs())]):
         data.add_run(run)
     page = folder / "explorer.html"
@@ -203,7 +203,7 @@ def test_goals_are_marked_as_found_missed_or_invented(page: Any, address: str) -
     assert "sofaa" in lists[3]
 
 
-def write_episodes(folder: Path, background: ExplorerBackground) -> str:
+def write_episodes(folder: Path, background: ExplorerDomainData) -> str:
     """Write the explorer of two agents that play the same task, and return its address."""
     suite = open_suite(SWITCHES, ACTING)
     plays = {name: EpisodeFactory(SWITCHES).begin_episode(suite.tasks["both"]) for name in ("good", "poor")}
@@ -224,7 +224,7 @@ def write_episodes(folder: Path, background: ExplorerBackground) -> str:
 
 @pytest.fixture(scope="module")
 def episodes(tmp_path_factory: pytest.TempPathFactory) -> str:
-    return write_episodes(tmp_path_factory.mktemp("episodes"), ExplorerBackground())
+    return write_episodes(tmp_path_factory.mktemp("episodes"), ExplorerDomainData())
 
 
 def test_an_episode_is_replayed_turn_by_turn(page: Any, episodes: str) -> None:

@@ -17,7 +17,7 @@ from eai.results.record import Record
 from eai.results.runs import Run, RunKey
 from eai.studies.report.plots import (
     add_plots_to_report,
-    draw_answer_flow,
+    draw_answers_left_after_each_check,
     draw_outcomes,
     draw_rates_by_action,
     draw_rates_by_predicate,
@@ -123,7 +123,7 @@ def test_labels_of_losses_do_not_overlap() -> None:
     """Few answers are lost to names, and many to the next stage: both labels would be on one line."""
     unknown = failed(FaultKind.HALLUCINATION)
     run = [*of_length(3, [True] * 50 + [False] * 48), *[record(f"x{i}_1", unknown) for i in range(2)]]
-    figure = draw_answer_flow([summary(run)])
+    figure = draw_answers_left_after_each_check([summary(run)])
     assert figure is not None
     (panel,) = figure.axes
     heights = [

@@ -11,7 +11,7 @@ from eai.results.paper_tables import read_paper_protocol_and_tables, read_paper_
 from eai.results.record import Record
 from eai.results.runs import Run, RunKey
 from eai.studies.report.rankings import Ranking
-from eai.studies.report.rankings import make_other_paper_rankings as rankings_besides
+from eai.studies.report.rankings import make_rankings_of_secondary_paper_tables as rankings_besides
 from eai.studies.report.run_summary import RunSummary, summarize_run
 from eai.studies.report.table_specs import find_paper_column
 from eai.studies.report.writer import format_rankings_csv, format_rankings_json

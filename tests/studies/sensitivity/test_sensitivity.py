@@ -18,9 +18,9 @@ from eai.pddl.search import BuiltInPlanner
 from eai.results.record import Record
 from eai.studies.sensitivity.study import (
     NOT_WRITTEN,
-    OperatorReplacement,
-    make_sensitivity_tables,
-    replace_operators_one_by_one,
+    OperatorReplacementTrial,
+    make_operator_sensitivity_tables,
+    replace_gold_operators_one_by_one,
 )
 from eai.tasks.operator_task import OperatorLibrary, TransitionTask
 from eai.tasks.task import Category
@@ -53,9 +53,11 @@ def rules_with() -> MakeRules:
     return PaperOperatorRules
 
 
-def tried(text: str, rules_with: MakeRules, replaced: ReplacedPart = "operator") -> list[OperatorReplacement]:
+def tried(
+    text: str, rules_with: MakeRules, replaced: ReplacedPart = "operator"
+) -> list[OperatorReplacementTrial]:
     scorer = TransitionModeling(TASK, rules_with(BuiltInPlanner()))
-    return list(replace_operators_one_by_one(scorer, scored(scorer, text), replaced))
+    return list(replace_gold_operators_one_by_one(scorer, scored(scorer, text), replaced))
 
 
 def scored(scorer: TransitionModeling, text: str) -> Record:
@@ -112,7 +114,7 @@ def test_a_trial_records_the_errors_of_the_replaced_part() -> None:
 def test_a_missing_answer_has_no_operator(rules_with: MakeRules) -> None:
     scorer = TransitionModeling(TASK, rules_with(BuiltInPlanner()))
     missing = replace(scored(scorer, "3"), unanswered="timeout")
-    assert [trial.outcome for trial in replace_operators_one_by_one(scorer, missing)] == [
+    assert [trial.outcome for trial in replace_gold_operators_one_by_one(scorer, missing)] == [
         NOT_WRITTEN,
         NOT_WRITTEN,
     ]
@@ -120,8 +122,8 @@ def test_a_missing_answer_has_no_operator(rules_with: MakeRules) -> None:
 
 def trial(
     task: str, operator: str, categories: str, outcome: str, errors: str = "", model: str = "m"
-) -> OperatorReplacement:
-    return OperatorReplacement(
+) -> OperatorReplacementTrial:
+    return OperatorReplacementTrial(
         protocol="strict",
         domain="d",
         ability="transition_modeling",
@@ -146,8 +148,8 @@ TRIALS = [
 ]
 
 
-def rows_of(name: str, trials: Sequence[OperatorReplacement] = TRIALS) -> list[str]:
-    table = next(table for table in make_sensitivity_tables(trials) if table.name == name)
+def rows_of(name: str, trials: Sequence[OperatorReplacementTrial] = TRIALS) -> list[str]:
+    table = next(table for table in make_operator_sensitivity_tables(trials) if table.name == name)
     return [" ".join(map(str, row[3:])) for row in table.rows]
 
 

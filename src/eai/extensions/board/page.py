@@ -308,7 +308,7 @@ def _list_row_cells(
     rank = _NO_NUMBER if row.rank is None else str(row.rank)
     numbers = [_format_score_html(row.cells[column], table) for column in columns]
     answered = _NO_NUMBER if row.coverage is None else str(row.coverage)
-    protocol, marks = table.protocol.value, _format_note_marks(table.number_notes(row.notes))
+    protocol, marks = table.protocol.value, _format_note_marks(table.find_footnote_numbers(row.notes))
     if submission is None:
         model = f"{escape(row.model)}{marks} <small>{escape(row.source)}</small>"
         return [rank, model, *numbers, answered, *[""] * 6, protocol, "", ""]
@@ -333,7 +333,7 @@ def _format_score_html(value: RankedScore, table: Ranking) -> str:
     shown = f"<b>{value.value:.1f}</b>" if value.best else f"{value.value:.1f}"
     if value.low is not None and value.high is not None:
         shown += f" <small>[{value.low:.1f}, {value.high:.1f}]</small>"
-    return shown + _format_note_marks(table.number_notes(value.texts))
+    return shown + _format_note_marks(table.find_footnote_numbers(value.texts))
 
 
 def _format_note_marks(notes: Iterable[int]) -> str:

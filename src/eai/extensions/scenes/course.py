@@ -20,7 +20,7 @@ from eai.extensions.scenes.diagrams import make_words_for_picture_labels
 from eai.extensions.scenes.tiles import make_tiles
 from eai.results.record import Record
 from eai.studies.perception.scene_graph import SceneGraphVocabulary
-from eai.studies.report.explorer import SceneTile, TileScenes
+from eai.studies.report.explorer import ObjectTile, TileScenes
 from eai.tasks.source import ErrataChoice, Source
 from eai.tasks.task import Task
 from eai.tasks.wording import list_objects_in_prompt
@@ -106,7 +106,7 @@ def replay_steps(domain: Domain, initial: State, steps: Sequence[StepReport]) ->
 
 def _make_scene_tiles(
     task: Task, words: SceneGraphVocabulary, state: State, shown: Sequence[int]
-) -> list[SceneTile]:
+) -> list[ObjectTile]:
     agent = task.scene.agent
     graph = words.make_true_graph(replace(task, initial=state), shown)
     return make_tiles(graph, words, None if agent is None else words.list_object_names(task)[agent])

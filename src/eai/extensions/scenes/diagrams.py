@@ -11,7 +11,7 @@ from eai.extensions.scenes.drawing import Drawing, draw_tiles, to_pillow_image, 
 from eai.extensions.scenes.tiles import make_tiles
 from eai.studies.perception.choice import Clutter
 from eai.studies.perception.scene_graph import SceneGraph, SceneGraphVocabulary
-from eai.studies.perception.scenes import choose_other_objects
+from eai.studies.perception.scenes import choose_distractor_objects
 from eai.tasks.prompts.prompt import Image
 from eai.tasks.task import Task
 from eai.tasks.wording import list_objects_in_prompt
@@ -45,7 +45,7 @@ def draw_scene(
         objects: indexes of the objects to show; the objects of a prompt if None.
     """
     shown = list_objects_in_prompt(task) if objects is None else objects
-    others = choose_other_objects(task, words, shown, clutter)
+    others = choose_distractor_objects(task, words, shown, clutter)
     now = task if state is None else replace(task, initial=state)
     names, agent = words.list_object_names(task), task.scene.agent
     doer = None if agent is None else names[agent]

@@ -39,7 +39,7 @@ from eai.results.record import Record
 from eai.results.runs import RunKey, recount_errors_as_in_paper
 from eai.results.summary import drop_later_attempts, estimate_share, find_answer_outcome, make_cases_by_metric
 from eai.results.table import Estimate, Row, Table, make_table
-from eai.studies.records import StudyRecords, group_comparable_runs
+from eai.studies.records import StudyRecords, group_runs_by_suite_and_model
 from eai.studies.study import Analysis, Figures, Study, add_run_title, write_paper_remarks
 from eai.studies.variation import VariationOptions
 from eai.tasks.options import Options
@@ -319,12 +319,12 @@ class _ReplanningOptions(VariationOptions):
         return self
 
     @property
-    def choice(self) -> str:
+    def chosen_option(self) -> str:
         """Text that names the chosen options; empty for one attempt in which no action fails at random."""
         return "attempts.replans, slip or until" if self.attempts else ""
 
     @property
-    def heading(self) -> str:
+    def results_heading(self) -> str:
         """Label of the attempts for readers."""
         return self.attempts.label if self.attempts else ""
 
@@ -371,7 +371,7 @@ class _ReplanningOptions(VariationOptions):
         )
         return options if options.executes_answers_as_episodes else None
 
-    def record_choice(self, study: str) -> StudySettings | None:
+    def make_recorded_settings(self, study: str) -> StudySettings | None:
         """Return the options of attempts as records store them."""
         return None if self.attempts is None else self.attempts.experiment.study[study]
 
@@ -397,7 +397,7 @@ def _analyze_attempts(records: StudyRecords, chosen: _AttemptCountingOptions) ->
     acting = (
         run for run in records.read_runs() if AttemptOptions.from_experiment(run.key.experiment) is not None
     )
-    groups = list(group_comparable_runs(acting).values())
+    groups = list(group_runs_by_suite_and_model(acting).values())
     if not groups:
         raise InputError(
             "found no records of runs with further attempts or slips; eai run "

@@ -119,18 +119,18 @@ class SceneOptions(VariationOptions):
         return self
 
     @property
-    def choice(self) -> str:
+    def chosen_option(self) -> str:
         """Name of the chosen option: the format of the scene, or context added to a list of facts."""
         if self.scene != "text":
             return f"perception.scene {self.scene}"
         return f"perception.context {self.context}" if self._make_prompt_context_label else ""
 
     @property
-    def heading(self) -> str:
+    def results_heading(self) -> str:
         """Heading of results that names the format of the scene."""
         return f"scene: {self.label}"
 
-    def record_choice(self, study: str) -> None:
+    def make_recorded_settings(self, study: str) -> None:
         """Return None, because the first stage of the run records the format of the scene."""
 
     @property
@@ -139,11 +139,11 @@ class SceneOptions(VariationOptions):
         return self.scene_model
 
     @property
-    def changed_part(self) -> Literal["", "scene", "goals"]:
+    def changed_task_part(self) -> Literal["", "scene", "goals"]:
         """The part of a question that this study changes: the scene."""
         return "scene"
 
-    def find_contradiction(self, other: VariationOptions) -> str:
+    def explain_conflict(self, other: VariationOptions) -> str:
         """Return why this format of the scene contradicts another study's choice; empty if they agree."""
         acted = other.attempts
         if acted is not None and acted.world == "continue" and acted.feedback != "none":
@@ -151,7 +151,7 @@ class SceneOptions(VariationOptions):
                 return "the scene is only shown at the start, but feedback describes a changed world"
             if self.scene in ("image", "both") and acted.form == "chat":
                 return "a chat cannot show pictures of a changed world"
-        return super().find_contradiction(other)
+        return super().explain_conflict(other)
 
     @property
     def can_show_changed_scene(self) -> bool:

@@ -166,7 +166,7 @@ class SceneGraphVocabulary:
     def __init__(self, wording: SuiteWording) -> None:
         vocabulary = wording.domain.vocabulary
         self.wording = wording
-        forms = {name: find_stored_form(vocabulary, name) for name in wording.predicates}
+        forms = {name: find_stored_predicate_that_implies(vocabulary, name) for name in wording.predicates}
         self.stored_forms: Mapping[str, str] = {
             name: form for name, form in forms.items() if form is not None
         }
@@ -174,12 +174,12 @@ class SceneGraphVocabulary:
     @cached_property
     def holding_predicates(self) -> tuple[str, ...]:
         """Names of the described predicates that say which object a hand holds."""
-        return self._list_described_predicates(find_holding_and_location_predicates(self.wording.domain)[0])
+        return self._list_predicates_implied_by(find_holding_and_location_predicates(self.wording.domain)[0])
 
     @cached_property
     def support_predicates(self) -> tuple[str, ...]:
         """Names of the described predicates for an object in, on or under another object."""
-        return self._list_described_predicates(find_holding_and_location_predicates(self.wording.domain)[1])
+        return self._list_predicates_implied_by(find_holding_and_location_predicates(self.wording.domain)[1])
 
     @cached_property
     def arity_by_scene_graph_name(self) -> Mapping[str, int]:
@@ -205,7 +205,7 @@ class SceneGraphVocabulary:
         for listing in self.wording.goal_fact_listers:
             yield from listing.list_facts(state, objects)
 
-    def list_stored_facts(self, state: State, objects: Sequence[int]) -> Iterator[Fact]:
+    def list_facts_stored_in_state(self, state: State, objects: Sequence[int]) -> Iterator[Fact]:
         """Yield the facts about some objects that a state stores. All other facts follow from these."""
         for fact in self.list_facts(state, objects):
             form = self.stored_forms.get(fact.predicate)
@@ -218,7 +218,7 @@ class SceneGraphVocabulary:
             self.list_object_names(task),
             list_objects_in_prompt(task) if objects is None else objects,
         )
-        facts = self.list_stored_facts(task.initial, chosen)
+        facts = self.list_facts_stored_in_state(task.initial, chosen)
         return make_scene_graph(
             [names[index] for index in chosen], [self.to_named_fact(fact, names) for fact in facts]
         )
@@ -229,12 +229,12 @@ class SceneGraphVocabulary:
             self.find_scene_graph_name(fact.predicate), tuple([names[index] for index in fact.arguments])
         )
 
-    def _list_described_predicates(self, stored: Iterable[str]) -> tuple[str, ...]:
-        wanted = set(stored)
+    def _list_predicates_implied_by(self, stored_predicates: Iterable[str]) -> tuple[str, ...]:
+        wanted = set(stored_predicates)
         return tuple([name for name, form in self.stored_forms.items() if form in wanted])
 
 
-def find_stored_form(vocabulary: Vocabulary, predicate: str) -> str | None:
+def find_stored_predicate_that_implies(vocabulary: Vocabulary, predicate: str) -> str | None:
     """Return the stored predicate that implies a described predicate of equal arguments, or None.
 
     For a derived predicate, this is the first predicate in its definition that has all parameters as
@@ -248,7 +248,7 @@ def find_stored_form(vocabulary: Vocabulary, predicate: str) -> str | None:
         return None
     for atom in _iterate_positive_atoms(defined.definition):
         if atom.predicate != predicate and atom.arguments == defined.parameters:
-            form = find_stored_form(vocabulary, atom.predicate)
+            form = find_stored_predicate_that_implies(vocabulary, atom.predicate)
             if form is not None:
                 return form
     return None

@@ -25,7 +25,7 @@ from eai.studies.perception.choice import STUDY, Clutter, SceneFormat, SceneOpti
 from eai.studies.perception.errors import find_perception_errors
 from eai.studies.perception.noise import perceive_with_noise
 from eai.studies.perception.scene_graph import SCENE, SceneGraph, SceneGraphVocabulary, read_scene_graph
-from eai.studies.variation import Endpoint, FirstStage
+from eai.studies.variation import Endpoint, StageBeforeQuestions
 from eai.tasks.prompts.prompt import INITIAL_PLACEHOLDER, BelievedTask, Image
 from eai.tasks.prompts.template import PromptTemplates
 from eai.tasks.task import Task
@@ -41,11 +41,13 @@ _MEDIA_TYPES = {".png": "image/png", ".jpg": "image/jpeg", ".jpeg": "image/jpeg"
 _MAX_OTHERS_PER_OBJECT: Mapping[Clutter, int] = {"none": 0, "some": 1, "many": 4}
 
 
-def _make_stated_scenes(label: str, beliefs: Mapping[str, BelievedTask], **more: Any) -> PromptBeliefs:
-    """Return the scenes that questions state, as beliefs; ``label`` names the format of the scene."""
+def _make_beliefs_about_scenes(
+    scene_format: str, beliefs: Mapping[str, BelievedTask], **further_fields: Any
+) -> PromptBeliefs:
+    """Return the scenes that questions state, as beliefs."""
     lacking = "there is no scene graph or picture that would tell of the scene"
-    experiment = Experiment({STUDY: make_settings_with_option("scene", "scene", label, _PLACE)})
-    return PromptBeliefs(beliefs, experiment, lacking, **more)
+    experiment = Experiment({STUDY: make_settings_with_option("scene", "scene", scene_format, _PLACE)})
+    return PromptBeliefs(beliefs, experiment, lacking, **further_fields)
 
 
 def make_scene_beliefs(
@@ -64,7 +66,7 @@ def make_scene_beliefs(
         i: dataclass_to_json(find_perception_errors(tasks[i], words, graph)) for i, graph in graphs.items()
     }
     about = {i: {SCENE: graph.json_text} for i, graph in graphs.items()}
-    return _make_stated_scenes(
+    return _make_beliefs_about_scenes(
         label, beliefs, metadata=about, summaries={i: {STUDY: summary} for i, summary in errors.items()}
     )
 
@@ -78,8 +80,8 @@ def read_scene_beliefs(label: str, suite: Suite, texts: Mapping[str, str]) -> Pr
     return make_scene_beliefs(label, suite.tasks, words, read)
 
 
-def state_scenes(
-    choice: SceneOptions, benchmark: Benchmark, tasks: Mapping[str, Task], templates: PromptTemplates
+def make_beliefs_by_scene_options(
+    options: SceneOptions, benchmark: Benchmark, tasks: Mapping[str, Task], templates: PromptTemplates
 ) -> PromptBeliefs:
     """Return the scenes that questions state, as beliefs, if no second model lists them from pictures.
 
@@ -88,16 +90,16 @@ def state_scenes(
         EaiError: the library that draws pictures is not installed.
     """
     look = (
-        partial(_perceive_changed_scene, choice, benchmark, templates)
-        if choice.can_show_changed_scene
+        partial(_perceive_scene_before_attempt, options, benchmark, templates)
+        if options.can_show_changed_scene
         else None
     )
-    if choice.noise is not None:
+    if options.noise is not None:
         words = open_scene_graph_vocabulary(benchmark)
-        seen = {i: perceive_with_noise(task, words, choice.noise) for i, task in tasks.items()}
-        return replace(make_scene_beliefs(choice.label, tasks, words, seen), look=look)
-    return _make_stated_scenes(
-        choice.label, _state_true_scenes(choice, benchmark, tasks, templates), look=look
+        seen = {i: perceive_with_noise(task, words, options.noise) for i, task in tasks.items()}
+        return replace(make_scene_beliefs(options.label, tasks, words, seen), look=look)
+    return _make_beliefs_about_scenes(
+        options.label, _state_true_scenes(options, benchmark, tasks, templates), look=look
     )
 
 
@@ -117,18 +119,20 @@ def _state_true_scenes(
     return {i: BelievedTask(tasks[i], initial=said[i], images=shown) for i, shown in images.items()}
 
 
-def _perceive_changed_scene(
-    choice: SceneOptions, benchmark: Benchmark, templates: PromptTemplates, task: Task, attempt: int
+def _perceive_scene_before_attempt(
+    options: SceneOptions, benchmark: Benchmark, templates: PromptTemplates, changed_task: Task, attempt: int
 ) -> tuple[BelievedTask, Mapping[str, str]]:
     """Return the changed scene as a model sees it before a further attempt, and metadata of the question.
 
     A noisy scene gets newly drawn errors.
     """
-    if choice.noise is None:
-        return _state_true_scenes(choice, benchmark, {task.id: task}, templates)[task.id], {}
+    if options.noise is None:
+        return _state_true_scenes(options, benchmark, {changed_task.id: changed_task}, templates)[
+            changed_task.id
+        ], {}
     words = open_scene_graph_vocabulary(benchmark)
-    seen = perceive_with_noise(task, words, choice.noise, str(attempt))
-    return BelievedTask(apply_scene_graph(task, words, seen)), {SCENE: seen.json_text}
+    seen = perceive_with_noise(changed_task, words, options.noise, str(attempt))
+    return BelievedTask(apply_scene_graph(changed_task, words, seen)), {SCENE: seen.json_text}
 
 
 def _add_scene_context(
@@ -136,22 +140,23 @@ def _add_scene_context(
 ) -> str:
     if choice.context in (None, "none"):
         return text
-    return (
-        f"{text}\n\n{write_context(task, open_scene_graph_vocabulary(benchmark), choice.context, templates)}"
-    )
+    words = open_scene_graph_vocabulary(benchmark)
+    return f"{text}\n\n{write_scene_context(task, words, choice.context, templates)}"
 
 
-def write_context(task: Task, words: SceneGraphVocabulary, much: Clutter, templates: PromptTemplates) -> str:
+def write_scene_context(
+    task: Task, words: SceneGraphVocabulary, clutter: Clutter, templates: PromptTemplates
+) -> str:
     """Return a text on objects and untrue states that the list of facts in a question leaves out.
 
     Args:
         task: the task.
         words: names of predicates and objects in facts.
-        much: how many other objects the text describes.
+        clutter: how many other objects the text describes.
         templates: the text around the lists.
     """
     wording, described = words.wording, list_objects_in_prompt(task)
-    others = choose_other_objects(task, words, described, much)
+    others = choose_distractor_objects(task, words, described, clutter)
     told = {
         words.to_named_fact(fact, words.list_object_names(task))
         for fact in words.list_facts(task.initial, described)
@@ -172,8 +177,8 @@ def write_context(task: Task, words: SceneGraphVocabulary, much: Clutter, templa
     return templates.fill_template("scene_context.txt", values)
 
 
-def choose_other_objects(
-    task: Task, words: SceneGraphVocabulary, shown: Sequence[int], clutter: Clutter
+def choose_distractor_objects(
+    task: Task, words: SceneGraphVocabulary, shown_objects: Sequence[int], clutter: Clutter
 ) -> list[int]:
     """Return objects of a scene that are not among the shown objects.
 
@@ -182,9 +187,11 @@ def choose_other_objects(
     state, scene = task.initial, task.scene
     said = {index for fact in words.list_facts(state, range(len(scene.objects))) for index in fact.arguments}
     supports = [state.relation(words.stored_forms[name]) for name in words.support_predicates]
-    near = {i for relation in supports for index in shown for i in iterate_bits(relation.column(index))}
-    ranked = sorted(said.difference(shown), key=lambda index: (index not in near, index))
-    return ranked[: _MAX_OTHERS_PER_OBJECT[clutter] * len(shown)]
+    near = {
+        i for relation in supports for index in shown_objects for i in iterate_bits(relation.column(index))
+    }
+    ranked = sorted(said.difference(shown_objects), key=lambda index: (index not in near, index))
+    return ranked[: _MAX_OTHERS_PER_OBJECT[clutter] * len(shown_objects)]
 
 
 def _describe_pictures(
@@ -198,7 +205,7 @@ def _describe_pictures(
         )
     if scene != "pointed":
         return text
-    where: Mapping[int, tuple[int, int, int]] = _load_scene_offer(
+    where: Mapping[int, tuple[int, int, int]] = _load_picture_extension(
         "rendered_pictures", scene
     ).map_objects_to_image_pixels(task)
     lines = [
@@ -209,7 +216,7 @@ def _describe_pictures(
     return "\n".join([text, *lines])
 
 
-def _load_scene_offer(name: str, scene: SceneFormat) -> Any:
+def _load_picture_extension(name: str, scene: SceneFormat) -> Any:
     return load_from_extension(name, f"perception.scene {scene}")
 
 
@@ -220,10 +227,10 @@ def _load_task_pictures(
         return read_images(choice.images, tasks)
     images: Mapping[str, tuple[Image, ...]]
     if choice.scene in ("rendered", "numbered", "pointed"):
-        rendered = _load_scene_offer("rendered_pictures", choice.scene)
+        rendered = _load_picture_extension("rendered_pictures", choice.scene)
         images = rendered.render_images_of_tasks(tasks, numbered=choice.scene == "numbered")
     else:
-        diagrams = _load_scene_offer("diagrams", choice.scene)
+        diagrams = _load_picture_extension("diagrams", choice.scene)
         images = diagrams.draw_task_images(benchmark, tasks, choice.clutter or "none")
     return images
 
@@ -255,20 +262,20 @@ def _find_task_of_file(stem: str, task_ids: Sequence[str]) -> str | None:
     return max(begun, key=len, default=None)
 
 
-def _refuse_published_prompts(choice: SceneOptions, library: PromptLibrary, suite: Suite) -> None:
+def _refuse_published_prompts_of_scene(options: SceneOptions, library: PromptLibrary, suite: Suite) -> None:
     """Raise an error if the run uses published prompts, which show scenes only in their own format."""
     is_posed = get_declaration(suite.ability).interaction.make_question is not None
     published = suite.benchmark.data.prompts is not None and not is_posed
     if library.prompts == "official" and published:
-        scene = choice.scene
+        scene = options.scene
         raise InputError(
             f"perception.scene {scene}: published prompts show scenes only in their own format; "
             "use ours (--set eai, in Inspect -T prompts=eai)"
         )
 
 
-def find_stated_scenes(
-    choice: SceneOptions, stage: FirstStage, endpoint: Endpoint, suite: Suite
+def collect_scene_beliefs(
+    options: SceneOptions, stage: StageBeforeQuestions, endpoint: Endpoint, suite: Suite
 ) -> PromptBeliefs:
     """Return the scenes of a run's questions, as beliefs.
 
@@ -280,26 +287,28 @@ def find_stated_scenes(
     Raises:
         InputError: published prompts cannot describe another scene, or a picture is missing.
     """
-    _refuse_published_prompts(choice, stage.library, suite)
+    _refuse_published_prompts_of_scene(options, stage.library, suite)
     key = (suite.domain,)
     if key not in stage.found_beliefs:
-        if choice.scene == "predicted":
-            stage.found_beliefs[key] = _ask_captioner(choice, stage, suite)
+        if options.scene == "predicted":
+            stage.found_beliefs[key] = _ask_captioner(options, stage, suite)
         else:
             tasks = {i: suite.tasks[i] for i in suite.tasks if i in stage.task_ids[suite.domain]}
             templates = stage.library.templates
-            stage.found_beliefs[key] = state_scenes(choice, suite.benchmark, tasks, templates)
+            stage.found_beliefs[key] = make_beliefs_by_scene_options(
+                options, suite.benchmark, tasks, templates
+            )
     return stage.found_beliefs[key]
 
 
-def _ask_captioner(choice: SceneOptions, stage: FirstStage, suite: Suite) -> PromptBeliefs:
+def _ask_captioner(choice: SceneOptions, stage: StageBeforeQuestions, suite: Suite) -> PromptBeliefs:
     """Ask a second model (the captioner) to list the scenes in pictures. Return these scenes as beliefs."""
     graph_suite = open_suite(suite.benchmark, SCENE_GRAPH, source=suite.source)
-    pictured = FirstStage(
+    pictured = StageBeforeQuestions(
         stage.library,
         stage.task_ids,
         stage.ask,
-        partial(find_stated_scenes, choice.copy_with_pictures_only()),
+        partial(collect_scene_beliefs, choice.copy_with_pictures_only()),
     )
     captioner = Endpoint(str(choice.scene_model), choice.scene_args, choice.scene_base_url)
     task_ids = [task_id for task_id in graph_suite.task_ids if task_id in stage.task_ids[suite.domain]]

@@ -21,14 +21,16 @@ def compute_mean_steps(records: Sequence[Record]) -> float | None:
     if first.domain not in list_benchmarks():
         return None
     count = _make_step_counter(find_benchmark(first.domain), first.ability)
-    numbers = [] if count is None else list(_count_steps_of_answers(records, count))
+    numbers = [] if count is None else list(_count_plan_steps_of_answers(records, count))
     return fmean(numbers) if numbers else None
 
 
-def _count_steps_of_answers(records: Sequence[Record], count: Callable[[str], int | None]) -> Iterator[int]:
+def _count_plan_steps_of_answers(
+    records: Sequence[Record], count_steps: Callable[[str], int | None]
+) -> Iterator[int]:
     for record in records:
         if record.unanswered is None and record.verdict.excluded is None:
-            number = count(record.response)
+            number = count_steps(record.response)
             if number is not None:
                 yield number
 

@@ -29,9 +29,9 @@ from eai.studies.perception.choice import STUDY, SceneOptions
 from eai.studies.perception.declaration import compute_perception_shares
 from eai.studies.perception.steps import compute_mean_steps
 from eai.studies.perception.verdict import PerceptionErrors
-from eai.studies.records import StudyRecords, group_comparable_runs
+from eai.studies.records import StudyRecords, group_runs_by_suite_and_model
 from eai.studies.study import Analysis, Figures, Study, add_run_title, choose_metric
-from eai.studies.variation import AskModel, FirstStage
+from eai.studies.variation import AskModel, StageBeforeQuestions
 from eai.tasks.options import Options
 from eai.tasks.share import Share
 
@@ -44,16 +44,16 @@ if TYPE_CHECKING:
     from eai.results.runs import RunKey
 
 
-class _StagedPerception(SceneOptions):
+class _PerceptionRunOptions(SceneOptions):
     """Options for how the questions of a run show the scene, with the function that opens the first stage."""
 
-    def make_stage(
-        self, library: PromptLibrary, wanted: Mapping[str, Collection[str]], ask: AskModel
-    ) -> FirstStage:
+    def make_stage_before_questions(
+        self, library: PromptLibrary, task_ids_by_domain: Mapping[str, Collection[str]], ask: AskModel
+    ) -> StageBeforeQuestions:
         """Return the stage that finds the scenes. The modules of the stage are imported only in a run."""
-        from eai.studies.perception.scenes import find_stated_scenes
+        from eai.studies.perception.scenes import collect_scene_beliefs
 
-        return FirstStage(library, wanted, ask, partial(find_stated_scenes, self))
+        return StageBeforeQuestions(library, task_ids_by_domain, ask, partial(collect_scene_beliefs, self))
 
 
 PLAIN = "text"
@@ -70,19 +70,19 @@ _COSTS = ("cases", "value", "without_errors", "cost")
 
 
 @dataclass(frozen=True, slots=True)
-class _PerceivedTask:
+class _TaskWithPerceptionErrors:
     """The errors in one task's scene graph in one run, and the contribution of the answer to the metric."""
 
     perceived: PerceptionErrors
     case: RateCase
 
     @property
-    def missing_share(self) -> float:
+    def percent_of_facts_missing(self) -> float:
         """Share of described facts that are missing or misplaced, in percent; 0 if no fact is described."""
         return Rate(*compute_perception_shares(self.perceived)["predicate_error"]).percent or 0.0
 
     @property
-    def error_kinds(self) -> frozenset[str]:
+    def perception_error_kinds(self) -> frozenset[str]:
         """Kinds of error in the graph. If the graph lacks whole objects, missing facts are not counted."""
         counts = {
             "missing": 0 if self.perceived.unseen else self.perceived.missing,
@@ -94,20 +94,20 @@ class _PerceivedTask:
         return frozenset([kind for kind, count in counts.items() if count])
 
     @property
-    def lost_predicates(self) -> frozenset[str]:
+    def predicates_with_missing_facts(self) -> frozenset[str]:
         """Names of the predicates of described facts that the graph lacks or misplaces."""
         return frozenset([name for name, counts in self.perceived.predicates.items() if counts[2]])
 
-    def make_case(self, share: Share) -> RateCase:
+    def make_rate_case(self, share: Share) -> RateCase:
         """Return the task's contribution to a rate, with the given numerator and denominator."""
         return self.case._replace(share=share)
 
 
-_PerceivedTasks: TypeAlias = Sequence[_PerceivedTask]
+_PerceivedTasks: TypeAlias = Sequence[_TaskWithPerceptionErrors]
 
 
 @dataclass(frozen=True)
-class _ComparedRuns:
+class _RunsBySceneFormat:
     """The runs of one model on one suite that show the scene in several formats.
 
     Attributes:
@@ -120,34 +120,38 @@ class _ComparedRuns:
     runs: dict[str, Sequence[Record]]
 
     @cached_property
-    def perceived_tasks(self) -> list[_PerceivedTask]:
+    def perceived_tasks(self) -> list[_TaskWithPerceptionErrors]:
         """The perceived scene and the contribution of each task with a recorded scene, in all runs."""
         return [task for name in self.runs for task in self.list_perceived_tasks(name)]
 
-    def list_perceived_tasks(self, name: str) -> list[_PerceivedTask]:
+    def list_perceived_tasks(self, scene_format: str) -> list[_TaskWithPerceptionErrors]:
         """Return the perceived scene and the contribution of each task with a recorded scene, in one run."""
-        cases = {case.task: case for case in self.make_cases(name)}
+        cases = {case.task: case for case in self.make_rate_cases(scene_format)}
         return [
-            _PerceivedTask(perceived, cases[record.task_id])
-            for record in self.runs[name]
+            _TaskWithPerceptionErrors(perceived, cases[record.task_id])
+            for record in self.runs[scene_format]
             if (perceived := read_study_summary(record, STUDY, PerceptionErrors)) is not None
             and record.task_id in cases
         ]
 
-    def make_cases(self, name: str) -> RateCases:
+    def make_rate_cases(self, scene_format: str) -> RateCases:
         """Return the contribution of each task of a run to the metric."""
-        records = self.runs[name]
+        records = self.runs[scene_format]
         return make_cases_by_metric(records, records[0].ability).get(self.metric, ())
 
     @cached_property
-    def plain_cases(self) -> dict[str, RateCase]:
+    def rate_cases_with_true_scene(self) -> dict[str, RateCase]:
         """The contribution of each task to the metric in the run whose questions list the true scene."""
-        return {case.task: case for case in self.make_cases(PLAIN)} if PLAIN in self.runs else {}
+        return {case.task: case for case in self.make_rate_cases(PLAIN)} if PLAIN in self.runs else {}
 
-    def estimate_costs(self, group: _PerceivedTasks) -> Row:
+    def estimate_success_lost_to_errors(self, group: _PerceivedTasks) -> Row:
         """Return the cells of the columns `_COSTS` (metric, without errors, cost) for a group of tasks."""
         cases = [task.case for task in group]
-        without = [self.plain_cases[case.task] for case in cases if case.task in self.plain_cases]
+        without = [
+            self.rate_cases_with_true_scene[case.task]
+            for case in cases
+            if case.task in self.rate_cases_with_true_scene
+        ]
         if not without or len(without) < len(cases):
             return (len(cases), Estimate.from_cases(cases), Estimate(None), Estimate(None))
         cost = Estimate.from_difference(cases, without)
@@ -164,12 +168,12 @@ def make_perception_tables(runs: Sequence[Sequence[Record]], metric: str) -> lis
     Raises:
         InputError: no run records a perceived scene.
     """
-    compared = _ComparedRuns(metric, {_name_scene_format(records): records for records in runs})
+    compared = _RunsBySceneFormat(metric, {_name_scene_format(records): records for records in runs})
     if not compared.perceived_tasks:
         raise InputError(_NO_PERCEPTION)
     return [
         _make_runs_table(compared),
-        _make_rates_table(compared),
+        _make_table_by_error_rate(compared),
         _make_error_kinds_table(compared),
         _make_predicates_table(compared),
     ]
@@ -181,7 +185,7 @@ def _name_scene_format(records: Sequence[Record]) -> str:
 
 
 @make_table("perception_runs", ("scene", *_RATES, "steps", "value"))
-def _make_runs_table(runs: _ComparedRuns) -> Iterator[Row]:
+def _make_runs_table(runs: _RunsBySceneFormat) -> Iterator[Row]:
     """{runs.metric} by how the scene is shown.
 
     One row per run: measured error rates in percent, then {runs.metric}. `predicate_error`: described facts
@@ -197,7 +201,7 @@ def _make_runs_table(runs: _ComparedRuns) -> Iterator[Row]:
             name,
             *rates[name],
             compute_mean_steps(runs.runs[name]),
-            Estimate.from_cases(runs.make_cases(name)),
+            Estimate.from_cases(runs.make_rate_cases(name)),
         )
 
 
@@ -207,12 +211,13 @@ def _estimate_error_rates(tasks: _PerceivedTasks) -> list[Estimate]:
         return [Estimate(None)] * len(_RATES)
     shares = [(task, compute_perception_shares(task.perceived)) for task in tasks]
     return [
-        Estimate.from_cases([task.make_case(of_task[name]) for task, of_task in shares]) for name in _RATES
+        Estimate.from_cases([task.make_rate_case(of_task[name]) for task, of_task in shares])
+        for name in _RATES
     ]
 
 
 @make_table("perception_rates", ("above", "up_to", *_COSTS))
-def _make_rates_table(runs: _ComparedRuns) -> Iterator[Row]:
+def _make_table_by_error_rate(runs: _RunsBySceneFormat) -> Iterator[Row]:
     """{runs.metric} by predicate error rate.
 
     One row per group of answers, of all runs, by the predicate error rate of their own scene graph: 0, or
@@ -225,28 +230,33 @@ def _make_rates_table(runs: _ComparedRuns) -> Iterator[Row]:
         group = [
             task
             for task in runs.perceived_tasks
-            if task.missing_share == high == 0 or low < task.missing_share <= high
+            if task.percent_of_facts_missing == high == 0 or low < task.percent_of_facts_missing <= high
         ]
         if group:
-            yield (low, high, *runs.estimate_costs(group))
+            yield (low, high, *runs.estimate_success_lost_to_errors(group))
 
 
 @make_table("perception_kinds", ("kind", *_COSTS))
-def _make_error_kinds_table(runs: _ComparedRuns) -> Iterator[Row]:
+def _make_error_kinds_table(runs: _RunsBySceneFormat) -> Iterator[Row]:
     """{runs.metric} by kind of error.
 
     One row per kind of error: the answers whose scene graphs have errors of this kind only, however many. A
     missing fact about an unseen object counts as part of `unseen object`, not as a missing fact.
     """
-    kinds = sorted({kind for task in runs.perceived_tasks for kind in task.error_kinds})
-    groups = {"none": [task for task in runs.perceived_tasks if not task.error_kinds]}
-    groups |= {kind: [task for task in runs.perceived_tasks if task.error_kinds == {kind}] for kind in kinds}
-    groups["several"] = [task for task in runs.perceived_tasks if len(task.error_kinds) > 1]
-    yield from [(kind, *runs.estimate_costs(group)) for kind, group in groups.items() if group]
+    kinds = sorted({kind for task in runs.perceived_tasks for kind in task.perception_error_kinds})
+    groups = {"none": [task for task in runs.perceived_tasks if not task.perception_error_kinds]}
+    groups |= {
+        kind: [task for task in runs.perceived_tasks if task.perception_error_kinds == {kind}]
+        for kind in kinds
+    }
+    groups["several"] = [task for task in runs.perceived_tasks if len(task.perception_error_kinds) > 1]
+    yield from [
+        (kind, *runs.estimate_success_lost_to_errors(group)) for kind, group in groups.items() if group
+    ]
 
 
 @make_table("perception_predicates", ("predicate", "lost", "all_cases", *_COSTS))
-def _make_predicates_table(runs: _ComparedRuns) -> Iterable[Row]:
+def _make_predicates_table(runs: _RunsBySceneFormat) -> Iterable[Row]:
     """Which facts cost most when they are lost.
 
     One row per predicate. `lost`: percentage of its described facts that are lost or misplaced. Then
@@ -254,24 +264,25 @@ def _make_predicates_table(runs: _ComparedRuns) -> Iterable[Row]:
     `all_cases`: number of answers in which facts of this predicate are lost, whatever else is wrong. Sorted
     by cost.
     """
-    names = sorted({name for task in runs.perceived_tasks for name in task.lost_predicates})
+    names = sorted({name for task in runs.perceived_tasks for name in task.predicates_with_missing_facts})
     return sorted([_make_predicate_row(name, runs) for name in names], key=_make_cost_sort_key)
 
 
-def _make_predicate_row(name: str, runs: _ComparedRuns) -> Row:
+def _make_predicate_row(name: str, runs: _RunsBySceneFormat) -> Row:
     tasks = [task for task in runs.perceived_tasks if name in task.perceived.predicates]
-    lost = [task for task in tasks if name in task.lost_predicates]
+    lost = [task for task in tasks if name in task.predicates_with_missing_facts]
     only_lost = [
         task
         for task in lost
-        if task.lost_predicates == {name} and task.error_kinds <= {"missing", "misplaced"}
+        if task.predicates_with_missing_facts == {name}
+        and task.perception_error_kinds <= {"missing", "misplaced"}
     ]
     counts = [task.perceived.predicates[name] for task in tasks]
     shares = [Share(gone, right + gone) for right, _, gone in counts]
     lost_share = Estimate.from_cases(
-        [task.make_case(share) for task, share in zip(tasks, shares, strict=True)]
+        [task.make_rate_case(share) for task, share in zip(tasks, shares, strict=True)]
     )
-    return (name, lost_share, len(lost), *runs.estimate_costs(only_lost))
+    return (name, lost_share, len(lost), *runs.estimate_success_lost_to_errors(only_lost))
 
 
 def _make_cost_sort_key(row: Row) -> tuple[float, str]:
@@ -283,7 +294,7 @@ def _make_cost_sort_key(row: Row) -> tuple[float, str]:
     return (_WORST_ORDER, str(row[0]))
 
 
-class _PerceptionChoices(Options):
+class _PerceptionAnalysisOptions(Options):
     """How runs are compared.
 
     Attributes:
@@ -293,7 +304,7 @@ class _PerceptionChoices(Options):
     metric: str | None = None
 
 
-def _analyze_perception(records: StudyRecords, chosen: _PerceptionChoices) -> Iterator[Analysis]:
+def _analyze_perception(records: StudyRecords, chosen: _PerceptionAnalysisOptions) -> Iterator[Analysis]:
     """Compare runs of one model, domain, ability and protocol.
 
     The plain run among them, with the same prompts (--set eai), shows the value without errors.
@@ -303,7 +314,7 @@ def _analyze_perception(records: StudyRecords, chosen: _PerceptionChoices) -> It
     """
     groups = [
         (label, group)
-        for runs in group_comparable_runs(records.read_runs()).values()
+        for runs in group_runs_by_suite_and_model(records.read_runs()).values()
         for label, group in group_pairs((_make_key_without_scene(run.key), run) for run in runs).items()
         if any(STUDY in record.summaries for run in group for record in run.records)
     ]
@@ -314,7 +325,9 @@ def _analyze_perception(records: StudyRecords, chosen: _PerceptionChoices) -> It
         metric = choose_metric(key.ability, chosen.metric)
         tables = make_perception_tables([run.records for run in group], metric)
         folder = f"{key.suite.file_name}-{to_file_name(label)}" if len(groups) > 1 else ""
-        yield Analysis(tables, _draw_figures(tables[0], metric, key._replace(model=label)), folder=folder)
+        yield Analysis(
+            tables, _draw_error_rate_figure(tables[0], metric, key._replace(model=label)), folder=folder
+        )
 
 
 def _make_key_without_scene(key: RunKey) -> str:
@@ -323,7 +336,7 @@ def _make_key_without_scene(key: RunKey) -> str:
     return key._replace(experiment=rest).name
 
 
-def _draw_figures(by_run: Table, metric: str, key: RunKey) -> Figures:
+def _draw_error_rate_figure(by_run: Table, metric: str, key: RunKey) -> Figures:
     yield add_run_title(key, "success_by_error_rate", draw_success_by_error_rate(by_run, metric))
 
 
@@ -357,14 +370,16 @@ def draw_success_by_error_rate(by_run: Table, metric: str) -> Figure | None:
     return figure
 
 
-def _summarize_perception(record: Record, suite: Suite, about: Mapping[str, Any]) -> Mapping[str, Json]:
+def _summarize_perception_errors(
+    record: Record, suite: Suite, question_metadata: Mapping[str, Any]
+) -> Mapping[str, Json]:
     """Return the summary that a record stores: the errors in the scene graph that the question stated."""
     from eai.studies.perception.scene_graph import SCENE
     from eai.studies.perception.scenes import read_scene_beliefs
 
-    if SCENE not in about:
+    if SCENE not in question_metadata:
         return {}
-    scenes = {record.task_id: about[SCENE]}
+    scenes = {record.task_id: question_metadata[SCENE]}
     beliefs = read_scene_beliefs(record.study[STUDY].options["scene"], suite, scenes)
     return beliefs.summaries[record.task_id][STUDY]
 
@@ -372,8 +387,8 @@ def _summarize_perception(record: Record, suite: Suite, about: Mapping[str, Any]
 PERCEPTION = Study(
     STUDY,
     "How questions show the scene (with prompts.set eai).",
-    _StagedPerception,
-    choices=_PerceptionChoices,
+    _PerceptionRunOptions,
+    choices=_PerceptionAnalysisOptions,
     analyze=_analyze_perception,
-    summarize=_summarize_perception,
+    summarize=_summarize_perception_errors,
 )

@@ -68,7 +68,7 @@ def _classify_stated_goals(record: Record) -> str:
 
 
 @dataclass(frozen=True, slots=True)
-class _PipelinePair:
+class _ModularAndPipelineRuns:
     """A modular run of an ability, and a pipeline of the same model and suite.
 
     Attributes:
@@ -113,18 +113,18 @@ class _PipelinePair:
             self._make_first_stage_table(),
         ]
         if any("subgoals_sha256" in record.summaries.get(STUDY, {}) for record in self.pipeline):
-            made.append(self._make_breaks_table())
+            made.append(self._make_first_failing_ability_table())
         return [*made, self._make_conditions_table()] if self.conditions else made
 
     @make_table("chain", ("breaks at", "tasks", "share", "success"))
-    def _make_breaks_table(self) -> Iterator[Row]:
+    def _make_first_failing_ability_table(self) -> Iterator[Row]:
         """Where the chain breaks.
 
         Tasks by the first ability whose answer fails: stated goals miss a goal of the task, subgoals fail
         when they are carried out, or the plan fails. `success`: the plan is right all the same.
         """
         records = self._select_common_records(self.pipeline)
-        successes = {case.task: case for case in self._make_metric_cases(records)}
+        successes = {case.task: case for case in self._make_main_metric_cases(records)}
         breaks = {
             record.task_id: _find_first_failing_ability(record, successes[record.task_id])
             for record in records
@@ -145,7 +145,7 @@ class _PipelinePair:
 
         Rates in percent, and pipeline minus modular run in percentage points, with 95 % intervals whose units
         are the names of tasks. p is the p value of the exact test that exchanges the two runs' answers to all
-        tasks of a name together; it is McNemar's test if each task has its own name.{self._paper_remark}
+        tasks of a name together; it is McNemar's test if each task has its own name.{self._remark_on_paper}
         """
         declared = get_declaration(self.modular[0].ability)
         differences = compare_runs(self.modular, self.pipeline).differences
@@ -156,10 +156,15 @@ class _PipelinePair:
         for metric in declared.terminal_metrics:
             one, other = before.get(metric, []), after.get(metric, [])
             p_value = differences[metric].p_value if metric in differences else None
-            yield (metric, *_compare_cases(one, other), p_value, *self.paper.get(metric, (None, None)))
+            yield (
+                metric,
+                *_estimate_both_rates_and_difference(one, other),
+                p_value,
+                *self.paper.get(metric, (None, None)),
+            )
 
     @property
-    def _paper_remark(self) -> str:
+    def _remark_on_paper(self) -> str:
         return " Beside them the paper's figures for this model." if self.paper else ""
 
     @make_table("goals", ("goals", "tasks", *_COMPARED, "only modular", "only pipeline", _PERFECT))
@@ -168,7 +173,7 @@ class _PipelinePair:
 
         Tasks by the goals that their questions stated, with success in both runs, and the number of tasks
         that only one run solves. Goals are judged under strict. Wrong goals include ill-formed goals and
-        goals with names that do not exist.{self._search_remark}
+        goals with names that do not exist.{self._remark_on_perfect_second_stage}
         """
         kinds = {
             record.task_id: _classify_stated_goals(record)
@@ -183,16 +188,16 @@ class _PipelinePair:
                 )
                 success = next(iter(compare_runs(modular, pipeline).differences.values()))
                 only = len(success.only_first), len(success.only_second)
-                one, other = self._make_metric_cases(modular), self._make_metric_cases(pipeline)
+                one, other = self._make_main_metric_cases(modular), self._make_main_metric_cases(pipeline)
                 perfect = [
                     case._replace(share=make_share_of_one(self.reachable.get(case.task, False)))
                     for case in other
                 ]
-                compared = *_compare_cases(one, other), success.p_value
+                compared = *_estimate_both_rates_and_difference(one, other), success.p_value
                 yield (kind, len(one), *compared, *only, Estimate.from_cases(perfect))
 
     @property
-    def _search_remark(self) -> str:
+    def _remark_on_perfect_second_stage(self) -> str:
         return (
             " A perfect stage 2 finds a plan for the stated goals by search, where there is one, and is "
             "judged under strict: a yardstick and no bound, since a model may reach goals that it did not "
@@ -211,11 +216,13 @@ class _PipelinePair:
         records = self._select_common_records(self.pipeline)
         kinds: dict[str, Callable[[Record], bool]] = {
             "no answer": lambda record: STUDY not in record.summaries,
-            "unreadable, so that no goals were stated": _make_summary_field_test("stage_1_unreadable"),
-            "names what does not exist": _make_summary_field_test("stage_1_unknown"),
-            "has ill-formed entries": _make_summary_field_test("stage_1_left_out"),
+            "unreadable, so that no goals were stated": _make_test_of_pipeline_summary_field(
+                "stage_1_unreadable"
+            ),
+            "names what does not exist": _make_test_of_pipeline_summary_field("stage_1_unknown"),
+            "has ill-formed entries": _make_test_of_pipeline_summary_field("stage_1_left_out"),
         }
-        successes = {case.task: case for case in self._make_metric_cases(records)}
+        successes = {case.task: case for case in self._make_main_metric_cases(records)}
         for heading, is_so in kinds.items():
             cases = [successes[record.task_id] for record in records if is_so(record)]
             yield heading, len(cases), Estimate.from_cases(cases)
@@ -241,14 +248,14 @@ class _PipelinePair:
             tasks = {case.task for case in by_condition[condition] if case.share.numerator}
             sides = [
                 compute_rate(
-                    case.share for case in self._make_metric_cases(self._select_records(side, tasks))
+                    case.share for case in self._make_main_metric_cases(self._select_records(side, tasks))
                 )
                 for side in (self.modular, self.pipeline)
             ]
             solved = [int(side.numerator) for side in sides]
             yield condition, Estimate.from_cases(by_condition[condition]), len(tasks), *solved
 
-    def _make_metric_cases(self, records: Sequence[Record]) -> Sequence[RateCase]:
+    def _make_main_metric_cases(self, records: Sequence[Record]) -> Sequence[RateCase]:
         return make_cases_by_metric(records, self.modular[0].ability).get(self.metric, ())
 
     def _select_common_records(self, side: Sequence[Record]) -> list[Record]:
@@ -263,9 +270,9 @@ class _PipelinePair:
         return [record for record in side if record.task_id in tasks]
 
 
-def _make_summary_field_test(name: str) -> Callable[[Record], bool]:
+def _make_test_of_pipeline_summary_field(field: str) -> Callable[[Record], bool]:
     """Return a function that tells whether a field in a record's pipeline summary is neither empty nor 0."""
-    return lambda record: bool(record.summaries.get(STUDY, {}).get(name))
+    return lambda record: bool(record.summaries.get(STUDY, {}).get(field))
 
 
 _LINKS = ("goal interpretation", "subgoal decomposition", "action sequencing")
@@ -283,19 +290,21 @@ def _find_first_failing_ability(record: Record, success: RateCase) -> str:
     return next((link for link, is_broken in zip(_LINKS, fails, strict=True) if is_broken), "nowhere")
 
 
-def _compare_cases(one: RateCases, other: RateCases) -> tuple[Estimate, Estimate, Estimate]:
+def _estimate_both_rates_and_difference(
+    first: RateCases, second: RateCases
+) -> tuple[Estimate, Estimate, Estimate]:
     """Return three estimates: the rates of two runs in percent, and the second minus the first in points."""
-    return Estimate.from_cases(one), Estimate.from_cases(other), Estimate.from_difference(one, other)
+    return Estimate.from_cases(first), Estimate.from_cases(second), Estimate.from_difference(first, second)
 
 
-def pool_pipeline_pairs(pairs: Sequence[_PipelinePair]) -> _PipelinePair:
+def pool_pipeline_pairs(pairs: Sequence[_ModularAndPipelineRuns]) -> _ModularAndPipelineRuns:
     """Return one pair that has the records of several pairs of runs.
 
     The number of the pair is added to task ids, so that a task of several pairs counts several times. Names
     of tasks do not change.
     """
     numbered = list(enumerate(pairs))
-    return _PipelinePair(
+    return _ModularAndPipelineRuns(
         [_prefix_task_id(number, record) for number, pair in numbered for record in pair.modular],
         [_prefix_task_id(number, record) for number, pair in numbered for record in pair.pipeline],
         {f"{number} {task}": value for number, pair in numbered for task, value in pair.reachable.items()},
@@ -308,7 +317,7 @@ def _prefix_task_id(number: int, record: Record) -> Record:
     return replace(record, task_id=f"{number} {record.task_id}")
 
 
-def _list_missed_conditions(scorer: Scorer, answer: str) -> Iterator[tuple[str, bool]]:
+def _list_goal_predicates_and_whether_missed(scorer: Scorer, answer: str) -> Iterator[tuple[str, bool]]:
     """Yield the predicate of each condition of a task, and whether an answer lacks this condition."""
     assessed = scorer.assess(answer)
     if isinstance(assessed.verdict, GoalVerdict):
@@ -382,7 +391,7 @@ def _is_pipeline(run: Run) -> bool:
 
 def _make_pipeline_pair(
     one: Run, other: Run, source: Source, goals: Path | None, *, search: bool
-) -> _PipelinePair:
+) -> _ModularAndPipelineRuns:
     key = one.key
     conditions: Mapping[str, Sequence[tuple[str, bool]]] = {}
     reachable: Mapping[str, bool] = {}
@@ -392,13 +401,16 @@ def _make_pipeline_pair(
         answers = read_interpretations(goals, benchmark, source, model)[1]
         suite = open_suite(benchmark, Ability.GOAL_INTERPRETATION, source=source)
         conditions = {
-            task: list(_list_missed_conditions(suite.scorer(task), text)) for task, text in answers.items()
+            task: list(_list_goal_predicates_and_whether_missed(suite.scorer(task), text))
+            for task, text in answers.items()
         }
         if search:
             tasks = {record.task_id for record in other.records}
             wanted = {task: text for task, text in answers.items() if task in tasks}
             reachable = dict(_find_reachable_tasks(benchmark, wanted, source))
-    return _PipelinePair(one.records, other.records, reachable, conditions, _find_paper_figures(key))
+    return _ModularAndPipelineRuns(
+        one.records, other.records, reachable, conditions, _find_paper_percents_of_both_runs(key)
+    )
 
 
 def _find_reachable_tasks(
@@ -414,7 +426,7 @@ def _find_reachable_tasks(
             yield task_id, bool(success)
 
 
-def _find_paper_figures(key: RunKey) -> Mapping[str, tuple[float | None, float | None]]:
+def _find_paper_percents_of_both_runs(key: RunKey) -> Mapping[str, tuple[float | None, float | None]]:
     """Return the paper's figures for a model by metric: pairs for the modular run and for the pipeline."""
     name = map_files_to_paper_models().get(key.model)
     paper = read_paper_table(f"pipeline_{key.ability.value}")
@@ -431,16 +443,16 @@ def _find_paper_figures(key: RunKey) -> Mapping[str, tuple[float | None, float |
     }
 
 
-def _make_pair_analysis(pair: _PipelinePair, title: str, folder: str) -> Analysis:
+def _make_pair_analysis(pair: _ModularAndPipelineRuns, title: str, folder: str) -> Analysis:
     tables, record = pair.make_tables(), pair.modular[0]
     heading = f"{title}, {format_suite_heading(pair.suite)}"
     goals = next(table for table in tables if table.name == "goals")
     papers = [read_paper_table(f"pipeline_{record.ability.value}")] if pair.paper else []
     remarks = write_paper_remarks(papers, record.protocol) if papers else []
-    return Analysis(tables, (), remarks, folder, [_make_screen_table(goals, heading)])
+    return Analysis(tables, (), remarks, folder, [_shorten_table_for_terminal(goals, heading)])
 
 
-def _make_screen_table(table: Table, heading: str) -> Table:
+def _shorten_table_for_terminal(table: Table, heading: str) -> Table:
     """Return the table for the screen: solved tasks and differences in points, without intervals."""
     shown = table.drop_columns(_FILE_ONLY_COLUMNS)
     return replace(

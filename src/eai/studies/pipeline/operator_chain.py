@@ -35,7 +35,7 @@ from eai.studies.study import Analysis
 from eai.tasks.source import Source
 from eai.tasks.task import GoalKind
 
-ChainEnd: TypeAlias = tuple[str, str]
+ChainOutcome: TypeAlias = tuple[str, str]
 """End of a chain: the stage that fails, or `NOWHERE`, and how this stage fails.
 
 The second value is the planner's outcome, the kind of error, or the kind of goals that are missed.
@@ -46,16 +46,16 @@ EXECUTION, GOAL, NOWHERE = "execution", "goal", "nowhere"
 _LINKS = (OPERATORS, PLANNER, TRANSLATION, EXECUTION, GOAL, NOWHERE)
 """The stages of a chain, in order, then `NOWHERE` for a plan that succeeds."""
 
-SUCCESS: ChainEnd = (NOWHERE, "")
-UNTRANSLATED: ChainEnd = (TRANSLATION, "no_action")
+SUCCESS: ChainOutcome = (NOWHERE, "")
+UNTRANSLATED: ChainOutcome = (TRANSLATION, "no_action")
 """End of a chain in which a step of the plan has no corresponding action of the world."""
-ONLY_ACTIONS_MISSED: ChainEnd = (GOAL, "only_actions")
+ONLY_ACTIONS_MISSED: ChainOutcome = (GOAL, "only_actions")
 """End of a chain whose plan misses only goals of actions, which planning problems do not state."""
-CONDITIONS_MISSED: ChainEnd = (GOAL, "conditions")
+CONDITIONS_MISSED: ChainOutcome = (GOAL, "conditions")
 
 
 @dataclass(frozen=True, slots=True)
-class _OperatorChain:
+class _OperatorExecutionChain:
     """Finds plans with the operators of answers, and executes them in the world.
 
     Attributes:
@@ -69,16 +69,16 @@ class _OperatorChain:
     _readings: OperatorCache = field(default_factory=ResultCache)
 
     @staticmethod
-    def open_chain(domain: str, source: Source) -> _OperatorChain:
+    def open_for_benchmark(domain: str, source: Source) -> _OperatorExecutionChain:
         """Open the suites of a benchmark under the default protocol, and return a chain that uses them."""
         benchmark, ability = find_benchmark(domain), Ability.TRANSITION_MODELING
-        return _OperatorChain(
+        return _OperatorExecutionChain(
             open_suite(benchmark, ability, source=source),
             open_suite(benchmark, Ability.ACTION_SEQUENCING, source=source),
             open_gold_answers(benchmark, ability, source),
         )
 
-    def find_chain_end(self, task_id: str, answer: str, verdict: OperatorVerdict) -> ChainEnd | None:
+    def find_chain_outcome(self, task_id: str, answer: str, verdict: OperatorVerdict) -> ChainOutcome | None:
         """Return the end of the chain of an answer's operators.
 
         The end is None if the task is excluded or no planner was run.
@@ -92,7 +92,11 @@ class _OperatorChain:
             InputError: the verdict has a plan with operators that the answer does not have.
         """
         outcome = verdict.planner
-        if verdict.excluded or outcome in (None, PlannerOutcome.NOT_RUN) or not self._is_planned(task_id):
+        if (
+            verdict.excluded
+            or outcome in (None, PlannerOutcome.NOT_RUN)
+            or not self._has_action_sequencing_task(task_id)
+        ):
             return None
         if verdict.error is not None:
             return (OPERATORS, verdict.error.kind.value)
@@ -110,7 +114,7 @@ class _OperatorChain:
         number of objects.
 
         Raises:
-            InputError: as raised by `find_chain_end`.
+            InputError: as raised by `find_chain_outcome`.
         """
         scorer, written = self.operators.scorer(task_id), read_operators(answer, self._readings)
         if not isinstance(scorer, TransitionModeling):
@@ -132,12 +136,12 @@ class _OperatorChain:
         notation = self.plans.benchmark.notation.plans
         return notation.join(notation.write(meant, task.scene)) if len(meant) == len(steps) else None
 
-    def _is_planned(self, task_id: str) -> bool:
+    def _has_action_sequencing_task(self, task_id: str) -> bool:
         """Whether the suite of action sequencing has the task and does not exclude the task."""
         plans = self.plans
         return task_id in plans.scorers and plans.scorer(task_id).find_exclusion() is None
 
-    def _find_plan_end(self, task_id: str, plan: str) -> ChainEnd:
+    def _find_plan_end(self, task_id: str, plan: str) -> ChainOutcome:
         """Execute the plan of a chain in the world. Return the end of the chain."""
         verdict = self.plans.score(task_id, plan)
         if verdict.error is not None:
@@ -150,11 +154,13 @@ class _OperatorChain:
         missed = {goal.kind for goal, is_reached in goals if not is_reached}
         return ONLY_ACTIONS_MISSED if missed == {GoalKind.ACTION} else CONDITIONS_MISSED
 
-    def find_gold_chain_end(self, task_id: str) -> ChainEnd | None:
-        """Return the end of the chain of the data set's own operators, or None as in `find_chain_end`."""
+    def find_outcome_with_gold_operators(self, task_id: str) -> ChainOutcome | None:
+        """Return the end of the chain of the data set's own operators, or None as in `find_chain_outcome`."""
         suite = self.operators
         answer = self._true_answers[task_id].text
-        return self.find_chain_end(task_id, answer, _require_operator_verdict(suite.score(task_id, answer)))
+        return self.find_chain_outcome(
+            task_id, answer, _require_operator_verdict(suite.score(task_id, answer))
+        )
 
 
 def _require_operator_verdict(verdict: object) -> OperatorVerdict:
@@ -164,7 +170,7 @@ def _require_operator_verdict(verdict: object) -> OperatorVerdict:
 
 
 @dataclass(frozen=True, slots=True)
-class _ChainedRun:
+class _RunWithChainOutcomes:
     """A run of transition modeling, with the end of the chain of each answer.
 
     Attributes:
@@ -177,17 +183,17 @@ class _ChainedRun:
 
     key: RunKey
     records: Sequence[Record]
-    ends: Sequence[ChainEnd]
-    true_ends: Sequence[ChainEnd | None]
+    ends: Sequence[ChainOutcome]
+    true_ends: Sequence[ChainOutcome | None]
 
 
-def _find_chain_ends_of_runs(runs: Sequence[Run], records: StudyRecords) -> Iterator[_ChainedRun]:
+def _find_chain_ends_of_runs(runs: Sequence[Run], records: StudyRecords) -> Iterator[_RunWithChainOutcomes]:
     """Yield runs of transition modeling, each with the ends of its answers' chains.
 
     The user gets a note on runs of other protocols, which are left out.
     """
-    chain_of = cache(lambda domain: _OperatorChain.open_chain(domain, records.source))
-    true_end_of = cache(lambda domain, task_id: chain_of(domain).find_gold_chain_end(task_id))
+    chain_of = cache(lambda domain: _OperatorExecutionChain.open_for_benchmark(domain, records.source))
+    true_end_of = cache(lambda domain, task_id: chain_of(domain).find_outcome_with_gold_operators(task_id))
     for run in sorted(runs, key=lambda run: run.key.sort_key):
         key = run.key
         if key.ability is not Ability.TRANSITION_MODELING:
@@ -199,7 +205,7 @@ def _find_chain_ends_of_runs(runs: Sequence[Run], records: StudyRecords) -> Iter
         ends = [
             (
                 record,
-                chain.find_chain_end(
+                chain.find_chain_outcome(
                     record.task_id, record.response, _require_operator_verdict(record.verdict)
                 ),
             )
@@ -209,7 +215,7 @@ def _find_chain_ends_of_runs(runs: Sequence[Run], records: StudyRecords) -> Iter
         if not carried_out:
             records.note(f"left out, because no planner was run: {key}")
             continue
-        yield _ChainedRun(
+        yield _RunWithChainOutcomes(
             key,
             [record for record, _ in carried_out],
             [end for _, end in carried_out],
@@ -222,10 +228,10 @@ def analyze_operators(runs: Sequence[Run], records: StudyRecords) -> Iterator[An
     chained = list(_find_chain_ends_of_runs(runs, records))
     if chained:
         table = _make_operators_table(chained)
-        yield Analysis([table], screen_tables=[_show_counts(table)])
+        yield Analysis([table], screen_tables=[_replace_rates_by_counts(table)])
 
 
-def _show_counts(table: Table) -> Table:
+def _replace_rates_by_counts(table: Table) -> Table:
     """Return the table with counts, such as 3/20, instead of rates."""
     return replace(table, rows=tuple([tuple(map(_format_count_cell, row)) for row in table.rows]))
 
@@ -235,7 +241,7 @@ def _format_count_cell(cell: Cell) -> Cell:
 
 
 @make_table("operators", (*SUITE, MODEL, "breaks at", "reason", "share", "true operators"))
-def _make_operators_table(chained: Sequence[_ChainedRun]) -> Iterator[Row]:
+def _make_operators_table(chained: Sequence[_RunWithChainOutcomes]) -> Iterator[Row]:
     """Chains of operators.
 
     A planner finds a plan with the model's operators, and the plan is carried out in the world: tasks by the
@@ -252,7 +258,7 @@ def _make_operators_table(chained: Sequence[_ChainedRun]) -> Iterator[Row]:
 
 
 def _estimate_share_of_end(
-    records: Sequence[Record], ends: Sequence[ChainEnd | None], end: ChainEnd
+    records: Sequence[Record], ends: Sequence[ChainOutcome | None], end: ChainOutcome
 ) -> Estimate:
     """Return the percentage of tasks whose chain has a given end."""
     cases = [

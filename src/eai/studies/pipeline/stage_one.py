@@ -30,7 +30,7 @@ from eai.results.epochs import STATED, SUBGOALS, PromptBeliefs
 from eai.results.record import Record
 from eai.results.records import RECORDS, read_records
 from eai.results.responses import read_responses
-from eai.studies.variation import Endpoint, FirstStage
+from eai.studies.variation import Endpoint, StageBeforeQuestions
 from eai.tasks.prompts.prompt import BelievedTask
 from eai.tasks.source import Source
 
@@ -58,11 +58,11 @@ def read_goal_beliefs(
     Raises:
         InputError: questions of the ability state no goals, or there are no answers.
     """
-    check_ability_states_goals(ability)
+    require_questions_state_goals(ability)
     return make_goal_beliefs(read_interpretations(path, benchmark, source, model), benchmark, source)
 
 
-def check_ability_states_goals(ability: Ability) -> None:
+def require_questions_state_goals(ability: Ability) -> None:
     """Raise an error if the questions of an ability state no goals."""
     if ability not in STAGE_TWO:
         names = " and ".join(stage.value for stage in STAGE_TWO)
@@ -93,7 +93,7 @@ def make_goal_beliefs(
             scene = (scenes or {}).get(task_id) or BelievedTask(suite.tasks[task_id])
             goals = read_stated_goals(answer, scene.task, benchmark.domain, benchmark.notation.goals).goals
             beliefs[task_id] = BelievedTask(replace(scene.task, goals=goals), answer)
-            stated[task_id] = _summarize_stated_goals(answer, task_id, suite)
+            stated[task_id] = _summarize_goals_stated_in_answer(answer, task_id, suite)
     return PromptBeliefs(
         beliefs,
         Experiment({STUDY: make_settings_with_option("goals", "goals_from", model, _PLACE)}),
@@ -103,7 +103,7 @@ def make_goal_beliefs(
     )
 
 
-def _summarize_stated_goals(answer: str, task_id: str, suite: Suite) -> dict[str, Json]:
+def _summarize_goals_stated_in_answer(answer: str, task_id: str, suite: Suite) -> dict[str, Json]:
     """Return the summary of stated goals that records store, with scores under the default protocol."""
     read = read_stated_goals(
         answer, suite.tasks[task_id], suite.benchmark.domain, suite.benchmark.notation.goals
@@ -178,7 +178,9 @@ def _read_from_responses(path: Path, benchmark: Benchmark, source: Source) -> It
         yield read.model, {response.task_id: response.text for response in read.responses}
 
 
-def find_interpreted_goals(goals: str, stage: FirstStage, endpoint: Endpoint, suite: Suite) -> PromptBeliefs:
+def find_interpreted_goals(
+    goals: str, stage: StageBeforeQuestions, endpoint: Endpoint, suite: Suite
+) -> PromptBeliefs:
     """Return the goals that a model interpreted, as beliefs that later questions state.
 
     The model is asked, or a file is read, once per model and domain.
@@ -205,7 +207,7 @@ def find_interpreted_goals(goals: str, stage: FirstStage, endpoint: Endpoint, su
     return stage.found_beliefs[key]
 
 
-def find_listed_subgoals(stage: FirstStage, endpoint: Endpoint, suite: Suite) -> PromptBeliefs:
+def ask_for_subgoals(stage: StageBeforeQuestions, endpoint: Endpoint, suite: Suite) -> PromptBeliefs:
     """Return the subgoals that a model lists for the goals that it interpreted.
 
     The model is asked once for each domain.
@@ -283,7 +285,7 @@ def summarize_stated_goals(record: Record, suite: Suite, about: Mapping[str, Any
     return beliefs.summaries.get(task_id, {}).get(STUDY, {})
 
 
-def _ask_for_goals(stage: FirstStage, endpoint: Endpoint, suite: Suite) -> Interpretations:
+def _ask_for_goals(stage: StageBeforeQuestions, endpoint: Endpoint, suite: Suite) -> Interpretations:
     first = open_suite(suite.benchmark, Ability.GOAL_INTERPRETATION, suite.protocol, source=suite.source)
     prompts = stage.library.open(suite.benchmark, Ability.GOAL_INTERPRETATION)
     wanted = [task_id for task_id in first.task_ids if task_id in stage.task_ids[suite.domain]]

@@ -13,7 +13,7 @@ from typing_extensions import Self
 from eai.abilities.protocol import PAPER_ABILITIES, Ability
 from eai.base.errors import InputError
 from eai.studies.study import Analysis, Study
-from eai.studies.variation import AskModel, FirstStage, VariationOptions
+from eai.studies.variation import AskModel, StageBeforeQuestions, VariationOptions
 from eai.tasks.options import Options
 
 if TYPE_CHECKING:
@@ -37,7 +37,7 @@ class _PipelineOptions(VariationOptions):
     subgoals: Literal["own"] | None = None
 
     @model_validator(mode="after")
-    def _check_goals(self) -> Self:
+    def _require_goals_for_subgoals(self) -> Self:
         if self.subgoals is not None and self.goals is None:
             raise InputError(
                 "pipeline.subgoals: also give pipeline.goals, because subgoals are listed for these goals"
@@ -45,20 +45,20 @@ class _PipelineOptions(VariationOptions):
         return self
 
     @property
-    def choice(self) -> str:
+    def chosen_option(self) -> str:
         """Name of the option for interpreted goals; empty if the user did not choose this option."""
         return "" if self.goals is None else "pipeline.goals"
 
     @property
-    def heading(self) -> str:
+    def results_heading(self) -> str:
         """Heading of results that names the source of the stated goals."""
         return f"goals: {self.goals}" + ("" if self.subgoals is None else f", subgoals: {self.subgoals}")
 
-    def record_choice(self, study: str) -> None:
+    def make_recorded_settings(self, study: str) -> None:
         """Return None, because the first stage records which models interpreted goals and subgoals."""
 
     @property
-    def changed_part(self) -> Literal["", "scene", "goals"]:
+    def changed_task_part(self) -> Literal["", "scene", "goals"]:
         """The part of a question that this study changes: the goals."""
         return "goals"
 
@@ -68,10 +68,10 @@ class _PipelineOptions(VariationOptions):
         Raises:
             InputError: the questions of a named ability state no goals.
         """
-        from eai.studies.pipeline.stage_one import STAGE_TWO, check_ability_states_goals
+        from eai.studies.pipeline.stage_one import STAGE_TWO, require_questions_state_goals
 
         for ability in named:
-            check_ability_states_goals(ability)
+            require_questions_state_goals(ability)
         chosen = [ability for ability in PAPER_ABILITIES if ability in (named or STAGE_TWO)]
         if self.subgoals is None:
             return chosen
@@ -79,21 +79,23 @@ class _PipelineOptions(VariationOptions):
             raise InputError("pipeline.subgoals: only questions of action_sequencing can state subgoals")
         return [Ability.ACTION_SEQUENCING]
 
-    def make_stage(
-        self, library: PromptLibrary, wanted: Mapping[str, Collection[str]], ask: AskModel
-    ) -> FirstStage:
+    def make_stage_before_questions(
+        self, library: PromptLibrary, task_ids_by_domain: Mapping[str, Collection[str]], ask: AskModel
+    ) -> StageBeforeQuestions:
         """Return the stage that asks for goals, or the later stage for subgoals if the user chose them."""
-        from eai.studies.pipeline.stage_one import find_interpreted_goals, find_listed_subgoals
+        from eai.studies.pipeline.stage_one import ask_for_subgoals, find_interpreted_goals
 
-        first = FirstStage(library, wanted, ask, partial(find_interpreted_goals, str(self.goals)))
+        first = StageBeforeQuestions(
+            library, task_ids_by_domain, ask, partial(find_interpreted_goals, str(self.goals))
+        )
         return (
             first
             if self.subgoals is None
-            else FirstStage(library, wanted, ask, find_listed_subgoals, previous=first)
+            else StageBeforeQuestions(library, task_ids_by_domain, ask, ask_for_subgoals, previous=first)
         )
 
 
-class _PipelineChoices(Options):
+class _PipelineAnalysisOptions(Options):
     """How a pipeline is compared.
 
     Attributes:
@@ -106,23 +108,25 @@ class _PipelineChoices(Options):
     search: bool = True
 
 
-def _analyze_pipelines(records: StudyRecords, chosen: _PipelineChoices) -> Iterator[Analysis]:
+def _analyze_pipelines(records: StudyRecords, chosen: _PipelineAnalysisOptions) -> Iterator[Analysis]:
     from eai.studies.pipeline.analysis import analyze_pipelines
 
     return analyze_pipelines(records, chosen.goals, search=chosen.search)
 
 
-def _summarize_pipeline(record: Record, suite: Suite, about: Mapping[str, Any]) -> Mapping[str, Json]:
+def _summarize_stated_goals_and_subgoals(
+    record: Record, suite: Suite, question_metadata: Mapping[str, Any]
+) -> Mapping[str, Json]:
     from eai.studies.pipeline.stage_one import summarize_stated_goals
 
-    return summarize_stated_goals(record, suite, about)
+    return summarize_stated_goals(record, suite, question_metadata)
 
 
 PIPELINE = Study(
     "pipeline",
     "Interpreted goals (action sequencing, subgoal decomposition).",
     _PipelineOptions,
-    choices=_PipelineChoices,
+    choices=_PipelineAnalysisOptions,
     analyze=_analyze_pipelines,
-    summarize=_summarize_pipeline,
+    summarize=_summarize_stated_goals_and_subgoals,
 )

@@ -10,8 +10,8 @@ STUDY = "prompts"
 _PLACE = 40
 
 
-def make_prompts_experiment(name: str | None) -> Experiment:
+def make_prompt_name_experiment(prompt_name: str | None) -> Experiment:
     """Return the options that records of a run store: the name of its prompts, or nothing without a name."""
-    if name is None:
+    if prompt_name is None:
         return Experiment()
-    return Experiment({STUDY: make_settings_with_option("prompt", "prompt_name", name, _PLACE)})
+    return Experiment({STUDY: make_settings_with_option("prompt", "prompt_name", prompt_name, _PLACE)})

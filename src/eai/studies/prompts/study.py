@@ -87,12 +87,17 @@ def compute_average_ranks(rating: Sequence[float]) -> list[float]:
     return [sum(ranks[value]) / len(ranks[value]) for value in rating]
 
 
-def count_shared_best(first: Sequence[float], second: Sequence[float], most: int) -> int:
-    """Return the number of items that are among the best ``most`` items in both ratings.
+def count_items_best_in_both(
+    first_ratings: Sequence[float], second_ratings: Sequence[float], best_count: int
+) -> int:
+    """Return the number of items that are among the best ``best_count`` items in both ratings.
 
     Of items with equal ratings, earlier items are better.
     """
-    best = [sorted(range(len(rating)), key=lambda i: (-rating[i], i))[:most] for rating in (first, second)]
+    best = [
+        sorted(range(len(rating)), key=lambda i: (-rating[i], i))[:best_count]
+        for rating in (first_ratings, second_ratings)
+    ]
     return len(set(best[0]) & set(best[1]))
 
 
@@ -107,7 +112,9 @@ def correct_p_values(p_values: Sequence[float]) -> list[float]:
     return corrected
 
 
-def compute_variance_shares(cells: Sequence[Sequence[float]]) -> tuple[float, float, float] | None:
+def compute_variance_shares_of_rows_columns_rest(
+    cells: Sequence[Sequence[float]],
+) -> tuple[float, float, float] | None:
     """Return the shares (0 to 1) of a table's variance that are due to rows, to columns, and to neither.
 
     This is a two-way analysis without replication. The result is None if nothing varies.
@@ -243,11 +250,11 @@ def _make_agreement_table(matrix: _PromptMatrix, top: int, draws: int = DRAWS) -
     close. Empty if all prompts are equal in a model.
     """
     columns = {model: matrix.compute_metrics_of_model(model) for model in matrix.models}
-    drawn = list(_draw_bootstrap_samples(matrix, draws))
+    drawn = list(_draw_bootstrap_metrics_by_model(matrix, draws))
     for first, second in combinations(matrix.models, 2):
         tau = compute_kendall_tau_b(columns[first], columns[second])
         again = [compute_kendall_tau_b(draw[first], draw[second]) for draw in drawn]
-        shared = count_shared_best(columns[first], columns[second], top)
+        shared = count_items_best_in_both(columns[first], columns[second], top)
         yield (first, second, _make_bootstrap_estimate(tau, again), shared, None)
     if len(matrix.models) > 1:
         concordance = compute_kendall_w(list(columns.values()))
@@ -255,7 +262,7 @@ def _make_agreement_table(matrix: _PromptMatrix, top: int, draws: int = DRAWS) -
         yield (ALL, None, Estimate(None), None, _make_bootstrap_estimate(concordance, again))
 
 
-def _draw_bootstrap_samples(matrix: _PromptMatrix, draws: int) -> Iterator[dict[str, list[float]]]:
+def _draw_bootstrap_metrics_by_model(matrix: _PromptMatrix, draws: int) -> Iterator[dict[str, list[float]]]:
     """Yield bootstrap samples of the matrix: values by model, for task names drawn with replacement.
 
     All runs use the same drawn names.
@@ -269,14 +276,14 @@ def _draw_bootstrap_samples(matrix: _PromptMatrix, draws: int) -> Iterator[dict[
     for _ in range(draws):
         draw = generator.choices(names, k=len(names))
         yield {
-            model: [_compute_rate_of_sample(sums[prompt, model], draw) for prompt in matrix.prompts]
+            model: [_compute_percent_of_drawn_names(sums[prompt, model], draw) for prompt in matrix.prompts]
             for model in matrix.models
         }
 
 
-def _compute_rate_of_sample(of_names: Mapping[str, Rate], draw: Sequence[str]) -> float:
-    numerator = sum(of_names[name].numerator for name in draw)
-    return Rate(numerator, sum(of_names[name].denominator for name in draw)).percent or 0.0
+def _compute_percent_of_drawn_names(rate_by_name: Mapping[str, Rate], drawn_names: Sequence[str]) -> float:
+    numerator = sum(rate_by_name[name].numerator for name in drawn_names)
+    return Rate(numerator, sum(rate_by_name[name].denominator for name in drawn_names)).percent or 0.0
 
 
 def _make_bootstrap_estimate(value: float | None, again: Sequence[float | None]) -> Estimate:
@@ -298,7 +305,9 @@ def _make_variance_table(matrix: _PromptMatrix) -> Iterable[Row]:
     Shares of the variance of the cells, by a two-way analysis without replication: between models, between
     prompts, and the rest (interaction and chance). Empty if nothing varies.
     """
-    shares = compute_variance_shares([matrix.compute_metrics_of_model(model) for model in matrix.models])
+    shares = compute_variance_shares_of_rows_columns_rest(
+        [matrix.compute_metrics_of_model(model) for model in matrix.models]
+    )
     return zip(("model", "prompt", "rest"), shares or (None, None, None), strict=True)
 
 
@@ -324,7 +333,7 @@ def _make_gains_table(matrix: _PromptMatrix, reference: str) -> Iterator[Row]:
             yield (model, prompt, prompt == best, gain, difference.p_value, adjusted)
 
 
-class _PromptChoices(Options):
+class _PromptAnalysisOptions(Options):
     """How prompts are compared.
 
     Attributes:
@@ -336,7 +345,7 @@ class _PromptChoices(Options):
     reference: str | None = None
 
 
-def _analyze_prompts(records: StudyRecords, chosen: _PromptChoices) -> Iterator[Analysis]:
+def _analyze_prompts(records: StudyRecords, chosen: _PromptAnalysisOptions) -> Iterator[Analysis]:
     """Compare runs that differ only in their models and prompts.
 
     Raises:
@@ -354,7 +363,7 @@ def _analyze_prompts(records: StudyRecords, chosen: _PromptChoices) -> Iterator[
         tables = make_prompt_tables([(name, run.records) for name, run in named], metric, chosen.reference)
         yield Analysis(
             tables,
-            _draw_figures(tables[0], metric, suite),
+            _draw_prompt_matrix_figures(tables[0], metric, suite),
             folder=to_file_name(suite),
             facts={
                 "suite": suite,
@@ -364,7 +373,7 @@ def _analyze_prompts(records: StudyRecords, chosen: _PromptChoices) -> Iterator[
         )
 
 
-def _draw_figures(cells: Table, metric: str, suite: str) -> Figures:
+def _draw_prompt_matrix_figures(cells: Table, metric: str, suite: str) -> Figures:
     label = f"{metric}, percent"
     figure = draw_rate_matrix(
         cells.row_dicts(), ("prompt",), "value", label, across="answered_by", zeros=True
@@ -407,6 +416,6 @@ def _group_runs_by_suite(runs: Iterable[Run]) -> dict[str, list[Run]]:
 PROMPTS = Study(
     "prompts",
     "Runs of models with several prompts (prompts.name) side by side, suite by suite.",
-    choices=_PromptChoices,
+    choices=_PromptAnalysisOptions,
     analyze=_analyze_prompts,
 )

@@ -27,10 +27,10 @@ def _analyze_repairs(records: StudyRecords, chosen: Options) -> Iterator[Analysi
     ]
     repairs.sort(key=lambda pair: pair[0].sort_key)
     tables = [
-        _make_distances_table(repairs),
+        _make_edit_distances_table(repairs),
         _make_edits_table(repairs),
         _make_edit_kinds_table(repairs),
-        _make_causes_table(repairs),
+        _make_failure_causes_table(repairs),
     ]
     if not tables[0].rows:
         raise InputError(
@@ -50,12 +50,14 @@ def _list_recorded_repairs(run: Run) -> Iterator[tuple[Record, Repair]]:
 _RepairsByRun = Sequence[tuple[RunKey, list[tuple[Record, Repair]]]]
 
 
-def _estimate_share(answers: Sequence[tuple[Record, Repair]], counted: Sequence[bool]) -> Estimate:
-    return estimate_share([record for record, _ in answers], counted)
+def _estimate_share_of_counted(
+    answers: Sequence[tuple[Record, Repair]], is_counted: Sequence[bool]
+) -> Estimate:
+    return estimate_share([record for record, _ in answers], is_counted)
 
 
 @make_table("distances", (*SUITE, MODEL, "failed", "unknown", "exact", "within_2", "one_edit"))
-def _make_distances_table(repairs: _RepairsByRun) -> Iterator[Row]:
+def _make_edit_distances_table(repairs: _RepairsByRun) -> Iterator[Row]:
     """How far failed answers are from right ones.
 
     Failed answers by the fewest edits (steps inserted, deleted or replaced) that make them right. unknown: no
@@ -63,17 +65,19 @@ def _make_distances_table(repairs: _RepairsByRun) -> Iterator[Row]:
     known), within_2 (its bounds differ by at most two), and one_edit (a single edit suffices).
     """
     for key, answers in repairs:
-        bounded = _select_bounded_repairs(answers)
+        bounded = _select_repairs_with_known_bounds(answers)
         if not bounded:
             continue
         near = [r.at_most is not None and r.at_most - r.at_least <= 2 for _, r in bounded]
         exact = [r.distance is not None for _, r in bounded]
         single = [r.distance == 1 for _, r in bounded]
-        shares = [_estimate_share(bounded, counted) for counted in (exact, near, single)]
+        shares = [_estimate_share_of_counted(bounded, counted) for counted in (exact, near, single)]
         yield (*key.table_cells, len(bounded), len(answers) - len(bounded), *shares)
 
 
-def _select_bounded_repairs(answers: Sequence[tuple[Record, Repair]]) -> list[tuple[Record, Repair]]:
+def _select_repairs_with_known_bounds(
+    answers: Sequence[tuple[Record, Repair]],
+) -> list[tuple[Record, Repair]]:
     """Return the answers for which bounds of the smallest number of edits are known."""
     return [(record, repair) for record, repair in answers if repair.why_null is None]
 
@@ -86,7 +90,7 @@ def _make_edits_table(repairs: _RepairsByRun) -> Iterator[Row]:
     right, among answers at a distance of one.
     """
     for key, answers in repairs:
-        bounded = _select_bounded_repairs(answers)
+        bounded = _select_repairs_with_known_bounds(answers)
         times = Counter(min(r.distance, _MAX_DISTANCE) for _, r in bounded if r.distance is not None)
         ties = [r.ties for _, r in bounded if r.ties is not None]
         if times:
@@ -112,12 +116,12 @@ def _make_edit_kinds_table(repairs: _RepairsByRun) -> Iterator[Row]:
                     error,
                     kinds,
                     number,
-                    _estimate_share(of_error, [s == kinds for s in sets]),
+                    _estimate_share_of_counted(of_error, [s == kinds for s in sets]),
                 )
 
 
 @make_table("causes", (*SUITE, MODEL, "answers", "step", "interval", "several", "earlier"))
-def _make_causes_table(repairs: _RepairsByRun) -> Iterator[Row]:
+def _make_failure_causes_table(repairs: _RepairsByRun) -> Iterator[Row]:
     """Where the cause lies.
 
     Answers that one edit makes right, by what all such edits have in common: the same step, the same place of
@@ -132,7 +136,7 @@ def _make_causes_table(repairs: _RepairsByRun) -> Iterator[Row]:
         times = Counter(repair.blame for _, repair in near)
         if near:
             counts = [times[blame] for blame in ("step", "interval", "several")]
-            yield (*key.table_cells, len(near), *counts, _estimate_share(blamed, early))
+            yield (*key.table_cells, len(near), *counts, _estimate_share_of_counted(blamed, early))
 
 
 REPAIR = Study(

@@ -94,7 +94,7 @@ def write_cost_section(
     yield _DEFINITION.format(priced=_AS_RUN + listed + _AT_LEAST) + "\n"
     rows = [[*line.values()] for line in lines]
     if with_paper:
-        rows.append(_make_paper_row())
+        rows.append(_make_paper_cost_row())
     yield "\n".join(format_text_grid([*lines[0]], rows)) + "\n"
     table = _make_cost_per_success_table(runs)
     yield f"{table.definition}.\n"
@@ -134,12 +134,12 @@ def _make_cost_per_success_table(runs: Sequence[RunSummary]) -> Iterator[Row]:
     episodes; dollars are those that `eai run` wrote
     """
     for item in runs:
-        amounts = (_estimate_amount_per_success(item.per_success.get(kind, ())) for kind in _KINDS)
+        amounts = (_estimate_spending_per_success(item.per_success.get(kind, ())) for kind in _KINDS)
         if item.per_success:
             yield (Label(item.key.name), format_suite_title(item.key.domain, item.key.ability), *amounts)
 
 
-def _estimate_amount_per_success(cases: RateCases) -> Cell:
+def _estimate_spending_per_success(cases: RateCases) -> Cell:
     """Return the amount spent per success; without a success, the whole amount as a lower bound."""
     if not cases:
         return None
@@ -147,7 +147,7 @@ def _estimate_amount_per_success(cases: RateCases) -> Cell:
     return f"≥ {rate.numerator:,.4g}" if rate.share is None else Estimate(rate.share, *(interval or ()))
 
 
-def _make_paper_row() -> list[str]:
+def _make_paper_cost_row() -> list[str]:
     paper = read_benchmark_paper_cost()
     per_query = _format_amount(divide_amount(paper.tokens, paper.queries))
     per_thousand = _format_amount(divide_amount(_multiply_by_thousand(paper.dollars), paper.queries), 2)

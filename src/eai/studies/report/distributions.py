@@ -51,7 +51,7 @@ def make_distributions(benchmark: Benchmark, source: Source) -> tuple[_ValueDist
     profiles = [profile for profile in profile_tasks(benchmark, source) if profile.features.goals]
     counted = (
         *_make_feature_distributions([profile.features for profile in profiles]),
-        *_make_step_distributions([profile.task for profile in profiles]),
+        *_make_plan_step_distributions([profile.task for profile in profiles]),
     )
     return tuple(distribution for distribution in counted if distribution.counts)
 
@@ -69,7 +69,7 @@ def _make_feature_distributions(features: Sequence[TaskStatistics]) -> Iterator[
         yield _ValueDistribution(name, title, "tasks", counts, decades=name == "goal_options")
 
 
-def _make_step_distributions(tasks: Sequence[Task]) -> Iterator[_ValueDistribution]:
+def _make_plan_step_distributions(tasks: Sequence[Task]) -> Iterator[_ValueDistribution]:
     """Yield the distributions of actions, of object categories, and of pairs of both, in annotated plans."""
     steps = [(step, task.scene.objects) for task in tasks for step in task.script]
     pairs = [(step.operator, objects[i].category) for step, objects in steps for i in step.arguments]
@@ -122,18 +122,18 @@ def _draw_distributions(distributions: Sequence[_ValueDistribution], title: str,
     panels = figure.subplots(rows, _COLUMNS, squeeze=False).flatten()
     for panel, item in zip(panels, distributions, strict=False):
         panel.set_title(item.title)
-        (_draw_bars if item.unit == "tasks" else _draw_names)(panel, item)
+        (_draw_bars if item.unit == "tasks" else _draw_bars_by_name)(panel, item)
     for panel in panels[len(distributions) :]:
         panel.set_visible(False)
     return figure
 
 
-def count_bins(counts: Mapping[int, int], *, decades: bool) -> dict[str, int]:
+def group_counts_into_bins(counts: Mapping[int, int], *, by_decades: bool) -> dict[str, int]:
     """Return the counts of bins, by labels with the bins' bounds.
 
     Empty bins between other bins are included.
     """
-    if decades:
+    if by_decades:
         powers = range(len(str(max(counts))))
         return {
             _label_decade(power): sum(n for value, n in counts.items() if len(str(value)) == power + 1)
@@ -156,7 +156,7 @@ def _label_bin(low: int, width: int) -> str:
 
 
 def _draw_bars(panel: Axes, item: _ValueDistribution) -> None:
-    bins = count_bins(item.counts, decades=item.decades)
+    bins = group_counts_into_bins(item.counts, by_decades=item.decades)
     panel.bar(range(len(bins)), list(bins.values()), width=0.86, color=ACCENT)
     every = -(-len(bins) // 8)
     panel.set_xticks(range(0, len(bins), every), labels=list(bins)[::every], fontsize=7)
@@ -168,7 +168,7 @@ def _draw_bars(panel: Axes, item: _ValueDistribution) -> None:
             panel.annotate(str(number), (index, number), ha="center", va="bottom", fontsize=6.5, color=INK)
 
 
-def _draw_names(panel: Axes, item: _ValueDistribution) -> None:
+def _draw_bars_by_name(panel: Axes, item: _ValueDistribution) -> None:
     shown = dict(list(item.counts.items())[:_MAX_NAMES])
     panel.barh(range(len(shown)), list(shown.values()), height=0.8, color=ACCENT)
     panel.set_yticks(range(len(shown)), labels=[clip_label(name) for name in shown], fontsize=6.2)

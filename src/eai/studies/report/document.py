@@ -26,7 +26,7 @@ from eai.results.rate import NOTHING, Rate, compute_rate
 from eai.results.repeats import find_success_metric, make_pass_at_k_table, strip_epoch
 from eai.results.runs import RunKey
 from eai.studies.report.rankings import Ranking
-from eai.studies.report.run_summary import RunSummary, select_plain_runs
+from eai.studies.report.run_summary import RunSummary, select_runs_without_study_options
 from eai.studies.report.table_specs import format_suite_title
 
 STRATA: Mapping[str, range] = {
@@ -61,18 +61,20 @@ def compare_with_paper(runs: Sequence[RunSummary]) -> list[dict[str, str]]:
         for item in ours
         for pair in _list_paper_differences(table, item)
     )
-    return [_make_agreement_row(table, suite, pairs) for (table, suite), pairs in by_table.items()]
+    return [_make_paper_agreement_row(table, suite, pairs) for (table, suite), pairs in by_table.items()]
 
 
-def _make_agreement_row(table: str, suite: str, pairs: Sequence[tuple[float, str]]) -> dict[str, str]:
-    largest, where = max(pairs, key=itemgetter(0))
+def _make_paper_agreement_row(
+    table: str, suite: str, differences_and_cells: Sequence[tuple[float, str]]
+) -> dict[str, str]:
+    largest, where = max(differences_and_cells, key=itemgetter(0))
     bounds = {"to the digit": ROUNDING_DIFFERENCE, "within 1": 1, "within 2": 2}
     return {
         "table": table,
         "suite": suite,
-        "cells": str(len(pairs)),
+        "cells": str(len(differences_and_cells)),
         **{
-            label: str(sum(difference <= points + 1e-9 for difference, _ in pairs))
+            label: str(sum(difference <= points + 1e-9 for difference, _ in differences_and_cells))
             for label, points in bounds.items()
         },
         "largest": f"{largest:.1f}",
@@ -121,20 +123,20 @@ def write_report_markdown(
     with_paper: bool,
 ) -> str:
     """Return the page as Markdown. The section on cost is added at the end if it is not empty."""
-    plain = select_plain_runs(runs)
+    plain = select_runs_without_study_options(runs)
     blocks = [
         "# Results\n",
         _INTRODUCTION + "\n",
         *_write_main_tables(tables),
         *_write_tables_section("Experiments", _EXPERIMENTS, experiments),
         *_write_tables_section("What the paper reports besides", _OTHER_PAPER_TABLES, other_paper_tables),
-        *(_write_model_table() if with_paper else ()),
-        *_write_strata_sections(plain),
+        *(_write_table_of_known_models() if with_paper else ()),
+        *_write_sections_by_plan_length_and_predicate(plain),
         *_write_section(
             "How sure the numbers are",
             _make_interval_rows(plain),
             _CERTAINTY,
-            write_remark_on_unnamed_tasks(plain),
+            write_remark_on_missing_task_names(plain),
         ),
         *_write_epochs_section(runs),
         *_write_protocols_section(plain),
@@ -173,7 +175,7 @@ def _write_tables_section(title: str, introduction: str, tables: Sequence[Rankin
         yield format_markdown_table(table.make_table())
 
 
-def _write_model_table() -> Iterator[str]:
+def _write_table_of_known_models() -> Iterator[str]:
     cards = make_model_table()
     yield f"## {cards.title}\n"
     yield f"{cards.definition}\n"
@@ -246,19 +248,19 @@ def _write_outcomes_section(runs: Sequence[RunSummary]) -> Iterator[str]:
     yield from _write_section("Outcomes of answers", rows)
 
 
-def _write_strata_sections(runs: Sequence[RunSummary]) -> Iterator[str]:
+def _write_sections_by_plan_length_and_predicate(runs: Sequence[RunSummary]) -> Iterator[str]:
     """Yield the sections on success by length of the annotated plan, and on goals by predicate."""
     for suite, items in group_pairs((_format_run_suite(item), item) for item in runs).items():
         if items[0].breakdown.flow is not None:
             names = [escape_markdown(item.key.name) for item in items]
             rows = [
                 {"tasks or goals": label, **dict(zip(names, map(_format_rate, rates), strict=True))}
-                for label, rates in (*_make_length_rows(items), *_make_predicate_rows(items))
+                for label, rates in (*_make_plan_length_rows(items), *_make_predicate_rows(items))
             ]
             yield from _write_section(f"By length of plan and kind of goal: {suite}", rows, _STRATA)
 
 
-def _make_length_rows(items: Sequence[RunSummary]) -> Iterator[tuple[str, list[Rate]]]:
+def _make_plan_length_rows(items: Sequence[RunSummary]) -> Iterator[tuple[str, list[Rate]]]:
     """Yield a row for each range of plan lengths, with the success of each run."""
     for label, steps in STRATA.items():
         shares = [
@@ -334,7 +336,7 @@ _UNNAMED = (
 )
 
 
-def write_remark_on_unnamed_tasks(runs: Sequence[RunSummary]) -> str:
+def write_remark_on_missing_task_names(runs: Sequence[RunSummary]) -> str:
     """Return a remark on runs whose records lack the names of their tasks; empty without such runs."""
     unnamed = sum(bool(item.unnamed) for item in runs)
     return _UNNAMED.format(runs=unnamed, all=len(runs)) if unnamed else ""

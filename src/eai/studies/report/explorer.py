@@ -47,8 +47,12 @@ Owner: TypeAlias = Literal["agent", "object", "other"]
 """Kind of the object that a tile shows: the agent, an object that the task is about, or another object."""
 
 
+_ItemIndex: TypeAlias = int
+"""Index of a stored item in the list of its kind, by which other items refer to it."""
+
+
 @dataclass(slots=True)
-class SceneTile:
+class ObjectTile:
     """The rectangle of one object in a picture of a scene.
 
     Attributes:
@@ -63,15 +67,15 @@ class SceneTile:
     kind: Owner
     marks: list[str] = field(default_factory=list)
     lines: list[str] = field(default_factory=list)
-    zones: dict[str, list[SceneTile]] = field(default_factory=dict)
+    zones: dict[str, list[ObjectTile]] = field(default_factory=dict)
 
 
-TileScenes: TypeAlias = Sequence[Sequence[SceneTile]]
+TileScenes: TypeAlias = Sequence[Sequence[ObjectTile]]
 """Pictures of the scene at the start and after each tried step; a picture is a list of its outer tiles."""
 
 
 @dataclass(frozen=True, slots=True)
-class ExplorerBackground:
+class ExplorerDomainData:
     """Questions, operators and scenes of a domain that the explorer shows beside answers, if available.
 
     Attributes:
@@ -89,7 +93,7 @@ class ExplorerBackground:
     find_film: Callable[[Record], str] = lambda _: ""
 
 
-def make_film_name(record: Record) -> str:
+def make_film_file_name(record: Record) -> str:
     """Return the file name of an answer's film. Equal answers to a task share a film."""
     return f"{to_file_name(record.task_id)}-{hash_text(record.response)[:12]}.gif"
 
@@ -102,7 +106,7 @@ class ExplorerData:
     """
 
     def __init__(
-        self, background: Callable[[str], ExplorerBackground] = lambda domain: ExplorerBackground()
+        self, background: Callable[[str], ExplorerDomainData] = lambda domain: ExplorerDomainData()
     ) -> None:
         self._background = cache(background)
         self._number_of_step = cache(self._pack_step)
@@ -167,7 +171,7 @@ class ExplorerData:
                 "r": self._pack_text(record.response) if record.response else None,
                 "f": self._pack_error(verdict),
                 "m": list(record.all_answer_repairs),
-                "S": _list_answer_spans(verdict),
+                "S": _list_spans_of_answer_text(verdict),
                 "R": self._pack_texts(describe_repair(verdict.repair)) if verdict.repair else [],
                 **self._pack_ability_fields(record),
                 "T": self._pack_turns(record),
@@ -249,7 +253,7 @@ class ExplorerData:
         error = verdict.error
         return None if error is None else [error.kind.value, error.step, self._pack_text(error.detail)]
 
-    def _pack_step(self, step: StepReport) -> int:
+    def _pack_step(self, step: StepReport) -> _ItemIndex:
         """Store a step, with the fields of `StepReport` in the order that the page expects.
 
         Return its index.
@@ -258,10 +262,10 @@ class ExplorerData:
         facts = self._pack_texts(step.added), self._pack_texts(step.removed)
         return self._store_packed_item("steps", [*texts, *facts, step.hidden_changes])
 
-    def _pack_scene(self, tiles: Sequence[SceneTile]) -> int:
+    def _pack_scene(self, tiles: Sequence[ObjectTile]) -> _ItemIndex:
         return self._store_packed_item("scenes", [self._pack_tile(tile) for tile in tiles])
 
-    def _pack_tile(self, tile: SceneTile) -> int:
+    def _pack_tile(self, tile: ObjectTile) -> _ItemIndex:
         """Store a tile: name, kind, marks, lines, and each zone with its tiles. Return its index."""
         name, marks, lines = (
             self._pack_text(tile.name),
@@ -274,7 +278,7 @@ class ExplorerData:
         ]
         return self._store_packed_item("tiles", [name, tile.kind, marks, lines, zones])
 
-    def _pack_operator(self, operator: OperatorReport) -> int:
+    def _pack_operator(self, operator: OperatorReport) -> _ItemIndex:
         """Store an operator: name, status, clauses of precondition and effect, and rule violations.
 
         Return its index.
@@ -295,10 +299,10 @@ class ExplorerData:
     def _pack_text(self, text: str) -> int:
         return self._find_item_index("texts", text)
 
-    def _store_packed_item(self, kind: str, packed: list[Json]) -> int:
+    def _store_packed_item(self, kind: str, packed: list[Json]) -> _ItemIndex:
         return self._find_item_index(kind, encode_for_script(packed))
 
-    def _find_item_index(self, kind: str, item: str) -> int:
+    def _find_item_index(self, kind: str, item: str) -> _ItemIndex:
         """Return the index of an item in the list of its kind. A new item is added at the end."""
         numbers = self._numbers[kind]
         return numbers.setdefault(item, len(numbers))
@@ -308,7 +312,7 @@ def _format_json_array(items: Iterable[str]) -> str:
     return f"[{','.join(items)}]"
 
 
-def _list_answer_spans(verdict: Verdict) -> list[Json]:
+def _list_spans_of_answer_text(verdict: Verdict) -> list[Json]:
     """Return the parts of an answer's text as lists (start, end, kind); empty if all text was simply read."""
     if all(span.kind is SpanKind.READ for span in verdict.spans):
         return []

@@ -12,7 +12,7 @@ from eai.abilities.protocol import Ability, get_ability_sort_key
 from eai.base.grouping import group_pairs
 from eai.benchmarks.registry import get_title
 from eai.results.plots import INK, LINES, MUTED, PAGE, RULE, SOFT, clip_label, make_figure
-from eai.studies.report.run_summary import RunSummary, select_plain_runs
+from eai.studies.report.run_summary import RunSummary, select_runs_without_study_options
 from eai.studies.report.table_specs import format_ability_title
 
 if TYPE_CHECKING:
@@ -61,7 +61,7 @@ def draw_radar(runs: Sequence[RunSummary]) -> Figure | None:
 
 
 def _group_by_domain(runs: Sequence[RunSummary]) -> dict[str, list[RunSummary]]:
-    return group_pairs((item.key.domain, item) for item in select_plain_runs(runs))
+    return group_pairs((item.key.domain, item) for item in select_runs_without_study_options(runs))
 
 
 def _group_results_by_model(runs: Sequence[RunSummary]) -> dict[str, _Results]:
@@ -79,11 +79,11 @@ def _list_axes(models: Mapping[str, _Results]) -> list[_Axis]:
     return sorted(axes, key=lambda axis: get_ability_sort_key(axis[0]))
 
 
-def _rank_models(worlds: Mapping[str, Mapping[str, _Results]]) -> list[str]:
+def _rank_models(results_by_domain: Mapping[str, Mapping[str, _Results]]) -> list[str]:
     """Return the names of models, sorted by the mean percentage of their results, highest first."""
     percents = group_pairs(
         (model, item.rates[metric].percent or 0.0)
-        for models in worlds.values()
+        for models in results_by_domain.values()
         for model, results in models.items()
         for (_, metric), item in results.items()
     )

@@ -75,7 +75,9 @@ def draw_model_summary(tables: Sequence[Ranking], model: str, protocol: Protocol
     for table, row in shown:
         answered = "" if row.coverage is None else f", {row.coverage} answered"
         domains.setdefault(table.domain, f"{get_title(table.domain)}{answered}")
-    all_panels = {title: _make_panel_lines(shown, names, groups) for title, names, groups in _PANELS}
+    all_panels = {
+        title: _make_lines_of_summary_panel(shown, names, groups) for title, names, groups in _PANELS
+    }
     panels = {title: lines for title, lines in all_panels.items() if lines}
     if not panels:
         return None
@@ -86,21 +88,23 @@ def draw_model_summary(tables: Sequence[Ranking], model: str, protocol: Protocol
     for axes, (title, lines) in zip(grid, panels.items(), strict=True):
         axes.set_title(title, fontsize=9.5)
         _draw_summary_panel(axes, lines, list(domains))
-    _draw_legend(figure, list(domains.values()), _write_legend_of_ticks([table for table, _ in shown]))
+    _draw_legend(
+        figure, list(domains.values()), _write_legend_of_paper_model_ticks([table for table, _ in shown])
+    )
     return figure
 
 
-def _make_panel_lines(
-    shown: Sequence[tuple[Ranking, RankedModel]], names: Sequence[str], groups: Sequence[str]
+def _make_lines_of_summary_panel(
+    rows: Sequence[tuple[Ranking, RankedModel]], table_names: Sequence[str], column_groups: Sequence[str]
 ) -> _Lines:
     """Return the lines of a panel from the named tables, by heading and column."""
     return group_pairs(
         ((format_ability_title(column.ability) if column.ability else column.group, column), (table, row))
-        for name in names
-        for table, row in shown
+        for name in table_names
+        for table, row in rows
         if table.name == name
         for column in table.columns
-        if not groups or column.group in groups
+        if not column_groups or column.group in column_groups
     )
 
 
@@ -109,7 +113,7 @@ def _count_panel_lines(lines: _Lines) -> int:
     return len(lines) + len({heading for heading, _ in lines})
 
 
-def _write_legend_of_ticks(tables: Sequence[Ranking]) -> str | None:
+def _write_legend_of_paper_model_ticks(tables: Sequence[Ranking]) -> str | None:
     """Return the legend's text on the grey ticks of the paper's models, or None if no ticks are drawn."""
     rows = [row for table in tables for row in table.rows]
     printed = {row.model for row in rows if row.source == "paper"}

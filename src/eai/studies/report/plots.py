@@ -70,11 +70,11 @@ _Plot: TypeAlias = "tuple[str, str, Callable[[], Figure | None]]"
 
 
 def add_plots_to_report(
-    out: Path,
+    folder: Path,
     runs: Sequence[RunSummary],
-    pages: Sequence[Ranking],
+    summary_tables: Sequence[Ranking],
     formats: Sequence[str],
-    watching: Callable[[str, int], AbstractContextManager[ProgressCallback]],
+    show_progress: Callable[[str, int], AbstractContextManager[ProgressCallback]],
 ) -> int:
     """Draw all plots for which runs have numbers, and add them to the end of ``report.md``.
 
@@ -84,25 +84,25 @@ def add_plots_to_report(
     runs of the layout solver, and equal input must give equal files.
 
     Args:
-        out: folder of the report.
+        folder: folder of the report.
         runs: the runs, sorted by the order of their keys.
-        pages: the tables for a summary page of each model; without tables there are no pages.
+        summary_tables: the tables for a summary page of each model; without tables there are no pages.
         formats: file formats of each plot, among `eai.results.plots.FORMATS`.
-        watching: function that shows the progress.
+        show_progress: function that shows the progress.
 
     Raises:
         EaiError: matplotlib is not installed.
     """
-    planned, shown = [*_make_summary_plots(pages), *_make_run_plots(runs)], list[str]()
-    with plots.use_plot_style(), watching("drawing plots", len(planned)) as progressed:
-        (out / "plots").mkdir(parents=True, exist_ok=True)
+    planned, shown = [*_make_summary_plots(summary_tables), *_make_run_plots(runs)], list[str]()
+    with plots.use_plot_style(), show_progress("drawing plots", len(planned)) as progressed:
+        (folder / "plots").mkdir(parents=True, exist_ok=True)
         for number, (name, caption, draw) in enumerate(planned, 1):
             figure = draw()
             if figure is not None:
-                plots.write_figure(figure, out / "plots" / name, formats, clips=False)
+                plots.write_figure(figure, folder / "plots" / name, formats, clips=False)
                 shown.append(f"{caption}\n\n![{caption}](plots/{name}.{formats[0]})\n")
             progressed(number)
-    page = out / "report.md"
+    page = folder / "report.md"
     if shown:
         write_files_atomically({page: "\n".join((f"{page.read_text(encoding='utf-8')}\n## Plots\n", *shown))})
     return len(shown)
@@ -317,7 +317,7 @@ A label that would overlap the previous label is moved below that label."""
 _SMALLEST_LABELLED = 0.5
 
 
-def draw_answer_flow(runs: Sequence[RunSummary]) -> Figure | None:
+def draw_answers_left_after_each_check(runs: Sequence[RunSummary]) -> Figure | None:
     """Draw how many answers remain after each stage of checks, one panel per model.
 
     The result is None if the ability has no plans.
@@ -363,7 +363,7 @@ def _draw_flow_of_model(
 _Draw: TypeAlias = "Callable[[Sequence[RunSummary]], Figure | None]"
 
 _OF_ABILITY: Sequence[tuple[str, str, _Draw]] = (
-    ("flow", "From answer to outcome", draw_answer_flow),
+    ("flow", "From answer to outcome", draw_answers_left_after_each_check),
     ("difficulty", _DIFFICULTY, draw_success_by_difficulty),
     ("actions", "By action (of fewer than five cases in brackets)", draw_rates_by_action),
     ("predicates", "By predicate (of fewer than five cases in brackets)", draw_rates_by_predicate),

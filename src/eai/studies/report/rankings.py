@@ -59,7 +59,7 @@ class RankedScore(Estimate):
     coverage: TaskCoverage | None = None
 
     @property
-    def ranked(self) -> bool:
+    def may_be_ranked(self) -> bool:
         """Whether the number may be compared with other rows, because enough tasks are answered."""
         return self.coverage is None or self.coverage.is_ranked
 
@@ -111,8 +111,10 @@ class RankedModel:
         """Return the cells of the row in the table: those of `_FIRST_COLUMNS`, then the row's scores."""
         origin = "" if self.source == "run" else self.source
         answered = NO_NUMBER if self.coverage is None else str(self.coverage)
-        numbers = [replace(cell, notes=ranking.number_notes(cell.texts)) for cell in self.cells.values()]
-        model = Label(self.model, origin=origin, notes=ranking.number_notes(self.notes))
+        numbers = [
+            replace(cell, notes=ranking.find_footnote_numbers(cell.texts)) for cell in self.cells.values()
+        ]
+        model = Label(self.model, origin=origin, notes=ranking.find_footnote_numbers(self.notes))
         return (self.rank, model, self.harness, self.effort, answered, *numbers)
 
 
@@ -145,12 +147,12 @@ class Ranking:
     notes: tuple[str, ...]
     primary: MetricColumn | None = None
 
-    def number_notes(self, notes: Iterable[str]) -> tuple[int, ...]:
+    def find_footnote_numbers(self, notes: Iterable[str]) -> tuple[int, ...]:
         """Return the numbers by which a table refers to some footnotes, sorted."""
         return tuple(sorted({self.notes.index(note) + 1 for note in notes}))
 
     @property
-    def rank_caption(self) -> str:
+    def rank_column_caption(self) -> str:
         """Text for a caption that names the column by which rows are ranked; empty without ranks."""
         if self.primary is None:
             return ""
@@ -172,7 +174,7 @@ class Ranking:
                 _make_short_heading(column, groups),
                 1,
                 True,
-                self.number_notes(notes),
+                self.find_footnote_numbers(notes),
             )
             for column, notes in self.columns.items()
         ]
@@ -194,8 +196,8 @@ class Ranking:
         """
         title = f"{self.title}, {get_title(self.domain)}"
         if all(row.source == "paper" for row in self.rows):
-            return f"{title}. Percent{self.rank_caption}"
-        return f"{title}, protocol {self.protocol.value}. Percent{self.rank_caption}"
+            return f"{title}. Percent{self.rank_column_caption}"
+        return f"{title}, protocol {self.protocol.value}. Percent{self.rank_column_caption}"
 
 
 _FIRST_COLUMNS = (
@@ -247,7 +249,7 @@ def mark_best(rows: Sequence[RankedModel]) -> list[RankedModel]:
     best: dict[MetricColumn, float] = {}
     for column in dict.fromkeys(column for row in rows for column in row.cells if column.more_is_better):
         values = [
-            number for row in rows if (number := _get_comparable_value(row, row.cells[column])) is not None
+            number for row in rows if (number := _get_value_if_ranked(row, row.cells[column])) is not None
         ]
         best |= {column: max(values)} if len(values) > 1 else {}
     return [
@@ -260,11 +262,11 @@ def mark_best(rows: Sequence[RankedModel]) -> list[RankedModel]:
 
 
 def _mark_if_best(row: RankedModel, cell: RankedScore, best: float | None) -> RankedScore:
-    return replace(cell, best=best is not None and _get_comparable_value(row, cell) == best)
+    return replace(cell, best=best is not None and _get_value_if_ranked(row, cell) == best)
 
 
-def _get_comparable_value(row: RankedModel, cell: RankedScore) -> float | None:
-    return _round_score(cell) if cell.ranked and row.source != "floor" else None
+def _get_value_if_ranked(row: RankedModel, cell: RankedScore) -> float | None:
+    return _round_score(cell) if cell.may_be_ranked and row.source != "floor" else None
 
 
 def _round_score(cell: RankedScore) -> float | None:
@@ -281,7 +283,7 @@ _OTHER_DATA = "Scored against other data than the runs: {suites}."
 def make_run_rows(
     columns: Sequence[MetricColumn],
     runs: Sequence[RunSummary],
-    numbers: Mapping[str, Cells],
+    scores_by_run: Mapping[str, Cells],
     *,
     with_paper: bool = False,
 ) -> Iterator[RankedModel]:
@@ -290,12 +292,12 @@ def make_run_rows(
     Args:
         columns: the columns.
         runs: the runs of one protocol and domain.
-        numbers: all scores of each model, by the name of the run.
+        scores_by_run: all scores of each model, by the name of the run.
         with_paper: whether the table has rows of the paper, in whose runs another planner judged operators.
     """
     abilities = {column.ability for column in columns}
     planners = {name for run in runs for name in run.planners}
-    for name, cells in numbers.items():
+    for name, cells in scores_by_run.items():
         row = {column: get_score(cells, column) for column in columns}
         if any(cell.value is not None for cell in row.values()):
             shown = [run for run in runs if run.key.name == name and run.key.ability in abilities]
@@ -332,14 +334,14 @@ def make_scores_by_model(runs: Sequence[RunSummary]) -> dict[str, Cells]:
             for metric, rate in item.rates.items()
         }
         cases = {(item.key.ability, metric): of for item in items for metric, of in item.cases.items()}
-        cells[None, AVERAGE] = _average_scores(
+        cells[None, AVERAGE] = _average_scores_over_abilities(
             cells, cases, combine_coverage(item.coverage for item in items)
         )
         by_name[name] = cells
     return by_name
 
 
-def _average_scores(
+def _average_scores_over_abilities(
     cells: Cells, cases: Mapping[AbilityMetric, RateCases], coverage: TaskCoverage | None
 ) -> RankedScore:
     percents = _get_percents(cells)
@@ -366,14 +368,17 @@ def _get_percents(cells: Cells) -> dict[AbilityMetric, float | None]:
 
 
 def make_paper_rows(
-    places: Mapping[MetricColumn, PaperColumn], papers: Sequence[PaperTable]
+    paper_column_by_column: Mapping[MetricColumn, PaperColumn], papers: Sequence[PaperTable]
 ) -> Iterator[RankedModel]:
     """Yield a row for each of the paper's models.
 
     If two tables have a figure for a column, the first counts.
     """
     for model in dict.fromkeys(model for paper in papers for model in paper.rows):
-        cells = {column: _make_paper_score(model, place, papers) for column, place in places.items()}
+        cells = {
+            column: _make_paper_score(model, place, papers)
+            for column, place in paper_column_by_column.items()
+        }
         if any(cell.value is not None for cell in cells.values()):
             yield RankedModel(model, "paper", cells)
 
@@ -390,7 +395,7 @@ def _find_column_notes(column: PaperColumn, papers: Sequence[PaperTable]) -> tup
     return tuple([note for paper in papers for note in paper.notes.get(("", column), ())])
 
 
-def read_packaged_rows(
+def read_rows_of_packaged_scores(
     source: Literal["published", "floor"], columns: Sequence[MetricColumn], runs: Sequence[RunSummary]
 ) -> Iterator[RankedModel]:
     """Yield the rows of a table of models that the package includes. Notes in the table become footnotes.
@@ -490,7 +495,8 @@ def make_ranking(
     protocol, domain = runs[0].key[:2]
     by = choose_ranking_column(spec.primary, columns)
     ours = [
-        _add_missing_note(row, by) for row in make_run_rows(columns, runs, numbers, with_paper=with_paper)
+        _add_note_on_missing_rank(row, by)
+        for row in make_run_rows(columns, runs, numbers, with_paper=with_paper)
     ]
     places = {column: find_paper_column(column, domain) for column in columns}
     papers, others = [], list[RankedModel]()
@@ -500,8 +506,8 @@ def make_ranking(
             for name in paper_tables.read_paper_protocol_and_tables().tables[spec.name]
         ]
     elif with_paper:
-        others += read_packaged_rows("published", columns, runs)
-    others += [*make_paper_rows(places, papers), *read_packaged_rows("floor", columns, runs)]
+        others += read_rows_of_packaged_scores("published", columns, runs)
+    others += [*make_paper_rows(places, papers), *read_rows_of_packaged_scores("floor", columns, runs)]
     on_columns = {column: _find_column_notes(place, papers) for column, place in places.items()}
     notes = _merge_notes(_list_notes(ours), *on_columns.values(), _list_notes(others))
     rows = tuple(rank_rows(by, [*ours, *others]))
@@ -517,7 +523,7 @@ def _list_notes(rows: Iterable[RankedModel]) -> list[str]:
     return [note for row in rows for note in row.all_notes]
 
 
-def _add_missing_note(row: RankedModel, by: MetricColumn) -> RankedModel:
+def _add_note_on_missing_rank(row: RankedModel, by: MetricColumn) -> RankedModel:
     """Return the row. It gets a footnote on missing abilities if it has no number in the ranking column."""
     if row.cells[by].value is not None:
         return row
@@ -561,7 +567,7 @@ def _make_experiment_ranking(runs: Sequence[RunSummary]) -> Ranking | None:
     return Ranking(name, title, key.protocol, key.domain, columns, rows, notes)
 
 
-def make_other_paper_rankings(runs: Sequence[RunSummary]) -> list[Ranking]:
+def make_rankings_of_secondary_paper_tables(runs: Sequence[RunSummary]) -> list[Ranking]:
     """Return the paper's tables other than the main tables, with comparable runs above the paper's rows.
 
     Args:
@@ -569,16 +575,18 @@ def make_other_paper_rankings(runs: Sequence[RunSummary]) -> list[Ranking]:
     """
     papers = map(paper_tables.read_paper_table, paper_tables.read_paper_protocol_and_tables().others)
     return [
-        _make_other_paper_ranking(paper, domain, runs)
+        _make_ranking_of_secondary_paper_table(paper, domain, runs)
         for paper in papers
         for domain in dict.fromkeys(column.domain for column in paper.columns)
     ]
 
 
-def _make_other_paper_ranking(paper: PaperTable, domain: str, runs: Sequence[RunSummary]) -> Ranking:
+def _make_ranking_of_secondary_paper_table(
+    paper: PaperTable, domain: str, runs: Sequence[RunSummary]
+) -> Ranking:
     setting = paper_tables.read_paper_protocol_and_tables()
     all_columns = get_columns(setting.others[paper.name])
-    columns = tuple(column for column in all_columns if _has_paper_figures(paper, column, domain))
+    columns = tuple(column for column in all_columns if _has_paper_numbers(paper, column, domain))
     abilities = {column.ability for column in columns}
     comparable = [item for item in runs if item.key.domain == domain and item.key.ability in abilities]
     if paper.name in setting.other_tasks:
@@ -596,7 +604,7 @@ def _make_other_paper_ranking(paper: PaperTable, domain: str, runs: Sequence[Run
     return Ranking(name, paper.title, protocol, domain, on_columns, marked, notes)
 
 
-def _has_paper_figures(paper: PaperTable, column: MetricColumn, domain: str) -> bool:
+def _has_paper_numbers(paper: PaperTable, column: MetricColumn, domain: str) -> bool:
     return any(
         paper.find_printed_number(model, find_paper_column(column, domain)) is not None
         for model in paper.rows

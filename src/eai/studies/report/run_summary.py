@@ -52,7 +52,7 @@ class RunSummary:
     breakdown: AnswerBreakdown
 
 
-def select_plain_runs(runs: Sequence[RunSummary]) -> list[RunSummary]:
+def select_runs_without_study_options(runs: Sequence[RunSummary]) -> list[RunSummary]:
     """Return the runs without study options, which are ranked and compared with the paper's tables."""
     return [item for item in runs if item.key.is_without_study]
 

@@ -28,17 +28,17 @@ from eai.studies.report.rankings import (
     Ranking,
     compute_ranks,
     make_experiment_rankings,
-    make_other_paper_rankings,
+    make_rankings_of_secondary_paper_tables,
     mark_best,
 )
-from eai.studies.report.run_summary import RunSummary, select_plain_runs
+from eai.studies.report.run_summary import RunSummary, select_runs_without_study_options
 
 
 def write_report(
     folder: Path,
     runs: Sequence[RunSummary],
     tables: Sequence[Ranking],
-    tex: Callable[[Sequence[Ranking]], str],
+    format_latex: Callable[[Sequence[Ranking]], str],
     *,
     with_paper: bool,
     prices: PriceList | None = None,
@@ -52,21 +52,21 @@ def write_report(
         folder: folder of the files.
         runs: all runs, including experiments.
         tables: the tables of the plain runs.
-        tex: function that returns all tables as LaTeX (`format_tables_latex`).
+        format_latex: function that returns all tables as LaTeX (`format_tables_latex`).
         with_paper: whether the paper's models appear beside ours.
         prices: prices of tokens, for answers without a recorded cost.
 
     Returns:
         the number of tables written.
     """
-    plain = select_plain_runs(runs)
+    plain = select_runs_without_study_options(runs)
     tried = make_experiment_rankings(runs)
-    others = make_other_paper_rankings(plain) if with_paper else []
+    others = make_rankings_of_secondary_paper_tables(plain) if with_paper else []
     written = [*tables, *tried, *others]
     cost = "\n".join(write_cost_section(runs, prices, with_paper=with_paper))
     contents = {
         "report.md": write_report_markdown(runs, tables, tried, others, cost, with_paper=with_paper),
-        "tables.tex": tex(written),
+        "tables.tex": format_latex(written),
         "report.tex": (resources.files("eai.studies.report") / "report.tex").read_text(encoding="utf-8"),
         "tables.json": format_rankings_json(written),
         "tables.csv": format_rankings_csv(written),
@@ -135,11 +135,11 @@ def _check_names(option: str, names: Collection[str], choices: Collection[str]) 
 
 
 def _format_latex(table: Ranking, *, intervals: bool) -> str:
-    label = ":".join((table.name, _to_label(table.domain), _to_label(table.protocol.value)))
+    label = ":".join((table.name, _to_latex_label(table.domain), _to_latex_label(table.protocol.value)))
     return latex.format_latex_table(table.make_table(), label=label, intervals=intervals)
 
 
-def _to_label(text: str) -> str:
+def _to_latex_label(text: str) -> str:
     return "".join(c if c.isascii() and c.isalnum() else "-" for c in text)
 
 
@@ -228,14 +228,17 @@ def _row_to_json(table: Ranking, row: RankedModel) -> Json:
         "source": row.source,
         "rank": row.rank,
         "coverage": None if row.coverage is None else row.coverage.to_json(),
-        "notes": list(table.number_notes(row.notes)),
+        "notes": list(table.find_footnote_numbers(row.notes)),
         "cells": [
             {
                 "ability": column.ability.value if column.ability else None,
                 "metric": column.metric,
                 **_list_score_numbers(cell),
                 "best": cell.best,
-                "notes": [*table.number_notes(cell.texts), *table.number_notes(table.columns[column])],
+                "notes": [
+                    *table.find_footnote_numbers(cell.texts),
+                    *table.find_footnote_numbers(table.columns[column]),
+                ],
             }
             for column, cell in row.cells.items()
         ],

@@ -32,7 +32,7 @@ from eai.results.record import Record
 from eai.results.table import Estimate, Row, Table, make_table
 from eai.results.tidy import make_identifying_columns
 from eai.studies.records import StudyRecords
-from eai.studies.study import Analysis, Figures, Study, add_suite_title, split_option_values
+from eai.studies.study import Analysis, Figures, Study, add_suite_title, split_option_at_commas
 from eai.tasks.options import Options
 from eai.tasks.source import Source
 from eai.tasks.task import Category
@@ -48,7 +48,7 @@ _OUTCOMES = (*(o.value for o in PlannerOutcome if o is not PlannerOutcome.NOT_RU
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
-class OperatorReplacement(TidyTableLine):
+class OperatorReplacementTrial(TidyTableLine):
     """The outcome of planning with gold operators, one of which is replaced by an answer's operator.
 
     Attributes:
@@ -67,22 +67,25 @@ class OperatorReplacement(TidyTableLine):
     errors: str
 
 
-def replace_operators_of_records(
-    records: Sequence[Record], source: Source, ways: Sequence[ReplacedPart], done: Callable[[int], None]
-) -> Iterator[OperatorReplacement]:
+def replace_gold_operators_of_records(
+    records: Sequence[Record],
+    source: Source,
+    replaced_parts: Sequence[ReplacedPart],
+    report_done: Callable[[int], None],
+) -> Iterator[OperatorReplacementTrial]:
     """Yield the trials (results of planning) of all records. Equal operators are tried once."""
     opened = cache(partial(open_suite, ability=Ability.TRANSITION_MODELING, source=source))
     for number, record in enumerate(records, 1):
         scorer = opened(record.domain, protocol=record.protocol).scorer(record.task_id)
         if isinstance(scorer, TransitionModeling):
-            for way in ways:
-                yield from replace_operators_one_by_one(scorer, record, way)
-        done(number)
+            for way in replaced_parts:
+                yield from replace_gold_operators_one_by_one(scorer, record, way)
+        report_done(number)
 
 
-def replace_operators_one_by_one(
+def replace_gold_operators_one_by_one(
     scorer: TransitionModeling, record: Record, replaced: ReplacedPart = "operator"
-) -> Iterator[OperatorReplacement]:
+) -> Iterator[OperatorReplacementTrial]:
     """Yield a trial (the result of planning once) for each operator that a task asks for.
 
     An excluded answer has no trials. A missing answer has no operators, so all of its trials fail.
@@ -92,7 +95,7 @@ def replace_operators_one_by_one(
     if record.unanswered is not None:
         results = dict.fromkeys(scorer.task.operators)
     for operator, result in results.items():
-        yield OperatorReplacement(
+        yield OperatorReplacementTrial(
             **make_identifying_columns(record),
             replaced=replaced,
             operator=operator,
@@ -121,7 +124,7 @@ def _list_operator_errors(record: Record, replaced: ReplacedPart) -> dict[str, t
     }
 
 
-def make_sensitivity_tables(trials: Sequence[OperatorReplacement]) -> list[Table]:
+def make_operator_sensitivity_tables(trials: Sequence[OperatorReplacementTrial]) -> list[Table]:
     """Return the tables that show which operators of answers break plans."""
     return [
         _make_sensitivity_table(trials),
@@ -131,7 +134,9 @@ def make_sensitivity_tables(trials: Sequence[OperatorReplacement]) -> list[Table
     ]
 
 
-def group_cases_by_operator(trials: Iterable[OperatorReplacement]) -> dict[tuple[str, str], list[RateCase]]:
+def group_cases_by_operator(
+    trials: Iterable[OperatorReplacementTrial],
+) -> dict[tuple[str, str], list[RateCase]]:
     """Return a mapping from operator and category to the contributions of trials to success."""
     return group_pairs(
         ((trial.operator, category), make_case(trial, make_share_of_one(trial.outcome == _SOLVED)))
@@ -141,8 +146,8 @@ def group_cases_by_operator(trials: Iterable[OperatorReplacement]) -> dict[tuple
 
 
 def _group_replacements(
-    trials: Sequence[OperatorReplacement],
-) -> Iterator[tuple[tuple[str, ...], list[OperatorReplacement], list[str]]]:
+    trials: Sequence[OperatorReplacementTrial],
+) -> Iterator[tuple[tuple[str, ...], list[OperatorReplacementTrial], list[str]]]:
     """Yield a key (suite, model and replaced part), the trials with this key, and the suite's operators.
 
     The operators are sorted by success, lowest first.
@@ -162,7 +167,7 @@ _KEY = (*SUITE, MODEL, "replaced")
 
 
 @make_table("sensitivity", (*_KEY, "operator", "category", "solved"))
-def _make_sensitivity_table(trials: Sequence[OperatorReplacement]) -> Iterator[Row]:
+def _make_sensitivity_table(trials: Sequence[OperatorReplacementTrial]) -> Iterator[Row]:
     """Problems solved with one operator of the model.
 
     Tasks that a planner solves with this operator from the answer and all others from the data set, in
@@ -180,7 +185,7 @@ def _make_sensitivity_table(trials: Sequence[OperatorReplacement]) -> Iterator[R
 
 
 @make_table("outcomes", (*_KEY, "operator", *_OUTCOMES))
-def _make_outcomes_table(trials: Sequence[OperatorReplacement]) -> Iterator[Row]:
+def _make_outcomes_table(trials: Sequence[OperatorReplacementTrial]) -> Iterator[Row]:
     """How trials ended.
 
     Trials of each operator by the planner's result: a plan, no plan, an operator that is not acceptable PDDL,
@@ -199,7 +204,7 @@ def _make_outcomes_table(trials: Sequence[OperatorReplacement]) -> Iterator[Row]
     (*_KEY, "operator", "side", "verdict", "predicate", "unsolved_with", "unsolved_without"),
     max_shown_rows=20,
 )
-def _make_errors_table(trials: Sequence[OperatorReplacement]) -> Iterator[Row]:
+def _make_errors_table(trials: Sequence[OperatorReplacementTrial]) -> Iterator[Row]:
     """Which error breaks plans.
 
     Operators in answers that have an error: on one side, a predicate is missing or additional. unsolved_with:
@@ -215,7 +220,7 @@ def _make_errors_table(trials: Sequence[OperatorReplacement]) -> Iterator[Row]:
         yield from [(*key, *row) for row in sorted(rows, key=lambda row: -read_numerator(row[-2]))]
 
 
-def _make_error_rows(trials: Sequence[OperatorReplacement]) -> Iterator[Row]:
+def _make_error_rows(trials: Sequence[OperatorReplacementTrial]) -> Iterator[Row]:
     """Yield each error of an operator, most frequent first, with the failures with and without this error."""
     errors = [frozenset(trial.errors.split()) for trial in trials]
     cases = [make_case(trial, make_share_of_one(trial.outcome != _SOLVED)) for trial in trials]
@@ -229,8 +234,8 @@ def _make_error_rows(trials: Sequence[OperatorReplacement]) -> Iterator[Row]:
         )
 
 
-@make_table("trials", tuple([column.name for column in fields(OperatorReplacement)]), max_shown_rows=0)
-def _make_trials_table(trials: Sequence[OperatorReplacement]) -> Iterable[Row]:
+@make_table("trials", tuple([column.name for column in fields(OperatorReplacementTrial)]), max_shown_rows=0)
+def _make_trials_table(trials: Sequence[OperatorReplacementTrial]) -> Iterable[Row]:
     """Every trial.
 
     One line for each operator of an answer: how the planner ended, the categories of the task, and the errors
@@ -239,7 +244,7 @@ def _make_trials_table(trials: Sequence[OperatorReplacement]) -> Iterable[Row]:
     return map(astuple, trials)
 
 
-class _SensitivityChoices(Options):
+class _SensitivityAnalysisOptions(Options):
     """How operators are tried.
 
     Attributes:
@@ -247,11 +252,11 @@ class _SensitivityChoices(Options):
         planner: The planner: auto, fast_downward or built_in.
     """
 
-    replace: Annotated[tuple[ReplacedPart, ...], BeforeValidator(split_option_values)] = ("operator",)
+    replace: Annotated[tuple[ReplacedPart, ...], BeforeValidator(split_option_at_commas)] = ("operator",)
     planner: PlannerChoice = PlannerChoice.AUTO
 
 
-def _analyze_sensitivity(records: StudyRecords, chosen: _SensitivityChoices) -> Iterator[Analysis]:
+def _analyze_sensitivity(records: StudyRecords, chosen: _SensitivityAnalysisOptions) -> Iterator[Analysis]:
     """Try the operators one by one. A planner takes minutes for a model.
 
     Raises:
@@ -266,11 +271,13 @@ def _analyze_sensitivity(records: StudyRecords, chosen: _SensitivityChoices) -> 
     ways = tuple(dict.fromkeys(chosen.replace))
     source = replace(records.source, planner=chosen.planner)
     with records.progress("trying operators", len(answers)) as done:
-        tables = make_sensitivity_tables(list(replace_operators_of_records(answers, source, ways, done)))
-    yield Analysis(tables, _draw_figures(tables, ways))
+        tables = make_operator_sensitivity_tables(
+            list(replace_gold_operators_of_records(answers, source, ways, done))
+        )
+    yield Analysis(tables, _draw_operator_figures(tables, ways))
 
 
-def _draw_figures(tables: Sequence[Table], ways: Sequence[ReplacedPart]) -> Figures:
+def _draw_operator_figures(tables: Sequence[Table], ways: Sequence[ReplacedPart]) -> Figures:
     for suite, rows in group_rows_by_suite(tables[0]).items():
         for way in ways:
             of_way = [row for row in rows if row["replaced"] == way]
@@ -288,6 +295,6 @@ def _draw_figures(tables: Sequence[Table], ways: Sequence[ReplacedPart]) -> Figu
 SENSITIVITY = Study(
     "sensitivity",
     "Each operator of the answers alone among gold operators: which one breaks plans (transition modeling).",
-    choices=_SensitivityChoices,
+    choices=_SensitivityAnalysisOptions,
     analyze=_analyze_sensitivity,
 )
