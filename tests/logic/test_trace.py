@@ -20,10 +20,10 @@ def test_numbers_of_states_and_actions_must_fit() -> None:
 def test_masks_have_one_bit_for_each_position() -> None:
     path = trace("p", "GRAB", "q", "PUT", "p", "GRAB", "")
     assert path.length == 4
-    assert path.find_atom_mask("p", ()) == 0b0101
-    assert path.find_atom_mask("unknown", ("x",)) == 0
-    assert path.find_occurrence_mask("GRAB", ()) == 0b0101
-    assert path.find_occurrence_mask("GRAB", ("x",)) == 0
+    assert path.find_positions_of_atom("p", ()) == 0b0101
+    assert path.find_positions_of_atom("unknown", ("x",)) == 0
+    assert path.find_positions_of_action("GRAB", ()) == 0b0101
+    assert path.find_positions_of_action("GRAB", ("x",)) == 0
     assert list(iterate_positions(0b1011)) == [0, 1, 3]
 
 
@@ -50,7 +50,7 @@ def test_each_truth_value_is_computed_once() -> None:
             return super().holds(predicate, arguments)
 
     path = Trace([Counting(frozenset(), SCENE)] * 3)
-    assert path.find_atom_mask("p", ()) == path.find_atom_mask("p", ()) == 0
+    assert path.find_positions_of_atom("p", ()) == path.find_positions_of_atom("p", ()) == 0
     assert Counting.asked == 3
     assert path.list_objects("cup") == ["cup.1", "cup.2"]
     assert path.get_object_set(None) == {"cup.1", "cup.2", "sofa"}

@@ -28,14 +28,11 @@ from typing import TypeAlias
 import eai.logic.formula as f
 from eai.base.errors import InputError
 from eai.logic.matching import find_maximum_matching
-from eai.logic.trace import Trace, iterate_positions
+from eai.logic.trace import PositionMask, Trace, iterate_positions
 from eai.logic.traversal import find_monotone_subformula_ids, find_temporal_subformula_ids
 
 Binding: TypeAlias = Mapping[str, str]
 """Mapping from names of variables to names of objects."""
-
-PositionMask: TypeAlias = int
-"""Set of positions of a trace, as a bit mask."""
 
 _EvaluatePart: TypeAlias = Callable[[f.Formula, Binding], PositionMask]
 
@@ -77,9 +74,9 @@ class _TraceEvaluator:
     def _compute_state_formula_mask(self, formula: f.Formula, binding: Binding) -> PositionMask:
         match formula:
             case f.Atom(predicate, arguments):
-                return self._trace.find_atom_mask(predicate, _resolve_terms(arguments, binding))
+                return self._trace.find_positions_of_atom(predicate, _resolve_terms(arguments, binding))
             case f.Occurs(action, arguments):
-                return self._trace.find_occurrence_mask(action, _resolve_terms(arguments, binding))
+                return self._trace.find_positions_of_action(action, _resolve_terms(arguments, binding))
             case f.Equals(left, right):
                 a, b = _resolve_terms((left, right), binding)
                 return _make_mask_up_to(self._trace.length - 1) if a == b else 0

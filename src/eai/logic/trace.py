@@ -20,6 +20,9 @@ class _StateInterpretation(Protocol):
         ...
 
 
+PositionMask: TypeAlias = int
+"""Set of positions of a trace, as a bit mask."""
+
 TakenAction: TypeAlias = tuple[str, tuple[str, ...]]
 """An action that was taken, with its objects."""
 
@@ -54,7 +57,7 @@ class Trace:
             occurrences = self._actions.setdefault(name, {})
             occurrences[arguments] = occurrences.get(arguments, 0) | 1 << position
 
-    def find_atom_mask(self, predicate: str, arguments: tuple[str, ...]) -> int:
+    def find_positions_of_atom(self, predicate: str, arguments: tuple[str, ...]) -> PositionMask:
         """Return the mask of the positions at which an atom holds."""
         key = (predicate, arguments)
         mask = self._atoms.get(key)
@@ -63,7 +66,7 @@ class Trace:
             mask = self._atoms[key] = int("".join(digits), 2)
         return mask
 
-    def find_occurrence_mask(self, action: str, arguments: tuple[str, ...]) -> int:
+    def find_positions_of_action(self, action: str, arguments: tuple[str, ...]) -> PositionMask:
         """Return the positions at which the trace takes an action with these objects, as a bit mask."""
         return self._actions.get(action, {}).get(arguments, 0)
 
@@ -85,7 +88,7 @@ class Trace:
         return self._domains[category]
 
 
-def iterate_positions(mask: int) -> Iterator[int]:
+def iterate_positions(mask: PositionMask) -> Iterator[int]:
     """Yield the positions in a bit mask, ascending."""
     while mask:
         lowest = mask & -mask

@@ -277,7 +277,7 @@ def _check_supported(text: str, group: ExpressionList, kind: str, predicates: Co
         if head not in sections and head not in _REFUSED:
             expected = f"a section of a {kind}, not ({head} ...){did_you_mean(head, sorted(sections))}"
             raise make_pddl_error(text, section.offset, PddlViolationKind.UNSUPPORTED, expected)
-        for inner in _walk_groups(section):
+        for inner in _walk_lists_with_bound_names(section):
             refused = _find_unsupported_feature(inner, numbers=head in _NUMBERED)
             if refused is not None and get_first_word(inner) not in predicates:
                 expected = f"classical planning, without {refused}"
@@ -333,11 +333,11 @@ def _find_sections(group: ExpressionList, head: str) -> list[ExpressionList]:
     return [item for item in group.items if isinstance(item, ExpressionList) and get_first_word(item) == head]
 
 
-def _walk_groups(group: ExpressionList) -> Iterator[ExpressionList]:
+def _walk_lists_with_bound_names(group: ExpressionList) -> Iterator[ExpressionList]:
     yield group
     for item in group.items:
         if isinstance(item, ExpressionList):
-            yield from _walk_groups(item)
+            yield from _walk_lists_with_bound_names(item)
 
 
 def raise_for_findings(

@@ -79,7 +79,7 @@ def _find_mistake_offsets(section: SExpr, finding: PddlFinding, vocabulary: Decl
     declared = vocabulary.predicates.get(name)
     arity = None if declared is None else len(declared.parameters)
     unknown = {symbol for symbol in m.list_type_alternatives(name) if symbol not in vocabulary.parents}
-    for group, bound in _walk_groups(section, frozenset()):
+    for group, bound in _walk_lists_with_bound_names(section, frozenset()):
         head, arguments = get_first_word(group), group.items[1:]
         match finding.offence:
             case PddlViolationKind.UNKNOWN_PREDICATE if head == name:
@@ -101,7 +101,9 @@ def _find_mistake_offsets(section: SExpr, finding: PddlFinding, vocabulary: Decl
                 yield from _find_declaration_offsets(group, name)
 
 
-def _walk_groups(expression: SExpr, bound: frozenset[str]) -> Iterator[tuple[ExpressionList, frozenset[str]]]:
+def _walk_lists_with_bound_names(
+    expression: SExpr, bound: frozenset[str]
+) -> Iterator[tuple[ExpressionList, frozenset[str]]]:
     """Yield all lists in an expression, each with the variables that quantifiers around it bind."""
     if isinstance(expression, ExpressionList):
         yield expression, bound
@@ -110,7 +112,7 @@ def _walk_groups(expression: SExpr, bound: frozenset[str]) -> Iterator[tuple[Exp
             lists = [item for item in expression.items[:-1] if isinstance(item, ExpressionList)]
             inner = bound.union(*(_list_names(variable_list.items) for variable_list in lists))
         for item in expression.items:
-            yield from _walk_groups(item, inner)
+            yield from _walk_lists_with_bound_names(item, inner)
 
 
 def _find_type_names(group: ExpressionList) -> Iterator[Symbol]:

@@ -48,13 +48,13 @@ def make_planner(
             return BuiltInPlanner(FIRST_LIMITS, _make_fast_downward(cpu_seconds, terms))
 
 
-def _make_fast_downward(cpu_seconds: int, terms: PlannerLimits) -> FastDownward:
+def _make_fast_downward(cpu_seconds: int, limits: PlannerLimits) -> FastDownward:
     """Return Fast Downward, limited to as many calls at a time as fit into memory."""
-    planner = FastDownward.find_installed(terms.seconds or cpu_seconds)
-    memory = measure_machine_memory_mib() if terms.memory_mib is None else terms.memory_mib
+    planner = FastDownward.find_installed(limits.seconds or cpu_seconds)
+    memory = measure_machine_memory_mib() if limits.memory_mib is None else limits.memory_mib
     remark = "" if planner.cpu_seconds == cpu_seconds else f" ({planner.cpu_seconds} s)"
-    if terms.memory_mib is not None and memory < planner.memory_mib:
+    if limits.memory_mib is not None and memory < planner.memory_mib:
         planner = replace(planner, memory_mib=memory)
         remark += f" ({memory} MiB)"
-    slots = None if terms.folder is None else (max(1, memory // planner.memory_mib), terms.folder)
+    slots = None if limits.folder is None else (max(1, memory // planner.memory_mib), limits.folder)
     return replace(planner, slots=slots, remark=remark)

@@ -16,7 +16,7 @@ from eai.extensions.questions.question import (
     format_gold_answer,
     grade_answer,
     questions_to_bytes,
-    read_questions,
+    read_questions_and_sha256,
 )
 
 
@@ -28,7 +28,7 @@ def test_what_is_written_is_read_again(tmp_path: Path) -> None:
     questions = (FACTS, ANY.model_copy(update={"id": "r", "prompt": 'Où?\n\n"x"'}))
     file = tmp_path / "questions.jsonl"
     file.write_bytes(questions_to_bytes(questions))
-    assert read_questions(file)[0] == questions
+    assert read_questions_and_sha256(file)[0] == questions
 
 
 @pytest.mark.parametrize(
@@ -51,7 +51,7 @@ def test_an_error_in_a_question_file_names_line_and_field(
     file = tmp_path / "questions.jsonl"
     file.write_text(f"{json.dumps(good)}\n\n{json.dumps({**good, 'id': 'r', **change})}\n")
     with pytest.raises(InputError, match=r"questions\.jsonl: " + message):
-        read_questions(file)
+        read_questions_and_sha256(file)
 
 
 @pytest.mark.parametrize(
@@ -62,12 +62,12 @@ def test_a_file_without_questions_is_refused(tmp_path: Path, content: bytes, mes
     file = tmp_path / "questions.jsonl"
     file.write_bytes(content)
     with pytest.raises(InputError, match=message):
-        read_questions(file)
+        read_questions_and_sha256(file)
 
 
 def test_a_missing_file_is_refused(tmp_path: Path) -> None:
     with pytest.raises(InputError, match="cannot be read"):
-        read_questions(tmp_path / "none.jsonl")
+        read_questions_and_sha256(tmp_path / "none.jsonl")
 
 
 def test_equal_questions_are_equal_bytes() -> None:

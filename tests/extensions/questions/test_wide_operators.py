@@ -21,5 +21,7 @@ def test_a_question_about_too_many_actions_is_not_asked(wide: Benchmark) -> None
     )
     state, action = setting.states[0], Action("wide", tuple(range(1, 9)))
     changed = {"r", "w", "p"}
-    asked = one_step._make_which_action_item(setting, Random(1), state, action, changed, lambda _: True, {})
+    asked = one_step._make_which_action_question(
+        setting, Random(1), state, action, changed, lambda _: True, {}
+    )
     assert asked is None

@@ -184,7 +184,7 @@ def find_difference(task: Task, domain: Domain) -> DemonstrationChanges:
     if not task.script:
         raise InputError(f"{task.id}: the task has no plan, so it is no demonstration")
     final = _find_final_state(task, domain)
-    changed = _find_changed_object_bits(task.initial, final)
+    changed = _find_changed_objects_mask(task.initial, final)
     predicates = task.scene.vocabulary.predicates
     facts = (
         fact
@@ -212,7 +212,7 @@ def _find_final_state(task: Task, domain: Domain) -> State:
     return done.final_state
 
 
-def _find_changed_object_bits(before: State, after: State) -> int:
+def _find_changed_objects_mask(before: State, after: State) -> int:
     """Return the objects with a changed state, as a bit mask. Changes of relations do not count."""
     mask = 0
     for name in _list_predicate_names(before.scene.vocabulary.predicates, 1, static=False):

@@ -38,7 +38,7 @@ from eai.extensions.questions.question import (
     QuestionKind,
     format_gold_answer,
     grade_answer,
-    read_questions,
+    read_questions_and_sha256,
 )
 from eai.extensions.questions.shortcuts import GUESS, SHORTCUTS, compute_guess_probabilities
 from eai.tasks.share import Share
@@ -181,7 +181,7 @@ def open_question_file(path: Path) -> tuple[str, TaskSet[_AskedQuestion]] | None
     with path.open("rb") as file:
         if not _QUESTION_FILE_START.match(file.readline()):
             return None
-    questions, sha256 = read_questions(path)
+    questions, sha256 = read_questions_and_sha256(path)
     guesses = compute_guess_probabilities(questions)
     by_id = {question.id: _AskedQuestion(question, guesses[question.id]) for question in questions}
     return f"{questions[0].domain}-{path.stem}", TaskSet(by_id, by_id.__getitem__, sha256)

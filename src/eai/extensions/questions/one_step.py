@@ -80,7 +80,7 @@ def make_question_about_action_for_fact(
         return reached.has(fact.predicate, *fact.arguments) is (fact in added)
 
     values = {"fact": literal}
-    return _make_which_action_item(setting, rng, state, action, {fact.predicate}, is_right, values)
+    return _make_which_action_question(setting, rng, state, action, {fact.predicate}, is_right, values)
 
 
 def make_question_about_action_of_changes(
@@ -98,12 +98,12 @@ def make_question_about_action_of_changes(
     if not changed:
         return None
     values = {"changes": format_list(setting.format_changes(state, after))}
-    return _make_which_action_item(
+    return _make_which_action_question(
         setting, rng, state, action, changed, lambda reached: setting.is_same_state(reached, after), values
     )
 
 
-def make_applicability_item(
+def make_applicability_question(
     setting: QuestionSetting, rng: random.Random, number: int
 ) -> QuestionContent | None:
     """Ask which of the listed actions are possible. Half of them are possible."""
@@ -125,7 +125,9 @@ def make_applicability_item(
     )
 
 
-def make_why_not_item(setting: QuestionSetting, rng: random.Random, number: int) -> QuestionContent | None:
+def make_why_not_question(
+    setting: QuestionSetting, rng: random.Random, number: int
+) -> QuestionContent | None:
     """Ask which requirements of an action are not met."""
     state = rng.choice(setting.states)
     candidates = [
@@ -229,7 +231,7 @@ def _draw_transition(setting: QuestionSetting, rng: random.Random) -> tuple[Stat
     return None if action is None or after is None else (state, action, after)
 
 
-def _make_which_action_item(
+def _make_which_action_question(
     setting: QuestionSetting,
     rng: random.Random,
     state: State,

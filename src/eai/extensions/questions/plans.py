@@ -101,15 +101,15 @@ class _PlanOutcome(NamedTuple):
         return "fails" if self.unmet_requirement else "misses" if self.missed_goals else "works"
 
 
-def _find_outcome(
-    setting: QuestionSetting, start: State, plan: Sequence[Action], done: int = 0
+def _find_outcome_of_plan(
+    setting: QuestionSetting, start: State, plan: Sequence[Action], executed_steps: int = 0
 ) -> _PlanOutcome:
-    """Return the outcome of a plan whose first ``done`` steps are already executed.
+    """Return the outcome of a plan whose first ``executed_steps`` steps are already executed.
 
     ``start`` is the state after these steps.
     """
-    states = _find_states(setting, start, plan[done:])
-    position = done + len(states) - 1
+    states = _find_states(setting, start, plan[executed_steps:])
+    position = executed_steps + len(states) - 1
     if position < len(plan):
         return _PlanOutcome((), position, setting.find_unmet_requirements(states[-1], plan[position])[0])
     return _PlanOutcome(
@@ -131,7 +131,7 @@ def _find_states(setting: QuestionSetting, start: State, plan: Sequence[Action])
     return states
 
 
-def make_state_tracking_item(
+def make_state_tracking_question(
     setting: QuestionSetting, rng: random.Random, number: int
 ) -> QuestionContent | None:
     """Ask which facts hold after several actions. The open form asks for all facts about one object."""
@@ -160,7 +160,7 @@ def make_state_tracking_item(
     )
 
 
-def make_counterfactual_item(
+def make_counterfactual_question(
     setting: QuestionSetting, rng: random.Random, number: int
 ) -> QuestionContent | None:
     """Ask for the outcome of a working plan after a step is left out, added, or swapped with the next."""
@@ -172,46 +172,48 @@ def make_counterfactual_item(
             continue
         steps, position, change = variant
         plan = [action for _, action in steps]
-        outcome = _find_outcome(setting, setting.states[position], plan, position)
+        outcome = _find_outcome_of_plan(setting, setting.states[position], plan, position)
         if outcome.result == _WANTED_OUTCOMES[number % len(_WANTED_OUTCOMES)]:
             operators = _list_operator_names([*plan, *setting.path])
             values = {"plan": format_numbered_list(setting.format_elements(setting.path)), "change": change}
-            return _make_outcome_item(setting, rng, outcome, steps, operators, values)
+            return _make_outcome_question(setting, rng, outcome, steps, operators, values)
     return None
 
 
-def make_validation_item(setting: QuestionSetting, rng: random.Random, number: int) -> QuestionContent | None:
+def make_validation_question(
+    setting: QuestionSetting, rng: random.Random, number: int
+) -> QuestionContent | None:
     """Ask whether a plan works. If it fails, ask at which step and why."""
     if not setting.path_reaches_goals:
         return None
-    working_plan, states = _insert_detours(setting, rng)
+    working_plan, states = _make_path_with_detours_and_states(setting, rng)
     plan, outcome, wanted = working_plan, _PlanOutcome(), _WANTED_OUTCOMES[number % len(_WANTED_OUTCOMES)]
     if wanted != outcome.result:
         for _ in range(_MAX_PLAN_CHANGES):
             position = rng.randrange(len(working_plan))
             plan = _corrupt_plan(setting, working_plan, position, rng)
-            outcome = _find_outcome(setting, states[position], plan, position)
+            outcome = _find_outcome_of_plan(setting, states[position], plan, position)
             if plan and outcome.result == wanted:
                 break
         else:
             return None
     values = {"plan": format_numbered_list(setting.format_elements(plan))}
-    return _make_outcome_item(
+    return _make_outcome_question(
         setting, rng, outcome, list(enumerate(plan, 1)), _list_operator_names(plan), values
     )
 
 
-def make_justification_item(
+def make_justification_question(
     setting: QuestionSetting, rng: random.Random, number: int
 ) -> QuestionContent | None:
     """Ask which single step of a plan can be left out if all other steps are kept."""
     if not setting.path_reaches_goals:
         return None
-    plan, states = _insert_detours(setting, rng)
+    plan, states = _make_path_with_detours_and_states(setting, rng)
     unneeded = [
         number
         for number, before in enumerate(states[:-1], 1)
-        if _find_outcome(setting, before, plan[number:]).result == "works"
+        if _find_outcome_of_plan(setting, before, plan[number:]).result == "works"
     ]
     operators = {f"step {number}": action.operator for number, action in enumerate(plan, 1)}
     right = [f"step {number}" for number in unneeded]
@@ -255,7 +257,7 @@ def _make_plan_with_one_change(
     return None
 
 
-def _make_outcome_item(
+def _make_outcome_question(
     setting: QuestionSetting,
     rng: random.Random,
     outcome: _PlanOutcome,
@@ -318,7 +320,9 @@ def _corrupt_plan(
     return corrupted
 
 
-def _insert_detours(setting: QuestionSetting, rng: random.Random) -> tuple[list[Action], list[State]]:
+def _make_path_with_detours_and_states(
+    setting: QuestionSetting, rng: random.Random
+) -> tuple[list[Action], list[State]]:
     """Return a task's path with up to three unneeded actions inserted, and the states along this path."""
     plan, states = list(setting.path), list(setting.states)
     length = len(plan) + rng.randint(0, _MAX_DETOURS)
@@ -345,7 +349,7 @@ def _format_goals(setting: QuestionSetting) -> str:
     return format_numbered_list([write_goal(goal) for goal in setting.goals])
 
 
-def make_reachability_item(
+def make_reachability_question(
     setting: QuestionSetting, rng: random.Random, number: int
 ) -> QuestionContent | None:
     """Ask which facts the listed actions can make true, and which facts they never make true."""
@@ -377,7 +381,7 @@ def make_reachability_item(
     )
 
 
-def make_next_action_item(
+def make_next_action_question(
     setting: QuestionSetting, rng: random.Random, number: int
 ) -> QuestionContent | None:
     """Ask which of the listed actions begins a shortest plan for a goal."""
@@ -386,10 +390,12 @@ def make_next_action_item(
         return None
     left = goal.graph.find_distances(goal.goal_states)
     best = {action for action, target in goal.graph.edges[0] if left.get(target) == goal.distance - 1}
-    return _make_action_item(setting, goal, best, "any")
+    return _make_action_question(setting, goal, best, "any")
 
 
-def make_landmarks_item(setting: QuestionSetting, rng: random.Random, number: int) -> QuestionContent | None:
+def make_landmarks_question(
+    setting: QuestionSetting, rng: random.Random, number: int
+) -> QuestionContent | None:
     """Ask which of the listed actions every plan for a goal contains."""
     goal = _draw_distant_goal(setting, rng, number)
     if goal is None:
@@ -397,10 +403,10 @@ def make_landmarks_item(setting: QuestionSetting, rng: random.Random, number: in
     numbers = range(len(goal.graph.actions))
     fewer = [goal.graph.restrict_to_actions([other for other in numbers if other != n]) for n in numbers]
     needed = {n for n, graph in enumerate(fewer) if not any(map(goal.facts.issubset, graph.added_facts))}
-    return _make_action_item(setting, goal, needed, "all")
+    return _make_action_question(setting, goal, needed, "all")
 
 
-class _DistantGoal:
+class _GoalSeveralActionsAway:
     """A goal that takes several actions to reach.
 
     Attributes:
@@ -416,7 +422,9 @@ class _DistantGoal:
         self.distance = graph.depths[self.goal_states[0]]
 
 
-def _draw_distant_goal(setting: QuestionSetting, rng: random.Random, number: int) -> _DistantGoal | None:
+def _draw_distant_goal(
+    setting: QuestionSetting, rng: random.Random, number: int
+) -> _GoalSeveralActionsAway | None:
     """Draw a goal: facts that become true together only after several actions.
 
     Several goals are drawn. The chosen goal's shortest plan is closest to the length that the question with
@@ -429,7 +437,9 @@ def _draw_distant_goal(setting: QuestionSetting, rng: random.Random, number: int
     far = [n for n, depth in enumerate(graph.depths) if depth >= _MIN_DISTANCE]
     farther = [n for n in far if graph.depths[n] >= wanted]
     goals = [
-        _DistantGoal(graph, draw_sample_in_order(rng, graph.added_facts[n], rng.randint(1, _MAX_GOALS)))
+        _GoalSeveralActionsAway(
+            graph, draw_sample_in_order(rng, graph.added_facts[n], rng.randint(1, _MAX_GOALS))
+        )
         for n in draw_sample_in_order(rng, farther or far, _GOAL_CANDIDATES)
         if graph.added_facts[n]
     ]
@@ -469,8 +479,8 @@ def _explore_states_of_drawn_actions(setting: QuestionSetting, rng: random.Rando
     return explore_states(setting, states[0], rng.sample(list(chosen), len(chosen)), _MAX_STATES)
 
 
-def _make_action_item(
-    setting: QuestionSetting, goal: _DistantGoal, right: set[int], accept: Accept
+def _make_action_question(
+    setting: QuestionSetting, goal: _GoalSeveralActionsAway, right: set[int], accept: Accept
 ) -> QuestionContent:
     texts = setting.format_elements(goal.graph.actions)
     answer = [text for n, text in enumerate(texts) if n in right]

@@ -102,7 +102,7 @@ def questions_to_bytes(questions: Iterable[Question]) -> bytes:
     return "".join(f"{question.model_dump_json()}\n" for question in questions).encode()
 
 
-def read_questions(file: Path) -> tuple[Sequence[Question], str]:
+def read_questions_and_sha256(file: Path) -> tuple[Sequence[Question], str]:
     """Read the questions of a file in order. Return them and the SHA-256 digest of the file.
 
     Raises:

@@ -82,7 +82,7 @@ def _make_domain_of_aborted_transfers() -> Domain:
     return replace(domain_in_reference_order(), operators=tuple(make_operators_of_aborted_transfers()))
 
 
-def _change_operators(change: Callable[[Operator], Operator]) -> Callable[[Domain], Domain]:
+def _apply_to_all_operators(change: Callable[[Operator], Operator]) -> Callable[[Domain], Domain]:
     """Turn a function that changes an operator into a function that changes all operators of a domain."""
 
     @wraps(change)
@@ -92,7 +92,7 @@ def _change_operators(change: Callable[[Operator], Operator]) -> Callable[[Domai
     return apply
 
 
-@_change_operators
+@_apply_to_all_operators
 def judge_grasp_from_other_hand_as_additional_step(operator: Operator) -> Operator:
     """Judge grasping an object in the other hand as an additional step, not as a missing step.
 
@@ -117,7 +117,7 @@ def make_navigating_and_burning_abort(domain: Domain) -> Domain:
     )
 
 
-@_change_operators
+@_apply_to_all_operators
 def leave_released_objects_in_mid_air(operator: Operator) -> Operator:
     """Leave a released object in the air, on no support (``evolving_graph.py``, ``release``)."""
     if not operator.name.endswith("RELEASE"):
@@ -125,7 +125,7 @@ def leave_released_objects_in_mid_air(operator: Operator) -> Operator:
     return replace(operator, effects=tuple(e for e in operator.effects if isinstance(e, Delete)))
 
 
-@_change_operators
+@_apply_to_all_operators
 def make_placing_inside_floor_abort(operator: Operator) -> Operator:
     """Make placing an object inside a floor an error without a kind (``place_inside``)."""
     if o.NO_INSIDE not in operator.checks:
@@ -135,7 +135,7 @@ def make_placing_inside_floor_abort(operator: Operator) -> Operator:
     return replace(operator, checks=(*kept, aborts) if "PLACE" in operator.name else kept)
 
 
-@_change_operators
+@_apply_to_all_operators
 def make_transferring_contents_abort(operator: Operator) -> Operator:
     """Make transferring contents an error without a kind. An empty container transfers nothing.
 
@@ -158,7 +158,7 @@ def make_operators_of_aborted_transfers() -> Iterator[Operator]:
         yield Operator(f"{hand.name}_TRANSFER_CONTENTS_{name}", (X,), (), (moved, lost))
 
 
-@_change_operators
+@_apply_to_all_operators
 def allow_handling_allow_handling_parts_before_slicing(operator: Operator) -> Operator:
     """Let the robot handle the parts of an object before the object is sliced (``interactivity_precond``)."""
     unwanted = (o.require_sliced_if_half(X), o.require_sliced_if_half(Y))
@@ -172,7 +172,7 @@ def allow_handling_allow_handling_parts_before_slicing(operator: Operator) -> Op
     return replace(operator, checks=remove_slicing_checks(operator.checks), alternatives=tries)
 
 
-@_change_operators
+@_apply_to_all_operators
 def never_judge_placing_as_wrong_order(operator: Operator) -> Operator:
     """Never judge placing, transferring, or cleaning a clean object as an error of the wrong order.
 
@@ -185,7 +185,7 @@ def never_judge_placing_as_wrong_order(operator: Operator) -> Operator:
     )
 
 
-@_change_operators
+@_apply_to_all_operators
 def keep_only_latest_relation_of_pair(operator: Operator) -> Operator:
     """Keep only the latest of the labels onfloor, under and nextto of a pair of objects (``build_graph``)."""
     return replace(operator, effects=_delete_older_relations_of_pairs(operator.effects))
@@ -219,7 +219,7 @@ def _delete_older_relations_of_pairs(effects: tuple[Effect, ...]) -> tuple[Effec
     return tuple(x for effect in effects for x in _delete_older_relations_of_pair(effect))
 
 
-@_change_operators
+@_apply_to_all_operators
 def allow_freezing_without_fridge(operator: Operator) -> Operator:
     """Let an object be frozen without a fridge (``evolving_graph.py``, ``freeze_unfreeze``)."""
     return replace(operator, checks=operator.checks[:-1]) if operator.name == "FREEZE" else operator

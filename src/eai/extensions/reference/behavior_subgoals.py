@@ -219,7 +219,9 @@ class BehaviorSubgoalDecomposition(PublishedSubgoalScorer):
     def _reject_wrongly_used_names(self, formula: Formula) -> RejectedAnswer | None:
         return reject_wrong_argument_counts_and_names(formula, self.lexicon.objects)
 
-    def _make_planners(self, literals: Sequence[Formula]) -> list[tuple[int, SubgoalPlanner]]:
+    def _make_planners_with_literal_indices(
+        self, literals: Sequence[Formula]
+    ) -> list[tuple[int, SubgoalPlanner]]:
         """Return the planner of each literal, or of each pair of literals that one action makes true."""
         atoms = [self.lexicon.to_literal(literal) for literal in literals]
         steps: list[tuple[int, SubgoalPlanner]] = []

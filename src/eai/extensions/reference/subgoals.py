@@ -89,13 +89,15 @@ class PublishedSubgoalScorer(SubgoalDecomposition):
         return None
 
     @abstractmethod
-    def _make_planners(self, literals: Sequence[f.Formula]) -> list[tuple[int, SubgoalPlanner]]:
+    def _make_planners_with_literal_indices(
+        self, literals: Sequence[f.Formula]
+    ) -> list[tuple[int, SubgoalPlanner]]:
         """Return the planners of literals in order, each with the index of its first literal."""
 
     def _make_program_of_plans(self, literals: Sequence[f.Formula]) -> Program:
         """Return the program that the search executes: the plans in order, without any test of a literal."""
         program: list[Instruction] = [None]
-        for number, plans in reversed(self._make_planners(literals)):
+        for number, plans in reversed(self._make_planners_with_literal_indices(literals)):
             program.append(PerformInstruction(plans, number, len(program) - 1))
         return program
 

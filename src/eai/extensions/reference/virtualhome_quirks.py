@@ -134,7 +134,7 @@ SEARCHED_CONDITIONS: Mapping[Formula, tuple[Formula, ...]] = {
 """Conditions that eai-eval looks for in earlier states instead of a failed condition, by failed condition."""
 
 
-def _change_checks(change: Callable[[Operator, Check], Check | None]) -> Callable[[Domain], Domain]:
+def _apply_to_all_checks(change: Callable[[Operator, Check], Check | None]) -> Callable[[Domain], Domain]:
     """Turn a function that changes a check into a function that changes a domain.
 
     If the given function returns None, the check is removed.
@@ -179,7 +179,7 @@ def remove_contents_of_grabbed_object(domain: Domain) -> Domain:
     return domain.replace_operators(o.make_grab_action(effects_on_contents=()))
 
 
-@_change_checks
+@_apply_to_all_checks
 def search_earlier_states_for_other_condition(operator: Operator, check: Check) -> Check:
     """Let the test for wrong order search earlier states for another condition than the check's, or for none.
 
@@ -192,20 +192,20 @@ def search_earlier_states_for_other_condition(operator: Operator, check: Check) 
     return check if sought is None else replace(check, history_conditions=sought)
 
 
-@_change_checks
+@_apply_to_all_checks
 def judge_unplugged_device_as_additional_step(operator: Operator, check: Check) -> Check:
     """Judge switching on an unplugged device as an additional, not a missing step (``SwitchExecutor``)."""
     unplugged = operator.name == "SWITCHON" and check.condition == ~p.plugged_out(X)
     return replace(check, fault=FaultKind.ADDITIONAL_STEP) if unplugged else check
 
 
-@_change_checks
+@_apply_to_all_checks
 def judge_running_device_as_additional_step(operator: Operator, check: Check) -> Check:
     """Judge opening a device that is on as an additional step, not a missing step (``OpenExecutor``)."""
     return replace(check, fault=FaultKind.ADDITIONAL_STEP) if check == o.NOT_RUNNING else check
 
 
-@_change_checks
+@_apply_to_all_checks
 def judge_lacking_state_as_additional_step(operator: Operator, check: Check) -> Check | None:
     """Judge changing a state that an object lacks as an additional step, not as an affordance error.
 
@@ -214,13 +214,13 @@ def judge_lacking_state_as_additional_step(operator: Operator, check: Check) -> 
     return None if check in (o.OPEN_OR_CLOSED, o.ON_OR_OFF, o.PLUGGED_IN_OR_OUT) else check
 
 
-@_change_checks
+@_apply_to_all_checks
 def judge_second_grab_as_additional_step(operator: Operator, check: Check) -> Check:
     """Judge grabbing an object for the second time as an additional step (``GrabExecutor``)."""
     return additional_step(~p.taken(X), "{x} has been grabbed already") if check == o.NOT_HELD else check
 
 
-@_change_checks
+@_apply_to_all_checks
 def judge_seated_elsewhere_as_additional_step(operator: Operator, check: Check) -> Check | None:
     """Judge sitting or lying down elsewhere as an additional step (``SitExecutor``, ``LieExecutor``)."""
     if check in (o.NOT_SEATED_ELSEWHERE, o.NOT_IN_BED_ELSEWHERE):
@@ -230,7 +230,7 @@ def judge_seated_elsewhere_as_additional_step(operator: Operator, check: Check) 
     return additional_step(~p.lying(AGENT), "the character lies already") if check == o.NOT_IN_BED else check
 
 
-@_change_checks
+@_apply_to_all_checks
 def judge_closed_container_as_affordance_error(operator: Operator, check: Check) -> Check:
     """Judge putting an object into a closed container as an affordance error (``_check_puttable``)."""
     closed = operator.name == "PUTIN" and check.condition == (~p.can_open(Y) | p.open_(Y))
@@ -260,7 +260,7 @@ def make_short_and_long_looks_abort(domain: Domain) -> Domain:
     )
 
 
-@_change_checks
+@_apply_to_all_checks
 def make_walking_to_object_in_no_room_abort(operator: Operator, check: Check) -> Check:
     """Make walking to an object in no room an error without a kind (``WalkExecutor``)."""
     return replace(check, fault=FaultKind.UNCATEGORISED) if check.reason == o.SOMEWHERE.reason else check

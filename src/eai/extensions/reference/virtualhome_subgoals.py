@@ -157,7 +157,9 @@ class VirtualHomeSubgoalDecomposition(PublishedSubgoalScorer):
             return reject_unparseable("the reference cannot read the goal of this task")
         return super()._explore_program(compiled)
 
-    def _make_planners(self, literals: Sequence[Formula]) -> list[tuple[int, SubgoalPlanner]]:
+    def _make_planners_with_literal_indices(
+        self, literals: Sequence[Formula]
+    ) -> list[tuple[int, SubgoalPlanner]]:
         """Return the planner of each literal. At a literal that cannot be translated, the search ends."""
         return [(number, self._make_planner(literal)) for number, literal in enumerate(literals)]
 
