@@ -1,7 +1,7 @@
 from __future__ import annotations
 
 from eai.logic.formula import FALSE, TRUE, Equals, Exists, Or, Variable
-from eai.planning.effect_schema import find_written_predicates, make_effect_schemas, make_operator_schema
+from eai.planning.effect_schema import find_written_predicates, make_effect_schemas, make_schema_of_execution
 from eai.world.effect import Add, Delete, Let, When
 from eai.world.operator import Operator, missing_step
 from eai.world.vocabulary import Predicate
@@ -46,7 +46,7 @@ def test_otherwise_means_that_the_condition_does_not_hold() -> None:
 
 
 def test_an_operator_can_be_taken_for_its_own_sake() -> None:
-    assert make_operator_schema(PLACE).checks == tuple(check.condition for check in PLACE.checks)
+    assert make_schema_of_execution(PLACE).checks == tuple(check.condition for check in PLACE.checks)
 
 
 def test_changed_predicates_include_effects_whose_variable_hides_another() -> None:

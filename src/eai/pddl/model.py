@@ -153,12 +153,12 @@ def parents(types: tuple[TypedName, ...]) -> dict[str, str]:
     return {declared.name: declared.type for declared in types}
 
 
-def list_supertypes(above: Mapping[str, str], name: str) -> list[str]:
+def list_supertypes(parent_by_type: Mapping[str, str], type_name: str) -> list[str]:
     """Return a type and all its supertypes, nearest first. The root is always last."""
     types: list[str] = []
-    while name != OBJECT and name not in types:
-        types.append(name)
-        name = above.get(name, OBJECT)
+    while type_name != OBJECT and type_name not in types:
+        types.append(type_name)
+        type_name = parent_by_type.get(type_name, OBJECT)
     return [*types, OBJECT]
 
 

@@ -174,9 +174,9 @@ class Relaxation:
         """Return the relaxed states after a set of literals, one for each step, until they stop growing."""
         return self._build_relaxed_layers(literals, _ALL_LITERALS, 0)
 
-    def find_rules_making(self, literal: int, rules: int) -> Iterator[_RelaxedEffect]:
-        """Yield the rules (conditional effects) among `rules` that make a literal true, in order."""
-        for bit in iterate_bit_masks(self._making.get(literal, 0) & rules):
+    def find_rules_making(self, literal: int, rules_mask: int) -> Iterator[_RelaxedEffect]:
+        """Yield the rules (conditional effects) among `rules_mask` that make a literal true, in order."""
+        for bit in iterate_bit_masks(self._making.get(literal, 0) & rules_mask):
             yield self._rules[bit.bit_length() - 1]
 
     def _find_first_rule_making(self, missing_literals: LiteralMask, fired_rules: int) -> _RelaxedEffect:

@@ -13,7 +13,7 @@ from typing import NamedTuple
 
 import eai.logic.formula as f
 from eai.logic.traversal import find_free_variables, find_predicates, walk_subformulas
-from eai.planning.effect_schema import EffectSchema, make_effect_schemas, make_operator_schema, match_atom
+from eai.planning.effect_schema import EffectSchema, make_effect_schemas, make_schema_of_execution, match_atom
 from eai.planning.search import SearchEffort
 from eai.planning.subgoal import GroundAtom, find_object
 from eai.world.condition import ConditionCompiler
@@ -266,7 +266,7 @@ class AchieversByPredicate:
         self.schemas = {o.name: tuple(make_effect_schemas(o)) for o in domain.operators}
         self.by_effect: dict[tuple[str, bool], list[EffectSchema]] = {}
         self._writers: dict[str, dict[str, Operator]] = {}
-        self._taking = {o.name: Achiever(make_operator_schema(o), vocabulary) for o in domain.operators}
+        self._taking = {o.name: Achiever(make_schema_of_execution(o), vocabulary) for o in domain.operators}
         self._matches: _AchieverMatcher | None = None
         for operator in domain.operators:
             for schema in self.schemas[operator.name]:

@@ -219,7 +219,7 @@ class FactChangeFinder:
             if scope is not None:
                 conditions = self._schema_conditions.get(id(schema))
                 if conditions is None:
-                    conditions = self._schema_conditions[id(schema)] = _find_schema_conditions(schema)
+                    conditions = self._schema_conditions[id(schema)] = _list_conditions_with_variables(schema)
                 yield [(condition, scope) for condition, names in conditions if names <= scope.keys()]
 
     def find_prior_changes_and_undoing(
@@ -437,7 +437,7 @@ class FactChangeFinder:
                 yield from (FactChange(name, anything, truth) for truth in (True, False))
 
 
-def _find_schema_conditions(schema: EffectSchema) -> list[tuple[f.Formula, frozenset[str]]]:
+def _list_conditions_with_variables(schema: EffectSchema) -> list[tuple[f.Formula, frozenset[str]]]:
     conditions = (*schema.checks[len(schema.operator.checks) :], *schema.conditions)
     return [(condition, find_free_variables(condition)) for condition in conditions]
 

@@ -50,7 +50,7 @@ class EffectSchema(NamedTuple):
     read_variables: frozenset[str] = frozenset()
 
 
-def make_operator_schema(operator: Operator) -> EffectSchema:
+def make_schema_of_execution(operator: Operator) -> EffectSchema:
     """Return a schema that stands for the execution of an operator, not for a change of a fact."""
     names = tuple(p.name for p in operator.parameters)
     return EffectSchema(operator, True, _NO_ATOM, names, tuple(check.condition for check in operator.checks))
@@ -58,7 +58,7 @@ def make_operator_schema(operator: Operator) -> EffectSchema:
 
 def make_effect_schemas(operator: Operator) -> Iterator[EffectSchema]:
     """Yield the schemas of an operator's additions and deletions, in the order in which they are written."""
-    operator_schema = make_operator_schema(operator)
+    operator_schema = make_schema_of_execution(operator)
     yield from _make_nested_schemas(operator.effects, operator_schema)
     for attempt in operator.alternatives:
         yield from _make_nested_schemas(

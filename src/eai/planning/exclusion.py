@@ -347,7 +347,7 @@ class _SupposedState:
                     return not deciding
                 is_decided = any(
                     self._evaluate_formula(body, {**scope, variable.name: term}, unfolded) is deciding
-                    for term in self._possible_terms(variable)
+                    for term in self._list_possible_terms(variable)
                 )
                 return deciding if is_decided else None
             case _:
@@ -438,7 +438,7 @@ class _SupposedState:
             return None
         return defined.definition, dict(zip([p.name for p in defined.parameters], arguments, strict=True))
 
-    def _possible_terms(self, variable: f.Variable) -> list[_FactArgument]:
+    def _list_possible_terms(self, variable: f.Variable) -> list[_FactArgument]:
         objects = dict.fromkeys(term for fact in self._true for term in fact.arguments)
         if variable.category is None:
             return [*objects]

@@ -195,16 +195,16 @@ class _PreferredActions:
         for condition in alternatives:
             self.collect_actions_towards(condition)
         if not alternatives:
-            self._collect_for_subgoal(goal)
+            self._collect_preferred_actions(goal)
 
     def collect_action(self, action: Action | None, prerequisites: Sequence[Subgoal]) -> None:
         """Collect an action if it is applicable, otherwise the actions that lead to its prerequisites."""
         if action is not None and not prerequisites:
             self.actions[action] = None
         for condition in prerequisites:
-            self._collect_for_subgoal(condition)
+            self._collect_preferred_actions(condition)
 
-    def _collect_for_subgoal(self, subgoal: Subgoal) -> None:
+    def _collect_preferred_actions(self, subgoal: Subgoal) -> None:
         if self._estimates.holds(subgoal):
             return
         if isinstance(subgoal.formula, Atom):
@@ -220,7 +220,7 @@ class _PreferredActions:
             if not isinstance(derived, DefinedPredicate):
                 self.actions.update((action, None) for action in self._find_actions_changing(derived.reads))
         for part in self._estimates.split_into_cheapest_parts(subgoal) or ():
-            self._collect_for_subgoal(part)
+            self._collect_preferred_actions(part)
 
     def _find_actions_changing(self, predicates: tuple[str, ...]) -> Iterator[Action]:
         for operator in self._heuristic.achievers.find_changing_operators(predicates):

@@ -101,7 +101,7 @@ class _RelaxationGraph:
         """Number of conditions in the graph."""
         return len(self._parts)
 
-    def find_cut(self, actions: Collection[Action]) -> list[Action] | None:
+    def find_cut_without(self, actions: Collection[Action]) -> list[Action] | None:
         """Return a landmark (cut) without any given action; None if the given actions may reach the goals."""
         self._actions += sorted({*actions}.difference(self._actions))
         while True:
@@ -147,21 +147,21 @@ class _RelaxationGraph:
             pending += fresh
         return seen
 
-    def _group_actions_making(self, number: int) -> list[tuple[Sequence[Action], list[int]]]:
+    def _group_actions_making(self, node_number: int) -> list[tuple[Sequence[Action], list[int]]]:
         """Return groups of actions that make a change, each group with its conditions.
 
         The result is [] if the number stands for a condition instead of a change.
         """
-        change = self._changes.get(number)
+        change = self._changes.get(node_number)
         if change is None:
             return []
-        groups = self._grouped.get(number)
+        groups = self._grouped.get(node_number)
         if groups is None:
             makers = [
                 (a, [self._get_condition_node(*condition, True) for condition in conditions])
                 for a, conditions in self._change_finder.group_actions_making(change)
             ]
-            groups = self._grouped[number] = [
+            groups = self._grouped[node_number] = [
                 (a, conditions) for a, conditions in makers if _FALSE not in conditions
             ]
         return groups
@@ -181,31 +181,31 @@ class _RelaxationGraph:
             pending += [change for action, change in self._made.get(number, ()) if action in actions]
         return reached
 
-    def _add_actions_making(self, numbers: Iterable[int]) -> bool:
+    def _add_actions_making(self, node_numbers: Iterable[int]) -> bool:
         """Add the actions that make some changes to the graph. Return whether any action was added."""
         fresh = [
             (number, action)
-            for number in numbers
+            for number in node_numbers
             if number in self._changes
             for action in self._actions[self._tried[number] :]
         ]
         self._tried.update(dict.fromkeys([number for number, _ in fresh], len(self._actions)))
         return sum([self._add_action_making(number, action) for number, action in fresh]) > 0
 
-    def _add_action_making(self, number: int, action: Action) -> bool:
+    def _add_action_making(self, node_number: int, action: Action) -> bool:
         """Add the conditions of each effect by which an action makes a change.
 
         Return whether any conditions were added.
         """
         alternatives: list[int] = []
-        for conditions in self._change_finder.find_effect_conditions(action, self._changes[number]):
+        for conditions in self._change_finder.find_effect_conditions(action, self._changes[node_number]):
             condition_numbers = [self._get_condition_node(*part, True) for part in conditions]
             condition = self._add_conjunction_node([*self._find_preconditions(action), *condition_numbers])
             if condition != _FALSE:
                 alternatives.append(condition)
-                self._made.setdefault(condition, []).append((action, number))
+                self._made.setdefault(condition, []).append((action, node_number))
         if alternatives:
-            self._makers[number][action] = alternatives
+            self._makers[node_number][action] = alternatives
         return bool(alternatives)
 
     def _find_preconditions(self, action: Action) -> list[int]:
@@ -378,20 +378,20 @@ class Landmarks:
         for action in cut:
             self._hits[action] = self._hits.get(action, 0) | bit
 
-    def find_hit_cuts(self, action: Action | None) -> int:
+    def find_hit_cuts_mask(self, action: Action | None) -> int:
         """Return the landmarks (cuts) that contain an action, as a bit mask."""
         return 0 if action is None else self._hits.get(action, 0)
 
-    def find_missed_cuts(self, actions: Iterable[Action]) -> int:
+    def find_missed_cuts_mask(self, actions: Iterable[Action]) -> int:
         """Return the landmarks (cuts) that contain none of the given actions, as a bit mask."""
         missed = (1 << len(self.cuts)) - 1
         for action in actions:
             missed &= ~self._hits.get(action, 0)
         return missed
 
-    def count_min_actions(self, mask: int) -> int:
+    def count_min_actions(self, cuts_mask: int) -> int:
         """Return the minimum number of actions that together occur in all landmarks (cuts) of a bit mask."""
-        return self._get_min_hitting_set(mask)[0]
+        return self._get_min_hitting_set(cuts_mask)[0]
 
     def add_cuts_missed_by(self, plan_actions: frozenset[Action], effort: SearchEffort) -> None:
         """Find landmarks (cuts) until the minimum number of missing actions rises, or no more exist.
@@ -402,18 +402,18 @@ class Landmarks:
         """
         if plan_actions in self._done or effort.is_used_up:
             return
-        lacked = self.count_min_actions(self.find_missed_cuts(plan_actions))
+        lacked = self.count_min_actions(self.find_missed_cuts_mask(plan_actions))
         while (
             plan_actions not in self._done
             and not effort.is_used_up
-            and self.count_min_actions(self.find_missed_cuts(plan_actions)) == lacked
+            and self.count_min_actions(self.find_missed_cuts_mask(plan_actions)) == lacked
         ):
             actions, number = (
-                {*plan_actions, *self._get_min_hitting_set(self.find_missed_cuts(plan_actions))[1]},
+                {*plan_actions, *self._get_min_hitting_set(self.find_missed_cuts_mask(plan_actions))[1]},
                 len(self.cuts),
             )
             while not effort.is_used_up:
-                cut = self._relaxation_graph.find_cut(actions)
+                cut = self._relaxation_graph.find_cut_without(actions)
                 effort.used += 1 + self._relaxation_graph.size // _CONDITIONS_PER_EFFORT
                 if not cut or (self.cuts and len(cut) > _MAX_CUT_SIZE):
                     break
@@ -428,13 +428,13 @@ class Landmarks:
             result = self._fewest[mask] = self._compute_min_hitting_set(mask)
         return result
 
-    def _compute_min_hitting_set(self, mask: int) -> tuple[int, tuple[Action, ...]]:
+    def _compute_min_hitting_set(self, cuts_mask: int) -> tuple[int, tuple[Action, ...]]:
         by_hits: dict[int, Action] = {}
         for action, hits in self._hits.items():
-            if hits & mask:
-                by_hits.setdefault(hits & mask, action)
+            if hits & cuts_mask:
+                by_hits.setdefault(hits & cuts_mask, action)
         patterns = [p for p in by_hits if not any(p & q == p != q for q in by_hits)]
-        search = _HittingSetSearch(patterns, mask)
+        search = _HittingSetSearch(patterns, cuts_mask)
         return search.least, tuple([by_hits[pattern] for pattern in search.best])
 
 
@@ -463,34 +463,36 @@ class _HittingSetSearch:
         self.best: tuple[int, ...] = self._cover_greedily(mask)
         self.least = self._count_disjoint_cuts(mask)
         if self.least < len(self.best):
-            self._search_cover(mask, ())
+            self._search_smaller_cover(mask, ())
             if self._branches <= _MAX_BRANCHES:
                 self.least = len(self.best)
 
-    def _cover_greedily(self, mask: int) -> tuple[int, ...]:
+    def _cover_greedily(self, cuts_mask: int) -> tuple[int, ...]:
         chosen = []
         for bit, patterns in self._with_bit.items():
-            if mask & bit:
-                chosen.append(max(patterns, key=lambda pattern: (pattern & mask).bit_count()))
-                mask &= ~chosen[-1]
+            if cuts_mask & bit:
+                chosen.append(max(patterns, key=lambda pattern: (pattern & cuts_mask).bit_count()))
+                cuts_mask &= ~chosen[-1]
         return tuple(chosen)
 
-    def _count_disjoint_cuts(self, mask: int) -> int:
+    def _count_disjoint_cuts(self, cuts_mask: int) -> int:
         """Count disjoint landmarks, chosen greedily: no two of them share an action (pattern)."""
         number = 0
         for bit, covered in self._covered_with.items():
-            if mask & bit:
+            if cuts_mask & bit:
                 number += 1
-                mask &= ~covered
+                cuts_mask &= ~covered
         return number
 
-    def _search_cover(self, mask: int, chosen: tuple[int, ...]) -> None:
+    def _search_smaller_cover(self, cuts_mask: int, chosen_patterns: tuple[int, ...]) -> None:
         self._branches += 1
-        if not mask:
-            self.best = chosen
+        if not cuts_mask:
+            self.best = chosen_patterns
             return
-        if self._branches > _MAX_BRANCHES or len(chosen) + self._count_disjoint_cuts(mask) >= len(self.best):
+        if self._branches > _MAX_BRANCHES or len(chosen_patterns) + self._count_disjoint_cuts(
+            cuts_mask
+        ) >= len(self.best):
             return
-        patterns = next(patterns_of_bit for bit, patterns_of_bit in self._with_bit.items() if mask & bit)
-        for pattern in sorted(patterns, key=lambda pattern: -(pattern & mask).bit_count()):
-            self._search_cover(mask & ~pattern, (*chosen, pattern))
+        patterns = next(patterns_of_bit for bit, patterns_of_bit in self._with_bit.items() if cuts_mask & bit)
+        for pattern in sorted(patterns, key=lambda pattern: -(pattern & cuts_mask).bit_count()):
+            self._search_smaller_cover(cuts_mask & ~pattern, (*chosen_patterns, pattern))

@@ -309,7 +309,7 @@ class _GoalAgenda:
         return None
 
     def _search_subgoals(
-        self, node: PlanNode, subgoals: tuple[Subgoal, ...], taken: int, limits: Limits
+        self, node: PlanNode, subgoals: tuple[Subgoal, ...], action_goal_count: int, limits: Limits
     ) -> PlanNode | None:
-        end = self._search.search(node, subgoals, taken, limits)
+        end = self._search.search(node, subgoals, action_goal_count, limits)
         return None if isinstance(end, SearchEndReason) else end

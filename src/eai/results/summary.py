@@ -257,7 +257,9 @@ def break_down_records(records: Iterable[Record], ability: Ability) -> AnswerBre
             if declared.answers_are_plans and record.task.annotated_steps is not None:
                 by_length.setdefault(record.task.annotated_steps, []).append(success)
         if declared.interaction.uses_operator_tasks:
-            _break_down_operators(cast("OperatorVerdict", record.verdict), by_action, by_predicate)
+            _add_operator_shares_to_breakdown(
+                cast("OperatorVerdict", record.verdict), by_action, by_predicate
+            )
         for report, reached in list_judged_goals(record):
             for name in report.predicates:
                 by_predicate.setdefault(name, []).append(make_share_of_one(reached))
@@ -305,7 +307,7 @@ def list_reported_steps(record: Record) -> Iterator[tuple[int, StepReport]]:
     )
 
 
-def _break_down_operators(
+def _add_operator_shares_to_breakdown(
     verdict: OperatorVerdict, by_action: dict[str, list[Share]], by_predicate: dict[str, list[Share]]
 ) -> None:
     """Add each clause of an answer's operators to the counts of its operator and of its predicates."""

@@ -206,7 +206,7 @@ class Table:
         parts = zip(self.names, self._has_estimates(), strict=True)
         return [name for column, is_estimate in parts for name in _name_csv_columns(column, is_estimate)]
 
-    def flat_rows(self) -> Iterator[list[Plain]]:
+    def csv_rows(self) -> Iterator[list[Plain]]:
         """Yield the rows of the table as in CSV, with a cell for each part of an estimate."""
         estimates = self._has_estimates()
         for row in self.rows:

@@ -36,7 +36,7 @@ def write_tables(folder: Path, name: str, tables: Sequence[Table], remarks: Sequ
         InputError: the folder cannot be written.
     """
     contents = {
-        f"{table.name}.csv": format_csv(table.csv_column_names(), table.flat_rows()) for table in tables
+        f"{table.name}.csv": format_csv(table.csv_column_names(), table.csv_rows()) for table in tables
     }
     contents[f"{name}.json"] = (
         json.dumps(_tables_to_json(tables, remarks), indent=1, ensure_ascii=False) + "\n"

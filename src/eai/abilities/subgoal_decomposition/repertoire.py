@@ -23,7 +23,7 @@ from eai.planning.effect_schema import (
     find_changed_predicates,
     find_changes_for_literal,
     make_effect_schemas,
-    make_operator_schema,
+    make_schema_of_execution,
     match_atom,
 )
 from eai.planning.role import infer_operator_role
@@ -157,7 +157,7 @@ class OperatorIndex:
         self._compiled = cache(self._compile_literal_test)
         self._taking = cache(
             lambda name: Achiever(
-                make_operator_schema(self.operators[name].operator.operator), domain.vocabulary
+                make_schema_of_execution(self.operators[name].operator.operator), domain.vocabulary
             )
         )
 

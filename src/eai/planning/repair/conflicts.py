@@ -126,7 +126,7 @@ class PlanStateCache:
             moments.append(after)
         return tuple(moments)
 
-    def count_failures(self, steps: PlanSteps, moment: PlanMoment) -> int:
+    def count_failed_steps_and_goals(self, steps: PlanSteps, moment: PlanMoment) -> int:
         """Count the steps that fail from a moment on, plus the goals missed at the end."""
         failed = 0
         for action in steps:

@@ -224,8 +224,12 @@ class Repairer:
             return None
         after = path[-1]
         effort.used += 2 * len(later)
-        edits = max(0, len(before) - skipped_before) + self.states.count_failures(later, after)
-        return ((*before, step), after) if edits < 1 + self.states.count_failures(later, moment) else None
+        edits = max(0, len(before) - skipped_before) + self.states.count_failed_steps_and_goals(later, after)
+        return (
+            ((*before, step), after)
+            if edits < 1 + self.states.count_failed_steps_and_goals(later, moment)
+            else None
+        )
 
     def _find_enabling_actions(self, state_number: int, action: Action) -> tuple[Action, ...] | None:
         key = state_number, action
@@ -312,10 +316,10 @@ class Repairer:
     ) -> Iterator[PlanEdit]:
         """Yield copies of an edit, each with an inserted action that makes the edited plan succeed."""
         rest = plan[edit.step + (edit.removed is not None) :]
-        lacked = landmarks.find_missed_cuts(filter(None, (*plan[: edit.step], *rest)))
+        lacked = landmarks.find_missed_cuts_mask(filter(None, (*plan[: edit.step], *rest)))
         old_action = None if edit.removed is None else plan[edit.removed]
         for action in actions:
-            if action is None or action == old_action or lacked & ~landmarks.find_hit_cuts(action):
+            if action is None or action == old_action or lacked & ~landmarks.find_hit_cuts_mask(action):
                 continue
             if self.states.get_next_state_and_executed(moment[0], action)[1] and self._succeeds_from(
                 self.states.take_step(moment, action), rest
@@ -464,7 +468,7 @@ class _RepairSearch:
         if self._states.plan_succeeds(node.plan, path):
             return True
         rest = [action for _, action in node.plan[len(path) - 1 :]]
-        lacks = self._states.count_failures(rest, path[-1])
+        lacks = self._states.count_failed_steps_and_goals(rest, path[-1])
         self._push_node(
             node._replace(
                 path=path, first_unknown=-1, failures=lacks, min_edits=node.cost.count_min_edits_with_more(1)
@@ -515,7 +519,7 @@ class _RepairSearch:
         )
         max_cost = 0
         for action in filter(None, actions):
-            lacked = node.missed_cuts & ~self._landmarks.find_hit_cuts(action)
+            lacked = node.missed_cuts & ~self._landmarks.find_hit_cuts_mask(action)
             number = missing.get(action)
             if number is None:
                 number = missing[action] = self._landmarks.count_min_actions(lacked)
@@ -535,8 +539,8 @@ class _RepairSearch:
     def _make_deletion_node(self, node: _RepairNode, position: int) -> _RepairNode:
         plan, at = insert_or_delete_step(node.plan, position, None)
         lacked = node.missed_cuts
-        if self._landmarks.find_hit_cuts(node.plan[position].action):
-            lacked = self._landmarks.find_missed_cuts([e.action for e in plan if e.action is not None])
+        if self._landmarks.find_hit_cuts_mask(node.plan[position].action):
+            lacked = self._landmarks.find_missed_cuts_mask([e.action for e in plan if e.action is not None])
         return self._make_child_node(node, plan, at, compute_edit_cost(plan), lacked)
 
     def _update_bounds(self, node: _RepairNode) -> _RepairNode:
@@ -549,7 +553,7 @@ class _RepairSearch:
         steps = frozenset([entry.action for entry in node.plan if entry.action is not None])
         if node.first_unknown < 0:
             landmarks.add_cuts_missed_by(steps, search_effort)
-        lacked = landmarks.find_missed_cuts(steps)
+        lacked = landmarks.find_missed_cuts_mask(steps)
         return node._replace(
             missed_cuts=lacked,
             known_cuts=len(landmarks.cuts),

@@ -412,7 +412,7 @@ def _analyze_attempts(records: StudyRecords, chosen: _AttemptCountingOptions) ->
         first = replace(made[0], title=f"{key.model}, {key.domain}, protocol {key.protocol.value}")
         yield Analysis(
             made,
-            _draw_figures(arms, key),
+            _draw_success_by_attempt_figure(arms, key),
             [*write_remarks(arms), *notes],
             place if len(groups) > 1 else "",
             [first.select_columns(_SCREEN_COLUMNS), made[1].select_columns(_SCREEN_COLUMNS)],
@@ -431,7 +431,7 @@ def _make_tables(arms: Sequence[_RunsWithSameAttemptOptions], key: RunKey) -> tu
     )
 
 
-def _draw_figures(arms: Sequence[_RunsWithSameAttemptOptions], key: RunKey) -> Figures:
+def _draw_success_by_attempt_figure(arms: Sequence[_RunsWithSameAttemptOptions], key: RunKey) -> Figures:
     yield add_run_title(key, "success_by_attempt", draw_success_by_attempt(arms))
 
 

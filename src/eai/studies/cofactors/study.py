@@ -294,10 +294,10 @@ def _analyze_task_features(records: StudyRecords, chosen: _TaskFeatureOptions) -
     tables = make_task_feature_tables(
         records.make_plain_tables(), bin_width=chosen.bins, measure=chosen.measure
     )
-    yield Analysis(tables, _draw_figures(tables, chosen.measure))
+    yield Analysis(tables, _draw_task_feature_figures(tables, chosen.measure))
 
 
-def _draw_figures(tables: Sequence[Table], measure: AnswerMeasure) -> Figures:
+def _draw_task_feature_figures(tables: Sequence[Table], measure: AnswerMeasure) -> Figures:
     adjusted, _, curves, by_action, by_predicate = tables
     for suite, rows in group_rows_by_suite(curves).items():
         yield add_suite_title(suite, "curves", draw_feature_curves(rows, f"{measure}, percent"))

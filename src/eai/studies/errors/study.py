@@ -134,7 +134,7 @@ def _make_outcomes_table(answers: Sequence[AnswerLine]) -> Iterator[Row]:
     reached.
     """
     for suite, of_suite in group_by_suite(answers).items():
-        leaves = sorted({find_error_category(answer) for answer in of_suite}, key=_make_leaf_sort_key)
+        leaves = sorted({find_error_category(answer) for answer in of_suite}, key=_make_category_sort_key)
         for model, lines in group_by_model(of_suite).items():
             shares = estimate_share_of_each_kind(lines, [find_error_category(line) for line in lines], leaves)
             yield from [(*suite, model, *leaf, share) for leaf, share in shares]
@@ -143,7 +143,7 @@ def _make_outcomes_table(answers: Sequence[AnswerLine]) -> Iterator[Row]:
 _STAGES = ("success", "partly_right", "goal", "goal_missed", "grammar", "runtime")
 
 
-def _make_leaf_sort_key(leaf: _ErrorCategory) -> tuple[int, _ErrorCategory]:
+def _make_category_sort_key(leaf: _ErrorCategory) -> tuple[int, _ErrorCategory]:
     return (_STAGES.index(leaf.stage) if leaf.stage in _STAGES else len(_STAGES), leaf)
 
 
@@ -225,7 +225,7 @@ def _make_examples_table(answers: Sequence[AnswerLine], number: int, explorer: s
     """
     for suite, of_suite in group_by_suite(answers).items():
         by_leaf = group_pairs((find_error_category(answer), answer) for answer in of_suite)
-        for leaf in sorted(by_leaf, key=_make_leaf_sort_key):
+        for leaf in sorted(by_leaf, key=_make_category_sort_key):
             yield from [
                 (*suite, *leaf, a.agent, _link_task(a, explorer), a.error_check, a.error_objects)
                 for a in by_leaf[leaf][:number]
@@ -274,7 +274,7 @@ def _analyze_errors(records: StudyRecords, chosen: _ErrorChoices) -> Iterator[An
     explorer = _make_relative_explorer_address(chosen.explorer, records.folder)
     tidy = records.make_plain_tables(features=False)
     tables = make_error_tables(tidy.answers, tidy.clauses, examples=chosen.examples, explorer=explorer)
-    yield Analysis(tables, _draw_figures(tables))
+    yield Analysis(tables, _draw_error_figures(tables))
 
 
 def _make_relative_explorer_address(explorer: Path | None, folder: Path) -> str | None:
@@ -290,7 +290,7 @@ def _make_relative_explorer_address(explorer: Path | None, folder: Path) -> str 
     return quote(Path(os.path.relpath(explorer, folder)).as_posix())
 
 
-def _draw_figures(tables: Sequence[Table]) -> Figures:
+def _draw_error_figures(tables: Sequence[Table]) -> Figures:
     leaves, checks = tables[:2]
     yield from draw_flows(tables[-1])
     for suite, rows in group_rows_by_suite(leaves).items():

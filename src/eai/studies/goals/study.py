@@ -31,7 +31,7 @@ _VERDICTS = (MATCHED, WRONG, MISSING)
 
 def _analyze_goals(records: StudyRecords, chosen: Options) -> Iterator[Analysis]:
     tables = make_goal_tables(records.make_plain_tables().atoms)
-    yield Analysis(tables, _draw_figures(tables))
+    yield Analysis(tables, _draw_goal_score_figures(tables))
 
 
 def make_goal_tables(atoms: Sequence[AtomLine]) -> list[Table]:
@@ -134,7 +134,7 @@ def _count_models_right_wrong_missing_by_goal(
         yield task, goal, right, wrong, missing
 
 
-def _draw_figures(tables: Sequence[Table]) -> Figures:
+def _draw_goal_score_figures(tables: Sequence[Table]) -> Figures:
     by_predicate, reasons = tables[:2]
     for suite, rows in group_rows_by_suite(by_predicate).items():
         for score in ("precision", "recall"):

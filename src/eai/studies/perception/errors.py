@@ -43,7 +43,7 @@ class _SceneGraphScorer(Scorer):
 
 
 def _explain_differences(task: Task, words: SceneGraphVocabulary, graph: SceneGraph) -> Explanation:
-    lost, wrong = _find_fact_differences(task, words, graph)
+    lost, wrong = _find_missing_and_untrue_facts(task, words, graph)
     notes = [
         *(f"not listed: {fact}" for fact in lost),
         *(f"does not hold: {fact}" for fact in wrong),
@@ -60,7 +60,7 @@ def find_perception_errors(task: Task, words: SceneGraphVocabulary, graph: Scene
     lost relation.
     """
     described = words.make_true_graph(task)
-    lost, wrong = _find_fact_differences(task, words, graph)
+    lost, wrong = _find_missing_and_untrue_facts(task, words, graph)
     index = {name: number for number, name in enumerate(words.list_object_names(task))}
     strange = [fact for fact in wrong if not index.keys() >= {*fact.arguments}]
     moved = Counter(
@@ -88,7 +88,7 @@ def find_perception_errors(task: Task, words: SceneGraphVocabulary, graph: Scene
     )
 
 
-def _find_fact_differences(
+def _find_missing_and_untrue_facts(
     task: Task, words: SceneGraphVocabulary, graph: SceneGraph
 ) -> tuple[Sequence[NamedFact], Sequence[NamedFact]]:
     """Return two lists of facts: described facts that the graph lacks, and untrue facts of the graph."""
