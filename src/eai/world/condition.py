@@ -19,7 +19,7 @@ from eai.base.errors import DomainError
 from eai.logic.matching import find_maximum_matching
 from eai.logic.traversal import find_free_variables
 from eai.world.derived import ComputedPredicate, DefinedPredicate, LookupPredicate, to_fastest_form
-from eai.world.frame import UNBOUND, ConditionTest, FrameBinding, ObjectFilter, SlotAllocator
+from eai.world.frame import UNBOUND, ConditionTest, FrameBinding, ObjectFilter, SlotAllocator, SlotByVariable
 from eai.world.relation import ObjectMask, iterate_bits
 from eai.world.state import State
 from eai.world.vocabulary import DerivedPredicate, Vocabulary
@@ -113,7 +113,7 @@ class ConditionCompiler:
         self._unfolded: list[str] = []
 
     def compile_test(
-        self, formula: f.Formula, scope: Mapping[str, int] | None = None, *, wanted: bool = True
+        self, formula: f.Formula, scope: SlotByVariable | None = None, *, wanted: bool = True
     ) -> ConditionTest:
         """Compile a formula to a test that it holds, or (if not ``wanted``) a test that it does not hold."""
         scope = self._frame.scope if scope is None else scope
@@ -144,7 +144,7 @@ class ConditionCompiler:
             case _:
                 raise DomainError(f"{type(formula).__name__} is not a condition on one state")
 
-    def compile_filter(self, formula: f.Formula, slot: int, scope: Mapping[str, int]) -> ObjectFilter:
+    def compile_filter(self, formula: f.Formula, slot: int, scope: SlotByVariable) -> ObjectFilter:
         """Compile a formula to a function that selects the objects that make the formula true.
 
         Each object is tried as value of the variable with number ``slot``.
@@ -171,7 +171,7 @@ class ConditionCompiler:
                 return self._compile_by_testing_each(formula, slot, scope)
 
     def _compile_exists(
-        self, variable: f.Variable, body: f.Formula, slot: int, scope: Mapping[str, int]
+        self, variable: f.Variable, body: f.Formula, slot: int, scope: SlotByVariable
     ) -> ObjectFilter:
         """Compile an existential formula.
 
@@ -202,7 +202,7 @@ class ConditionCompiler:
         return filter_objects
 
     def _compile_value_finder(
-        self, variable: f.Variable, body: f.Formula, scope: Mapping[str, int]
+        self, variable: f.Variable, body: f.Formula, scope: SlotByVariable
     ) -> _ValueFinder:
         slot = self._frame.add_slot()
         matching = self.compile_filter(body, slot, {**scope, variable.name: slot})
@@ -211,9 +211,7 @@ class ConditionCompiler:
             return lambda state, binding: matching(state, binding, state.scene.everything)
         return lambda state, binding: matching(state, binding, state.scene.get_category_mask(category))
 
-    def _compile_by_testing_each(
-        self, formula: f.Formula, slot: int, scope: Mapping[str, int]
-    ) -> ObjectFilter:
+    def _compile_by_testing_each(self, formula: f.Formula, slot: int, scope: SlotByVariable) -> ObjectFilter:
         truth = self.compile_test(formula, scope)
 
         def filter_objects(state: State, binding: FrameBinding, among: ObjectMask) -> ObjectMask:
@@ -227,7 +225,7 @@ class ConditionCompiler:
 
         return filter_objects
 
-    def _compile_matching_test(self, formula: f.ForPairs, scope: Mapping[str, int]) -> ConditionTest:
+    def _compile_matching_test(self, formula: f.ForPairs, scope: SlotByVariable) -> ConditionTest:
         """Compile a ``ForPairs`` formula, which holds if a maximum matching of objects has enough pairs."""
         first, second, count = formula.first, formula.second, formula.count
         slot = self._frame.add_slot()
@@ -247,9 +245,9 @@ class ConditionCompiler:
 
         return has_enough_pairs
 
-    def _compile_atom_truth(self, atom: f.Atom, scope: Mapping[str, int], wanted: bool) -> ConditionTest:
+    def _compile_atom_truth(self, atom: f.Atom, scope: SlotByVariable, wanted: bool) -> ConditionTest:
         slots = self._find_argument_slots(atom, scope)
-        derived = self._find_derived(atom.predicate)
+        derived = self._find_derived_predicate(atom.predicate)
         match derived:
             case None:
                 return _compile_stored_truth(self._vocabulary, atom.predicate, slots, wanted)
@@ -267,9 +265,9 @@ class ConditionCompiler:
                 expected = "DefinedPredicate, ComputedPredicate or LookupPredicate"
                 raise DomainError(f"derived predicate {atom.predicate}: expected an object of {expected}")
 
-    def _compile_atom_filter(self, atom: f.Atom, slot: int, scope: Mapping[str, int]) -> ObjectFilter:
+    def _compile_atom_filter(self, atom: f.Atom, slot: int, scope: SlotByVariable) -> ObjectFilter:
         slots = self._find_argument_slots(atom, scope)
-        derived = self._find_derived(atom.predicate)
+        derived = self._find_derived_predicate(atom.predicate)
         if slots.count(slot) == 0:
             truth = self._compile_atom_truth(atom, scope, wanted=True)
             return lambda state, binding, among: among if truth(state, binding) else 0
@@ -286,7 +284,7 @@ class ConditionCompiler:
             return self._compile_by_testing_each(atom, slot, scope)
         return _compile_stored_filter(self._vocabulary, atom.predicate, slots, slot)
 
-    def _find_derived(self, predicate: str) -> DerivedPredicate | None:
+    def _find_derived_predicate(self, predicate: str) -> DerivedPredicate | None:
         """Return a derived predicate in the form of `to_fastest_form`; None for a stored predicate."""
         derived = self._vocabulary.derived_by_name.get(predicate)
         return None if derived is None else to_fastest_form(derived)
@@ -302,12 +300,12 @@ class ConditionCompiler:
         finally:
             self._unfolded.pop()
 
-    def _find_argument_slots(self, atom: f.Atom, scope: Mapping[str, int]) -> tuple[int, ...]:
+    def _find_argument_slots(self, atom: f.Atom, scope: SlotByVariable) -> tuple[int, ...]:
         self._vocabulary.require_arity(atom.predicate, len(atom.arguments))
         return tuple(self._frame.find_slot(term, scope) for term in atom.arguments)
 
 
-def _map_parameters_to_slots(derived: DefinedPredicate, slots: tuple[int, ...]) -> Mapping[str, int]:
+def _map_parameters_to_slots(derived: DefinedPredicate, slots: tuple[int, ...]) -> SlotByVariable:
     return {p.name: s for p, s in zip(derived.parameters, slots, strict=True)}
 
 

@@ -8,7 +8,7 @@ in which they are written.
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable, Mapping
+from collections.abc import Callable, Iterable
 from dataclasses import dataclass
 from typing import Final, TypeAlias
 
@@ -17,7 +17,7 @@ from typing_extensions import assert_never
 from eai.base.errors import DomainError
 from eai.logic.formula import Atom, Formula, Variable
 from eai.world.condition import ConditionCompiler
-from eai.world.frame import UNBOUND, FrameBinding, SlotAllocator
+from eai.world.frame import UNBOUND, FrameBinding, SlotAllocator, SlotByVariable
 from eai.world.relation import iterate_bits
 from eai.world.state import State, StateDraft
 from eai.world.vocabulary import Vocabulary
@@ -93,7 +93,7 @@ class EffectCompiler:
         self._frame = frame
         self._conditions = ConditionCompiler(vocabulary, frame)
 
-    def compile_sequence(self, effects: Iterable[Effect], scope: Mapping[str, int] | None = None) -> Apply:
+    def compile_sequence(self, effects: Iterable[Effect], scope: SlotByVariable | None = None) -> Apply:
         """Compile effects to one function that makes their changes in a draft of the next state, in order."""
         scope = self._frame.scope if scope is None else scope
         steps = tuple([self._compile_effect(effect, scope) for effect in effects])
@@ -104,7 +104,7 @@ class EffectCompiler:
 
         return apply
 
-    def _compile_effect(self, effect: Effect, scope: Mapping[str, int]) -> Apply:
+    def _compile_effect(self, effect: Effect, scope: SlotByVariable) -> Apply:
         match effect:
             case Add(atom) | Delete(atom):
                 return self._compile_write(atom, scope, adding=isinstance(effect, Add))
@@ -117,7 +117,7 @@ class EffectCompiler:
             case _:
                 assert_never(effect)
 
-    def _compile_when(self, effect: When, scope: Mapping[str, int]) -> Apply:
+    def _compile_when(self, effect: When, scope: SlotByVariable) -> Apply:
         truth = self._conditions.compile_test(effect.condition, scope)
         then = self.compile_sequence(effect.effects, scope)
         otherwise = self.compile_sequence(effect.otherwise, scope) if effect.otherwise else None
@@ -130,7 +130,7 @@ class EffectCompiler:
 
         return apply
 
-    def _compile_let(self, effect: Let, scope: Mapping[str, int]) -> Apply:
+    def _compile_let(self, effect: Let, scope: SlotByVariable) -> Apply:
         slot = self._frame.add_slot()
         inner = {**scope, effect.variable.name: slot}
         candidates = self._conditions.compile_filter(effect.condition, slot, inner)
@@ -145,7 +145,7 @@ class EffectCompiler:
 
         return apply
 
-    def _compile_for_each(self, effect: ForEach, scope: Mapping[str, int]) -> Apply:
+    def _compile_for_each(self, effect: ForEach, scope: SlotByVariable) -> Apply:
         slot = self._frame.add_slot()
         inner = {**scope, effect.variable.name: slot}
         matching = self._conditions.compile_filter(effect.condition, slot, inner)
@@ -162,7 +162,7 @@ class EffectCompiler:
 
         return apply
 
-    def _compile_write(self, atom: Atom, scope: Mapping[str, int], *, adding: bool) -> Apply:
+    def _compile_write(self, atom: Atom, scope: SlotByVariable, *, adding: bool) -> Apply:
         predicate_slot = self._find_predicate_slot(atom)
         if adding and ANYTHING in atom.arguments:
             raise DomainError(
@@ -178,7 +178,7 @@ class EffectCompiler:
         return lambda before, draft, binding: draft.mark_object(predicate_slot, binding[slot], adding)
 
     def _compile_pair_write(
-        self, atom: Atom, predicate_slot: int, scope: Mapping[str, int], *, adding: bool
+        self, atom: Atom, predicate_slot: int, scope: SlotByVariable, *, adding: bool
     ) -> Apply:
         left, right = atom.arguments
         if left == ANYTHING:
@@ -193,7 +193,7 @@ class EffectCompiler:
         )
 
     def _compile_tuple_write(
-        self, atom: Atom, predicate_slot: int, scope: Mapping[str, int], *, adding: bool
+        self, atom: Atom, predicate_slot: int, scope: SlotByVariable, *, adding: bool
     ) -> Apply:
         slots = [None if t == ANYTHING else self._frame.find_slot(t, scope) for t in atom.arguments]
         if adding:

@@ -13,6 +13,9 @@ from eai.world.state import Scene, State
 FrameBinding: TypeAlias = list[int]
 """List of object indices, one for each slot; slot 0 holds the agent."""
 
+SlotByVariable: TypeAlias = Mapping[str, int]
+"""Mapping from the name of a variable to the number of its slot."""
+
 ConditionTest: TypeAlias = Callable[[State, FrameBinding], bool]
 
 ObjectFilter: TypeAlias = Callable[[State, FrameBinding, ObjectMask], ObjectMask]
@@ -42,7 +45,7 @@ class SlotAllocator:
         self._others.append(UNBOUND)
         return self._first_other + len(self._others) - 1
 
-    def find_slot(self, term: Term, scope: Mapping[str, int]) -> int:
+    def find_slot(self, term: Term, scope: SlotByVariable) -> int:
         """Return the number of the slot that holds the object of a term.
 
         Raises:
