@@ -45,6 +45,7 @@ SKIPPED = {
     "lm_eval": "another harness, with an environment of its own",
     "eai score answers --domain virtualhome --ability action_sequencing --ray": "there is no cluster",
     "eai run --ability acting --domain alfworld:games": "there are no games",
+    "eai analyze logs": "there are no logs of other projects",
     "eai score ann_outputs.json": "nobody has played",
     "eai serve": "it serves until it is interrupted, and the tests start it",
     "cd examples": "the walk puts the example into the folder",

@@ -20,7 +20,9 @@ from eai.extensions.logs.episode import Ending, EpisodeOutcome, LoggedEpisode
 from eai.extensions.logs.readers import read_log
 from eai.tasks.source import Source
 from eai.world.fault import FaultKind
-from extensions.alfworld.test_alfworld import opened, write
+
+games = pytest.importorskip("extensions.alfworld.test_alfworld", reason="needs the extension alfworld")
+opened, write = games.opened, games.write
 
 ROOM = (
     "You are in the middle of a room. Looking around you, you see a fridge 1, a sinkbasin 1, and a table 1."
