@@ -43,7 +43,7 @@ def check_domain(
     seed: int = 0,
     steps: int = 200,
     measured: Collection[str] | None = None,
-) -> tuple[_Defect, ...]:
+) -> tuple[str, ...]:
     """Return all defects of a domain and its simulator, each as a text that begins with the operator's name.
 
     Args:
