@@ -126,7 +126,7 @@ def print_findings_and_exit(findings: Sequence[DataMistake], message_if_none: st
         raise typer.Exit(2)
 
 
-def choose_default_abilities(benchmark: Benchmark, abilities: Iterable[Ability]) -> list[Ability]:
+def drop_abilities_run_only_by_name(benchmark: Benchmark, abilities: Iterable[Ability]) -> list[Ability]:
     """Return the abilities that a command uses if the user names none; print a note on abilities left out."""
     abilities, reasons = list(abilities), benchmark.data.only_by_name
     for each in abilities:

@@ -22,7 +22,7 @@ from eai.benchmarks.prompt_library import PromptLibrary
 from eai.benchmarks.registry import find_benchmark, list_benchmarks
 from eai.benchmarks.suite import Suite, open_suite
 from eai.cli import options
-from eai.cli.console import DOMAIN_HELP, choose_default_abilities, format_count, print_result
+from eai.cli.console import DOMAIN_HELP, drop_abilities_run_only_by_name, format_count, print_result
 from eai.cli.options import AsJson, DataFolder, make_flag, open_data_source
 from eai.cli.prompts import OfSet, choose_tasks, is_prompt_list_file, write_prompts
 from eai.pddl.planning import PlannerChoice
@@ -122,7 +122,7 @@ def export_prompts(
         with open_data_source(data, PlannerChoice.NONE, errata) as source:
             for split, name in [each for given in domain for each in _list_split_names_and_references(given)]:
                 benchmark = find_benchmark(name)
-                for each in ability or choose_default_abilities(benchmark, PAPER_ABILITIES):
+                for each in ability or drop_abilities_run_only_by_name(benchmark, PAPER_ABILITIES):
                     asked = PromptLibrary(prompt_set, None, source).open(benchmark, each)
                     for row in training_data.make_prompt_rows(
                         Reward(open_suite(name, each, source=source)), asked

@@ -146,7 +146,13 @@ def _draw_plots(
 
 
 def make_explorer_background(
-    source: Store, own: Mapping[str, Benchmark], out: Path, domain: str, *, prompts: bool, pictures: bool
+    source: Store,
+    own_benchmarks: Mapping[str, Benchmark],
+    out: Path,
+    domain: str,
+    *,
+    prompts: bool,
+    pictures: bool,
 ) -> ExplorerDomainData:
     """Return the data set's information about the tasks of a domain, or of the user's own benchmark.
 
@@ -154,7 +160,7 @@ def make_explorer_background(
 
     Args:
         source: Location of the data set, if it is installed.
-        own: The user's own benchmarks by name.
+        own_benchmarks: The user's own benchmarks by name.
         out: Folder of the report, which may contain films.
         domain: Name of the domain.
         prompts: Whether prompts are wanted.
@@ -165,9 +171,9 @@ def make_explorer_background(
     """
     if pictures and not is_stored(source, domain):
         raise InputError("--pictures: the data set is not on this machine; eai data fetch downloads it")
-    known = domain in own or (domain in list_benchmarks() and is_stored(source, domain))
+    known = domain in own_benchmarks or (domain in list_benchmarks() and is_stored(source, domain))
     words = (
-        _collect_prompts_for_explorer(own.get(domain) or find_benchmark(domain), source)
+        _collect_prompts_for_explorer(own_benchmarks.get(domain) or find_benchmark(domain), source)
         if prompts and known
         else ExplorerDomainData()
     )

@@ -155,7 +155,7 @@ def run(
             for each in (
                 wanted
                 if spec.tasks.ability
-                else console.choose_default_abilities(find_benchmark(name), wanted)
+                else console.drop_abilities_run_only_by_name(find_benchmark(name), wanted)
             )
         ]
         obtain, about = None, spec.tasks

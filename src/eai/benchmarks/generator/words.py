@@ -319,7 +319,7 @@ class _InstructionReader:
             for negated, requests in ((False, english.asks), (True, english.denies))
             for predicate, several in requests.items()
             for request in several
-            for words in _match_sentence(request, text)
+            for words in _find_words_filling_sentence(request, text)
             for meaning in self._interpret_sentence(predicate, words, negated=negated, request=True)
         ]
         return _require_one_meaning(meanings, text)
@@ -374,7 +374,7 @@ class _InstructionReader:
             for sentence in self._words.get_sentences(predicate):
                 for negated, several in forms:
                     form = e.inflect_sentence(sentence, negated=negated, several=several, never=never)
-                    for words in _match_sentence(form, text):
+                    for words in _find_words_filling_sentence(form, text):
                         yield from self._interpret_sentence(
                             predicate, words, negated=negated, several=several
                         )
@@ -453,7 +453,7 @@ def _compile_sentence(sentence: str) -> re.Pattern[str]:
     return re.compile(re.sub(r"\\\{(\w+)\\\}", r"(?P<\1>.+)", re.escape(sentence)))
 
 
-def _match_sentence(sentence: str, text: str) -> Iterator[Sequence[str]]:
+def _find_words_filling_sentence(sentence: str, text: str) -> Iterator[Sequence[str]]:
     """Yield the words for objects that a text has in place of a sentence's parameters, if the text fits."""
     match = _compile_sentence(sentence).fullmatch(text)
     if match is not None:

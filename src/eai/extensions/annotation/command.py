@@ -88,16 +88,16 @@ def _open_demonstrations(
 
 
 def _make_annotations(
-    benchmark: Benchmark, titles: Mapping[str, list[Task]], decisions: Path
+    benchmark: Benchmark, tasks_by_title: Mapping[str, list[Task]], decision_file: Path
 ) -> list[Annotation]:
-    if not decisions.exists():
-        raise InputError(f"{decisions}: no such file; eai data annotate choose writes it")
-    _, titles_in_file = annotation.read_uncounted_predicates_and_decisions(decisions)
-    unknown_titles = [name for name in titles_in_file if name not in titles]
-    if unknown_titles and len(titles) > 1:
-        hint = did_you_mean(unknown_titles[0], tuple(titles))
-        raise InputError(f"{decisions}: no demonstration is called {unknown_titles[0]!r}{hint}")
-    return list(annotation.annotate(titles, benchmark.domain, titles_in_file))
+    if not decision_file.exists():
+        raise InputError(f"{decision_file}: no such file; eai data annotate choose writes it")
+    _, titles_in_file = annotation.read_uncounted_predicates_and_decisions(decision_file)
+    unknown_titles = [name for name in titles_in_file if name not in tasks_by_title]
+    if unknown_titles and len(tasks_by_title) > 1:
+        hint = did_you_mean(unknown_titles[0], tuple(tasks_by_title))
+        raise InputError(f"{decision_file}: no demonstration is called {unknown_titles[0]!r}{hint}")
+    return list(annotation.annotate(tasks_by_title, benchmark.domain, titles_in_file))
 
 
 @app.command(name="differences")
