@@ -73,6 +73,7 @@ MEASURED = {
     "A “when” matches if its condition and its effect do.": PARTLY,
     "Prediction from a goal back to subgoals is a future direction.": REFUTED,
     "The footnote on binding strength has all operators of the definition.": PARTLY,
+    "The table of goals shows the accuracy of logic forms (a caption).": REFUTED,
     "The printed walk_towards, with a near object in its precondition, is the data set's.": REFUTED,
     "A planner finds a plan with the three printed operators of GPT-4o.": REFUTED,
     "o1-preview stands out among all models in planner success.": PARTLY,
