@@ -17,7 +17,7 @@ class EpisodeOutcome(str, Enum):
     """The results of an episode. The values are the texts in tables.
 
     `WON` and `GOAL_UNMET` are verdicts of the log's own grader, about the log's own world. `NOT_REPRODUCED`
-    means that the grader could not repeat the episode. `NOT_GRADED` means that there is no verdict.
+    means that the grader's replay did not reproduce the episode. `NOT_GRADED` means that there is no verdict.
     """
 
     WON = "won"

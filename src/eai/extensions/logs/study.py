@@ -97,10 +97,10 @@ def _describe_log(path: Path, episodes: Sequence[LoggedEpisode]) -> str:
 def _make_outcomes_table(groups: _Groups) -> Iterator[Row]:
     """Episodes by outcome.
 
-    won, goal unmet: verdicts of the log's own grader, in its own world; not reproduced: the grader could not
-    repeat the episode; nothing submitted: there was nothing to grade; not graded: no verdict. errors:
-    actions that the world rejected; proven: percentage of errors with a kind that the log proves. The kind
-    of all other errors is "cannot tell".
+    won, goal unmet: verdicts of the log's own grader, in its own world; not reproduced: the grader's replay
+    did not reproduce the episode; nothing submitted: there was nothing to grade; not graded: no verdict.
+    errors: actions that the world rejected; proven: percentage of errors with a kind that the log proves. The
+    kind of all other errors is "cannot tell".
     """
     for names, episodes in groups.items():
         outcomes = Counter(episode.outcome for episode in episodes)
