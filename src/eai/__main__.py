@@ -1,4 +1,4 @@
-"""The entry point: also while everything is still being imported an interrupt is no traceback."""
+"""The program's entry point. An interrupt gives one line instead of a traceback, even during imports."""
 
 from __future__ import annotations
 
@@ -22,13 +22,13 @@ def main() -> None:
     except KeyboardInterrupt:
         sys.stderr.write("eai: interrupted\n")
         sys.stderr.flush()
-        os._exit(130)  # a half imported library might end otherwise; there is nothing to clean up yet
+        os._exit(130)  # skip Python's cleanup, which may fail in a half-imported library
 
 
 def _prepare_uninterrupted_exit() -> None:
-    """Leave at once, with the exit status that was decided: all is done, and nothing is left to interrupt."""
+    """Ignore interrupts and shorten garbage collection while Python exits, so that the exit status stays."""
     signal.signal(signal.SIGINT, signal.SIG_IGN)
-    gc.freeze()  # or the collector goes through all that there is, a second after a run of models
+    gc.freeze()  # else the last garbage collection takes a second after a run of models
     eval("0")  # noqa: S307 - or Python ends by the signal, where an interrupt once hit what it evaluates so
 
 

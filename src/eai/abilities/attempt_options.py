@@ -12,7 +12,7 @@ from eai.base.files import to_file_name
 from eai.world.fault import Notice
 
 STUDY = "replanning"
-"""Name in records of the study of several attempts, and of actions that may slip (have no effect)."""
+"""Name of this study in records: several attempts at a task, and actions that slip (have no effect)."""
 
 _LABEL_POSITION = 30
 
@@ -97,7 +97,7 @@ class AttemptOptions:
 
     @property
     def experiment(self) -> Experiment:
-        """The experiment that has only these options."""
+        """The experiment (the settings of a run) that consists of only these options."""
         return Experiment({STUDY: StudySettings(self.label, asdict(self), _LABEL_POSITION)})
 
     @property

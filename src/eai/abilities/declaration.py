@@ -136,8 +136,8 @@ class ModelInteraction:
     """The exchange with a model: one question and one answer for each task. All functions in it are pure.
 
     If a model answers a task several times, its most frequent answer may count. Two answers are the same if
-    they differ only in prose around JSON, white space and the order of keys, unless the last three attributes
-    say otherwise.
+    they differ only in prose around JSON, white space and the order of keys, unless `keys_in_order`,
+    `lists_are_sets` or `plain_text_prefix` say otherwise.
 
     Attributes:
         scorers: takes a benchmark's world and returns a function that makes the scorer of a task.
@@ -237,10 +237,10 @@ class AbilityDeclaration(Generic[V]):
         return isinstance(self.interaction, MultiTurnInteraction)
 
     def read_episode_settings(self, answer: str) -> Experiment | None:
-        """Return the harness (the program around the model) and the rules of an episode.
+        """Return the experiment of an episode: the harness (the program around the model) and the game rules.
 
-        If answers are no episodes, return an empty experiment. If the episode is empty or unreadable, return
-        None, so that it fails under any rules.
+        If answers are no episodes, return an experiment without settings. If the episode is empty or
+        unreadable, return None, so that it fails under any rules.
         """
         return (
             self.interaction.read_episode_settings(answer)
@@ -285,7 +285,8 @@ def classify_answer_by_counts(counts: Confusion, *, all_parts_suffice: bool = Tr
 
     Args:
         counts: numbers of right, wrong and missed parts.
-        all_parts_suffice: whether an answer succeeds if it has all parts and no wrong part.
+        all_parts_suffice: whether an answer with all parts and no wrong part is a success. If False, these
+            numbers alone never make it a success.
     """
     if all_parts_suffice and not counts.false_positives and counts.false_negatives <= 0:
         return AnswerOutcome.SUCCESS
@@ -309,7 +310,7 @@ def make_score_columns(answer_parts: Sequence[str]) -> tuple[MetricColumn, ...]:
 
 SUCCESS, GRAMMAR, RUNTIME, SATISFIED = "Success", "Grammar errors", "Runtime errors", "Satisfied goals"
 PLANNER = "Planner"
-"""Heading of the table columns about the success of the planner that tests operators."""
+"""Heading of the table columns that say whether a planner finds plans with a model's operators."""
 
 OVERALL = "overall"
 """Prefix of the names of rates that count all categories of predicates."""
@@ -386,7 +387,7 @@ def declare_plan_ability(
 
 
 def count_faults(verdict: PlanVerdict, kind: FaultKind) -> int:
-    """Return the number of errors of a kind that an answer has in summaries.
+    """Return the number of errors of a kind that one answer adds to a summary of many answers.
 
     If the verdict has no `SummaryCounts`, this number is 1 if an error of the kind ended the plan, else 0.
     """
@@ -396,7 +397,7 @@ def count_faults(verdict: PlanVerdict, kind: FaultKind) -> int:
 
 
 def count_additional_steps(verdict: PlanVerdict) -> int:
-    """Return the number of additional (needless) steps with which an answer counts in summaries.
+    """Return the number of additional (needless) steps that one answer adds to a summary of many answers.
 
     All additional steps of an answer count once together, unless the verdict's `SummaryCounts` say otherwise.
     """

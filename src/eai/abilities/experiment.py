@@ -40,7 +40,7 @@ class StudySettings:
         options: the options of the study by name, as JSON.
         summary: values that the study reports on one answer, by name; empty if the settings describe a run.
         label_position: rank of the study in labels that name several studies; smaller numbers come first.
-            Files list the studies in this order instead of storing the number.
+            Files do not store this number, but list the studies in its order.
 
     Raises:
         InputError: the label cannot be the name of a folder.
@@ -123,7 +123,7 @@ class Experiment:
 
     @property
     def has_no_settings(self) -> bool:
-        """Whether only harness and effort are set. Such a run is ranked together with plain runs."""
+        """Whether study and rules are unset. Runs with only harness or effort are ranked as plain runs."""
         return not self.study and self.rules is None
 
     def combine(self, other: Experiment) -> Experiment:

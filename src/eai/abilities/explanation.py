@@ -182,8 +182,8 @@ def map_missed_goals_to_similar_facts(explanation: Explanation) -> Mapping[str, 
     """Return a mapping from missed goals to their near misses: facts that the answer reached instead.
 
     Goals and facts are texts. A near miss became true and stayed true. It is one of three kinds of facts:
-    another relation of the same objects in the same order; a state of the same object that ended the wanted
-    state; or the wanted relation of the first object to another object. A relation that holds in both
+    another relation of the same objects in the same order; a state that replaced the wanted state of the same
+    object; or the wanted relation of the first object to another object. A relation that holds in both
     directions is no near miss: it only means that two objects are close.
     """
     missed = [goal.goal for goal in explanation.goals if not goal.satisfied]
@@ -204,9 +204,10 @@ def map_missed_goals_to_similar_facts(explanation: Explanation) -> Mapping[str, 
 def _find_added_facts_with_ended_facts(
     steps: Iterable[StepReport],
 ) -> tuple[list[_FactWords], Mapping[_FactWords, frozenset[_FactWords]]]:
-    """Return a pair: the facts that became true and stayed true, and a mapping from facts to ended facts.
+    """Return the facts that became true and stayed true, and a mapping from added facts to ended facts.
 
-    A fact that holds in both directions at the end is left out of the first result.
+    The mapping has for each fact the facts that became false in a step that made it true. A relation that
+    holds in both directions at the end is left out of the first result.
     """
     made: dict[_FactWords, None] = {}
     ended: dict[_FactWords, frozenset[_FactWords]] = {}

@@ -133,7 +133,7 @@ class PlanRepairer:
         return self._make_repairer(()).prove_min_plan_length(SearchEffort(DEFAULT_EFFORT))
 
     def _make_repairer(self, steps: PlanSteps) -> Repairer:
-        """Return a repairer whose edits may use the objects of the task and objects in some steps."""
+        """Return a repairer whose edits may use the objects of the task and the objects in these steps."""
         named = [index for step in steps if step is not None for index in step.arguments]
         return _get_cached_repairer(self, tuple(dict.fromkeys([*self.task.relevant, *sorted(named)])))
 
@@ -163,7 +163,7 @@ class PlanRepairer:
                 if edit.removed is not None and steps[edit.removed] is None and action
                 else _KIND_RANKS[kind]
             )
-            if edit.removed in needless and edit.action is not None:  # deletion of the step is enough
+            if edit.removed in needless and edit.action is not None:  # deletion alone repairs the plan
                 cost = len(EDIT_KINDS)
             elsewhere = failing.isdisjoint(arguments)
             return (

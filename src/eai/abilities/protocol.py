@@ -76,7 +76,7 @@ class Protocol(_RegisteredName):
 
     `STRICT` follows the paper and corrects the defects of its reference package. Other protocols are
     registered by entry points of the group ``eai.protocols`` (`eai.benchmarks.protocols`). ``eai-1.0.5``
-    reproduces the verdicts of this package, release 1.0.5, with its defects.
+    reproduces the verdicts of the reference package, release 1.0.5, with its defects.
     """
 
     __slots__ = ()

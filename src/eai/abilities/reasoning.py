@@ -26,7 +26,7 @@ _OPENING = "|".join(
         rf"◁{_NAMES}▷",
         r"<unused94>(?:thought\b)?",
         r"<\|channel\|?>\s*(?:analysis|commentary|thought)\b(?:[^<\n]*<\|message\|>)?",
-        r"\Aanalysis(?=[A-Z])",  # the marked channel after a tokenizer removed the special tokens
+        r"\Aanalysis(?=[A-Z])",  # as in "analysisWe ...": a tokenizer removed the special tokens
     ]
 )
 _CLOSING = "|".join(
@@ -41,7 +41,7 @@ _CLOSING = "|".join(
     ]
 )
 _GLUED = "assistantfinal"
-"""Closing mark of the channel that begins with the word `analysis` without a space after this word."""
+"""Mark between reasoning and answer, if special tokens were removed: `analysis... assistantfinal...`."""
 _MARK = re.compile(rf"(?P<opening>{_OPENING})|(?P<closing>{_CLOSING})|(?P<glued>{_GLUED})")
 _HINT = re.compile(r"<[/|]?\|?[A-Za-z]|\[/?THINK|◁|\Aanalysis[A-Z]")
 

@@ -13,10 +13,10 @@ from dataclasses import dataclass
 from typing import Literal, TypeAlias
 
 EditKind: TypeAlias = Literal["insert", "delete", "object", "hand", "action", "step"]
-"""Kind of an edit: ``insert``, ``delete``, or for a replacement the replaced text.
+"""Kind of an edit: a step is inserted (``insert``), is deleted (``delete``), or one part of it is replaced.
 
-The replaced text is an object, the hand, the action, or the complete step. ``action`` keeps the last object
-of the step. ``step`` is also the kind of an edit that replaces a part of an answer without steps.
+The replaced part is an object (``object``), the hand that acts (``hand``), the action but not the last object
+(``action``), or the complete step (``step``). A replacement in an answer without steps has the kind ``step``.
 """
 
 EDIT_KINDS: tuple[EditKind, ...] = ("insert", "object", "hand", "action", "delete", "step")
@@ -122,7 +122,10 @@ def _describe_step_at_fault(repair: Repair) -> Iterator[str]:
 
 
 def find_blame_kind_and_step(edits: Sequence[Edit]) -> tuple[str, int | None]:
-    """Return the common property of single edits that are enough (`Repair.blame`), and the blamed step."""
+    """Return a property that all edits share (`Repair.blame`), and the blamed step.
+
+    Each of the edits alone repairs the answer.
+    """
     steps = [edit.step for edit in edits if edit.step is not None]
     if len(set(steps)) == 1:
         return "step", steps[0]

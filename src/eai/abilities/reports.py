@@ -131,7 +131,7 @@ def _report_executed(
 
 
 def _describe_failed_effects(domain: Domain, action: Action, before: State, after: State) -> str:
-    """Return a text on effects that an action tried and did not reach; empty if its effects are fixed."""
+    """Return a text on an operator's alternative effects that failed, and why; empty if no effect failed."""
     operator = domain.compiled_operators[action.operator]
     if not operator.alternatives:
         return ""

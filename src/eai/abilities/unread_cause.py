@@ -212,7 +212,8 @@ def add_cause_of_unreadability(assessment: Assessment, cause: _CauseOfUnreadabil
 def mark_as_cut_off(verdict: V, explanation: Explanation | None) -> tuple[V, Explanation | None]:
     """Return a verdict and its explanation, changed because a length limit cut the answer off.
 
-    Only for an unreadable answer with the cause ``prose`` or no cause, the cause becomes ``cut_off``.
+    If the answer is unreadable with the cause ``prose`` or without a cause, its cause becomes ``cut_off``.
+    Else nothing changes.
     """
     error = verdict.error
     if error is None or error.kind is not FaultKind.PARSING or error.check not in (None, "prose"):

@@ -143,12 +143,12 @@ def compute_condition_gain(conditions_met: Share, conditions_met_at_start: Share
     """Return the gain in met conditions, as a share of the possible gain from 0 to 1.
 
     An option is a list of conditions that satisfies all goals. All its conditions can be met although a goal
-    is missed: for example, if the goal is exactly two cups on the table and there are three. In this case,
-    and if all conditions hold at the start, the gain in goals is returned.
+    is missed: for example, if the goal is exactly two cups on the table and there are three. Then the gain in
+    goals is returned. It is also returned if all conditions hold at the start.
 
     Args:
-        conditions_met: numbers of the met and of all conditions in the option that is met best at the end. No
-            condition is met if nothing was executed.
+        conditions_met: two numbers at the end, for the option with the largest share of met conditions: its
+            met conditions, and all its conditions. No condition is met if nothing was executed.
         conditions_met_at_start: these two numbers in the initial state.
         goal_gain: gain in goals.
     """
@@ -259,7 +259,7 @@ class Verdict:
         raise NotImplementedError(f"{type(self).__name__} defines no credit, so no reward can be computed")
 
     def is_step_an_action(self, step: int) -> bool:
-        """Whether the explanation's step with a number, from 0, is an action that was tried."""
+        """Whether a step of the explanation, counted from 0, is an action that was tried."""
         return True
 
     @property

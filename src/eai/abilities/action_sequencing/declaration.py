@@ -28,8 +28,8 @@ if TYPE_CHECKING:
 def compute_share_by_metric(verdict: PlanVerdict) -> dict[str, Share]:
     """Return a mapping from metrics to the share that one plan adds to each metric.
 
-    If the verdict has `SummaryCounts`, which count as a published script does, the shares come from these
-    counts.
+    If the verdict has separate counts for summaries (`SummaryCounts`), the shares of success, errors and
+    goals come from these counts.
     """
     counted = verdict.counted
     return {
@@ -55,10 +55,10 @@ def _make_scorer_factory(world: BenchmarkParts) -> Callable[[Task], Scorer]:
 def _get_object_words_and_schema_maker(
     world: BenchmarkParts, task: Task | None
 ) -> tuple[Sequence[str], SchemaMaker]:
-    """Return the words for objects in answers, and a function that makes the answer's JSON schema from them.
+    """Return the words for objects in answers, and a function that makes an answer's JSON schema from them.
 
-    There are no words without a task. A task that answers may decline has no schema: the function returns
-    None.
+    If `task` is None, there are no words. If answers may decline the task, they have no schema: the function
+    returns None.
     """
     if task is not None and task.may_be_declined:
         return world.notation.plans.list_words_for_objects(task), lambda words: None

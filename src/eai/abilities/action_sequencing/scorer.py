@@ -76,7 +76,10 @@ class ActionSequencing(PlanScorer):
 
     @property
     def _uses_default_execution_and_goal_test(self) -> bool:
-        """Whether standard rules execute plans and test goals, as the search for repairs assumes."""
+        """Whether the domain's operators execute plans, and `GoalTest` tests goals.
+
+        The search for the smallest repair of a plan assumes both.
+        """
         if self.domain.begin is not make_declared_simulator:
             return False
         return type(self) is ActionSequencing and type(self.goals) is GoalTest
@@ -259,7 +262,8 @@ class ActionSequencing(PlanScorer):
     ) -> PlanVerdict:
         """Return the verdict on a plan. `reached` says for each goal whether the plan reaches it.
 
-        `partial` is None if the plan was not executed.
+        `partial` is the share of the goals' conditions that the plan meets; None if the plan was not
+        executed.
         """
         return PlanVerdict(
             executable=error is None and refused is None,
@@ -299,7 +303,7 @@ class ActionSequencing(PlanScorer):
         return execution.trajectory.final_state
 
     def _test_goals_of_rejected_answer(self, execute: PlanExecutor) -> tuple[bool, ...]:
-        """Return for each goal, in order, whether an answer that cannot be executed reaches it."""
+        """Return False for each goal, because the answer is not executed. Subclasses may differ."""
         return self.goals.none_reached
 
     def _succeeds(self, error: ErrorReport | None, reached: tuple[bool, ...]) -> bool:

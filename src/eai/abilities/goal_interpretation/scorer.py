@@ -80,16 +80,20 @@ class _GoldGoals:
         ]
 
     def choose_best_met_alternatives(self, stated: _ConditionMask) -> list[_ConditionMask]:
-        """Return for each goal its option with most stated conditions; 0 for a goal without options."""
+        """Return for each goal a bit mask of its option with most conditions in the answer.
+
+        An option is a set of conditions that meets the goal. ``stated`` is the bit mask of the conditions
+        that the answer states. The mask of a goal without options is 0.
+        """
         options = [best(stated) for best in self.best]
         return [0 if option is None else option.conditions for option in options]
 
     def get_conditions(self, conditions: _ConditionMask) -> tuple[WrittenGoal, ...]:
-        """Return the conditions of a mask as goals of an answer."""
+        """Return the conditions in a bit mask, in the form of an answer's goals."""
         return tuple([self.stated[number] for number in iterate_bits(conditions)])
 
     def get_condition_texts(self, conditions: _ConditionMask) -> tuple[str, ...]:
-        """Return the conditions of a mask as texts."""
+        """Return the conditions in a bit mask as texts."""
         return tuple([self._texts[number] for number in iterate_bits(conditions)])
 
     def _get_condition_number(self, literal: Literal) -> int:
@@ -182,9 +186,9 @@ class GoalInterpretation(Scorer):
             yield f"left out as hallucination: {goal}, there is no {name}"
 
     def report_goals(self, goals: WrittenGoals) -> tuple[GoalReport, ...]:
-        """Return a report on each goal of the task, which says whether the answer states the goal.
+        """Return for each goal of the task a report that says whether the answer states the goal.
 
-        If the answer states a goal once, this counts for only one condition.
+        Each goal in the answer counts for only one condition of the task's goals.
         """
         left = self._group_goals_by_validity(goals).known
         options = self._choose_best_met_alternatives(left)

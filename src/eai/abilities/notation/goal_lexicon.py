@@ -124,7 +124,7 @@ def _get_object_names(arguments: tuple[Term, ...]) -> tuple[str, ...]:
 def write_goals(task: Task, domain: Domain, notation: GoalNotation) -> tuple[str, ...]:
     """Return the goals of a right answer as texts.
 
-    For each goal about the final state, they state its first option.
+    If several sets of conditions (options) reach a goal, the texts state the first option.
     """
     task = task.without_goals_over_time
     lexicon = GoalLexicon(task, domain, notation)
@@ -174,9 +174,9 @@ def read_stated_goals(text: str, task: Task, domain: Domain, notation: GoalNotat
 class _AnswerInterpreter:
     """Translates the words of an answer into formulas about the scene of a task.
 
-    If several objects have the same name, the name means the last such object, as in plans without object
-    numbers. If an answer repeats a goal, each repetition means the object before, as in the counts of goal
-    interpretation.
+    If several objects have the same name, the name means the object that is listed last, as in plans without
+    object numbers. If an answer repeats a goal, the second statement of it means the object listed before,
+    and so on, as in the counts of goal interpretation.
     """
 
     def __init__(self, task: Task, domain: Domain, notation: GoalNotation) -> None:

@@ -143,9 +143,9 @@ class GoalSections(NamedTuple):
     """The sections of an answer's JSON object. Each section lists goals of one kind.
 
     Attributes:
-        members: key and entries of each section, in order. A key that resembles a key in `SECTIONS` has its
-            spelling.
-        repairs: ``section_name`` if the answer spells a key differently.
+        members: key and entries of each section, in order. A key that resembles a key in `SECTIONS` is
+            replaced by this key.
+        repairs: ``section_name`` if a key was replaced.
     """
 
     members: tuple[tuple[str, object], ...]

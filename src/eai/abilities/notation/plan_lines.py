@@ -99,7 +99,7 @@ def _read_action_lines(text: str, actions: Collection[str]) -> WrittenPlan | Unr
     steps = [text[span.start : span.end] for span in plan.spans if span.kind is SpanKind.READ]
     are_steps = any("(" in step for step in steps) or any(step.action in actions for step in plan.steps)
     if "prose" in plan.repairs and not are_steps and "numbered" not in plan.repairs:
-        return None  # the lines are short sentences in prose, such as "wash hands"
+        return None  # no plan, but short sentences such as "wash hands"
     if "numbered" in plan.repairs:
         prose = [plain[span.start : span.end] for span in plan.spans if span.kind is SpanKind.PROSE]
         if any(map(_LABEL.match, prose)):

@@ -306,9 +306,11 @@ class ProgramCompiler:
     def _make_planner_for_reached_subgoal(
         self, disjuncts: tuple[tuple[GroundAtom, ...], ...]
     ) -> SubgoalPlanner:
-        """Return a planner for a subgoal that holds already. Its actions fail as additional (needless) steps.
+        """Return a planner for a subgoal that holds already.
 
-        If several alternatives hold, the alternative with the fewest such actions counts.
+        It returns actions that make the subgoal true. They fail as additional (needless) steps, and so report
+        that the subgoal is needless. If several alternatives of the subgoal hold, the planner takes the
+        alternative with the fewest such actions.
         """
         effort = sum(map(len, disjuncts)) // _LITERALS_PER_ACTION
 
@@ -436,8 +438,9 @@ class _ProgramBuilder:
     ) -> int:
         """Add instructions for a condition on one state: make an alternative true, then test the condition.
 
-        If the condition holds already, nothing is done. If the condition is the complete subgoal
-        (``is_whole_subgoal``), the subgoal is then an additional (needless) step.
+        A condition has one or several alternatives. If the condition holds already, the instructions do
+        nothing. But if it is the complete subgoal (``is_whole_subgoal``), the subgoal then fails as an
+        additional (needless) step.
         """
         observed = self._drop_literals_unknown_to_domain(formula)
         self._extent.count_literals_of_disjuncts(observed)

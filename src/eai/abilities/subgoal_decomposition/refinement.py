@@ -52,9 +52,9 @@ class _SubgoalSearchInput(NamedTuple):
         touched: mapping from names of operators to the parts that each can change, as a bit mask.
         named: the objects in the subgoal.
         objects: the objects that actions may use.
-        candidates: mapping from actions to candidates, as a cache of the search.
-        wider: returns further actions that may reach the subgoal by means of other objects; None if the
-            subgoal is an action itself.
+        candidates: cache of the search: mapping from actions to their `CandidateAction`.
+        wider: returns the actions that may reach the subgoal if they may use all objects, also objects
+            outside the subgoal; None if the subgoal is an action itself.
     """
 
     state: State
@@ -159,9 +159,10 @@ class SubgoalRefiner:
     def find_actions_for_true_literals(
         self, literals: Sequence[GroundAtom], state: State
     ) -> ActionSequence | None:
-        """Return actions for literals that hold already. These actions fail as additional (needless) steps.
+        """Return needless actions: they would make the literals true, but the literals hold already.
 
-        The result has the first such action for each literal. It is None if a literal does not hold.
+        Each action fails as an additional (needless) step. The result has the first such action for each
+        literal. It is None if a literal does not hold.
         """
         if not all(self._repertoire.make_literal_test(literal, state.scene)(state) for literal in literals):
             return None
@@ -199,9 +200,10 @@ class SubgoalRefiner:
         """Yield growing sets of actions that a search may use.
 
         Actions of the first set use only the objects in the subgoal. Actions of the second set may also
-        release any object. Actions of the third set may also go to any object, and may use any object that
-        the literal leaves open. If the domain has movement but the subgoal does not depend on the position,
-        only tools are added. Without movement, as in most PDDL domains, all fitting objects are added.
+        release any object. Actions of the third set may also go to any object, and use any object for
+        parameters that the subgoal does not determine. If the domain has movement but the subgoal does not
+        depend on the position, only actions with tools are added. In domains without movement, as most PDDL
+        domains, actions with all objects that fixed checks allow are added.
         """
         helping, movement = self._repertoire.find_enabling_hand_and_movement_operators(
             _get_operator_names(search_input.wanted)
@@ -247,9 +249,10 @@ class SubgoalRefiner:
     def _list_actions_of_role(
         self, operators: Iterable[Operator], role: OperatorRole, objects: Sequence[int]
     ) -> dict[Action, int]:
-        """Return a mapping from the actions of a role on different objects to 0.
+        """Return a mapping from actions of a role, with different objects as arguments, to 0.
 
-        The value is the mask of the literals that an action may achieve. These actions only prepare others.
+        The value is a bit mask of the literals that an action achieves. These actions only prepare other
+        actions.
         """
         return {
             Action(o.name, arguments): 0

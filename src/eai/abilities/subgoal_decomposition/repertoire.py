@@ -53,7 +53,7 @@ Objects of the literal have numbers from 1 on.
 """
 
 _MAX_FITTING_ACTIONS = 10_000
-"""Maximum number of actions of one operator for a literal that leaves some of the actions' objects open."""
+"""Maximum number of actions of one operator for a literal that does not determine all their arguments."""
 
 
 MAX_LISTED = 100_000
@@ -78,15 +78,15 @@ class _OperatorInfo(NamedTuple):
     Attributes:
         operator: the compiled operator.
         role: the operator's role in a search.
-        movable: for each check whether movement can change its truth value; the last item is about the
-            effects that the operator only tries.
+        movable: for each check whether movement can change its truth value; the last item is about the checks
+            of the operator's alternatives (`OperatorAlternative`).
         fixable: for each check whether movement can make the check true and so the action possible. False for
-            checks that fail because the action is not needed, and for tried effects.
+            checks that fail because the action is not needed, and for the alternatives.
         fixed_checks_hold: tests in a state whether all `FIXED` checks hold.
         common_checks_hold: tests in a state whether all `COMMON` checks hold.
         rest_checks_hold: tests in a state whether all `REST` checks hold.
         unmovable_checks_hold: tests in a state whether those `REST` checks hold that movement cannot make
-            true, without tried effects.
+            true. Checks of alternatives are not tested.
     """
 
     operator: CompiledOperator
@@ -116,11 +116,11 @@ class OperatorIndex:
     Attributes:
         operators: mapping from names to operators.
         movement: the operators that move the agent, without duplicates.
-        with_tools: names of operators that use a tool, which is an argument in no effect. They do not move
-            the agent.
+        with_tools: names of operators that use a tool: an object that their effects do not mention. They do
+            not move the agent.
         find_operators_that_change: returns the operators that change a predicate (cached).
-        find_enabling_hand_and_movement_operators: returns the operators that can make other operators
-            possible, given the latters' names (cached).
+        find_enabling_hand_and_movement_operators: takes names of operators, and returns the operators that
+            can make these operators possible (cached).
     """
 
     def __init__(self, domain: Domain) -> None:
@@ -204,18 +204,18 @@ class OperatorIndex:
         other_objects: Sequence[int] = (),
         possible_in: State | None = None,
     ) -> dict[Action, LiteralBits]:
-        """Return a mapping from actions that may make literals true to the literals that each may make true.
+        """Return a mapping from actions to bit masks of the literals that the action may make true.
 
-        The literals are a bit mask. The arguments of an action are different objects of a literal, or other
-        objects if the literal leaves them open. Only movement may change the position, the direction and the
+        The arguments of an action are different objects of a literal, or also other objects for parameters
+        that the literal does not determine. Only movement may change the position, the direction and the
         posture of the agent.
 
         Args:
             literals: the literals.
             scene: the scene.
-            other_objects: objects that open arguments may also have.
-            possible_in: a state or None. If it is a state, the result has no actions that a fixed check
-                forbids, and an action may have the same object twice.
+            other_objects: the other objects.
+            possible_in: a state or None. If it is a state, the result has only actions whose `FIXED` checks
+                hold in it, and an action may have the same object twice.
         """
         wanted: dict[Action, int] = {}
         for i, literal in enumerate(literals):
@@ -382,9 +382,9 @@ def list_objects(arguments: Iterable[Sequence[int]], scene: Scene) -> tuple[int,
 
 
 def _match_effect(effect: EffectSchema, change: FactChange) -> dict[str, int] | None:
-    """Return a mapping from parameters of an operator to objects with which an effect makes a change.
+    """Return a mapping from an operator's parameters to the objects with which its effect makes a change.
 
-    Return None if the effect cannot make the change.
+    The change is that a fact becomes true, or false. Return None if the effect cannot make this change.
     """
     if effect.atom.predicate != change.predicate or effect.adds is not change.truth:
         return None
@@ -439,7 +439,12 @@ class CandidateAction(NamedTuple):
         return cls(action, info, info.operator.bind(state, action.arguments), {}, {})
 
     def with_literal_masks(self, achieved: LiteralBits, changeable: LiteralBits) -> CandidateAction:
-        """Return this candidate with two bit masks: the literals that it may make true, and can change."""
+        """Return this candidate with two bit masks of literals.
+
+        Args:
+            achieved: the literals that the action may make true.
+            changeable: the literals whose truth value the action can change.
+        """
         return CandidateAction(
             self.action, self.info, self.binding, self.possible, self.results, achieved, changeable
         )
@@ -464,14 +469,14 @@ class CandidateAction(NamedTuple):
         return self.info.fixed_checks_hold(state, self.binding)
 
     def is_possible_if_fixed_checks_hold(self, state: State) -> bool:
-        """Whether all checks of the action hold in a state in which the fixed and the common checks hold."""
+        """Whether all checks of the action hold in a state; its `FIXED` and `COMMON` checks must hold."""
         is_possible = self.possible.get(state)
         if is_possible is None:
             is_possible = self.possible[state] = self.info.rest_checks_hold(state, self.binding)
         return is_possible
 
     def can_agent_movement_enable(self, state: State) -> bool:
-        """Whether movement can make all failing checks true, if no fixed or common check fails."""
+        """Whether movement can make all failing checks true; the `FIXED` and `COMMON` checks must hold."""
         if not self.info.unmovable_checks_hold(state, self.binding):
             return False
         return not self.info.operator.alternatives or all(
@@ -488,7 +493,7 @@ class CandidateAction(NamedTuple):
     def find_failing_checks(self, state: State) -> list[int]:
         """Return the numbers of the failing checks.
 
-        The number after the last check stands for the effects that the action only tries.
+        The number after the last check means that all attempted alternatives of the operator fail.
         """
         checks = self.info.operator.checks
         numbers = [i for i, check in enumerate(checks) if not check.holds(state, self.binding)]

@@ -220,7 +220,7 @@ class SubgoalDecomposition(Scorer):
         return self.goals.find_reached_goals(branch.state, list_executed_actions(branch), trajectory)
 
     def _test_goals_of_rejected_answer(self) -> tuple[bool, ...]:
-        """Return for each goal, in order, whether an answer that is not executed reaches it."""
+        """Return False for each goal, because the answer is not executed. Subclasses may differ."""
         return self.goals.none_reached
 
     def _explain(self, compiled: CompiledAnswer, outcome: ExplorationResult) -> Explanation:

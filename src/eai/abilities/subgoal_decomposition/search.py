@@ -66,9 +66,9 @@ class _GoalPart:
         return self._test(action.operator)(state, action.arguments)
 
     def _compile_test_at_action(self, action_name: str | None) -> StateTest:
-        """Return a test of the part at positions with a given action.
+        """Return a test of the formula in states in which the agent takes an action of this name.
 
-        None stands for all actions that do not occur in the part.
+        None stands for no action, and for all actions that do not occur in the formula.
         """
         formula = self._formula
         at_action = (
@@ -80,9 +80,10 @@ class _GoalPart:
 
 
 def _evaluate_action_leaf(leaf: f.Leaf, taken_action: str | None) -> f.Formula:
-    """Return the formula that replaces a part of a goal at positions with a given action.
+    """Return an atomic formula, simplified for states in which the agent takes a given action.
 
-    A test for this action becomes a test of the action's objects. A test for another action becomes false.
+    A formula that demands this action becomes a test of the action's objects. A formula that demands another
+    action becomes false. All other formulas stay.
     """
     if not isinstance(leaf, f.Occurs):
         return leaf
@@ -367,9 +368,9 @@ class _Exploration:
     def _merge_and_limit_branches(
         self, waiting: list[ExecutionBranch], instruction: Instruction
     ) -> list[ExecutionBranch]:
-        """Return the branches that continue at an instruction, after those with the same future are merged.
+        """Return the branches that continue at an instruction, after branches with equal futures are merged.
 
-        Tests and the end of the answer do not limit the number of branches.
+        Their number is limited only before instructions that can make new branches.
         """
         subgoal = _NO_SUBGOAL if instruction is None else instruction.subgoal
         branches = _drop_needless_branches(

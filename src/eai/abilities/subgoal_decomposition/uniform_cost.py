@@ -132,7 +132,7 @@ class _MovementFinder:
         """Yield all movement paths from a state, the shortest first. Paths are explored lazily."""
         if state not in self._ways:
             (self._ways[state],) = tee(self._explore_paths(state), 1)
-        return copy(self._ways[state])  # every copy first yields explored paths, then explores further paths
+        return copy(self._ways[state])  # each copy starts at the first path; explored paths are stored
 
     def _explore_paths(self, start: State) -> Iterator[MovementPath]:
         moves = [candidate for candidate in self._moves if candidate.fixed_checks_hold(start)]
@@ -320,9 +320,9 @@ def _find_best_failed_attempt(searches: Sequence[_UniformCostSearch]) -> Subgoal
 
     The plan ends with a failing action: the action that would meet most parts of the goal. If several actions
     would meet equally many, the action with the fewest failing checks counts, then the action with the
-    shortest plan. An action that would make the failing checks true may replace it. If no action fails but
-    the plan is too long, no plan is returned. If all parts can be reached, but not together, the plan is the
-    shortest that meets most parts.
+    shortest plan. If actions that would make failing checks true fail too, the first of them may be reported
+    instead. If no action fails but the plan is too long, no plan is returned. If all parts can be reached,
+    but not together, the plan is the shortest that meets most parts.
     """
     failing = [_FailedSearch(search) for search in searches]
     most_met = max([failed_search.most_met for failed_search in failing])
@@ -392,7 +392,7 @@ class _FailedSearch:
         if best is not None:
             return rank, self._choose_attempt_to_report(best)
         first = self._nodes[0]
-        # report an action that another action must precede, or whose only failure is its tried effects
+        # report an action that another action must precede, or an action whose alternatives alone fail
         for candidate in self._permitted.achievers:
             attempt = self._try_action(first, candidate)
             reported = self._choose_attempt_to_report(attempt)
@@ -447,11 +447,11 @@ class _FailedSearch:
         return best
 
     def _choose_attempt_to_report(self, failed_attempt: _TriedAction) -> _TriedAction | None:
-        """Return the attempt to report in place of a failed attempt, or None to report none.
+        """Return the attempt to report for a failed attempt: this attempt, another attempt, or None.
 
-        If all actions that would make failing checks of the attempt true fail, the first such action is
-        reported instead. The result is None if the attempt is only too long, or if such an action is possible
-        and undoes nothing.
+        Helping actions would make failing checks of the attempt true. If all helping actions fail, the first
+        is reported instead. The result is None if a helping action is possible and undoes no met part of the
+        goal, or if no check fails and only the plan is too long.
         """
         node, candidate, _, state, failing = failed_attempt
         if not failing:

@@ -61,6 +61,6 @@ class SubgoalVerdict(PlanVerdict):
         return None if earned is None else replace(earned, added_actions=self.added_actions or 0)
 
     def to_verdict_on_missing_answer(self) -> Self:
-        """Return this verdict as one on a missing answer, without a category."""
+        """Return this verdict changed for a missing answer: no goal is reached, and `category` is None."""
         unanswered = PlanVerdict.to_verdict_on_missing_answer(self)
         return unanswered if self.excluded is not None else replace(unanswered, category=None)

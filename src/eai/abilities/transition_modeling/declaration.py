@@ -92,7 +92,8 @@ _PLANNED = (*(f"{name}.planner_success" for name in CATEGORIES), _PLANNER_SUCCES
 def list_unmeasured_metrics(verdict: OperatorVerdict) -> Sequence[str]:
     """Return the metrics about planning if the run used no planner, else no metrics.
 
-    Without a planner, answers that are unsolvable even without planning do not count in these metrics either.
+    Without a planner, these metrics also omit answers that need no planner, such as answers without
+    operators.
     """
     return _PLANNED if verdict.planner is PlannerOutcome.NOT_RUN else ()
 

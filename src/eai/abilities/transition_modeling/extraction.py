@@ -41,7 +41,7 @@ MAX_CACHED_CHARACTERS = 8_000_000
 A read operator takes about 25 bytes per character.
 
 Nine models write about 1,800 different operators for a benchmark. Their texts have less than a million
-characters, and 1.5 million characters as input of the planner.
+characters; the inputs that the planner gets for them have 1.5 million.
 """
 
 
