@@ -331,7 +331,7 @@ class _GreedyAgent(_Explorer):
     """Agent `eai/greedy`, which takes the action with the lowest estimated distance to the goals.
 
     The planner's heuristic makes the estimate. The agent explores as the explorer does. It is not a null
-    agent, because it knows the goals: planning one step ahead wins most public tasks.
+    agent, because it knows the goals. It plans only one step ahead, but solves most public tasks.
     """
 
     def __init__(self, game: Game, seed: int = 0) -> None:

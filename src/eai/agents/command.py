@@ -1,4 +1,4 @@
-"""Read and write commands: actions as lines of an agent, or in the notation of the benchmark's answers."""
+"""Read and write the commands of agents: actions as lines of text, or in the benchmark's plan notation."""
 
 from __future__ import annotations
 

@@ -289,7 +289,7 @@ class Game:
     def _make_result(
         self, outcome: _CommandOutcome, repairs: tuple[str, ...], *, done: bool = False
     ) -> _StepResult:
-        """Update the end of the game after a command. Return the observation and reward of the turn."""
+        """Record after a command whether and how the game ended. Return the turn's observation and reward."""
         self.outcome = outcome
         complete, limit = all(self.reached), self.stage.action_limit
         if self.refused is not None:

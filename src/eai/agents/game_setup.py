@@ -122,7 +122,7 @@ class GameSetup:
         return PlanRepairer(self.task, self.domain, self.benchmark.notation.plans)
 
     def make_setup_without_limits(self) -> GameSetup:
-        """Return a setup with an equal view, but without slips and limits, whose games end by `DONE`."""
+        """Return a copy of this setup without slips of actions and limits, whose games end by `DONE`."""
         stage = copy(self)
         stage.rules = self.rules.model_copy(
             update={"slip": 0.0, "max_steps": None, "budget": None, "until": "done"}

@@ -129,7 +129,7 @@ def make_prompts_and_metadata(
 def read_commands(task: Task, benchmark: Benchmark, answer: str) -> list[str]:
     """Return the commands in an answer, which is an episode, a plan or lines of commands.
 
-    `DONE` follows the commands of a plan or of lines.
+    If the answer is a plan or lines, this function adds the command `DONE` at the end.
     """
     if '"turns"' in answer:
         episode = read_episode(answer)

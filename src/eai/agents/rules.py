@@ -78,7 +78,7 @@ class GameRules(Options):
 
     @property
     def rules_for_replay(self) -> GameRules:
-        """The rules for a replay: equal rules without rewards and lists of possible actions."""
+        """Rules for replays: these rules without shaped rewards and without lists of possible actions."""
         unpaid = {"reward": Shaping.SUCCESS, "gamma": 1.0, "admissible": False}
         return self.model_copy(update=unpaid)
 

@@ -155,7 +155,7 @@ def make_http_app(
         all_share_first_episode: whether all callers act in the first world, without a ticket.
     """
     hosts = [text for name in host_names for text in (name, f"{name}:*")]
-    issuer = AnyHttpUrl("http://localhost")  # not a real address, since no server issues tickets
+    issuer = AnyHttpUrl("http://localhost")  # required, but not used: no server issues tickets
     return make_mcp_server(
         episodes, domain, all_share_first_episode=all_share_first_episode
     ).streamable_http_app(

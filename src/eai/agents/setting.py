@@ -21,7 +21,11 @@ AGENT = "agent"
 
 
 REACT, TEXT, AUTO = "react", "text", "auto"
-"""Names of harnesses: tool calls in Inspect's ``react``, lines of text, or lines if a reply has no call."""
+"""Names of harnesses, by the form of a model's actions.
+
+`REACT`: tool calls in the agent ``react`` of Inspect. `TEXT`: lines of text. `AUTO`: tool calls, but lines of
+text after the first reply without a tool call.
+"""
 
 HARNESSES = (REACT, TEXT, AUTO)
 

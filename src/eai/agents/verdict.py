@@ -77,7 +77,7 @@ class ActingVerdict(PlanVerdict):
     mean: Mapping[str, Share] | None = None
 
     compute_reward_basis = Verdict.compute_reward_basis
-    """None: an episode earns rewards only while it is played, because its text could choose easy rules."""
+    """Raises NotImplementedError: a finished episode earns no reward, because its text chooses its rules."""
 
     @property
     def is_unreplayable(self) -> bool:

@@ -233,7 +233,7 @@ def make_file_lock(file: Path) -> tuple[Path, BaseFileLock]:
 def _supports_file_locks(folder: Path) -> bool:
     try:
         import fcntl
-    except ImportError:  # `fcntl` is missing only on Windows, which can lock files
+    except ImportError:  # only Windows lacks `fcntl`; it locks files by other means
         return True
     with tempfile.TemporaryFile(dir=folder) as probe:
         try:

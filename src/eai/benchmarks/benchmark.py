@@ -76,7 +76,7 @@ OwnFigures: TypeAlias = Callable[[Source], Mapping[str, tuple[int, str]]]
 """Returns a mapping from labels to figures of a data set. A figure is a number and a note on its meaning."""
 
 OpenWorld: TypeAlias = Callable[[Source], "DomainAndProblemReader"]
-"""Opens the names of objects and predicates that may occur in problem files of a data set."""
+"""Returns the names that problem files of a data set may use, and a function that reads such a file."""
 
 
 @dataclass(frozen=True, eq=False, slots=True)
@@ -221,7 +221,7 @@ class Benchmark:
         return TaskSet(declared, declared.__getitem__, tasks.sha256)
 
     def collect_parts(self, source: Source) -> BenchmarkParts:
-        """Return the domain, the notation and the source's planner as one value, which abilities use."""
+        """Return the domain, the notation and the planner chosen in `source` as one value for abilities."""
 
         def planner() -> PddlPlanner | None:
             from eai.pddl.planners import make_planner

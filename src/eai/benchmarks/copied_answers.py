@@ -62,7 +62,7 @@ def write_goals_as_one_subgoal(task: Task, notation: SubgoalNotation) -> f.Formu
     """Return all goals of a task as one subgoal: first its action goals in order, then its final conditions.
 
     Quantifiers are expanded, because not every notation has them. A goal about pairs of objects becomes a
-    goal about the first pairs. Goals over time are left out.
+    goal about the first pairs in scene order, as many as it demands. Goals over time are left out.
     """
     lexicon = notation.make_formula_lexicon(task.scene)
     arities = notation.domain.operator_arities

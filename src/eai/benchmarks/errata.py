@@ -36,7 +36,7 @@ _FILE = "errata.toml"
 
 
 def replace_listed_by_scored_operators(task: TransitionTask, question: str) -> str:
-    """Return a copy of a question that asks for the scored operators instead of the listed operators."""
+    """Return a copy of a question that asks for the task's operators instead of the operators in its text."""
     before, mark, rest = question.rpartition(_HEADS_START)
     _, end, behind = rest.partition(_HEADS_END)
     return "".join(

@@ -1,4 +1,7 @@
-"""Make the example task in prompts of own domains, so that no prompt shows a plan of an evaluated task."""
+"""Make the example task for prompts of domains without a data set.
+
+An evaluated task is never the example, so no prompt shows its plan.
+"""
 
 from __future__ import annotations
 

@@ -260,8 +260,8 @@ class PromptLibrary:
 def _make_benchmark_of_examples(benchmark: Benchmark, wording: SuiteWording, source: Source) -> Benchmark:
     """Return the benchmark from which prompts take examples.
 
-    In an own domain, its only task is made for this purpose, because no prompt may show the answer to an
-    evaluated task.
+    If the prompts of the benchmark have no words of a data set, the result has only one task, which is made
+    as an example: no prompt may show the answer to an evaluated task.
     """
     if not benchmark.is_worded_by_declaration:
         return benchmark

@@ -199,9 +199,9 @@ def _make_single_ability_benchmark(ability: Ability, name: str, tasks: TaskSet[A
 def _open_task_files(path: Path) -> Benchmark:
     """Return the benchmark of task files. The tasks are new; the domain comes from another benchmark.
 
-    A task counts for goal interpretation and subgoal decomposition only if its right answer consists of
-    goals. It does not count if the right answer may be a question, or that no plan exists. Prompts and gold
-    operators follow from the domain.
+    Goal interpretation and subgoal decomposition leave out tasks whose prompts give only an ambiguous
+    instruction. Subgoal decomposition also leaves out tasks that have no plan. Prompts and gold operators
+    follow from the domain.
     """
     from eai.tasks.task_files import open_task_files
 

@@ -1,8 +1,8 @@
 """Read activities of BEHAVIOR from BDDL files, and write some of their goals as planning problems.
 
-The initial state of an activity has the facts of its problem file. It also has facts that hold for most such
-objects of the data set: abilities, sizes, furniture that stands on the floor of its room, open cartons. If
-the data set has a problem of the same name, that problem's objects are used.
+The initial state of an activity has the facts of its problem file. It also has facts that hold for most
+objects of the same category in the data set: abilities, sizes, furniture that stands on the floor of its
+room, open cartons. If the data set has a problem of the same name, that problem's objects are used.
 
 A planning problem has some goals of one activity. It has the objects in the goals, objects of categories
 that help to reach them, and objects that initial facts relate to those objects. PDDL names have underscores

@@ -1,6 +1,6 @@
 """Load facts about BEHAVIOR's scenes that no published file states.
 
-A packaged table gives reasons for them.
+The table ``evidence.toml`` of this package lists the facts, with the reasons to believe them.
 """
 
 from __future__ import annotations
@@ -55,8 +55,8 @@ class FactsMissingInDataSet:
         added: relations that a problem file lacks, by task.
         removed: wrong relations of a problem file by task. Each is a pair: the predicate and the first
             object.
-        listed_relations_only: tasks whose published verdicts on subgoals result from the problem file's
-            relations without any additional relations.
+        listed_relations_only: tasks whose published verdicts on subgoals were made with exactly the relations
+            of the problem file, without `added` and `removed`.
         volumes: estimated volumes of objects.
         sha256: digest of the table, recorded with every result made from it.
     """

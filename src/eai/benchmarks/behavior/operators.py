@@ -1,8 +1,8 @@
 """The actions of BEHAVIOR, each with its ordered checks and its effects.
 
-The operators describe the simulator as the paper means it. The order of checks is that of the paper's
-package, whose defects are listed in `eai.extensions.reference.behavior_quirks`. The source is its module
-``evolving_graph.py``.
+The operators describe the simulator as the paper means it. The order of checks is that of the module
+``evolving_graph.py`` in the paper's package. `eai.extensions.reference.behavior_quirks` lists the package's
+defects.
 """
 
 from __future__ import annotations

@@ -27,7 +27,7 @@ OPTIONS_MEMBER = "goal_options.jsonl"
 """Name of the pack's file with the goals of goal interpretation: one task a line, in data set order."""
 
 FLOOR = "room_floor"
-"""Model category that records state for every floor."""
+"""Model category of every floor in a record."""
 
 STATE_OF_ABILITY: Mapping[str, str] = {
     ability.name: state.name.removeprefix("is_") for ability, state in STATES

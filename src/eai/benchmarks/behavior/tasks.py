@@ -24,7 +24,10 @@ MAX_GRASPABLE_VOLUME = 1.5
 """Maximum volume of an object that a hand can grasp, in m3 (``evolving_graph.py`` of the paper's package)."""
 
 MUCH_LARGER_RATIO = 5
-"""Ratio of volumes above which an object falls off its support when the support is grasped (from there)."""
+"""Ratio of the volumes of an object and its support, above which the object falls off a grasped support.
+
+The number is from ``evolving_graph.py`` of the paper's package.
+"""
 
 _ABILITY_PREDICATES: Mapping[str, str] = {
     **{ability.name: ability.name for ability, _ in p.STATES},

@@ -230,7 +230,8 @@ def _make_state_action(
 def make_state_actions() -> Iterator[Operator]:
     """Yield the actions that set states: OPEN, CLOSE, TOGGLE_ON, TOGGLE_OFF, FOLD and UNFOLD.
 
-    They follow OmniGibson: the first four actions its primitives of these names, the others its state folded.
+    The first four actions follow OmniGibson's primitives of these names. FOLD and UNFOLD follow its object
+    state ``folded``.
     """
     hand = missing_step(p.held(X) | ~p.hands_full(), "both hands are full", (~p.hands_full(),))
     yield _make_state_action("OPEN", p.openable, p.is_open, "open the object", to=True)

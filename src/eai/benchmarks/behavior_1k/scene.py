@@ -169,7 +169,7 @@ class _SceneMaker:
         self._future = {
             names[0] for predicate, names in activity.yield_initial_facts() if predicate == "future"
         }
-        self._kind_of_each = dict(self._declared_kinds)  # later code adds possible products
+        self._kind_of_each = dict(self._declared_kinds)  # `make_state` adds possible products
         self._gives = {
             names for predicate, names in activity.yield_initial_facts() if predicate == "insource"
         }

@@ -101,7 +101,7 @@ def _restrict_to_arguments_seen_in_plans(operator: Operator) -> Operator:
 
 
 MAX_MEAN_TARGETS = 1.5
-"""Maximum mean number of objects to which a relation relates an object, if the relation states places."""
+"""Maximum mean number of objects that a relation such as *inside* gives as the places of one object."""
 
 _QUANTIFIED = ("ForAll", "Exists", "Exactly", "ForPairs")
 _WEIGHTS_OF_SHAPES = {"Atom": 2, "ForAll": 6, "Exactly": 4, "Exists": 3}
@@ -136,9 +136,8 @@ def count_usual_goals(benchmark: Benchmark, tasks: Iterable[Task]) -> UsualGoals
             weights[pattern] += _FACT_WEIGHT
     usual = (((p.predicate, p.truth), (p, weight)) for p, weight in weights.items() if weight > 0)
     patterns = {key: dict(known) for key, known in group_pairs(usual).items() if key in wanted}
-    is_odd = (
-        benchmark.notation.english.is_unlikely_request
-    )  # the negation of a literal that makes no sense as a goal does make sense
+    # a literal may be an unlikely goal although its negation is a likely goal
+    is_odd = benchmark.notation.english.is_unlikely_request
     sound = filter_patterns(patterns, lambda p: not (p.truth and is_odd(p.predicate, p.categories)))
     roles = {operator.name: infer_operator_role(operator) for operator in domain.operators}
     nestings, combinations, needy = _find_goal_combinations(tasks)
@@ -218,7 +217,10 @@ _Triples: TypeAlias = set[tuple[str, str, str]]
 
 
 def _find_goal_combinations(tasks: Iterable[Task]) -> tuple[_Triples, _Triples, set[tuple[str, str]]]:
-    """Return values of three fields of `UsualGoals`: `nestings`, `combinations` and `dependent_states`."""
+    """Return the fields `nestings`, `combinations` and `dependent_states` of `UsualGoals`.
+
+    The fields tell which goals about an object occur together in a task.
+    """
     nestings, combinations = _Triples(), _Triples()
     alone, accompanied = Counter[tuple[str, str]](), Counter[tuple[str, str]]()
     for task in tasks:

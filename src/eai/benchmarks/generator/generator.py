@@ -315,9 +315,9 @@ class TaskGenerator:
     def _make_pair_if_specified(
         self, made: GeneratedTask, rng: random.Random
     ) -> GenerationOutcome | PairChoice:
-        """Return the task.
+        """Return the task, or a pair of tasks made from it if the specification asks for pairs.
 
-        If the specification asks for pairs, return a pair, or the choice of a pair, made from this task.
+        For pairs of a possible and an impossible task, return a function that makes the pair (`PairChoice`).
         """
         planner = self._free_planner
         if self.spec.kind is TaskKind.PAIRS:
@@ -494,9 +494,8 @@ class TaskGenerator:
         walk = GoalByGoalPlan(self._planner, initial)
         is_rich = self.spec.tier in _RICH_TIERS
         wanted = rng.randint((min_steps + max_steps) // 2, max_steps)
-        enough = (
-            wanted if is_rich else (min_steps + max_steps) // 2
-        )  # minimum number of steps after which no further title is used
+        # number of steps from which on no goals of further public tasks are added
+        enough = wanted if is_rich else (min_steps + max_steps) // 2
         others = [title for title in self._titles if title != base.title]
         ending: list[f.Formula] = []
         begun = occasions = 0

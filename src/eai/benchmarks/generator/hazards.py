@@ -213,9 +213,9 @@ class _SafePlanFinder:
         return execute_plan(self.planner.domain, self.task.initial, plan)
 
     def find_plan(self, guards: Sequence[_HazardGoal], plan: Sequence[Action]) -> Sequence[Action] | None:
-        """Return the shortest safe plan that is found, or None.
+        """Return the shortest plan found that avoids all hazards in ``guards``, or None.
 
-        The given plan avoids all hazards but the last.
+        The given plan avoids these hazards, except the last hazard.
         """
         asked = f.And(tuple([guard.formula for guard in guards]))
         safe: list[Sequence[Action]] = []

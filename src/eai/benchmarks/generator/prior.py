@@ -82,7 +82,7 @@ def _find_masked_literals(goal: f.Formula, scene: Scene) -> Iterator[_LiteralOfO
 def _is_unseen_combination(
     literal: _LiteralOfObjectMasks, other: _LiteralOfObjectMasks, scene: Scene, usual_goals: UsualGoals
 ) -> bool:
-    """Whether no public task has two such goals: food on a plate, and this plate in a cupboard."""
+    """Whether two goals combine as in no public task. Example: food on a plate, this plate in a cupboard."""
     if len(other.terms) != 2 or len(literal.terms) > 2:
         return False
     moved, place = other.terms

@@ -117,9 +117,9 @@ def _make_task(name: str, file: ProblemFile, world: DomainAndProblemReader, benc
 
 
 def _require_known_names(formula: f.Formula, initial: State, file: ProblemFile, line: int) -> f.Formula:
-    """Return the goal in a line of a file.
+    """Return a fact or goal of a problem file, if the scene has all names in the condition.
 
-    Raises InputError for an invalid goal. A problem may lack the agent.
+    Raises InputError with the line for an unknown name, such as the agent in a problem without an agent.
     """
     with prefix_errors_with_location(f"{file.path}: line {line}"):
         check_goal_names(formula, initial.scene)

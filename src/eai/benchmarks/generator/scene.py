@@ -105,9 +105,9 @@ def make_reduced_scene(
 ) -> State:
     """Return a state with some objects of a task: first relevant objects, then objects of usual goals.
 
-    With an object, the objects in or on which it is are taken over, and with a part its whole. Facts of a
-    relation between an object and many others are dropped, unless they are about the agent. Facts that two
-    objects are in each other are dropped, too.
+    If an object is taken over, the objects that contain or support it are too, and so are its parts and its
+    whole. Facts of a relation between an object and many others are dropped, unless they are about the agent.
+    Facts that two objects are in each other are dropped, too.
 
     Args:
         task: the task.

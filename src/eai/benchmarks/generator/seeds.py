@@ -34,7 +34,7 @@ class JudgedSeed:
     """The outcome of a seed, before its task is compared with the tasks of earlier seeds.
 
     Attributes:
-        outcome: the task, the reason why the seed is rejected, or the choice of a pair of tasks.
+        outcome: the task, the reason why the seed is rejected, or a function that makes a pair of tasks.
         fingerprint: digests of goals and scene that show a copy; None if the seed was rejected before a
             comparison with earlier tasks.
     """

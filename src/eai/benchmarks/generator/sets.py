@@ -213,9 +213,9 @@ def _find_quartiles(numbers: list[int]) -> list[int]:
 
 
 def find_other_sets(folder: Path, base: str, *, without: Path) -> dict[str, Path]:
-    """Return a mapping from set name to task file, for all sets in a folder that are made like a benchmark.
+    """Return a mapping from set name to task file, for the sets in a folder made for the benchmark `base`.
 
-    Empty files and the file `without` are left out.
+    Empty files and the file `without`, which the caller will write, are left out.
 
     Raises:
         InputError: a line of a file is not a task.

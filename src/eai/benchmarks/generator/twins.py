@@ -101,7 +101,8 @@ def make_pair_choice(
 ) -> PairChoice:
     """Return a function that chooses a pair of a task with a plan and a task without a plan.
 
-    The search for candidates ends with a fact for which every balance allows a pair.
+    The function takes the balance of earlier pairs (`Balance`). Candidates are facts without which the task
+    has no plan. Their search ends with a fact that makes a pair under every balance.
 
     Args:
         made: a generated task with a plan.
@@ -147,7 +148,7 @@ def _find_removable_facts(task: Task, domain: Domain, removable: Collection[str]
 
 
 def _make_fact_similarity_key(fact: Fact, task: Task) -> tuple[str, bool, bool]:
-    """Return a triple: a fact's property, whether goals name its object or quantify over its category."""
+    """Return a fact's property, whether goals name its object, and whether they quantify over its kind."""
     (thing,) = fact.arguments
     parts = (part for task_goal in task.goals for part in walk_subformulas(task_goal.formula))
     kinds = {variable.category for part in parts for variable in get_bound_variables(part)}
@@ -286,7 +287,7 @@ def _exchange_objects(task: Task, names: Sequence[str]) -> Task:
 
 
 def _forbid_goals_for_second_object(goals: Sequence[Goal], names: Sequence[str]) -> Goal:
-    """Return the goal that the second object does not fulfil what the goals demand of the first object."""
+    """Return the negation of the goals about the first object, with the second object in its place."""
     asked = [task_goal for task_goal in goals if names[0] in find_object_names(task_goal.formula)]
     done = tuple([task_goal.formula for task_goal in _exchange_in_goals(asked, names)])
     return goal(f.Not(done[0] if len(done) == 1 else f.And(done)))

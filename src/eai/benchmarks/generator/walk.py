@@ -275,9 +275,9 @@ class TemporalGoalFinder:
         return _ExecutedPlan(plan, trajectory, self._find_states_of_new_facts(trajectory.states))
 
     def _find_goal_requiring_detour(self) -> _TemporalGoal | None:
-        """Return the goal that a fact becomes true before another goal is reached.
+        """Return a goal over time, or None: a fact must become true before one of the task's goals.
 
-        The fact is false at the end.
+        The fact is false at the end of the plan, so the plan makes a detour.
         """
         walk, seen, last = self.begin(), self.proposals.draw_literal(self.rng), self.rng.choice(self._goals)
         if seen is None or not isinstance(last, f.Atom | f.Not) or not walk.reach_goal(seen):
@@ -291,9 +291,9 @@ class TemporalGoalFinder:
         return None if kept is None else replace(kept, plan=make_short_plan(walk, goal))
 
     def _find_goal_requiring_tidying(self) -> _TemporalGoal | None:
-        """Return the goal that two facts never hold together.
+        """Return a goal over time, or None: two facts must never hold together.
 
-        After the solving plan, one fact is true.
+        One of the facts is a side effect that the solving plan does not undo.
         """
         untidy, goals, rng = self._solving_plan, self._goals, self.rng
         last = len(untidy.plan)
@@ -360,7 +360,10 @@ class TemporalGoalFinder:
         return next((candidate for candidate in kept if candidate is not None), None)
 
     def _yield_sort_keys_and_goals(self, other: _ExecutedPlan) -> Iterator[tuple[bool, f.Formula]]:
-        """Yield goals that only the solving plan may fulfil, each after whether its facts share no object."""
+        """Yield a pair for each goal that only the solving plan may fulfil: a sort key and the goal.
+
+        The sort key is False if the facts of the goal share an object.
+        """
         ours, things = self._solving_plan, self.task.scene.objects
         both = [atom for atom in ours.new_facts if atom in other.new_facts]
         for first, then in permutations(both, 2):

@@ -124,9 +124,7 @@ class InstructionWriter:
     def _describe_by_fact(self, predicate: str, arguments: Sequence[int]) -> str:
         thing, *there = arguments
         sentence = self.get_sentences(predicate)[0]
-        sentence = (
-            sentence if there else f"{sentence} now"
-        )  # add "now", because the state may be false at the end
+        sentence = sentence if there else f"{sentence} now"  # "now", because the state may change
         return _fill_sentence(
             sentence, [f"the {self._get_object_noun(thing)} that", *map(self._add_article, there)]
         )

@@ -252,7 +252,7 @@ def _sort_edges(edges: Iterable[Edge]) -> list[Edge]:
 
 
 def _find_reordered_edges(before: _HomeGraph, after: _HomeGraph, removed: set[Edge]) -> set[Edge]:
-    """Return the ordered edges of sources whose new list is not the old list with edges appended."""
+    """Return the `ON` and `INSIDE` edges of each source whose new edges do not begin with its old edges."""
     stayed = _group_ordered_edges_by_source_and_relation(edge for edge in before.edges if edge not in removed)
     return {
         edge

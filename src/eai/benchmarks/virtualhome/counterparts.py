@@ -53,6 +53,6 @@ COUNTERPARTS: Mapping[str, Counterpart] = {
 def translate_to_household_actions(task: Task, published_steps: Sequence[PlanStep]) -> tuple[Action, ...]:
     """Return the household actions of a plan of published operators, up to the first step without an action.
 
-    Planning problems name objects by class. A class means the same object as in an answer with a plan.
+    Planning problems name objects by class. A class means the same object as in answers to action sequencing.
     """
     return tuple(translate_steps(published_steps, COUNTERPARTS, VirtualHomePlans().make_object_lookup(task)))
