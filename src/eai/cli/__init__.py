@@ -75,7 +75,7 @@ _BY_PANEL = {
 """Commands of the core by panel, in the order of the help. Commands of extensions are in the last panel."""
 
 _BELOW = ("export tasks", "export pictures")
-"""Commands inside command groups that the help lists first, in this order."""
+"""Commands, with their groups, that the help lists before other commands of groups, in this order."""
 
 _NEED_OPTIONS = frozenset({"run", "check"})
 """Commands without required arguments that still print their help if called without arguments."""
@@ -292,7 +292,7 @@ def main() -> None:
     except OSError as error:
         if error.errno not in (errno.EPIPE, *_FULL):
             raise
-        # otherwise Python would try again at exit to write the rest of the output
+        # Without this, Python would try again at exit to write the output that is still buffered.
         os.dup2(os.open(os.devnull, os.O_WRONLY), 1)
         if error.errno == errno.EPIPE:  # the reader closed the pipe
             sys.exit(1)

@@ -188,7 +188,10 @@ def _draw_figures(figures: Figures, folder: Path) -> int:
 
 
 def _print_analysis(analysis: Analysis, plot_count: int, folder: Path) -> None:
-    """Print the tables for the screen with all remarks, or else the numbers of written tables and plots."""
+    """Print the tables that are meant for the screen, and all remarks.
+
+    Without such tables, print the numbers of written tables and plots.
+    """
     if not analysis.screen_tables:
         print_result_line(
             f"{format_count(len(analysis.tables), 'table')}, {format_count(plot_count, 'plot')}; in {folder}"
@@ -202,7 +205,10 @@ def _print_analysis(analysis: Analysis, plot_count: int, folder: Path) -> None:
 
 
 def _drop_constant_columns(table: Table) -> Table:
-    """Return a table without constant columns of the suite. The title has their values instead."""
+    """Return a table without those columns of `SUITE` that have one value in all rows.
+
+    These values are added to the title of the table.
+    """
     rows = table.row_dicts()
     common = [name for name in SUITE if name in table.names and len({str(row[name]) for row in rows}) == 1]
     title = f"{table.title} ({', '.join([str(rows[0][name]) for name in common])})" if common else table.title

@@ -42,10 +42,11 @@ def compare(
 ) -> None:
     """Compare two runs task by task: exact McNemar for success, random exchanges for F1.
 
-    Runs of the same domain, ability and protocol are compared; each side has one of each. If no such runs
-    exist, runs of the same tasks in other words or with exact rules, or on the same questions, are compared.
+    Runs of the same domain, ability and protocol are compared; A and B each have at most one such run.
+    Without such runs, eai compares runs on the same questions, or runs whose prompts state the same tasks in
+    other words or with exact rules.
 
-    Episodes are compared only with episodes that were played by the same rules of the game.
+    Episodes are compared only if they had the same rules, such as a limit of actions.
 
     Tasks of one title, and questions about one task, are near copies and count as one cluster. A second line
     treats them as independent.
@@ -123,7 +124,10 @@ def _print_note_on_different_planners(totals: Mapping[str, RunTotals]) -> None:
 
 
 class _ComparedSuite(NamedTuple):
-    """A suite under one protocol, with the rules of the game if they are not the standard rules."""
+    """Key by which runs are matched: domain, ability and protocol, and the rules of episodes.
+
+    The rules say, for example, how many actions an agent may take; None for the standard rules.
+    """
 
     domain: str
     ability: str
@@ -156,10 +160,11 @@ def _read_runs_by_suite(path: Path) -> Mapping[_ComparedSuite, Run]:
 
 
 def _rename_suites_with_equal_tasks(runs: Mapping[_ComparedSuite, Run]) -> Mapping[_ComparedSuite, Run]:
-    """Return the runs by suite, so that runs on variants of a benchmark (equal tasks, other words) match.
+    """Return the runs by suite, so that runs on variants of a benchmark (equal tasks, other prompts) match.
 
-    Suites of variants get the name of the benchmark. A run keeps the name of its variant if two runs would
-    get equal names. For an ability that has task files of its own, the benchmark's name is dropped.
+    A suite of a variant gets the name of the benchmark. A run keeps the name of its variant if two runs would
+    get equal names. If an ability has task files of its own, the name of the suite has no benchmark, because
+    these tasks are the same for all benchmarks.
     """
     places = {}
     for place, run in runs.items():

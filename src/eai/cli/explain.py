@@ -334,7 +334,7 @@ def _format_met_conditions(record: Record) -> str:
 
 
 def _is_every_goal_missed_as_unexecutable(record: Record, explanation: Explanation) -> bool:
-    """Whether no goal counts, even if it holds at the start, because the answer cannot be executed."""
+    """Whether all goals count as missed because the answer was not executed, even goals true at the start."""
     error = record.verdict.error
     unread = isinstance(record.verdict, PlanVerdict) and error is not None and error.kind in NOT_EXECUTED
     return unread and not any(goal.satisfied for goal in explanation.goals)

@@ -60,7 +60,7 @@ _LIST = "Of a list or a page"
 _OF_LISTS = "--prompts, --tasks, --sample, --goals"
 
 TRAIN = "train"
-"""Name of the split of data without splits."""
+"""Name of the only split if the tasks are not divided into splits."""
 
 
 @app.command("prompts", no_args_is_help=True)
@@ -87,7 +87,7 @@ def export_prompts(
     FILE.json is a list of {"identifier", "llm_prompt"} about one suite. Official prompts equal the data
     set's, byte for byte, except prompts that do not ask for what is scored (docs/errata.md; --errata none
     keeps them). A system message is in FILE with _system before its extension. With --goals, FILE has prompts
-    for the tasks that one model's answers interpret.
+    only for tasks whose goals the model has interpreted.
 
     FILE.html is a page on which a person answers the questions of models; it sends nothing. The person saves
     a response file. eai score scores it like a model's (with --allow-missing, because other tasks were not
@@ -151,7 +151,7 @@ def export_sft_data(
     Example: eai export sft scores --domain lamps:lamps --out sft.jsonl
 
     Options:
-        least: Minimum value of an answer.
+        least: Minimum reward, from 0 to 1, of an answer.
     """
     left_out = Counter[str]()
     answers = _read_rewarded_answers(records, domain or [], shaping, prompt_set, data, left_out)

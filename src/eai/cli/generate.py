@@ -41,7 +41,10 @@ from eai.world.action import Action
 from eai.world.domain import Domain
 
 _MAX_BATCH_SEEDS = 4
-"""Maximum number of seeds in a batch of a worker. A seed may take seconds, and seeds in progress are lost."""
+"""Maximum number of seeds in one batch of a worker process.
+
+A seed may take seconds, and work on unfinished seeds is lost when the command ends.
+"""
 
 
 def validate_with_val(val: Path, domain: Domain, task: Task, plan: Sequence[Action]) -> str:
@@ -93,10 +96,12 @@ def generate_tasks(
     Options:
         out: Output folder.
         n: Number of tasks.
-        split: Name of the file. train, validation and test share no goals; tasks is no split.
-        held_out: What splits do not share: goals, pairs of predicate and object kind, titles, or scenes.
-        against: Other task files, such as training tasks. Tasks in them, and tasks that a lookup in them
-            solves, are refused. Repeatable.
+        split: Name of the file. Files train, validation and test share no goals; tasks may share goals with
+            them.
+        held_out: What train, validation and test do not share: goals, pairs of predicate and object kind,
+            titles, or scenes.
+        against: Other task files, such as training tasks. Their tasks, and tasks that their plans solve, are
+            refused. Repeatable.
         secret: A secret that is needed to make the same tasks again.
         tier: Steps of a plan: S 3-6, M 7-12, L 13-24, XL 25-48, XXL 49-96; data: as in the data set.
         forms: Shapes of goals: those of the data set, or all equally often.
@@ -108,7 +113,7 @@ def generate_tasks(
         objects: Maximum number of objects in a scene; VirtualHome needs 40 for --tier XL.
         depth: Search all plans of this length, for a lower bound of plan lengths.
         difficulty: Expected difficulty in logits, as in 0:2; a rough guide.
-        val: Also have VAL check every certificate; it must be installed.
+        val: Also check the plan of every task with VAL, which must be installed.
         compress: Write FILE.jsonl.gz.
     """
     validator = find_val_program() if val else None

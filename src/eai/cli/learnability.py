@@ -37,7 +37,10 @@ def print_learnability(
     *,
     as_json: bool,
 ) -> None:
-    """Print the rewards of null models, the mixed groups of answers, and the tasks that exceed a context.
+    """Print figures that tell whether the rewards of tasks can teach a model.
+
+    They are the rewards of null models, the groups of answers to one task whose rewards differ, and the tasks
+    that are longer than a model's context.
 
     Raises:
         InputError: the ability pays no reward, or a file of records cannot be read.

@@ -157,7 +157,7 @@ def parse_external_agent_setting(settings: Sequence[str]) -> AgentSetting:
     """Return the setting of episodes that a person or another program plays.
 
     Raises:
-        InputError: An option is only for models.
+        InputError: The settings contain an option that applies only to models of ``eai run``.
     """
     from eai.agents.setting import (  # imported late, because commands that score do not need it
         AGENT,

@@ -33,12 +33,12 @@ LINES = 10
 """Maximum number of progress lines without a terminal; slow work may have more."""
 
 BESIDE_THE_TITLE = 42
-"""Columns of a progress line next to its title: bar, count, rate, time left."""
+"""Characters that a progress line needs beside its title: for bar, count, rate and time left."""
 
 P = ParamSpec("P")
 
 BESIDE_A_MAKER = 20
-"""Further columns next to the title if refused attempts are shown."""
+"""Further characters of a progress line that shows how many attempts to make a thing were refused."""
 
 MakingCallback: TypeAlias = Callable[[int, int], None]
 """Function that is called with the numbers of things made and of refused attempts to make one."""
@@ -48,7 +48,7 @@ class _WorkWatch(Protocol):
     """Function that is called with the numbers of finished parts and of all parts of some local work."""
 
     def __call__(self, done: int, total: int, refused: int | None = None) -> None:
-        """Show the numbers, with the number of refused attempts if attempts can be refused."""
+        """Show the numbers of finished parts, of all parts and, unless None, of refused attempts."""
 
 
 def make_resumable(command: Callable[P, None]) -> Callable[P, None]:

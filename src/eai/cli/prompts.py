@@ -56,8 +56,10 @@ def write_prompts(
         benchmark: Benchmark of the tasks.
         ability: Ability that the prompts ask for.
         out: Output file.
-        chosen: Chooses prompts by task id and name of the suite (`drawn`); None for all.
-        goals: Answers to goal interpretation whose goals the prompts state; None for the tasks' goals.
+        chosen: Function that returns some of the prompts, given all prompts by task id and, as ``of``, the
+            name of the suite; None for all prompts.
+        goals: File with a model's answers to goal interpretation. The prompts state the goals in these
+            answers; if None, the tasks' own goals.
         as_json: Whether the summary is printed as JSON.
 
     Raises:
@@ -90,7 +92,11 @@ def write_prompts(
 def _open_prompts(
     library: PromptLibrary, benchmark: Benchmark, ability: Ability, goals: Path | None
 ) -> Mapping[str, Prompt]:
-    """Return the prompts of all tasks, or prompts that state the goals in answers to goal interpretation."""
+    """Return the prompts of all tasks by task id.
+
+    If ``goals`` is a file with a model's answers to goal interpretation, prompts state the goals in these
+    answers. Tasks without such an answer then have no prompt.
+    """
     if goals is None:
         return library.open(benchmark, ability)
     from eai.studies.pipeline.stage_one import read_goal_beliefs
@@ -106,7 +112,7 @@ T = TypeVar("T")
 def choose_tasks(
     entries: Mapping[str, T], tasks: str, sample: int | None, seed: int, of: str
 ) -> dict[str, T]:
-    """Return the entries of the named tasks, or of a random sample.
+    """Return the entries (by task id) of tasks that ``tasks`` names, or of tasks drawn at random.
 
     Raises:
         InputError: A task does not exist.
@@ -123,7 +129,7 @@ def choose_tasks(
 def open_acting_suite_and_task_ids(
     domain: str, tasks: str, sample: int | None, seed: int, data: Path | None
 ) -> tuple[Suite, list[str]]:
-    """Return the acting suite of a benchmark, and the ids of named tasks or of a random sample.
+    """Return a benchmark's suite for the ability acting, and ids of named tasks or of a random sample.
 
     Raises:
         InputError: The benchmark or a task does not exist.

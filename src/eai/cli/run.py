@@ -249,7 +249,10 @@ def _print_suite_results(spec: RunSpec, outcomes: Sequence[SuiteResult], *, wide
 def _make_stage_before_answers(
     order: _RunRequest, suites_and_prompts: Sequence[tuple[Suite, Mapping[str, Prompt]]]
 ) -> StageBeforeQuestions | None:
-    """Return the stage in which a model first interprets goals or perceives scenes, or None."""
+    """Return the stage before the questions, in which a model interprets goals or perceives scenes.
+
+    Return None if the run has no such stage.
+    """
     wanted: dict[str, set[str]] = {}
     for suite, asked in suites_and_prompts:
         wanted.setdefault(suite.domain, set()).update(asked)
@@ -283,8 +286,8 @@ def _request_answers_and_score(
 
     Inspect is imported only here. In a pipeline, or with a perceived scene, prompts contain the results of
     the first stage. A task without an answer in the first stage is not asked. The number of answers for each
-    task is ``epochs``, or else the number in the specification. Records of an earlier stage contain no
-    options of studies.
+    task is ``epochs``, or else the number in the specification. Records contain the options of the run's
+    studies only if ``studied`` is true; it is false in the first stage.
     """
     from eai.run.context import choose_answer_limit
     from eai.run.remarks import list_remarks

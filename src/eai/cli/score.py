@@ -67,9 +67,10 @@ class _AnswersToScore:
     """The answers of one model to one suite, with the folder for the results.
 
     Attributes:
-        rules: Game rules of the answers; None for the standard rules.
-        elsewhere: Ids of tasks that the model answered by other game rules.
-        logged: Function that adds the options of studies from an Inspect log to a record, or None.
+        rules: Rules of the episodes in which the model answered; None for the standard rules.
+        elsewhere: Ids of tasks that the model answered in episodes with other rules.
+        logged: Function that adds, to a record, the options of studies that its Inspect log contains; None if
+            there are no such options.
     """
 
     suite: Suite
@@ -269,7 +270,8 @@ def _score_in_batches(
 ) -> Iterable[RecordBatch]:
     """Return the records of all answers in batches.
 
-    Several epochs have one record per task, with their mean.
+    If the answers have several epochs, each task has one record with the means of its metrics over the
+    epochs.
     """
     averaged = get_declaration(share.suite.ability).combine_epochs
     if averaged is None or not share.answers.further_epochs:
@@ -306,7 +308,11 @@ def _score_and_show_progress(
 
 
 def _make_adder_of_study_fields(share: _AnswersToScore) -> Callable[[Record], Record] | None:
-    """Return a function that adds study options, stated goals and prompt name to a record, or None."""
+    """Return a function that adds to a record how its prompt was made, or None if nothing is to be added.
+
+    It adds the options of studies from a log, the goals that a model's interpretation stated, and the
+    prompt's name.
+    """
     if share.goals is None and share.prompt_name is None:
         return share.logged
     from eai.results.epochs import add_beliefs_and_experiment
@@ -409,9 +415,10 @@ def _find_answers_by_path(
 def _read_answers_and_experiment_adder(
     file: Path, suite: Suite
 ) -> tuple[ResponseFile, Callable[[Record], Record] | None]:
-    """Return the answers in a response file or log, and a function that adds a log's experiment to records.
+    """Return the answers in a file, and a function that adds the options of studies in the file to records.
 
-    Inspect is imported only for logs.
+    The function is None if the file contains no such options, as in a response file. Inspect is imported only
+    for logs.
     """
     if file.suffix != LOG_SUFFIX:
         return read_responses(file, suite.task_ids, suite.benchmark.data.task_id_of, samples=True), None

@@ -35,7 +35,7 @@ def print_results(results: Mapping[str, RunTotals], text_below: str = "", *, wid
 
     Args:
         results: Results by model.
-        text_below: Line below the name of the suite; if empty, the label of the first run's studies.
+        text_below: Line below the name of the suite; if empty, the options of studies in the first run.
         wide: Whether all columns stand side by side, however wide the table is.
     """
     first = next(iter(results.values())).first_record

@@ -55,7 +55,7 @@ def check(
     any.
 
     With --against, count tasks that another benchmark gives away: equal tasks, tasks with equal goals, and
-    tasks that its plans solve (eai/lookup). With --split, check that the set was made with a secret.
+    tasks that its plans solve (as tried by eai/lookup). With --split, check that --secret generates the set.
 
     With --learnable, print whether rewards can teach a model: the rewards of null models, the groups of
     answers with mixed rewards, and the tasks that exceed a context.

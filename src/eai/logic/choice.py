@@ -276,7 +276,7 @@ def _generate_pairings(
 
 
 def _sum_products_over_subsets(subset_size: int, numbers: Sequence[int]) -> int:
-    """Return the sum, over all subsets of this size, of the product of the numbers in the subset."""
+    """Return the sum, over all subsets of ``numbers`` of the given size, of the product of the subset."""
     if subset_size > len(numbers):
         return 0
     sums: list[int] = [1] + [0] * subset_size

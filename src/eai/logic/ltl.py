@@ -209,7 +209,7 @@ class _LtlReader:
 
     def _push_operand(self, operator: str, formula: f.Formula, nesting_depth: int) -> None:
         strength = STRENGTHS[operator]
-        if operator in _INFIXES:  # right-associative, so each opens a construct of its own
+        if operator in _INFIXES:  # right-associative: the next operand starts a nested formula
             self._stack.append(
                 _UnfinishedSubformula(strength, _INFIXES[operator], [formula], nesting_depth, self._scope)
             )

@@ -338,10 +338,10 @@ def _compute_exactly_mask(count: int, masks: list[PositionMask], everything: Pos
 
 
 FindPossibleArguments: TypeAlias = Callable[[f.Atom | f.Occurs, int, Binding], Set[str] | None]
-"""Function that returns the names of the objects that can be argument number i of a true atom or action.
+"""Function that returns the names of the objects that can be argument number i of an atom or action.
 
-Its arguments are the atom or action, i, and the values of other variables. None means that any object can be
-the argument.
+It returns only objects with which the atom or action can be true; None means any object. Its arguments are
+the atom or action, i, and the values of the variables that are bound.
 """
 
 
@@ -388,7 +388,8 @@ def find_values_for_truth(
         case f.Implies(premise, conclusion):
             return find_operand_values(f.Or((f.Not(premise), conclusion)), wanted_truth)
         case f.Exists(inner, body) | f.ForAll(inner, body):
-            # A formula about all inner values holds if there are none. So it rules out no outer value.
+            # A formula about all values of a variable is also true if there are no such values. So it rules
+            # out no value of ``variable``.
             if isinstance(formula, f.Exists) != wanted_truth or inner.name == variable:
                 return None
             outer = {name: value for name, value in binding.items() if name != inner.name}
@@ -528,7 +529,7 @@ def _explain_sequence(
     for part in formula.parts:
         last = _find_first_end_of_true_piece(part, evaluator, trace, start)
         if last is None:
-            if holds:  # the formula holds if an earlier part is completed at a later position
+            if holds:  # true only if an earlier part ends later than its earliest end
                 return _TruthWithExplanation(True, tuple(positions))
             blamed = _find_smallest_false_parts(part, evaluator, trace, start) if start < trace.length else ()
             return _TruthWithExplanation(False, tuple(positions), blamed or (part,))

@@ -36,9 +36,10 @@ from eai.world.vocabulary import make_parameter_names
 
 
 def _make_keys_of_pddl_names(scene: Scene) -> list[str]:
-    """Return the key of each object in the table of the objects' PDDL names.
+    """Return the key under which the table of PDDL names has each object of a scene.
 
-    An object's key is its name, but the key of the agent is the name that conditions use for it.
+    The key is the object's name in the scene. The key of the agent is instead the name that stands for the
+    agent in conditions.
     """
     keys = [f"{thing.name} " if thing.name == AGENT.name else thing.name for thing in scene.objects]
     if scene.agent is not None:
@@ -200,8 +201,8 @@ def export_problems(
 ) -> tuple[ExportedProblem, ...]:
     """Export several problems that share one domain.
 
-    An action that is no longer needed is not applicable in PDDL: the engine skips it, so its effects must not
-    happen.
+    The engine of this package skips an action that is not needed in a state, without its effects. In PDDL
+    such an action is not applicable in the state.
 
     Args:
         domain: the domain.
@@ -277,7 +278,10 @@ def _export_operator(
 
 
 def _export_precondition_of_alternatives(operator: Operator) -> f.Formula:
-    """Return the condition that an attempted alternative succeeds, or that no alternative is attempted."""
+    """Return the condition that one of an operator's alternatives succeeds, or that none is attempted.
+
+    An alternative is attempted if its own condition holds, and succeeds if its checks hold, too.
+    """
     succeeds = [f.And(attempt.conditions) for attempt in operator.alternatives]
     return f.Or((f.And(tuple([f.Not(attempt.condition) for attempt in operator.alternatives])), *succeeds))
 

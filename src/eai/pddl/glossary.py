@@ -81,7 +81,11 @@ def replace_variable(term: f.Term, terms: Mapping[str, f.Term]) -> f.Term:
 
 
 def _join_formulas(connective: type[f.And] | type[f.Or], parts: Iterable[f.Formula]) -> f.Formula:
-    """Return a conjunction or disjunction; a constant if a part decides it or two parts are opposites."""
+    """Return a simplified conjunction or disjunction of formulas.
+
+    It is the constant false (or true for a disjunction) if one part is that constant or two parts are
+    opposites.
+    """
     unique = dict.fromkeys(chain.from_iterable(f.get_operands(part, connective) for part in parts))
     decisive = negate(connective(()))
     if any(part == decisive or negate(part) in unique for part in unique):

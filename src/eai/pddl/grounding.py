@@ -123,7 +123,10 @@ class Grounder:
                     yield ground
 
     def find_objects_of_goal_and_parameter_types(self) -> frozenset[str]:
-        """Return the objects that the goal names, and all objects of types of parameters except the root."""
+        """Return the objects that the goal names, and the objects of the types of operators' parameters.
+
+        A type that all objects have does not count.
+        """
         named = {*find_object_names(self._problem.goal)}
         asked = {
             m.get_variable_type(parameter)
@@ -325,9 +328,10 @@ def _find_object_name(term: f.Term, binding: _Binding) -> str:
 
 
 class _DisjunctionLiteral(NamedTuple):
-    """A choice between conditions: the literal that stands for the choice, and the options.
+    """A disjunction of conditions: the literal that stands for it, and the disjuncts as masks of literals.
 
-    The options with one literal are also given as a mask, and longer options as a tuple.
+    Disjuncts with one literal are also given as one mask (``simple``), and longer disjuncts as a tuple
+    (``compound``).
     """
 
     literal: int
@@ -365,7 +369,9 @@ class GroundProblem:
         looks: the budget of literals, options, conditions and effects that may be tested.
 
     Attributes:
-        atoms: number of atoms. Literals 2 * atoms to 3 * atoms - 1 are not used here.
+        atoms: number of atoms. In a mask of literals, the bits of true atoms come first, then the bits of
+            false atoms. The next ``atoms`` bits are kept free for `Relaxation`. The bits of disjunctions
+            follow.
         initial: the initial state.
         goal: the literals that the goal needs.
         actions: the ground actions.
@@ -422,9 +428,9 @@ class GroundProblem:
         return self.add_true_disjunctions(state | (~state & self._every_atom) << self.atoms)
 
     def add_true_disjunctions(self, literals: LiteralMask) -> LiteralMask:
-        """Return a set of literals together with the choices that have an option in the set."""
+        """Return a set of literals with the literals of all disjunctions that are true in the set."""
         self._looks.used += self._effort
-        choices = self._choices.values()  # an option of a choice may be an earlier choice
+        choices = self._choices.values()  # a disjunct may be an earlier disjunction
         for literal, _, simple, compound in choices:
             if not literals & literal and (
                 simple & literals or any(not option & ~literals for option in compound)
@@ -435,9 +441,9 @@ class GroundProblem:
     def replace_disjunctions_by_true_disjuncts(
         self, needed: LiteralMask, true_literals: LiteralMask
     ) -> LiteralMask:
-        """Return needed literals with all choices among them replaced.
+        """Return needed literals with all disjunctions among them replaced.
 
-        Each choice becomes its first option whose literals are all in a given set.
+        Each disjunction becomes its first disjunct whose literals are all in a given set.
         """
         if needed >> 3 * self.atoms:
             for literal, options, _, _ in reversed(self._choices.values()):
@@ -447,7 +453,7 @@ class GroundProblem:
         return needed
 
     def add_disjuncts_of_needed_disjunctions(self, needed: LiteralMask) -> LiteralMask:
-        """Return needed literals, their choices, and the literals of all options of the choices."""
+        """Return needed literals with the literals of all disjuncts of the disjunctions among them."""
         for literal, options, _, _ in reversed(self._choices.values()):
             if needed & literal:
                 for option in options:

@@ -67,7 +67,7 @@ class ClauseComparison:
 
 
 NO_MATCH = ClauseComparison()
-"""Result of comparing an empty precondition or effect with an empty gold precondition or effect."""
+"""Result of comparing two empty preconditions, or two empty effects: no clause matches or differs."""
 
 
 _LiteralMatch: TypeAlias = tuple[int, int, int]
@@ -366,7 +366,7 @@ def _count_matched_literals(ours: Clause, theirs: Clause, renaming: Renaming) ->
 def _count_matched_literals_of_lists(ours: Clause, theirs: Clause, renaming: Renaming) -> int:
     """Return the maximum number of matched literals if at least one of two clauses is a list.
 
-    A conjunction and a disjunction match only inside each other.
+    A conjunction and a disjunction do not match each other, but either may match a part of the other.
     """
     if isinstance(ours, _LISTS) and isinstance(theirs, _LISTS) and type(ours) is not type(theirs):
         inside = [_count_matched_literals(part, theirs, renaming) for part in _find_and_or_parts(ours)]

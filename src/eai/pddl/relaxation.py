@@ -118,8 +118,8 @@ class Relaxation:
     ) -> _RelaxedLayers:
         """Return relaxed states, one for each step, until they contain the goal or stop growing.
 
-        The relaxed states also end if the budget is exceeded. Atoms that must be made true again are
-        separate literals.
+        The relaxed states also end if the budget is exceeded. An atom that must be made true again has a
+        second literal, because its first literal is true from the start.
         """
         literals = start_literals
         lacking = [
@@ -247,7 +247,10 @@ class _RelaxedPlanFollower:
         return self._taken
 
     def _count_missing_goals_false_at_start_and_all(self) -> tuple[int, int]:
-        """Return how many missing goal literals were false at first, and how many are missing."""
+        """Return two numbers of goal literals that are missing in the current state.
+
+        The first number counts only literals that were also false at the start; the second counts all.
+        """
         missing = self._problem.goal & ~self._held
         return (missing & ~self._start).bit_count(), missing.bit_count()
 
@@ -274,9 +277,10 @@ class _RelaxedPlanFollower:
         return True
 
     def _make_literals_true(self, needed: LiteralMask, depth: int) -> bool:
-        """Make several literals true at once, by rules of earlier layers. Return whether all are true then.
+        """Make several literals true at once, by rules of the layers before ``depth``.
 
-        The first attempt begins with the literals that take longest, and the second attempt ends with them.
+        Return whether all of the literals are true then. The first attempt begins with the literals that are
+        reached latest, and the second attempt ends with them.
         """
         mark = self._make_undo_mark()
         for last in (False, True):

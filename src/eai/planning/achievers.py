@@ -73,9 +73,9 @@ class Achiever:
     Args:
         schema: the effect.
         vocabulary: the vocabulary of the domain.
-        more_subgoals: whether other actions may first establish conditions of the effect that mention any
-            parameters of the operator. Otherwise they may establish only conditions that mention just
-            objects of the atom.
+        more_subgoals: which conditions of the effect other actions may establish first. If false: conditions
+            that mention no variables but those of the atom. If true: also conditions that mention other
+            parameters of the operator.
 
     Attributes:
         schema: the effect.
@@ -339,7 +339,10 @@ def _find_atom_variables(schema: EffectSchema) -> set[str]:
 
 
 def _find_effect_conditions(schema: EffectSchema, *, more_subgoals: bool) -> list[f.Formula]:
-    """Return an effect's conditions about objects of its atom or, if ``more_subgoals``, of its operator."""
+    """Return the conditions of an effect that mention only variables of its atom.
+
+    If ``more_subgoals``, also return conditions that mention parameters of the operator.
+    """
     atom_variables = _find_atom_variables(schema)
     conditions = [c for c in schema.conditions if find_free_variables(c) <= atom_variables]
     if more_subgoals:
@@ -398,7 +401,10 @@ def _is_static_predicate(name: str, vocabulary: Vocabulary) -> bool:
 
 
 _MAX_CACHED_BINDINGS = 64
-"""Maximum number of cached bindings of one match. A longer list of bindings is computed in every state."""
+"""Maximum number of bindings that are cached for one achiever of one ground atom.
+
+If there are more bindings, they are computed anew in every state.
+"""
 
 _MAX_BINDINGS = 100_000
 """Maximum number of values tried for variables to find all bindings of one match."""

@@ -235,8 +235,9 @@ class CostEstimates:
     def find_supporter(self, atom: GroundAtom, limit: float = INFINITE) -> _CheapestAction:
         """Return the cheapest action that makes an atom of a stored predicate true, or false.
 
-        An action counts only if its cost is below ``limit`` and it does not need the atom itself. If there is
-        no such action at any cost, achievers that allow more subgoals (see `Achiever`) are tried.
+        An action counts only if its cost is below ``limit``, and if its conditions can be established without
+        the atom. If there is no such action at any cost, achievers with ``more_subgoals`` (see `Achiever`)
+        are tried.
         """
         cached, tried_limit = self._supporters.get(atom, (_NO_SUPPORTER, 0.0))
         if cached.cost < limit:

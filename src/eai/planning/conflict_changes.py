@@ -225,15 +225,15 @@ class FactChangeFinder:
     def find_prior_changes_and_undoing(
         self, step: Action, state: State, wanted_changes: ChangeSet, *, is_executed: bool
     ) -> tuple[ChangeSet, bool]:
-        """Return changes that may make a step more useful, and whether the step undoes a change.
+        """Return changes that may improve a step's effects, and whether the step undoes a wanted change.
 
-        The returned changes must happen before the step. A step undoes a change if it makes the opposite
-        change. A step is more useful if it makes more of the given changes, or undoes fewer.
+        A step undoes a change if it makes the opposite change. The returned changes must happen before the
+        step. With these changes, the step may make more of the wanted changes, or undo fewer wanted changes.
 
         Args:
             step: the step.
             state: the state before the step.
-            wanted_changes: the given changes.
+            wanted_changes: the changes that the step should make and not undo.
             is_executed: whether the step is executed in this state, not skipped.
         """
         if step.operator in self._unread:
@@ -365,7 +365,7 @@ class FactChangeFinder:
     def _find_changes_of_instances(
         self, variable: f.Variable, body: f.Formula, scope: Scope, state: State, truth: bool
     ) -> ChangeSet:
-        """Return the changes for a quantified formula for which one value of its variable is enough."""
+        """Return the changes for a quantified formula that needs only one suitable value of its variable."""
         remaining = state.scene.get_category_mask(variable.category)
         changes: set[FactChange] = set()
         for part, part_truth in sorted(

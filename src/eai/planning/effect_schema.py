@@ -91,9 +91,9 @@ def find_changed_predicates(operator: Operator) -> list[str]:
 
 
 def find_predicates_without_schema(operator: Operator) -> frozenset[str]:
-    """Return the predicates that an operator changes, or () if the effect schemas describe all its effects.
+    """Return all predicates that an operator changes if `make_effect_schemas` leaves out any of its effects.
 
-    The schemas do not, if `make_effect_schemas` leaves out any effect.
+    Otherwise, return an empty set, because the effect schemas describe all effects.
     """
     changed = find_changed_predicates(operator)
     return frozenset(changed if len(changed) > len([*make_effect_schemas(operator)]) else ())

@@ -396,7 +396,7 @@ class _SupposedState:
                     return not is_general or self._try_to_suppose(
                         body, {**scope, variable.name: None}, unfolded, truth=truth
                     )
-                if None in scope.values():  # None stands for many objects; each may need another
+                if None in scope.values():  # None: several objects, which may need different values
                     return True
                 self._unknown += 1
                 return self._try_to_suppose(

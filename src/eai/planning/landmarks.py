@@ -31,7 +31,7 @@ Cut: TypeAlias = frozenset[Action]
 """Set of actions: every plan that succeeds contains at least one of them."""
 
 _TRUE, _FALSE = 0, 1
-"""Numbers in the graph of the condition that always holds, and of the condition that never holds."""
+"""Numbers of two nodes in the graph: the condition that always holds, and the condition that never holds."""
 
 _MAX_CONDITIONS = 30_000
 """Maximum number of conditions in a graph; further conditions are assumed to hold."""
@@ -275,7 +275,7 @@ class _RelaxationGraph:
         result = self._numbers.get(key)
         if result is not None and not truth and key in self._open:  # circular definition
             return self._add_changes_node(self._change_finder.find_changes_of_all_predicates_in(atom))
-        if result is None:  # a recursive definition uses this number for the atom itself
+        if result is None:  # inside a recursive definition, the atom gets this new number
             number = self._numbers[key] = self._add_graph_node((), 1, 0)
             self._open.add(key)
             inner = dict(zip([p.name for p in defined.parameters], arguments, strict=True))
@@ -316,7 +316,11 @@ class _RelaxationGraph:
     def _get_and_or_node(
         self, part_nodes: tuple[int, ...], needed_count: int, node_without_parts: int
     ) -> int:
-        """Return the number of the condition that needs all its parts, or one if ``needed_count`` is 1."""
+        """Return the number of the graph node of a condition with some parts: a conjunction or a disjunction.
+
+        The condition is a disjunction if ``needed_count`` (the number of parts that must hold) is 1.
+        Otherwise it is a conjunction, and ``needed_count`` is the number of its parts.
+        """
         if len(part_nodes) < 2:
             return part_nodes[0] if part_nodes else node_without_parts
         key = needed_count > 1, part_nodes

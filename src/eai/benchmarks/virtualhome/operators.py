@@ -96,7 +96,7 @@ def make_effects_moving_held_objects(target_room: f.Formula) -> tuple[Effect, ..
     """Return effects that move held objects, and all objects in or on them, into a room.
 
     Args:
-        target_room: the condition that is true for the room, the variable ``r``.
+        target_room: a condition on the variable ``r``, which is true only if ``r`` is the room.
     """
 
     def make_effects_moving_object(moving_object: f.Variable) -> tuple[Effect, ...]:
@@ -186,7 +186,10 @@ ORIGINS = (
     (p.taken_from_inside, p.lies_in, p.inside),
     (p.taken_from_next_to, p.lies_next_to, p.next_to),
 )
-"""Triples for each kind of former place: predicate that stores the place, lookup of the place, relation."""
+"""Predicates for each kind of place where an object was before: triples.
+
+The first predicate of a triple stores the place, the second finds it, the third is the relation to it.
+"""
 
 
 KEEP_CONTENTS = (

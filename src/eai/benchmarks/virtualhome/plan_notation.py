@@ -42,7 +42,7 @@ from eai.world.domain import Domain
 from eai.world.state import Scene
 
 _STEPS = "action commands"
-"""Key of the list of steps in an answer to a provider that enforces a JSON schema.
+"""Key of the list of steps in an answer of a model whose provider enforces a JSON schema for answers.
 
 The key has two words, because the paper's package reads a key of one word as an action.
 """
@@ -65,10 +65,10 @@ class VirtualHomePlans(PlanNotation):
     """The notation of plans of VirtualHome.
 
     Answers may also be a list of such JSON objects, and may write operators in small letters. The repairs of
-    `eai.abilities.answer_text` apply, ``step_form`` for other forms of a step, and ``action_lines`` for lines
-    of actions. An answer is read with ids if any of its steps has a number after a class. A class without an
-    id means the last relevant object of that class. With an id, such as in ``soap.1002``, a step may name any
-    object of the scene.
+    `eai.abilities.answer_text` apply; the repair ``step_form`` reads other forms of a step, and
+    ``action_lines`` reads lines of actions. An answer is read with ids if any of its steps has a number after
+    a class. A class without an id means the task's relevant object of that class, or the last of several.
+    With an id, such as in ``soap.1002``, a step may name any object of the scene.
     """
 
     def read(self, text: str, actions: Collection[str] = ()) -> WrittenPlan | Unreadable:

@@ -81,10 +81,11 @@ def find_related_candidates(state: State, predicate: str, source: int, candidate
 def make_former_place_lookup(
     relation_index: int, choose: TargetChooser = find_related_candidates
 ) -> LookupFunction:
-    """Return a function that finds an object's origins (former places) by one relation.
+    """Return a function that finds the places where an object was before, by one relation to these places.
 
-    Only the first of `ORIGIN_RELATIONS` that holds counts. So at most one of three such functions returns
-    objects. Rooms are never origins (as in ``_find_first_node_from`` of the paper's package).
+    A place counts only for the first of `ORIGIN_RELATIONS` that the object has to any place. So among the
+    functions for all these relations, at most one returns places. Rooms are never returned (as in
+    ``_find_first_node_from`` of the paper's package).
 
     Args:
         relation_index: index of the relation in `ORIGIN_RELATIONS`.

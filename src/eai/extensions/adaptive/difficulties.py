@@ -41,9 +41,9 @@ def load_task_difficulties(domain: str, ability: Ability) -> Mapping[str, float]
 
 
 def load_ability_variance_between_task_names(domain: str, ability: Ability) -> float:
-    """Return the variance of a model's ability between differently named tasks of a suite; 0 if unknown.
+    """Return how much a model's ability varies with the name of the task: a variance in squared logits.
 
-    Its unit is squared logits.
+    It is estimated for one suite; 0 if unknown.
     """
     return float(
         _load_difficulty_tables().get(f"{domain}/{ability.value}", {}).get("variance_between_names", 0.0)
@@ -80,11 +80,11 @@ def estimate_ability(
     Args:
         scores: the scores, from 0 to 1, of the tasks that were asked.
         difficulties: difficulties of at least these tasks.
-        name_by_task: name of each task. Near copies share a name, so their scores depend on each other. This
-            raises the squared standard error by ``variance`` times the sum of the squared shares of names in
-            the Fisher information.
-        variance: how much one model's ability varies between names, in squared logits
-            (see `rasch.estimate_ability_variance_between_task_names`); 0 if tasks are independent.
+        name_by_task: name of each task. Near copies share a name, so their scores depend on each other.
+            Therefore the squared standard error grows by ``variance`` times the sum of the squares of each
+            name's share of the Fisher information.
+        variance: variance of one model's ability over the names of tasks, in squared logits (see
+            `rasch.estimate_ability_variance_between_task_names`); 0 if tasks are independent.
     """
     value = 0.0
     for _ in range(_MAX_STEPS):

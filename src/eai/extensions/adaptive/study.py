@@ -269,9 +269,9 @@ _ITEM = (
 def _make_flagged_tasks_table(items: Table) -> Iterable[Row]:
     """Tasks to inspect.
 
-    Tasks that no model solves, tasks that worse models solve and better models do not, and tasks whose
-    goals make the same demand on objects that share a name in answers. item_rest: the correlation over
-    models with the score in all other tasks; check: the first check that most models fail.
+    Tasks that no model solves, tasks that worse models solve and better models do not, and tasks whose goals
+    make the same demand on objects that share a name in answers. item_rest: the correlation over models with
+    the score in all other tasks; check: the check that most models fail first.
     """
     return [row for row in items.rows if row[-1] and row[-1] != "saturated"]
 

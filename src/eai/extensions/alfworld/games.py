@@ -236,7 +236,8 @@ def _substitute_in_effect(effect: m.PddlEffect, values: Mapping[f.Term, f.Term])
 def _quantify_parameters_except(action: m.PddlAction, kept_parameters: Sequence[str]) -> m.PddlAction:
     """Return an action that keeps only some parameters; quantifiers bind its other parameters.
 
-    Locations that quantifiers bind must differ, because TextWorld offers no action that changes nothing.
+    If quantifiers bind two locations, these must differ from each other: TextWorld offers no action from a
+    location to itself, because such an action changes nothing.
     """
     typed = {parameter.name: parameter for parameter in action.parameters}
     agents: dict[f.Term, f.Term] = {f.Variable(n): _AGENT for n, v in typed.items() if v.category == "agent"}
@@ -276,7 +277,10 @@ class _ConditionsWithSharedParameters(NamedTuple):
 def _add_condition_and_merge(
     groups: Sequence[_ConditionsWithSharedParameters], condition: f.Formula, bound_parameters: Collection[str]
 ) -> list[_ConditionsWithSharedParameters]:
-    """Return the groups after adding a condition. All groups that share a parameter with it are merged."""
+    """Return groups of conditions after adding a condition.
+
+    All groups that share a parameter with the new condition are merged into one group.
+    """
     names = find_free_variables(condition).intersection(bound_parameters)
     joined = [group for group in groups if group.names & names or group.names == names]
     parts = [part for group in joined for part in group.parts]
@@ -289,7 +293,13 @@ def _add_condition_and_merge(
 def _quantify_effect(
     effect: m.PddlEffect, groups: Iterable[_ConditionsWithSharedParameters], bound: Mapping[str, f.Variable]
 ) -> m.PddlEffect:
-    """Return an effect for all values of its bound parameters that meet the conditions of the groups."""
+    """Return an effect that happens for all values of the bound parameters that meet the conditions on them.
+
+    Args:
+        effect: the effect of an action.
+        groups: the conditions of the action, in groups that share bound parameters.
+        bound: the bound parameters by name.
+    """
     names = m.find_effect_variables(effect)
     for group in groups:
         if group.names & names:

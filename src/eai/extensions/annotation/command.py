@@ -66,7 +66,7 @@ Without = Annotated[
     ),
 ]
 _MAX_SHOWN_PATTERNS = 20
-"""Maximum number of shared patterns of a title that are printed without `--all`."""
+"""Maximum number of patterns (changes that a title's demonstrations share) printed without `--all`."""
 
 
 def _open_demonstrations(
@@ -171,16 +171,7 @@ def choose_goal_patterns(
     demonstrations: Demonstrations = None,
     data: DataFolder = None,
 ) -> None:
-    """Decide what a title means: keep or drop the patterns that its demonstrations share.
-
-    Commands are read from standard input, one per line, so they can also come from a file. Every decision is
-    saved at once; the same command resumes after an interruption.
-
-    Example: eai data annotate choose --domain virtualhome --title "Turn on light" --without NEXT_TO
-
-    Options:
-        title: The title of the demonstrations.
-    """
+    """Choose the meaning of a task title from changes that demonstrations of the title share (patterns)."""
     not_counted, saved = annotation.read_uncounted_predicates_and_decisions(decisions)
     if without:
         not_counted = tuple(dict.fromkeys((*not_counted, *without)))
@@ -218,7 +209,7 @@ def _apply_commands_and_name_end(
     except EOFError:
         return "the input ended"
     except KeyboardInterrupt:
-        # the last decision may be unwritten, because the interrupt came before
+        # The user may have interrupted the command before the last decision was written.
         annotation.write_decisions(path, listing.without, {**saved, title: chosen})
         raise InterruptError(
             f"interrupted; every decision is in {path}, and the same command resumes from here"
@@ -268,8 +259,8 @@ def print_goals(
 ) -> None:
     """Print the goals of each task that follow from the decisions, or write a task file with these goals.
 
-    A demonstration that meets no candidate is left out of the data set. With --check, exit status 2 if the
-    goals of a task do not follow.
+    A candidate is a possible meaning of a title. A demonstration that meets no candidate of its title is left
+    out of the data set. With --check, exit status 2 if the goals of a task do not follow.
 
     Example: eai data annotate goals --domain virtualhome --decisions decisions.toml --title "Turn on light"
 

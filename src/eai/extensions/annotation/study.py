@@ -76,7 +76,7 @@ def compute_krippendorff_alpha(units: RatingsByTask) -> float | None:
         return None
     number = len(ratings)
     # The squared differences of all pairs of one task's ratings sum to 2 size^2 variance.
-    # This sum is divided by size - 1, because each rating is in size - 1 pairs.
+    # Each rating is in size - 1 pairs, so the differences of one task are divided by size - 1.
     observed = sum(2 * len(unit) ** 2 * pvariance(unit) / (len(unit) - 1) for unit in pairable) / number
     expected = 2 * number * pvariance(ratings) / (number - 1)
     return 1 - observed / expected
@@ -113,10 +113,10 @@ def read_ratings(path: Path) -> tuple[_Rating, ...]:
 def summarize_ratings(ratings: Iterable[_Rating]) -> Iterator[Row]:
     """Ratings of annotations by attribute.
 
-    Ratings are 1 to 5. `weighted_mse`: for tasks rated more than once, the mean squared distance of ratings
-    from their task's mean, weighted by the number of ratings. `spread`: its root, in points. `alpha`:
-    Krippendorff's alpha for an interval scale; 1 is perfect agreement, 0 is chance. Both use only the
-    `repeated` tasks, and are empty without any.
+    Ratings are 1 to 5. `repeated`: number of tasks rated more than once. Only these tasks count in the last
+    three columns, which are empty without any. `weighted_mse`: mean squared distance of a rating from the
+    mean of its task. `spread`: square root of `weighted_mse`, in points. `alpha`: Krippendorff's alpha for an
+    interval scale; 1 is perfect agreement, 0 is chance.
     """
     for attribute, given in group_pairs((rating.attribute, rating) for rating in ratings).items():
         units = tuple(group_pairs((rating.task, rating.score) for rating in given).values())

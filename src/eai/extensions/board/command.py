@@ -47,7 +47,8 @@ def submission(
         out: The zip to write.
         model: The model's folder in the run, if there are several.
         folder: A folder for the files in the zip.
-        prompts: The prompts of a phase (llm_prompts/ of its starter kit), instead of the data set's.
+        prompts: Folder with a challenge phase's prompts (llm_prompts/ of the starter kit); default: the data
+            set's.
     """
     path = run
     if run.is_dir():
@@ -68,14 +69,15 @@ def board(
     as_json: AsJson = False,
     data: DataFolder = None,
 ) -> None:
-    """Score submissions and seasons, and write a page that ranks them.
+    """Score submissions, and write a page that ranks them.
 
-    Numbers in a submission are ignored (docs/extensions/board).
+    A season is a folder of generated tasks that submissions may answer too. Numbers in a submission are
+    ignored (docs/extensions/board).
 
     Example: eai board submissions --out site
 
     Options:
-        submissions: Folders or zips of single submissions, seasons, or folders of these.
+        submissions: Folders or zips of submissions, folders of seasons, or folders that contain these.
         out: The folder of the page.
     """
     from eai.extensions.board.page import build_page_and_count_submissions

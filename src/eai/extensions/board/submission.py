@@ -193,7 +193,8 @@ def _format_file_name(domain: str, ability: Ability) -> str:
 def _list_prompt_identifiers(domain: str, ability: Ability, store: Store | None) -> tuple[str, ...]:
     """Return the identifiers of a suite's prompts.
 
-    Identifiers with the prefix of a scene stay as they are. Others become corrected task ids.
+    Identifiers with the prefix of a scene stay as they are. Other identifiers become task ids of the data
+    set, with known errors corrected.
     """
     published = find_benchmark(domain).data.prompts
     if published is None:

@@ -188,10 +188,11 @@ def _make_refusals_table(runs: Sequence[Run]) -> Iterator[Row]:
     """Refusals and questions in pairs of tasks.
 
     In each pair one task has no plan (impossible), or its instruction fits several objects (ambiguous). To
-    decline means to refuse or to ask. success: tasks solved, or declined if that is right; never: expected
-    success of a model that never declines; coverage: tasks that are not declined; risk: failures among these;
-    false: declined tasks among those that have a plan; right: declined tasks among those that have none;
-    reason: refusals among these that name the missing fact. All in percent.
+    decline means to refuse or to ask, which is right only for these tasks. success: tasks solved, or rightly
+    declined; never: expected success of a model that never declines; coverage: tasks not declined; risk:
+    failures among tasks not declined; false: declined among tasks that should not be declined; right:
+    declined among tasks that should be declined; reason: refusals of impossible tasks that name the missing
+    fact. All in percent.
     """
     for run in runs:
         answers = list(_list_judged_plans(run))

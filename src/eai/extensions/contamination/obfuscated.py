@@ -72,7 +72,8 @@ def _make_word_cipher(benchmark: Benchmark, tasks: Iterable[Task]) -> Mapping[st
     for group in group_pairs(alike).values():
         changing = [names for names in group if _FORMAT_WORDS.isdisjoint(names)]
         start = rng.sample(changing, len(changing))
-        for old, new in zip(start, (*start[1:], *start[:1]), strict=True):  # a cyclic shift renames each
+        # Each name is replaced by the next name, so no name stays (unless it is the only one).
+        for old, new in zip(start, (*start[1:], *start[:1]), strict=True):
             words |= dict(zip(old, new, strict=True))
     return words
 

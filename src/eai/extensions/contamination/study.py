@@ -95,8 +95,8 @@ def make_contamination_table(pairs: Sequence[RunPair]) -> Iterator[Row]:
 
     Success in percent of all public and of all fresh tasks. Then success on similar tasks only: tasks with
     about equal plan lengths, numbers and kinds of goals, fresh tasks weighted like public tasks. Then fresh
-    minus public in percentage points, with 95 % intervals. Units of the intervals are the names of public
-    tasks and the single fresh tasks.
+    minus public in percentage points, with 95 % intervals. For the intervals, public tasks of one name count
+    as one unit, and each fresh task counts as one unit.
     """
     for model, suite, public, fresh in pairs:
         placed = [list(_assign_strata(records)) for records in (public, fresh)]

@@ -25,8 +25,8 @@ class BatchScorer:
     dies, another actor scores its batch. This class does not import Ray.
 
     Args:
-        suite: The suite, opened by name so that actors can open it again, and adapted to these answers
-            (`Suite.choose_suite_for_answers`).
+        suite: The suite that `Suite.choose_suite_for_answers` returns for the answers in the data set. It
+            must be opened by name, so that actors can open it again.
         model: Name of the model that answered.
         explanations: Whether each record contains its step-by-step explanation.
     """
@@ -39,8 +39,8 @@ class BatchScorer:
     def __call__(self, batch: Mapping[str, Sequence[Any]]) -> dict[str, Sequence[Any]]:
         """Return the batch with three more columns: record, outcome and success.
 
-        A record is the line that ``records.jsonl`` would contain. All three columns are null for a known
-        identifier whose task is not in the data set. Success is also null if the task is excluded.
+        A record is the line that ``records.jsonl`` would contain. All three columns are null if the data set
+        lacks the task because its scene is unpublished. Success is also null if the task is excluded.
 
         Args:
             batch: Columns by name: ``identifier`` and ``llm_output``, as in response files, and any other

@@ -44,7 +44,8 @@ def harbor(
         image: The image of the agent's container, for programs that build none.
         shared: Score in the agent's container, for programs without a second one.
     """
-    from eai.extensions.harbor.folders import IMAGE, write_task_folders  # loads libraries of games
+    # imported only here, because the module loads libraries of games
+    from eai.extensions.harbor.folders import IMAGE, write_task_folders
 
     with open_data_source(data) as source:
         suite = open_suite(domain, ability, source=source)

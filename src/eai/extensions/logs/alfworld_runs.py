@@ -180,7 +180,7 @@ def _read_turns(path: Path, lines: Sequence[tuple[int, str]]) -> list[tuple[str,
     """Return pairs of an agent's line and the game's reply.
 
     Raises:
-        InputError: a number is wrong, or a reply is missing.
+        InputError: the number of an action or of a reply is not the next number, or a reply is missing.
     """
     turns: list[tuple[str, list[str]]] = []
     counts_turns = False
@@ -245,10 +245,11 @@ def _find_games(episode: LoggedEpisode, tasks: Mapping[str, Task]) -> list[Task]
 def _translate_commands(
     steps: Sequence[LoggedStep], task: Task, benchmark: Benchmark
 ) -> Iterator[str | None]:
-    """Yield the command of each step in the form of the game; None if it proves nothing and has no effect.
+    """Yield the command of each logged step, in the words of the game in which the log is replayed.
 
-    ``put X in/on Y`` and ``move X to Y`` are the same command in games of different versions. If no such
-    command of the log was accepted, the version of the log's game is unknown.
+    ``put X in/on Y`` and ``move X to Y`` are the same command in games of different versions. If the log's
+    game accepted neither, its version is unknown. The replay skips a step with None, because the step changed
+    nothing. An empty text stands for a command that the log's game could not read.
     """
     accepted = [step.action for step in steps if step.accepted]
     log_form = next((form for form in (_OLD_PUT, _NEW_PUT) if any(map(form.fullmatch, accepted))), None)
@@ -262,7 +263,7 @@ def _translate_commands(
             yield None if step.accepted and step.action in _WITHOUT_EFFECT else step.action
         elif form is log_form:
             yield form.sub(template, step.action)
-        else:  # in the log's game, the command of the other version cannot be read
+        else:  # the log's game understands only the form of its own version
             yield None if log_form is None else ""
 
 

@@ -20,7 +20,7 @@ from eai.extensions.logs.episode import Ending, EpisodeOutcome, LoggedEpisode
 from eai.extensions.logs.readers import LogReader, parse_json, validate
 
 _KEYS = (rb'"benchmark"\s*:', rb'"run"\s*:', rb'"(?:tasks"\s*:\s*\{|mode"\s*:)')
-"""Regular expressions for the members that tell this form from other JSON."""
+"""Regular expressions for JSON keys that a file of EAI v2 has and other JSON files lack."""
 
 _ENDINGS = {None: Ending.BY_AGENT, "AgentTimeoutError": Ending.OUT_OF_TIME, "CancelledError": Ending.STOPPED}
 
@@ -116,7 +116,7 @@ def _make_episode(
     progress = trial.progress
     if outcome is EpisodeOutcome.WON:
         progress = 1.0
-    elif outcome is EpisodeOutcome.NOTHING_SUBMITTED:  # the site writes 0, but nothing was measured
+    elif outcome is EpisodeOutcome.NOTHING_SUBMITTED:  # the file has progress 0, but nothing was measured
         progress = None
     counts = [count for count in (totals.input, totals.output) if count is not None]
     return LoggedEpisode(

@@ -148,7 +148,7 @@ def _find_plan_error(reply: str | None) -> FaultKind | None:
     """Return the kind of error of a reply whose first action was not understood, or None."""
     try:
         value = json.loads(reply or "null")
-    except ValueError:  # replies in the form <answer>...</answer> are read in another way
+    except ValueError:  # a reply <answer>...</answer> is not JSON, and no error
         return None if "<answer>" in (reply or "") else FaultKind.PARSING
     match value:
         case {"executable_plan": [{"action_id": int()}, *_]}:
@@ -159,7 +159,8 @@ def _find_plan_error(reply: str | None) -> FaultKind | None:
 def _find_kind(line: _StepLine, before: Sequence[LoggedStep]) -> FaultKind | None:
     """Return the kind of error that the reason of a failure proves, or None.
 
-    After a successful pick, the hand was both empty and full before, so its state is in wrong order.
+    After a successful pick, the hand has been both empty and full in the episode. So if an action fails
+    because the hand is empty or full, the actions are in wrong order.
     """
     has_held = any(step.accepted and _PICKS.match(step.action) for step in before)
     if _FULL_HAND.search(line.env_feedback) and _PICKS.match(line.action_description):

@@ -131,7 +131,7 @@ def parse_json(place: str, content: bytes, line: int = 1) -> object:
 
 
 def validate(model: type[M], place: str, value: object) -> M:
-    """Return a JSON value as a model.
+    """Return a JSON value as an object of a Pydantic model.
 
     Raises:
         InputError: the value does not fit the model; the message has the place and the path of the value.

@@ -34,10 +34,10 @@ _EPISODE_COLUMNS = (
 """Columns of the table of episodes after the names of the group."""
 
 _FILE_ONLY = ("seconds", "calls", "tokens", "words")
-"""Columns of episodes that only files have."""
+"""Columns of the tables of outcomes and episodes that files contain but the screen does not show."""
 
 _SHOWN_OF_TWINS = ("task", "outcomes", "hidden", "plan")
-"""Columns of twins on the screen."""
+"""Columns on the screen of the table of twins (tasks of a benchmark with the names of logged tasks)."""
 
 _MAX_WORDS_CHARACTERS = 200
 """Maximum number of characters of an agent's words in a table."""

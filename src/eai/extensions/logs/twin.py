@@ -37,7 +37,7 @@ def make_twins_table(
 
 
 def _describe(task: Task, benchmark: Benchmark) -> Row:
-    """Return the cells of a twin, from the column `reason` on."""
+    """Return the cells of a benchmark's task in the table of twins, from the column `reason` on."""
     if task.unplannable_reason is not None:
         return str(task.unplannable_reason), "", "", None, None, None
     setup = make_setup(task, benchmark, GameRules(observe="partial"))

@@ -33,7 +33,7 @@ _FEWEST_UNMET_PROBABILITY = 0.5
 """Probability that a question why an action is impossible uses the action with fewest unmet requirements."""
 
 _PATH_OPERATOR_PROBABILITY = 0.2
-"""Probability that an operator of the task's path remains a candidate for a question.
+"""Probability that an operator in the task's path (its executable actions) is kept for a question.
 
 If no such operator remains, all operators are candidates.
 """
@@ -202,7 +202,7 @@ def draw_true_and_false_facts(
 def draw_untrue_facts(
     setting: QuestionSetting, rng: random.Random, ever: frozenset[Fact], number: int
 ) -> list[Fact]:
-    """Draw facts that are not in the set ``ever``, by replacing one object in facts of this set."""
+    """Draw facts that are never true: facts of ``ever`` (true at some time) with one object replaced."""
     facts: list[Fact] = []
     true_facts, objects = sorted(ever), range(len(setting.scene.objects))
     for _ in range(_MAX_DRAWS if true_facts else 0):
@@ -217,10 +217,10 @@ def draw_untrue_facts(
 
 
 def _draw_transition(setting: QuestionSetting, rng: random.Random) -> tuple[State, Action, State] | None:
-    """Draw a state of the path and an action. Return the state, the action and the state after the action.
+    """Draw a state and an action. Return the state, the action and the state after the action.
 
-    The action is the path's next step or a random possible action, with equal probability. Return None if no
-    possible action was found.
+    The task's path (its executable actions) passes through the state. The action is the next action of the
+    path or a random possible action, with equal probability. Return None if no possible action was found.
     """
     step = rng.randrange(len(setting.states))
     state = setting.states[step]
@@ -292,7 +292,7 @@ def _make_which_action_question(
 def _draw_possible_and_impossible(
     setting: QuestionSetting, rng: random.Random, state: State, number: int
 ) -> tuple[list[Action], list[Action]]:
-    """Return a list of possible and a list of impossible actions, if possible by the same operators.
+    """Return a list of possible and a list of impossible actions, from the same operators if these exist.
 
     The name of an operator then does not reveal whether the action is possible.
     """

@@ -86,7 +86,7 @@ class _PlanOutcome(NamedTuple):
 
     Attributes:
         missed_goals: numbers, from 1, of the goals that do not hold at the end.
-        failing_step: index of the first impossible step; 0 if all steps are possible.
+        failing_step: index, from 0, of the first impossible step; also 0 if all steps are possible.
         unmet_requirement: number, from 1, of the first unmet requirement of that step; 0 if no step is
             impossible.
     """
@@ -235,10 +235,10 @@ def make_justification_question(
 def _make_plan_with_one_change(
     setting: QuestionSetting, rng: random.Random
 ) -> tuple[_NumberedSteps, int, str] | None:
-    """Return a plan that differs from a task's path by one random change, and where and how they differ.
+    """Return the task's path (its executable actions) with one random change, and which change was made.
 
-    The position of the change is an index, its description an English text. Return None if the drawn kind of
-    change is impossible at the drawn position.
+    The change is described by its position, an index from 0 in the path, and an English text. Return None if
+    the drawn kind of change is impossible at the drawn position.
     """
     steps = list(enumerate(setting.path, 1))
     position = rng.randrange(len(steps))
@@ -427,8 +427,8 @@ def _draw_distant_goal(
 ) -> _GoalSeveralActionsAway | None:
     """Draw a goal: facts that become true together only after several actions.
 
-    Several goals are drawn. The chosen goal's shortest plan is closest to the length that the question with
-    this ``number`` should have.
+    Several goals are drawn. The wanted length of the plan depends on the question's ``number``. The shortest
+    plan of the returned goal has about this length.
     """
     graph = _draw_cached_state_graph(setting, rng)
     if graph is None:
@@ -460,7 +460,7 @@ def _draw_cached_state_graph(setting: QuestionSetting, rng: random.Random) -> St
 
 
 def _explore_states_of_drawn_actions(setting: QuestionSetting, rng: random.Random) -> StateGraph | None:
-    """Draw actions, some of them from a task's path, and explore all states that they lead to.
+    """Draw actions, some from the task's path (its executable actions), and explore the states they lead to.
 
     The result is None if too few actions are found, or if the states are too many.
     """

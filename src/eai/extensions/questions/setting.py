@@ -390,7 +390,8 @@ class QuestionContent:
 ItemMaker: TypeAlias = Callable[[QuestionSetting, random.Random, int], QuestionContent | None]
 """Function that makes the content of a question at random, or returns None if it fails.
 
-Its last argument is the number of the question, which selects properties that questions take in turn.
+Its last argument is the number of the question. The number selects, for example, the wanted length or outcome
+of a plan, so that questions alternate.
 """
 
 

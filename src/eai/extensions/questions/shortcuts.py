@@ -48,7 +48,10 @@ Several statements of one question that have the trait share this weight equally
 """
 
 _TOLERATED_IMBALANCE = 6
-"""Tolerated imbalance of all traits together: the sum of their squared balances, in squared questions."""
+"""Tolerated imbalance of all traits together: the sum of their squared balances.
+
+A trait has balance 1 after one question whose right statement is the only statement with the trait.
+"""
 
 _QUESTIONS_PER_TOLERANCE = 10
 """Number of questions after which the tolerated imbalance of traits grows by one."""
@@ -170,7 +173,8 @@ class StatementTraitCounts:
 
         Returns:
             the probability that each shortcut answers the question correctly, by name of the shortcut. It is
-            computed from the counts before this question, and a fraction if the shortcut has to guess.
+            computed from the counts before this question. It is a fraction if the shortcut cannot decide and
+            guesses.
         """
         traits = self._find_traits_of_each_statement(question)
         hits = {shortcut: self._score_shortcut(shortcut, question, traits) for shortcut in SHORTCUTS}
@@ -295,15 +299,15 @@ def draw_closed_question(
 ) -> tuple[int, ClosedQuestion] | None:
     """Draw choices (or the statement of a yes-no question) so that no shortcut beats guessing.
 
-    Return the excess of imbalance that remains (`StatementTraitCounts.compute_excess_imbalance`) and the
-    question, or None if the content has too few texts.
+    Return the question, and by how much it makes statements with some trait right too often or too rarely
+    (`StatementTraitCounts.compute_excess_imbalance`). Return None if there are too few right or wrong texts.
 
     Args:
-        item: the content of the question.
-        setting: the material of the task.
+        item: the right and wrong texts from which the question is made.
+        setting: the task, with its states and its names of objects.
         form: yes or no, or multiple choice.
         question_text: the text of the question without the choices.
-        ledger: counts over the earlier questions.
+        ledger: how often statements with each trait were right in earlier questions.
         rng: the random generator.
         turn: a number that selects the right letter, or whether yes or no is right.
     """
@@ -359,7 +363,8 @@ def _find_similar_texts(right: str, wrong: Sequence[str], rng: random.Random) ->
     """Yield sets of wrong texts that resemble each other as much as they resemble the right text.
 
     The first set has the wrong texts with the right text's predicate or operator, the second set those with
-    its arguments. The third set combines two names with two lists of arguments.
+    its arguments. The third set has a random wrong text, and wrong texts that combine its predicate or
+    arguments with those of the right text.
     """
     name, _, arguments = right.partition("(")
     far = rng.choice(wrong)

@@ -180,10 +180,10 @@ class QuestionGenerator:
     def _make_drafts(
         self, tasks: Iterator[str], cell: _QuestionGroupProgress, number: int, seed: int
     ) -> Iterator[_QuestionDraft]:
-        """Yield drafts of one question about some tasks.
+        """Yield several drafts of the question with this number; each draft is about one of the tasks.
 
-        Drafts that keep all shortcuts near chance come first. The other drafts follow, smallest excess of
-        imbalance first.
+        Drafts that keep all shortcuts near chance come first. The other drafts follow; drafts that favour
+        shortcuts least come first.
         """
         rng = _make_random_generator(seed, cell.kind.value, cell.form.value, number)
         order = _draw_answer_order(f"{seed} {cell.kind.value} {cell.form.value}")

@@ -72,7 +72,10 @@ def make_subgoal_domain_with_all_quirks() -> Domain:
 
 
 def find_state_left_by_aborted_action(state: State, action: Action) -> State:
-    """Return the state if eai-eval aborts in an action (see `make_transferring_contents_abort`)."""
+    """Return the state after eai-eval aborts in an action; only transfers of contents change the state then.
+
+    See `make_transferring_contents_abort`.
+    """
     halves = _make_domain_of_aborted_transfers()
     return halves.apply(state, action) if action.operator in halves.compiled_operators else state
 
@@ -107,7 +110,7 @@ def judge_grasp_from_other_hand_as_additional_step(operator: Operator) -> Operat
 
 
 def make_navigating_and_burning_abort(domain: Domain) -> Domain:
-    """Let plans name the actions NAVIGATE_TO and BURN, whose execution is an error without a kind.
+    """Let plans name the actions NAVIGATE_TO and BURN, which eai-eval cannot execute: it aborts.
 
     See ``eval_evolving_graph_env.py``, ``EvalGraphEnv``.
     """
@@ -127,7 +130,7 @@ def leave_released_objects_in_mid_air(operator: Operator) -> Operator:
 
 @_apply_to_all_operators
 def make_placing_inside_floor_abort(operator: Operator) -> Operator:
-    """Make placing an object inside a floor an error without a kind (``place_inside``)."""
+    """Let an action that places an object inside a floor abort, as in eai-eval (``place_inside``)."""
     if o.NO_INSIDE not in operator.checks:
         return operator
     aborts = replace(o.NO_INSIDE, fault=FaultKind.UNCATEGORISED, history_conditions=(FALSE,))
@@ -137,7 +140,7 @@ def make_placing_inside_floor_abort(operator: Operator) -> Operator:
 
 @_apply_to_all_operators
 def make_transferring_contents_abort(operator: Operator) -> Operator:
-    """Make transferring contents an error without a kind. An empty container transfers nothing.
+    """Let transferring the contents of a container abort, as in eai-eval, unless the container is empty.
 
     See ``evolving_graph.py``, ``pour_inside`` and ``pour_onto``.
     """
@@ -174,7 +177,7 @@ def allow_handling_allow_handling_parts_before_slicing(operator: Operator) -> Op
 
 @_apply_to_all_operators
 def never_judge_placing_as_wrong_order(operator: Operator) -> Operator:
-    """Never judge placing, transferring, or cleaning a clean object as an error of the wrong order.
+    """Never judge placing, transferring or cleaning an object as an error of the wrong order.
 
     See ``evolving_graph.py``, ``check_precondition``.
     """

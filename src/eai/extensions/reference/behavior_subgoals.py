@@ -184,7 +184,10 @@ class _BehaviorSubgoalNotation(BehaviorSubgoalNotation):
     """
 
     def make_formula_lexicon(self, scene: Scene) -> FormulaLexicon:
-        """Return the names that formulas may use: the data set's. It names no parts of other objects."""
+        """Return the names that formulas may use, as in the data set.
+
+        The data set has no names for parts of objects.
+        """
         predicates = dict.fromkeys((*map_predicates_to_categories(scene), *PREDICATE_ARITIES))
         return make_behavior_lexicon(
             scene,
@@ -245,10 +248,10 @@ def reject_wrong_argument_counts_and_names(
 ) -> RejectedAnswer | None:
     """Return why an answer is rejected because its formula fails eai-eval's semantic check, or None.
 
-    The package eai-eval checks the number of objects before their names, and states before actions. It raises
-    an exception, which counts as a parsing error, for a predicate or action without objects. It also does so
-    if no table holds the arity of a predicate or action, unless it has already found a wrong number of
-    objects.
+    The package eai-eval checks the numbers of objects before their names, and predicates before actions. In
+    two cases it raises an exception, which counts as a parsing error: a predicate or action has no objects,
+    or eai-eval does not know its number of objects. In the second case, eai-eval instead reports a wrong
+    number of objects if it has seen such a number before.
     """
     parts = tuple(walk_subformulas(formula))
     primitives: list[tuple[str, int | None, Atom | Occurs]] = [

@@ -1,9 +1,11 @@
 """Extract and compare operators as eai-eval 1.0.5 does.
 
 Planning: the planner gets the gold operator for each required operator that the answer lacks, and all other
-operators of the domain (``complete_pddl_domain``). Missing operators are not counted. Hallucinated operators
-take part in planning. The planner is that of `planner_of_2024`. Predicates without a category are not
-counted. If such a predicate matches, eai-eval raises a KeyError and loses the whole run; here it is ignored.
+operators of the domain (``complete_pddl_domain``). Hallucinated operators take part in planning. The planner
+is that of `planner_of_2024`.
+
+Counting: operators that an answer lacks are not counted, and neither are predicates without a category. If a
+predicate without a category matches, eai-eval raises a KeyError and loses the whole run; here it is ignored.
 
 Extraction reproduces the first lines of ``worker_process`` in
 ``transition_modeling/scripts/evaluate_results.py`` and ``extract_action_details`` in
@@ -123,8 +125,9 @@ def _extract_text(answer: str) -> str | None:
 def _extract_list(content: str, position_of_key: int) -> str | None:
     """Return the first balanced list (text in parentheses) after a position, or None if it does not close.
 
-    Without an opening parenthesis, eai-eval starts at the beginning of the whole text. The character
-    after the opening parenthesis counts as a parenthesis only if it closes the list at once.
+    Without an opening parenthesis, eai-eval starts at the beginning of the whole text. If the opening
+    parenthesis is followed by another opening parenthesis, eai-eval does not count the second. So the list
+    then ends too early.
     """
     start = content.find("(", position_of_key) + 1
     if content.startswith(")", start):

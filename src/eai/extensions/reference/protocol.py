@@ -1,7 +1,7 @@
 """The implementation of the protocol `eai-1.0.5`: it opens suites of VirtualHome and BEHAVIOR.
 
-For comparison with the paper, it also counts as the paper's runs did: they required one goal of one task of
-BEHAVIOR that release 1.0.5 does not require.
+For comparison with the paper, `count_goal_removed_after_paper` also counts one goal of one BEHAVIOR task. The
+paper's runs required this goal, but release 1.0.5 does not.
 
 The paper's replanning in VirtualHome used a script that release 1.0.5 lacks (``eval_action.py``,
 ``end_to_end_action_eval``). The script counts errors of the third and last attempt only. An earlier success
@@ -200,8 +200,8 @@ class _TrialWithRandomFailures(Trial):
     """A task's attempts with stochastic actions, executed as in eai-eval's script.
 
     Before each action, a draw decides whether it fails at random (a slip). Every failed action ends the
-    attempt, even a step judged additional. A plan that executes completely without reaching the goal ends the
-    trial without a further attempt.
+    attempt, even an action that fails only because it is not needed. A plan that executes completely without
+    reaching the goal ends the trial without a further attempt.
     """
 
     @property
@@ -229,7 +229,7 @@ class _TrialWithRandomFailures(Trial):
     def try_answer(self, text: str) -> Attempt:
         """Execute an answer as the next attempt.
 
-        If a step judged additional ended the plan, the attempt fails with that error.
+        If an action that is not needed ended the plan, the attempt fails with the error ``additional_step``.
         """
         attempt = super().try_answer(text)
         verdict, steps = attempt.verdict, attempt.explanation.steps if attempt.explanation else ()

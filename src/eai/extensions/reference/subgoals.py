@@ -47,7 +47,7 @@ _OBJECT = re.compile(r"{[^{}]*}")
 _THEN = " then "
 
 _COUNTED_ONCE = (FaultKind.WRONG_ORDER, FaultKind.MISSING_STEP, FaultKind.AFFORDANCE)
-"""Kinds of error of which each entry in eai-eval's error report counts once."""
+"""Kinds of error for which each entry in eai-eval's error report adds one to the number of errors."""
 
 
 class PublishedSubgoalScorer(SubgoalDecomposition):
@@ -92,7 +92,11 @@ class PublishedSubgoalScorer(SubgoalDecomposition):
     def _make_planners_with_literal_indices(
         self, literals: Sequence[f.Formula]
     ) -> list[tuple[int, SubgoalPlanner]]:
-        """Return the planners of literals in order, each with the index of its first literal."""
+        """Return the planners that make the literals true, in order.
+
+        Each planner is for one literal or several successive literals, and has the index of the first of
+        them.
+        """
 
     def _make_program_of_plans(self, literals: Sequence[f.Formula]) -> Program:
         """Return the program that the search executes: the plans in order, without any test of a literal."""
@@ -104,7 +108,7 @@ class PublishedSubgoalScorer(SubgoalDecomposition):
     def halts(self, fault: Fault) -> bool:
         """Whether eai-eval raises an exception for a fault. The exception counts as a parsing error.
 
-        It does so for each fault to which it gives no kind.
+        Such a fault has no kind of error in eai-eval.
         """
         return fault.kind is FaultKind.UNCATEGORISED
 

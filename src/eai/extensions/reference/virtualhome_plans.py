@@ -100,7 +100,7 @@ GOLD_TEST = "the data set's own final state fails the reference's goal test"
 EQUALS_SCRIPT = "the plan equals the data set's script, which the reference counts as a failure"
 
 LIST_IS_NOT_JSON = Unreadable("the list of a step is not JSON")
-"""The reading error that counts as two parsing errors."""
+"""Reason why an answer cannot be read; in eai-eval's summary, this error counts as two parsing errors."""
 
 _STEP = re.compile(r'"(\w+)"\s*:\s*(\[[^\]]+\])')
 _FENCE = "```json"
@@ -191,8 +191,8 @@ class VirtualHomeActionSequencing(ActionSequencing):
     def _judge_execution(self, execution: Execution, plan: WrittenPlan) -> PlanVerdict:
         """Return the verdict on an executed plan, with separate counts for summaries of many answers.
 
-        In a summary, every step judged additional counts, and action goals have the order of the data set.
-        The package eai-eval has this order only by chance.
+        A summary counts every action that was not needed as an error, and requires action goals in the order
+        of the data set. In eai-eval, these goals are in this order only by chance.
         """
         verdict = super()._judge_execution(execution, plan)
         reached = verdict.goals_satisfied
@@ -251,7 +251,7 @@ def read_plan(text: str) -> WrittenPlan | Unreadable:
     """
     if len(text) > MAX_LENGTH:
         return TOO_LONG
-    text = text[: text.rfind(_LIST_END) + 1]  # no step ends later, and a shorter text is searched faster
+    text = text[: text.rfind(_LIST_END) + 1]  # the last step ends here; a shorter text is searched faster
     text = text.removeprefix(_FENCE).strip().replace("\n", "").replace("'", '"')
     written = _STEP.findall(re.sub(r"\s+", " ", text))
     if not written:

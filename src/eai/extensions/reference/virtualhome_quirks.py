@@ -181,9 +181,10 @@ def remove_contents_of_grabbed_object(domain: Domain) -> Domain:
 
 @_apply_to_all_checks
 def search_earlier_states_for_other_condition(operator: Operator, check: Check) -> Check:
-    """Let the test for wrong order search earlier states for another condition than the check's, or for none.
+    """Let the test for wrong order look in earlier states for other conditions than the failed condition.
 
-    See `SEARCHED_CONDITIONS`; ``execution.py``, ``update_missing_precond``.
+    If a condition is never true, the test finds no wrong order. See `SEARCHED_CONDITIONS`; ``execution.py``,
+    ``update_missing_precond``.
     """
     (wanted,) = (check.condition,) if check.history_conditions is None else check.history_conditions
     sought = SEARCHED_CONDITIONS.get(wanted)
@@ -222,7 +223,10 @@ def judge_second_grab_as_additional_step(operator: Operator, check: Check) -> Ch
 
 @_apply_to_all_checks
 def judge_seated_elsewhere_as_additional_step(operator: Operator, check: Check) -> Check | None:
-    """Judge sitting or lying down elsewhere as an additional step (``SitExecutor``, ``LieExecutor``)."""
+    """Judge sitting down while sitting, on any object, as an additional step; likewise lying down.
+
+    See ``SitExecutor`` and ``LieExecutor``.
+    """
     if check in (o.NOT_SEATED_ELSEWHERE, o.NOT_IN_BED_ELSEWHERE):
         return None
     if check == o.NOT_SEATED:
@@ -253,7 +257,7 @@ def let_impossible_put_back_succeed(domain: Domain) -> Domain:
 
 
 def make_short_and_long_looks_abort(domain: Domain) -> Domain:
-    """Make LOOKAT_SHORT and LOOKAT_LONG errors without a kind (``execution.py``, ``UnknownExecutor``)."""
+    """Let LOOKAT_SHORT and LOOKAT_LONG abort, as in eai-eval (``execution.py``, ``UnknownExecutor``)."""
     undefined = Check(FALSE, FaultKind.UNCATEGORISED, "the reference cannot execute this action")
     return domain.replace_operators(
         *(Operator(name, (X,), (undefined,), ()) for name in ("LOOKAT_SHORT", "LOOKAT_LONG"))
@@ -262,7 +266,7 @@ def make_short_and_long_looks_abort(domain: Domain) -> Domain:
 
 @_apply_to_all_checks
 def make_walking_to_object_in_no_room_abort(operator: Operator, check: Check) -> Check:
-    """Make walking to an object in no room an error without a kind (``WalkExecutor``)."""
+    """Let walking to an object that is in no room abort, as in eai-eval (``WalkExecutor``)."""
     return replace(check, fault=FaultKind.UNCATEGORISED) if check.reason == o.SOMEWHERE.reason else check
 
 

@@ -137,9 +137,8 @@ class VirtualHomeSubgoalDecomposition(PublishedSubgoalScorer):
         """Whether eai-eval raises an exception for a fault.
 
         It also raises an exception if it cannot determine which step is missing, such as before SIT if no
-        seat is free (``checkers.py``, ``check_missing_preconds``). For plans, release 1.0.5 calls this a
-        missing step, because action sequencing has its own test for wrong order
-        (``simulation/evolving_graph/checker.py``).
+        seat is free (``checkers.py``, ``check_missing_preconds``). For plans, release 1.0.5 has other code
+        (``simulation/evolving_graph/checker.py``). That code judges the action as lacking a step.
         """
         return super().halts(fault) or fault.check.history_conditions == (FALSE,)
 

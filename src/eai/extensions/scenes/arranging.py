@@ -1,4 +1,4 @@
-"""Arrange the objects of a state in rooms, one room for each floor.
+"""Arrange the objects of a state in rooms, one room for each object that is a floor.
 
 Furniture stands side by side along the walls or in rows. Rooms are as large as their furniture needs.
 """
@@ -31,12 +31,12 @@ _WALL_CABINET_HEIGHT, _WINDOW_HEIGHT = 1.42, 0.9
 def arrange_objects(
     locations: ObjectLocations, names: Sequence[str], seed: str
 ) -> tuple[Placer, Mapping[int, Box]]:
-    """Return a placer with the poses of all objects of a state, and the box of each room by its floor.
+    """Return the poses of a state's objects (in a `Placer`), and a mapping from each floor to its room's box.
 
     The seed determines all random draws.
 
     Raises:
-        InputError: the state has no floor, or an object does not fit where the state puts it.
+        InputError: the state has no floor, or an object does not fit into its place in the state.
     """
     if not locations.floors:
         raise InputError("cannot build a room: the state has no floor")
@@ -84,8 +84,8 @@ def place_remaining_objects(
 def _map_object_of_two_rooms_to_floors(locations: ObjectLocations) -> dict[int, tuple[int, int]]:
     """Return a mapping from an object that stands over an object of another room to the floors of both rooms.
 
-    The floor of the upper object comes first. The mapping has at most one object: the first of several, or
-    none.
+    The first floor of the pair belongs to the object that stands over the other object. If there are several
+    such objects, the mapping has only the first. Without such an object, the mapping is empty.
     """
     rooms = [
         (roof, (locations.find_room(roof), locations.find_room(thing)))

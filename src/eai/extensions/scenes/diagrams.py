@@ -24,7 +24,10 @@ MOST_HEIGHT = 1536
 
 
 def make_words_for_picture_labels(benchmark: Benchmark) -> SceneGraphVocabulary:
-    """Return the words for objects and relations in pictures: the words of observations, which name hands."""
+    """Return the words for objects and relations in pictures.
+
+    They are the words of observations, which also name the hand that holds an object.
+    """
     return SceneGraphVocabulary(benchmark.observation_wording())
 
 
