@@ -33,9 +33,9 @@ MAX_OBSERVATION = 1 << 16
 class AnyTextSpace(gymnasium.Space[str]):
     """A gymnasium space of all texts up to a length, with any characters. Samples are printable ASCII.
 
-    `gymnasium.spaces.Text` allows only a fixed set of characters. By default,
-    `gymnasium.vector.AsyncVectorEnv` shares memory between processes, and loses observations of a `Text`
-    space there. With `AnyTextSpace` it raises an error that asks for ``shared_memory=False``.
+    `gymnasium.spaces.Text` allows only a fixed set of characters. In its default shared
+    memory, `gymnasium.vector.AsyncVectorEnv` loses observations of a `Text` space. With `AnyTextSpace`,
+    `AsyncVectorEnv` raises an error that asks for ``shared_memory=False``.
     """
 
     max_length: int
