@@ -165,8 +165,20 @@ def test_a_check_of_an_operator_with_many_parameters_ends_and_reports_its_limit(
     )
 
 
-def test_a_check_reports_its_progress_for_each_task() -> None:
-    seen: list[int] = []
-    tasks = [replace(LIGHT, id=str(number)) for number in range(3)]
-    check_benchmark(Benchmark("toy", toy.DOMAIN, given(*tasks)), Source(), seen.append)
-    assert seen == [0, 1, 2]
+def test_a_benchmark_without_a_reference_is_checked_in_this_process() -> None:
+    def fail(work: object, items: object) -> list[object]:
+        raise AssertionError
+
+    _, ends = check_benchmark(Benchmark("toy", toy.DOMAIN, given(LIGHT)), Source(), fail)
+    assert ends.total() == 1
+
+
+def test_any_number_of_workers_finds_the_same_mistakes(eai: Command, tmp_path: Path) -> None:
+    (tmp_path / "domain.pddl").write_text(WIDE)
+    for number in range(20):
+        goal, fact = "(never a)" if number % 3 else "(p b)", "(p b)" if number % 2 else ""
+        problem = f"(:domain wide) (:objects a b) (:init (p a) {fact}) (:goal {goal})"
+        (tmp_path / f"problem{number}.pddl").write_text(f"(define (problem x{number}) {problem})")
+    alone, together = [eai("check", f"pddl:{tmp_path}", "--workers", workers, "--json") for workers in (1, 2)]
+    assert (alone.status, alone.out) == (together.status, together.out)
+    assert alone.status == 2

@@ -102,6 +102,16 @@ def test_only_answers_that_are_right_are_exported_once(eai: Command, records: Pa
         assert library.reward(row["task"], said["content"]) == 1
 
 
+@pytest.mark.parametrize("name", ["sft", "preference"])
+def test_any_number_of_workers_exports_the_same_answers(
+    eai: Command, records: Path, tmp_path: Path, name: str
+) -> None:
+    files = [tmp_path / f"{workers}.jsonl" for workers in (1, 2)]
+    for workers, file in enumerate(files, 1):
+        assert eai("export", name, records, "--out", file, "--workers", workers).status == 0
+    assert files[0].read_bytes() == files[1].read_bytes() != b""
+
+
 def test_preferences_are_for_the_better_answer(eai: Command, records: Path, tmp_path: Path) -> None:
     done = eai("export", "preference", records, "--out", tmp_path / "data", "--format", "hf")
     assert done.status == 0

@@ -144,6 +144,19 @@ def test_check_tells_what_is_not_as_it_says(eai: Command, lines: tuple[object, .
     assert message in outcome.out
 
 
+def test_any_number_of_workers_finds_the_same_mistakes_in_lines(eai: Command) -> None:
+    lines = [{**LINE, "id": f"task {number % 15}"} for number in range(20)]
+    lines[3] |= {"plan": LINE["plan"][1:]}
+    lines[7] |= {"base": "nowhere"}
+    lines[9] |= {"id": 9}
+    file = put("tasks.jsonl", *lines)
+    alone, together = [eai("check", file, "--workers", workers) for workers in (1, 2)]
+    assert (alone.status, alone.out) == (together.status, together.out)
+    assert alone.status == 2
+    assert alone.out.count("is already used at") == 5
+    assert "line 8: 'nowhere' is not a benchmark" in alone.out
+
+
 def test_check_accepts_what_is_sound(eai: Command) -> None:
     assert eai("check", put("tasks.jsonl", LINE)).status == 0
 

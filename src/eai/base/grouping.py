@@ -1,12 +1,15 @@
-"""Group (key, value) pairs by their keys."""
+"""Group (key, value) pairs by their keys, and apply functions to groups of items."""
 
 from __future__ import annotations
 
-from collections.abc import Hashable, Iterable
-from typing import TypeVar
+from collections.abc import Callable, Hashable, Iterable, Iterator, Sequence
+from typing import Any, TypeAlias, TypeVar
 
 K = TypeVar("K", bound=Hashable)
 V = TypeVar("V")
+
+MapItems: TypeAlias = Callable[[Callable[[Sequence[Any]], Sequence[Any]], Sequence[Any]], Iterable[Any]]
+"""Function that applies a function to groups of items, and yields a result for each item, in order."""
 
 
 def group_pairs(pairs: Iterable[tuple[K, V]]) -> dict[K, list[V]]:
@@ -18,3 +21,9 @@ def group_pairs(pairs: Iterable[tuple[K, V]]) -> dict[K, list[V]]:
     for key, value in pairs:
         groups.setdefault(key, []).append(value)
     return groups
+
+
+def map_one_by_one(work: Callable[[Sequence[K]], Sequence[V]], items: Iterable[K]) -> Iterator[V]:
+    """Yield the result of a function for each item, in order, in this process."""
+    for item in items:
+        yield from work((item,))

@@ -3,16 +3,21 @@
 from __future__ import annotations
 
 from collections import Counter
-from collections.abc import Callable, Iterable, Iterator
+from collections.abc import Callable, Iterable, Iterator, Sequence
+from dataclasses import dataclass, replace
+from functools import cached_property
 from itertools import chain
-from typing import TYPE_CHECKING, cast
+from typing import TYPE_CHECKING, TypeAlias, cast
 
 import eai.logic.formula as f
 from eai.abilities.protocol import PAPER_ABILITIES, Ability
 from eai.abilities.verdict import PlanVerdict, Verdict
 from eai.base.errors import InputError, did_you_mean
+from eai.base.grouping import MapItems, map_one_by_one
+from eai.base.store import ignore_progress
 from eai.benchmarks.benchmark import Benchmark
 from eai.benchmarks.gold_answers import open_gold_answers
+from eai.benchmarks.registry import find_benchmark
 from eai.benchmarks.suite import open_suite
 from eai.logic.traversal import get_bound_variables, walk_subformulas
 from eai.planning.planner import Planner
@@ -41,12 +46,8 @@ _LIMITS = Limits(looks=150_000)
 """Limits of the search for a task's plan. The search takes about a second on a usual processor."""
 
 
-def _ignore_progress(checked: int) -> None:
-    """Ignore the number of checked tasks. This function is the default of `progressed`."""
-
-
 def check_benchmark(
-    benchmark: Benchmark, source: Source, progressed: Callable[[int], None] = _ignore_progress
+    benchmark: Benchmark, source: Source, map_items: MapItems = map_one_by_one
 ) -> tuple[list[DataMistake], Counter[SearchEndReason]]:
     """Return all problems of a benchmark, and counts of the searches for plans by how they ended.
 
@@ -55,7 +56,7 @@ def check_benchmark(
     Args:
         benchmark: the benchmark.
         source: the source of its tasks.
-        progressed: called before each task with the number of tasks that have been checked.
+        map_items: applies a function to the ids of tasks, for example in several processes.
     """
     domain, tasks = benchmark.domain, benchmark.tasks(source)
     initial_states = [tasks[task_id].initial for task_id in list(tasks)[:WALKS]]
@@ -66,16 +67,48 @@ def check_benchmark(
             if kind not in kinds:
                 problem = f"no task has an object of the kind {kind}{did_you_mean(kind, kinds)}"
                 findings.append(DataMistake(domain.name, f"{subject}: {problem}"))
-    planner, ends = Planner(domain), Counter[SearchEndReason]()
-    for number, (task_id, task) in enumerate(tasks.items()):
-        progressed(number)
-        problems = list(_find_task_problems(task, domain))
-        if not problems and not task.script and task.unsolvable is None:
-            end = find_plan(task, planner, _LIMITS).end
-            ends[end] += 1
-            problems = ["no plan reaches its goals"] if end is SearchEndReason.UNREACHABLE else []
+    ends, task_ids = Counter[SearchEndReason](), list(tasks)
+    check_tasks = _TaskChecker(benchmark, replace(source, report=ignore_progress))
+    if not benchmark.reference:  # other processes cannot open a benchmark that has no reference
+        map_items = map_one_by_one
+    for task_id, (problems, end) in zip(task_ids, map_items(check_tasks, task_ids), strict=True):
+        ends.update([] if end is None else [end])
         findings += [DataMistake(task_id, problem) for problem in problems]
     return findings, ends
+
+
+_CheckedTask: TypeAlias = tuple[list[str], "SearchEndReason | None"]
+"""The problems of a task, and how the search for its plan ended; None if no plan was searched."""
+
+
+@dataclass(frozen=True)
+class _TaskChecker:
+    """Checks tasks of a benchmark by their ids. Another process opens the benchmark by its reference."""
+
+    benchmark: Benchmark
+    source: Source
+
+    def __reduce__(self) -> tuple[Callable[[str, Source], _TaskChecker], tuple[str, Source]]:
+        return _open_checker, (self.benchmark.reference, self.source)
+
+    @cached_property
+    def _planner(self) -> Planner:
+        return Planner(self.benchmark.domain)
+
+    def __call__(self, task_ids: Sequence[str]) -> list[_CheckedTask]:
+        tasks = self.benchmark.tasks(self.source)
+        return [self._check_task(tasks[task_id]) for task_id in task_ids]
+
+    def _check_task(self, task: Task) -> _CheckedTask:
+        problems = list(_find_task_problems(task, self.benchmark.domain))
+        if problems or task.script or task.unsolvable is not None:
+            return problems, None
+        end = find_plan(task, self._planner, _LIMITS).end
+        return ["no plan reaches its goals"] if end is SearchEndReason.UNREACHABLE else [], end
+
+
+def _open_checker(reference: str, source: Source) -> _TaskChecker:
+    return _TaskChecker(find_benchmark(reference), source)
 
 
 def _find_task_problems(task: Task, domain: Domain) -> Iterator[str]:

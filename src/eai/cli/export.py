@@ -27,6 +27,7 @@ from eai.cli.options import AsJson, DataFolder, make_flag, open_data_source
 from eai.cli.prompts import OfSet, choose_tasks, is_prompt_list_file, write_prompts
 from eai.pddl.planning import PlannerChoice
 from eai.results import training_data
+from eai.results.batch import Scoring
 from eai.results.records import read_records
 from eai.results.reward import Reward, Shaping, can_earn_reward
 from eai.results.runs import find_record_files
@@ -141,6 +142,7 @@ def export_sft_data(
     shaping: _Shaping = Shaping.SUCCESS,
     prompt_set: OfSet = "official",
     form: _OfFormat = "jsonl",
+    workers: options.Workers = 1,
     as_json: AsJson = False,
     data: DataFolder = None,
 ) -> None:
@@ -154,7 +156,9 @@ def export_sft_data(
         least: Minimum reward, from 0 to 1, of an answer.
     """
     left_out = Counter[str]()
-    answers = _read_rewarded_answers(records, domain or [], shaping, prompt_set, data, left_out)
+    answers = _read_rewarded_answers(
+        records, domain or [], shaping, prompt_set, data, left_out, workers=workers
+    )
     _print_written_rows(
         out,
         _write_data_set(training_data.select_verified_rows(answers, least), out, form),
@@ -172,6 +176,7 @@ def export_preference_data(
     shaping: _Shaping = Shaping.PROGRESS,
     prompt_set: OfSet = "official",
     form: _OfFormat = "jsonl",
+    workers: options.Workers = 1,
     as_json: AsJson = False,
     data: DataFolder = None,
 ) -> None:
@@ -183,7 +188,9 @@ def export_preference_data(
         margin: Minimum difference in value of a pair.
     """
     left_out = Counter[str]()
-    answers = _read_rewarded_answers(records, domain or [], shaping, prompt_set, data, left_out)
+    answers = _read_rewarded_answers(
+        records, domain or [], shaping, prompt_set, data, left_out, workers=workers
+    )
     _print_written_rows(
         out,
         _write_data_set(training_data.make_preference_rows(answers, margin), out, form),
@@ -235,12 +242,14 @@ def _read_rewarded_answers(
     data: Path | None,
     left_out: Counter[str],
     label: Callable[[Suite], training_data.AddColumns] | None = None,
+    *,
+    workers: int = 1,
 ) -> Iterator[TrainingRow]:
     """Yield the answers in files of records, each with its value as a reward, grouped by suite."""
     named = {benchmark.name: benchmark for benchmark in map(find_benchmark, domains)}
     records = (record for file in find_record_files(paths) for record in read_records(file))
     by_suite = group_pairs(((record.domain, record.ability), record) for record in records)
-    with open_data_source(data, PlannerChoice.NONE) as source:
+    with open_data_source(data, PlannerChoice.NONE) as source, Scoring(workers) as scoring:
         for (domain, ability), of_suite in by_suite.items():
             if not can_earn_reward(ability):
                 left_out[training_data.NOT_PAID] += len(of_suite)
@@ -253,7 +262,9 @@ def _read_rewarded_answers(
             asked = PromptLibrary(prompt_set, None, source).open(benchmark, ability)
             paid = Reward(open_suite(benchmark, ability, source=source), shaping)
             columns = {} if label is None else {"add_columns": label(paid.suite)}
-            yield from training_data.make_reward_rows(of_suite, paid, asked, left_out, **columns)
+            yield from training_data.make_reward_rows(
+                of_suite, paid, asked, left_out, scoring=scoring, **columns
+            )
 
 
 def _list_split_names_and_references(domain: str) -> list[tuple[str, str]]:

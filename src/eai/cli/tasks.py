@@ -3,9 +3,10 @@
 from __future__ import annotations
 
 import json
-from collections.abc import Iterable
+from collections.abc import Callable, Iterable, Iterator, Sequence
+from functools import partial
 from pathlib import Path
-from typing import Annotated
+from typing import Annotated, Any
 
 import typer
 
@@ -18,15 +19,17 @@ from eai.benchmarks.generator.sets import list_doubts_about_secret_set, measure_
 from eai.benchmarks.registry import PDDL, REFERENCES, find_benchmark, is_path_of_task_files
 from eai.cli.console import DOMAIN_HELP, format_count, print_findings_and_exit, print_result
 from eai.cli.learnability import print_learnability
-from eai.cli.options import ABILITIES, AsJson, DataFolder, make_flag, open_data_source
+from eai.cli.options import ABILITIES, AsJson, DataFolder, Workers, make_flag, open_data_source
 from eai.cli.progress import show_scoring_progress
 from eai.cli.prompts import OfSet
 from eai.planning.search import SearchEndReason
 from eai.results.reward import Shaping
+from eai.results.workers import WorkerPool
 from eai.tasks.source import DataMistake
 from eai.tasks.task import Task
 from eai.tasks.task_files import check_task_files, write_task_file
 from eai.tasks.task_lines import make_task_line_schema, write_task_line
+from eai.world.domain import Domain
 
 _LEARNABLE = "With --learnable"
 
@@ -45,6 +48,7 @@ def check(
     records: Annotated[list[Path] | None, make_flag(panel=_LEARNABLE, metavar="PATH")] = None,
     context: Annotated[int | None, make_flag(panel=_LEARNABLE, metavar="TOKENS", min=1)] = None,
     prompt_set: OfSet = "official",
+    workers: Workers = 1,
     as_json: AsJson = False,
     data: DataFolder = None,
 ) -> None:
@@ -93,10 +97,12 @@ def check(
         ]
         print_findings_and_exit(findings, "the set was made with this secret", as_json=as_json)
     elif is_path_of_task_files(_require_benchmark_reference(path)):
-        findings = list(check_task_files(Path(path), lambda base: find_benchmark(base).domain))
+        with WorkerPool(workers) as pool:
+            map_items = partial(_map_and_show_progress, pool, f"checking {path}", as_json)
+            findings = list(check_task_files(Path(path), _find_domain, map_items))
         print_findings_and_exit(findings, "all tasks are as they say", as_json=as_json)
     else:
-        _check_benchmark(path, data, as_json=as_json)
+        _check_benchmark(path, workers, data, as_json=as_json)
 
 
 def _require_benchmark_reference(path: str) -> str:
@@ -105,12 +111,12 @@ def _require_benchmark_reference(path: str) -> str:
     return path
 
 
-def _check_benchmark(reference: str, data: Path | None, *, as_json: bool) -> None:
+def _check_benchmark(reference: str, workers: int, data: Path | None, *, as_json: bool) -> None:
     benchmark = find_benchmark(reference)
-    with open_data_source(data) as source:
+    with open_data_source(data) as source, WorkerPool(workers) as pool:
         number = len(benchmark.tasks(source))
-        with show_scoring_progress(f"checking {benchmark.name}", number, quiet=False) as progressed:
-            findings, ends = check_benchmark(benchmark, source, progressed)
+        map_items = partial(_map_and_show_progress, pool, f"checking {benchmark.name}", as_json)
+        findings, ends = check_benchmark(benchmark, source, map_items)
     parts = format_count(len(benchmark.domain.operators), "operator"), format_count(number, "task")
     fine = f"{benchmark.name}: {' and '.join(parts)}; nothing is wrong"
     if ends:
@@ -118,6 +124,23 @@ def _check_benchmark(reference: str, data: Path | None, *, as_json: bool) -> Non
     if ends[SearchEndReason.STATES]:
         fine += f", and gives up {ends[SearchEndReason.STATES]} at its limit"
     print_findings_and_exit(findings, fine, as_json=as_json)
+
+
+def _find_domain(base: str) -> Domain:
+    return find_benchmark(base).domain
+
+
+def _map_and_show_progress(
+    pool: WorkerPool,
+    title: str,
+    quiet: bool,
+    work: Callable[[Sequence[Any]], Sequence[Any]],
+    items: Sequence[Any],
+) -> Iterator[Any]:
+    with show_scoring_progress(title, len(items), quiet=quiet) as report:
+        for number, result in enumerate(pool.map_batches(work, items), 1):
+            yield result
+            report(number)
 
 
 def _print_task_overlap(

@@ -17,6 +17,7 @@ from eai.abilities.notation.plan_form import WrittenPlan
 from eai.abilities.plan_distance import StepLabeler, make_step_labeler
 from eai.abilities.verdict import ErrorReport
 from eai.benchmarks.suite import Suite
+from eai.results.batch import Scoring
 from eai.results.record import Record
 from eai.results.reward import Reward
 from eai.tasks.prompts.prompt import Prompt
@@ -65,20 +66,26 @@ def make_reward_rows(
     prompts: Mapping[str, Prompt],
     left_out: Counter[str],
     add_columns: AddColumns = lambda record: {},
+    scoring: Scoring | None = None,
 ) -> Iterator[TrainingRow]:
     """Yield a row for each answer in records of one suite, with its prompt and its newly computed reward.
 
-    The counter ``left_out`` gets the number of records without a row, by reason.
+    The counter ``left_out`` gets the number of records without a row, by reason. With ``scoring``, its
+    processes compute the rewards.
     """
+    records = list(records)
+    answers = [
+        (record.task_id, record.response)
+        for record in records
+        if record.unanswered is None and not _asks_other_questions(record)
+    ]
+    rewards = (scoring or Scoring()).compute_rewards(reward, answers)
     for record in records:
         prompt_sha256 = None if record.origin is None else record.origin.prompt_sha256
-        settings = record.experiment
-        if settings is not None and prompt_sha256 is not None:
-            settings = settings.without_study(_PROMPTS)  # the digest of a prompt suffices to find the prompt
-        if settings is not None and not settings.has_no_settings:
+        if _asks_other_questions(record):
             left_out[EXPERIMENT] += 1
             continue
-        value = None if record.unanswered is not None else reward(record.task_id, record.response)
+        value = None if record.unanswered is not None else next(rewards)
         if value is None:
             left_out[NO_ANSWER] += 1
             continue
@@ -98,6 +105,14 @@ def make_reward_rows(
             "reward": value,
             **columns,
         }
+
+
+def _asks_other_questions(record: Record) -> bool:
+    """Whether a record belongs to an experiment whose questions cannot be found again."""
+    settings = record.experiment
+    if settings is not None and record.origin is not None and record.origin.prompt_sha256 is not None:
+        settings = settings.without_study(_PROMPTS)  # the digest of a prompt suffices to find the prompt
+    return settings is not None and not settings.has_no_settings
 
 
 def make_step_column_adder(suite: Suite, search_effort: int, step_counts: Counter[str]) -> AddColumns:

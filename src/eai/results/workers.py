@@ -35,6 +35,7 @@ from typing import Any, TypeVar
 from typing_extensions import Self
 
 from eai.base.errors import EaiError
+from eai.base.grouping import map_one_by_one
 from eai.results.collector import reduce_garbage_collection
 
 ENDED_STATUS = 128 + signal.SIGTERM
@@ -229,8 +230,7 @@ class WorkerPool:
             EaiError: workers die repeatedly at the same items.
         """
         if self._number < 2:
-            for item in items:
-                yield from work((item,))
+            yield from map_one_by_one(work, items)
             return
         content = pickle.dumps(work)
         upcoming = split_batches(items, self._number, *batch_sizes)

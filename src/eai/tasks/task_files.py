@@ -7,13 +7,15 @@ import hashlib
 import json
 import re
 import zlib
-from collections.abc import Callable, Iterable, Iterator, Mapping
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
-from functools import cache
+from functools import partial
 from pathlib import Path
+from typing import NamedTuple
 
 from eai.base.errors import InputError, prefix_errors_with_location
 from eai.base.files import number_lines, read_content, write_files_atomically
+from eai.base.grouping import MapItems, map_one_by_one
 from eai.logic.ltl_printer import print_ltl
 from eai.logic.start import is_refuted_by_initial_state
 from eai.tasks.goal_test import GoalTest
@@ -117,32 +119,54 @@ def write_task_file(file: Path, lines: Iterable[str]) -> None:
     write_files_atomically({file: gzip.compress(content, mtime=0) if file.suffix == ".gz" else content})
 
 
-def check_task_files(path: Path, domain_of: Callable[[str], Domain]) -> Iterator[DataMistake]:
+class _CheckedLine(NamedTuple):
+    """The id of the task in a line, None if the line is not a task, and the mistakes in the line."""
+
+    task_id: str | None
+    problems: list[str]
+
+
+def check_task_files(
+    path: Path, domain_of: Callable[[str], Domain], map_items: MapItems = map_one_by_one
+) -> Iterator[DataMistake]:
     """Yield all mistakes in task files: lines that are not tasks, and tasks with false statements.
 
     Args:
         path: a file or a folder.
         domain_of: returns the declaration of a benchmark, given the benchmark's name in a line.
+        map_items: applies a function to the lines, for example in several processes.
 
     Raises:
         InputError: the files cannot be opened (`open_task_files`).
     """
-    domain_of = cache(domain_of)
     seen: dict[str, _TaskFileLine] = {}
     places = list(read_task_file_lines(path))
     if not places:
         yield DataMistake(str(path), "expected at least one task")
-    for place in places:
-        try:
-            line = read_task_line(place.content)
-            if line.id in seen:
-                raise InputError(f"the id {line.id!r} is already used at {seen[line.id]}")
-            seen[line.id] = place
-            domain = domain_of(line.base)
-            problems: Iterable[str] = find_mistakes_in_task(make_task_from_line(line, domain), domain)
-        except InputError as error:
-            problems = [str(error)]
+    for place, (task_id, problems) in zip(
+        places, map_items(partial(_check_lines, domain_of), places), strict=True
+    ):
+        if task_id in seen:
+            yield DataMistake(str(place), f"the id {task_id!r} is already used at {seen[task_id]}")
+            continue
+        if task_id is not None:
+            seen[task_id] = place
         yield from (DataMistake(str(place), problem) for problem in problems)
+
+
+def _check_lines(domain_of: Callable[[str], Domain], places: Sequence[_TaskFileLine]) -> list[_CheckedLine]:
+    return [_check_line(domain_of, place) for place in places]
+
+
+def _check_line(domain_of: Callable[[str], Domain], place: _TaskFileLine) -> _CheckedLine:
+    task_id = None
+    try:
+        line = read_task_line(place.content)
+        task_id = line.id
+        domain = domain_of(line.base)
+        return _CheckedLine(task_id, list(find_mistakes_in_task(make_task_from_line(line, domain), domain)))
+    except InputError as error:
+        return _CheckedLine(task_id, [str(error)])
 
 
 def find_mistakes_in_task(task: Task, domain: Domain) -> Iterator[str]:
