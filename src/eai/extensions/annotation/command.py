@@ -171,7 +171,16 @@ def choose_goal_patterns(
     demonstrations: Demonstrations = None,
     data: DataFolder = None,
 ) -> None:
-    """Choose the meaning of a task title from changes that demonstrations of the title share (patterns)."""
+    """Choose the meaning of a task title: keep or drop the changes that its demonstrations share.
+
+    Commands are read from standard input, one per line, so they can also come from a file. Every decision is
+    saved at once; the same command resumes after an interruption.
+
+    Example: eai data annotate choose --domain virtualhome --title "Turn on light" --without NEXT_TO
+
+    Options:
+        title: The title of the demonstrations.
+    """
     not_counted, saved = annotation.read_uncounted_predicates_and_decisions(decisions)
     if without:
         not_counted = tuple(dict.fromkeys((*not_counted, *without)))
