@@ -49,6 +49,12 @@ def test_the_papers_cofactors_can_be_grouped_from_the_answers() -> None:
     assert _counts(answers, stated) == [(39, 70), (9, 29), (0, 1)]
 
 
+def test_answers_can_be_grouped_by_the_labels_of_their_tasks() -> None:
+    answers = tables("behavior", Ability.ACTION_SEQUENCING).answers
+    counting = [answer for answer in answers if "quantified-goal" in (answer.labels or "").split()]
+    assert (len(counting), sum((answer.hidden or 0) > 0 for answer in answers)) == (11, 30)
+
+
 def test_unknown_values_of_lines_are_none() -> None:
     """The tasks are in no data set, so only their records describe them."""
     made = TidyTables(Source(Store()))

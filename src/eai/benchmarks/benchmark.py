@@ -102,6 +102,9 @@ class DataSet:
             goals.
         open_bddl: opens the objects and predicates for reading BDDL problems; by default those of the domain.
         planner_seconds: maximum CPU seconds of a planner for a task of transition modeling.
+        labels: goal predicate or action -> labels of tasks with such a goal, separated by spaces
+            (`eai.benchmarks.labels`). A key may add a word of the first argument's category, as in
+            ``real half``. It then replaces the labels of the key without the word.
     """
 
     title: str = ""
@@ -118,6 +121,7 @@ class DataSet:
     problem_of: ProblemOf | None = None
     open_bddl: OpenWorld | None = None
     planner_seconds: int = 100
+    labels: Mapping[str, str] = field(default_factory=dict)
 
 
 @dataclass(frozen=True, eq=False)

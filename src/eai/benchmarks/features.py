@@ -7,13 +7,13 @@ from dataclasses import dataclass
 from math import prod
 
 from eai.benchmarks.benchmark import Benchmark
+from eai.benchmarks.generator.measures import TaskMeasure, measure_task
+from eai.benchmarks.labels import derive_labels
 from eai.logic.choice import Literal, count_dnf_terms, generate_dnf_terms_of_tree
-from eai.logic.formula import Atom, Exactly, Exists, ForAll, Formula, ForPairs, Not, Occurs
-from eai.logic.traversal import get_subformulas, walk_subformulas
+from eai.logic.formula import Atom, Exactly, Exists, ForAll, ForPairs, Not, Occurs
+from eai.logic.traversal import walk_subformulas
 from eai.tasks.goal_test import GoalTest
 from eai.tasks.task import Goal, GoalKind, Task
-from eai.world.domain import Domain
-from eai.world.operator import Operator
 from eai.world.relation import iterate_bits, make_mask
 
 
@@ -48,6 +48,12 @@ class TaskStatistics:
         initial_facts: number of initial facts that actions can change, and that mention only relevant
             objects.
         instruction_words: number of words of the instruction.
+        containers: number of containers that the data set's own plan opens and that hide their contents until
+            then; None if there is no plan.
+        hidden: number of needed objects that are invisible until that plan opens a container; None if there
+            is no plan.
+        labels: labels that rules derive from the goals (`eai.benchmarks.labels`), sorted and separated by
+            spaces.
     """
 
     annotated_steps: int | None
@@ -68,11 +74,14 @@ class TaskStatistics:
     object_categories: int
     initial_facts: int
     instruction_words: int
+    containers: int | None
+    hidden: int | None
+    labels: str
 
 
 def compute_features(task: Task, benchmark: Benchmark) -> TaskStatistics:
     """Return the features of a task of a benchmark."""
-    steps, tools = [step.operator for step in task.script], find_tool_operators(benchmark.domain)
+    measures = measure_task(task, benchmark.domain) if task.script else {}
     kinds = Counter(goal.kind for goal in task.goals)
     alternatives = benchmark.notation.goals.list_alternatives_of_goals(task.without_goals_over_time)
     conditions = [
@@ -81,9 +90,9 @@ def compute_features(task: Task, benchmark: Benchmark) -> TaskStatistics:
     ground = Counter(map(_classify_condition, conditions))
     indices = set(task.relevant)
     return TaskStatistics(
-        annotated_steps=len(steps) or None,
-        annotated_operators=len(set(steps)) or None,
-        tool_steps=sum(step in tools for step in steps) if steps else None,
+        annotated_steps=measures.get(TaskMeasure.STEPS),
+        annotated_operators=measures.get(TaskMeasure.OPERATORS),
+        tool_steps=measures.get(TaskMeasure.TOOL_STEPS),
         goals=len(task.goals),
         state_goals=kinds[GoalKind.STATE],
         relation_goals=kinds[GoalKind.RELATION],
@@ -102,6 +111,9 @@ def compute_features(task: Task, benchmark: Benchmark) -> TaskStatistics:
         object_categories=len({task.scene.objects[i].category for i in indices}),
         initial_facts=_count_initial_facts(task),
         instruction_words=len(task.instruction.split()),
+        containers=measures.get(TaskMeasure.CONTAINERS),
+        hidden=measures.get(TaskMeasure.HIDDEN),
+        labels=" ".join(derive_labels(task, benchmark.data.labels)),
     )
 
 
@@ -129,29 +141,3 @@ def _count_initial_facts(task: Task) -> int:
     return unary_facts + sum(
         (relation.row(i) & mask).bit_count() for relation in relations for i in iterate_bits(mask)
     )
-
-
-def find_tool_operators(domain: Domain) -> frozenset[str]:
-    """Return names of operators that need a tool which their arguments do not name, such as a knife."""
-    kinds = {p.name for p in domain.vocabulary.predicates if p.static and p.arity == 1}
-    return frozenset(operator.name for operator in domain.operators if _requires_tool(operator, kinds))
-
-
-def _requires_tool(operator: Operator, kinds: set[str]) -> bool:
-    checks = [*operator.checks, *(check for option in operator.alternatives for check in option.checks)]
-    return any(_requires_object_of_kind(check.condition, kinds) for check in checks)
-
-
-def _requires_object_of_kind(formula: Formula, kinds: set[str]) -> bool:
-    """Whether a formula requires an object of some kind in `kinds` to exist.
-
-    Negated conditions do not count.
-    """
-    if isinstance(formula, Not):
-        return False
-    if isinstance(formula, Exists):
-        return any(
-            isinstance(subformula, Atom) and subformula.predicate in kinds
-            for subformula in walk_subformulas(formula.body)
-        )
-    return any(_requires_object_of_kind(subformula, kinds) for subformula in get_subformulas(formula))

@@ -136,6 +136,9 @@ class AnswerLine(TidyTableLine):
     object_categories: int | None
     initial_facts: int | None
     instruction_words: int | None
+    containers: int | None
+    hidden: int | None
+    labels: str | None
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)

@@ -39,7 +39,7 @@ class TaskLookup:
         self.features = cache(self._read_features)
         self.reason = cache(self._find_wrong_goal_reason)
 
-    def _read_features(self, task_id: str) -> Mapping[str, int | None]:
+    def _read_features(self, task_id: str) -> Mapping[str, int | str | None]:
         """Return the features of a task by the names of table columns; empty if the task is unknown."""
         return (
             asdict(compute_features(self._tasks[task_id], self._benchmark)) if task_id in self._tasks else {}

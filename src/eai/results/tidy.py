@@ -153,7 +153,7 @@ def _count_hits_extras_misses(ability: Ability, shares: ShareByMetric) -> dict[s
     return {}
 
 
-def _read_task_features(record: Record, book: TaskLookup | None) -> Mapping[str, int | None]:
+def _read_task_features(record: Record, book: TaskLookup | None) -> Mapping[str, int | str | None]:
     """Return the features of a record's task from the data set; features in the record replace them."""
     features = {} if book is None else book.features(record.task_id)
     if record.task is None:

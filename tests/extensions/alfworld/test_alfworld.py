@@ -16,6 +16,7 @@ from eai.agents.reference import make_setup
 from eai.agents.rules import GameRules
 from eai.base.errors import InputError
 from eai.benchmarks.benchmark import Benchmark
+from eai.benchmarks.features import compute_features
 from eai.benchmarks.registry import find_benchmark
 from eai.benchmarks.suite import open_suite
 from eai.tasks.source import Source
@@ -118,6 +119,13 @@ def test_a_folder_of_games_is_a_benchmark(tmp_path: Path) -> None:
     assert "inreceptacle(apple_2, fridge_1)" in game(tmp_path).write_first_observation()
 
 
+def test_its_goals_have_labels(tmp_path: Path) -> None:
+    write(tmp_path)
+    benchmark = opened(tmp_path)
+    task = benchmark.tasks(Source())[ID]
+    assert compute_features(task, benchmark).labels == "horizon-atomic transport"
+
+
 def test_its_commands_are_those_of_the_environment(tmp_path: Path) -> None:
     write(tmp_path)
     played = game(tmp_path)
@@ -200,7 +208,7 @@ def test_a_run_asks_for_commands_and_the_oracle_wins(tmp_path: Path, monkeypatch
     [
         ({"pddl_problem": PROBLEM.replace("(openable ", "(lockable ")}, "not lockable"),
         ({"grammar": GRAMMAR.replace("action Take", "action Grab")}, "a command for the action take"),
-        ({"grammar": None}, "an object with the text 'grammar'"),
+        ({"grammar": None}, "a JSON object with the member 'grammar'"),
     ],
 )
 def test_a_damaged_game_is_refused(tmp_path: Path, changed: dict[str, object], message: str) -> None:

@@ -199,6 +199,24 @@ open_operators = open_tasks_once_per_store(open_behavior_operators)
 """Opens BEHAVIOR's 100 tasks of transition modeling."""
 
 
+GOAL_LABELS: Mapping[str, str] = {
+    "inside": "transport",
+    "ontop": "transport",
+    "onfloor": "transport",
+    "under": "transport relational-goal",
+    "nextto": "transport relational-goal",
+    "touching": "transport relational-goal",
+    "open": "articulated",
+    "toggled_on": "device-operation",
+    "cooked": "thermal irreversible",
+    "frozen": "thermal",
+    "dusty": "surface-treatment",
+    "stained": "surface-treatment",
+    "sliced": "cutting irreversible",
+}
+"""Labels of tasks by goal predicate (`eai.benchmarks.labels`)."""
+
+
 def behavior() -> Benchmark:
     """Return the benchmark BEHAVIOR."""
     return Benchmark(
@@ -225,5 +243,6 @@ def behavior() -> Benchmark:
             problem_of=write_task_problem,
             open_bddl=lambda source: make_problem_world_of_activities(open_tasks(source)),
             planner_seconds=200,
+            labels=GOAL_LABELS,
         ),
     )

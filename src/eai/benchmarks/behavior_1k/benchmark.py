@@ -6,7 +6,7 @@ Others test whether a model knows this.
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 from dataclasses import replace
 from functools import cache, partial
 
@@ -73,6 +73,28 @@ def _open_operators(source: Source) -> TaskSet[TransitionTask]:
     return TaskSet(operator_tasks, operator_tasks.__getitem__, tasks.sha256)
 
 
+GOAL_LABELS: Mapping[str, str] = {
+    "inside": "transport",
+    "ontop": "transport",
+    "under": "transport relational-goal",
+    "nextto": "transport relational-goal",
+    "touching": "transport relational-goal",
+    "open": "articulated",
+    "attached": "precision-fit",
+    "filled": "fluid-granular",
+    "contains": "fluid-granular",
+    "toggled_on": "device-operation",
+    "cooked": "thermal irreversible",
+    "frozen": "thermal",
+    "on_fire": "thermal irreversible",
+    "covered": "surface-treatment",
+    "real": "irreversible",
+    "real half": "cutting irreversible",
+    "real diced": "cutting irreversible",
+}
+"""Labels of tasks by goal predicate (`eai.benchmarks.labels`)."""
+
+
 def behavior_1k() -> Benchmark:
     """Return BEHAVIOR-1K with prompts that list the tools, heat sources and recipes relevant for a task."""
     return _make_variant(NAME, "BEHAVIOR-1K")
@@ -95,7 +117,7 @@ def _make_variant(
             also_observed=("held", "robot_on"),
             english=_load_english(),
         ),
-        DataSet(title, own_tasks=operators, planner_seconds=200),
+        DataSet(title, own_tasks=operators, planner_seconds=200, labels=GOAL_LABELS),
     )
 
 

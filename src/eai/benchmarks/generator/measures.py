@@ -16,18 +16,18 @@ from dataclasses import dataclass
 from enum import Enum
 from functools import cache
 from importlib import resources
-from itertools import pairwise
+from itertools import pairwise, takewhile
 from typing import NamedTuple
 
 import eai.logic.formula as f
-from eai.benchmarks.features import find_tool_operators
 from eai.logic.traversal import find_object_names, get_bound_variables, get_subformulas, walk_subformulas
 from eai.tasks.task import Task
 from eai.world.derived import DefinedPredicate
 from eai.world.domain import Domain
 from eai.world.execution import execute_plan
 from eai.world.frame import AGENT
-from eai.world.relation import iterate_bits
+from eai.world.operator import Operator
+from eai.world.relation import iterate_bits, make_mask
 from eai.world.state import Scene, State
 from eai.world.vocabulary import Vocabulary
 
@@ -100,7 +100,7 @@ class TaskMeasure(str, Enum):
     HIDDEN = "hidden"
     """Number of objects, needed by goals or plan, that are invisible until the plan opens a container."""
     TOOL_STEPS = "tool_steps"
-    """Number of plan steps that need a tool without naming it (`eai.benchmarks.features`)."""
+    """Number of plan steps that need a tool, such as a knife, without naming it."""
 
 
 class _VisibilityPredicate(NamedTuple):
@@ -137,18 +137,16 @@ def _find_opened_and_revealed_objects(
     """Return the containers that the plan opens, and the needed objects that thereby become visible."""
     containers: set[int] = set()
     hidden: set[int] = set()
-    opening_lids = set(find_visibility_predicates(domain))
-    states = execute_plan(domain, task.initial, task.script).states if opening_lids else ()
+    needed_mask = make_mask(needed)
+    opening_lids, arities = set(find_visibility_predicates(domain)), domain.operator_arities
+    known = takewhile(lambda step: arities.get(step.operator) == len(step.arguments), task.script)
+    states = execute_plan(domain, task.initial, known).states if opening_lids else ()
     for before, after in pairwise(states):
         opened = {i for lid in opening_lids for i in _find_containers_opened_between(lid, before, after)}
         if opened:
             containers |= opened
-            hidden |= {
-                i
-                for i in needed
-                if domain.find_visible_objects(after, 1 << i)
-                and not domain.find_visible_objects(before, 1 << i)
-            }
+            visible_before = domain.find_visible_objects(before, needed_mask)
+            hidden |= set(iterate_bits(domain.find_visible_objects(after, needed_mask) & ~visible_before))
     return containers, hidden
 
 
@@ -165,6 +163,32 @@ def find_visibility_predicates(domain: Domain) -> Iterator[_VisibilityPredicate]
         yield from _yield_visibility_predicates(
             domain.vocabulary, domain.visible, frozenset({"x"}), (), reveals=True
         )
+
+
+def find_tool_operators(domain: Domain) -> frozenset[str]:
+    """Return names of operators that need a tool which their arguments do not name, such as a knife."""
+    kinds = {p.name for p in domain.vocabulary.predicates if p.static and p.arity == 1}
+    return frozenset(operator.name for operator in domain.operators if _requires_tool(operator, kinds))
+
+
+def _requires_tool(operator: Operator, kinds: set[str]) -> bool:
+    checks = [*operator.checks, *(check for option in operator.alternatives for check in option.checks)]
+    return any(_requires_object_of_kind(check.condition, kinds) for check in checks)
+
+
+def _requires_object_of_kind(formula: f.Formula, kinds: set[str]) -> bool:
+    """Whether a formula requires an object of some kind in `kinds` to exist.
+
+    Negated conditions do not count.
+    """
+    if isinstance(formula, f.Not):
+        return False
+    if isinstance(formula, f.Exists):
+        return any(
+            isinstance(subformula, f.Atom) and subformula.predicate in kinds
+            for subformula in walk_subformulas(formula.body)
+        )
+    return any(_requires_object_of_kind(subformula, kinds) for subformula in get_subformulas(formula))
 
 
 def make_existence_condition(domain: Domain) -> f.Formula:

@@ -254,6 +254,33 @@ open_operators = open_tasks_once_per_store(open_virtualhome_operators)
 """Opens VirtualHome's 296 tasks of transition modeling."""
 
 
+GOAL_LABELS: Mapping[str, str] = {
+    "INSIDE": "transport",
+    "INSIDE character": "",
+    "ONTOP": "transport",
+    "ONTOP character": "",
+    "NEXT_TO": "transport relational-goal",
+    "NEXT_TO character": "",
+    "HOLDS_RH": "transport",
+    "HOLDS_LH": "transport",
+    "GRAB": "transport",
+    "OPEN": "articulated",
+    "CLOSED": "articulated",
+    "PLUGGED_IN": "precision-fit",
+    "PLUGGED_OUT": "precision-fit",
+    "ON": "device-operation",
+    "OFF": "device-operation",
+    "CLEAN": "surface-treatment",
+    "DIRTY": "surface-treatment",
+    "RINSE": "surface-treatment",
+    "SCRUB": "surface-treatment",
+    "WASH": "surface-treatment",
+    "WIPE": "surface-treatment",
+    "POUR": "fluid-granular",
+}
+"""Labels of tasks by goal predicate or action (`eai.benchmarks.labels`)."""
+
+
 def virtualhome() -> Benchmark:
     """Return the benchmark VirtualHome. Only tasks with a temporal goal have questions about subgoals."""
     return Benchmark(
@@ -279,6 +306,7 @@ def virtualhome() -> Benchmark:
             asks={Ability.SUBGOAL_DECOMPOSITION: lambda task: task.temporal_goal is not None},
             own_figures=count_data_set_with_notes,
             open_demonstrations=open_demonstrations,
+            labels=GOAL_LABELS,
         ),
     )
 

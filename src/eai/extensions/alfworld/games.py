@@ -54,6 +54,16 @@ _AGENT = f.Constant("agent1")
 """Name of the agent, which is equal in all games."""
 _CAN_CONTAIN = "cancontain"
 """Name of the predicate that states which kinds of receptacles may contain which kinds of objects."""
+_GOAL_LABELS = {
+    "inreceptacle": "transport",
+    "holds": "transport",
+    "isclean": "surface-treatment",
+    "ishot": "thermal",
+    "iscool": "thermal",
+    "istoggled": "device-operation",
+    "issliced": "cutting irreversible",
+}
+"""Labels of tasks by goal predicate (`eai.benchmarks.labels`)."""
 
 
 def open_alfworld_games(reference: str) -> Benchmark:
@@ -94,7 +104,7 @@ def open_alfworld_games(reference: str) -> Benchmark:
             formats={Ability.ACTION_SEQUENCING: plans.explain(declaration.domain)},
             english=EnglishWords(role="a household robot"),
         ),
-        DataSet("ALFWorld"),
+        DataSet("ALFWorld", labels=_GOAL_LABELS),
     )
 
 

@@ -62,10 +62,11 @@ if TYPE_CHECKING:
 
 STEPS = "annotated_steps"
 
-FEATURES = tuple([field.name for field in fields(TaskStatistics) if field.name != "ground_action_goals"])
+_UNCOMPARED = frozenset({"ground_action_goals", "containers", "hidden", "labels"})
+FEATURES = tuple([field.name for field in fields(TaskStatistics) if field.name not in _UNCOMPARED])
 """Names of the features of a task that are compared with scores.
 
-A feature that always equals another feature is left out."""
+Left out are a feature that always equals another feature, labels, and features of hidden objects."""
 
 MIN_TASKS = 5
 """Minimum number of tasks in a bin; tables and figures mark bins with fewer tasks."""

@@ -1,0 +1,64 @@
+"""Derive labels of tasks from goals, so that results of different suites can be compared by kind of task.
+
+The labels, and the rules for BEHAVIOR-1K, are those of EAI v2's taxonomy (version 7). One rule differs: a
+goal that an object be made counts as cutting only if the object is a half or diced. The rules for other
+benchmarks are ours. For example, a goal about the place of VirtualHome's agent moves no object.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Mapping
+
+from eai.logic.formula import Atom, Exactly, ForPairs, Occurs, Then, Until, Variable
+from eai.logic.traversal import get_bound_variables, walk_subformulas
+from eai.tasks.task import Task
+
+_MIN_COMPOSITE_GOALS = 3
+_MIN_ACTIVITY_GOALS = 6
+
+
+def derive_labels(task: Task, goal_labels: Mapping[str, str]) -> tuple[str, ...]:
+    """Return the sorted labels of a task, or no labels if it has no goals.
+
+    Args:
+        task: the task.
+        goal_labels: labels of goal predicates and actions (`eai.benchmarks.benchmark.DataSet`).
+    """
+    labels = {label for goal_key in _list_goal_keys(task) for label in _find_labels(goal_key, goal_labels)}
+    parts = [part for goal in task.goals for part in walk_subformulas(goal.formula)]
+    if any(isinstance(part, (Exactly, ForPairs)) for part in parts):
+        labels.add("quantified-goal")
+    if any(isinstance(part, (Then, Until)) for part in parts):
+        labels.add("ordered")
+    if task.goals:
+        labels.add(_name_horizon(len(task.goals)))
+    return tuple(sorted(labels))
+
+
+def _name_horizon(goals: int) -> str:
+    if goals < _MIN_COMPOSITE_GOALS:
+        return "horizon-atomic"
+    return "horizon-composite" if goals < _MIN_ACTIVITY_GOALS else "horizon-activity"
+
+
+def _list_goal_keys(task: Task) -> Iterator[tuple[str, str]]:
+    """Yield each predicate or action of the goals with the category of its first argument, or with ""."""
+    scene = task.scene
+    for goal in task.goals:
+        parts = list(walk_subformulas(goal.formula))
+        categories = {bound.name: bound.category for part in parts for bound in get_bound_variables(part)}
+        for part in parts:
+            match part:
+                case Atom(name, arguments) | Occurs(name, arguments):
+                    first = next(iter(arguments), None)
+                    if isinstance(first, Variable):
+                        yield name, categories.get(first.name) or ""
+                    else:
+                        index = None if first is None else scene.index.get(first.name)
+                        yield name, "" if index is None else scene.objects[index].category
+
+
+def _find_labels(goal_key: tuple[str, str], goal_labels: Mapping[str, str]) -> list[str]:
+    name, category = goal_key
+    keys = [*(f"{name} {word}" for word in category.split("__")), name]
+    return next((goal_labels[key].split() for key in keys if key in goal_labels), [])
