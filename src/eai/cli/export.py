@@ -88,7 +88,7 @@ def export_prompts(
     FILE.json is a list of {"identifier", "llm_prompt"} about one suite. Official prompts equal the data
     set's, byte for byte, except prompts that do not ask for what is scored (docs/errata.md; --errata none
     keeps them). A system message is in FILE with _system before its extension. With --goals, FILE has prompts
-    only for tasks whose goals the model has interpreted.
+    only for tasks that have an answer there.
 
     FILE.html is a page on which a person answers the questions of models; it sends nothing. The person saves
     a response file. eai score scores it like a model's (with --allow-missing, because other tasks were not

@@ -96,8 +96,8 @@ def generate_tasks(
     Options:
         out: Output folder.
         n: Number of tasks.
-        split: Name of the file. Files train, validation and test share no goals; tasks may share goals with
-            them.
+        split: Name of the file. Files train, validation and test share no goals; a file tasks may share goals
+            with all.
         held_out: What train, validation and test do not share: goals, pairs of predicate and object kind,
             titles, or scenes.
         against: Other task files, such as training tasks. Their tasks, and tasks that their plans solve, are

@@ -5,9 +5,10 @@ atom i is true.
 
 Conditions are masks over literals, so that many conditions are tested at once. With n atoms, bit i of a set
 of literals says that atom i may be true, and bit n + i that it may be false. A state has one of the two for
-each atom; a relaxed state (`relaxation`) may have both. Each choice between conditions is one more literal.
-It is present if one of the options of the choice is present. Equal choices share one literal. So any
-condition is the mask of the literals that it needs, and all possible actions of a state are found at once.
+each atom; a relaxed state (`relaxation`) may have both. Each disjunction of conditions has one more literal.
+This literal is present if all literals of one disjunct are present. Equal disjunctions share one literal. So
+any condition is the mask of the literals that it needs, and all possible actions of a state are found at
+once.
 """
 
 from __future__ import annotations
@@ -29,9 +30,9 @@ StateMask: TypeAlias = int
 
 
 class _GroundCondition(NamedTuple):
-    """A ground condition: atoms that must be true, atoms that must be false, and choices between conditions.
+    """A ground condition: atoms that must be true, atoms that must be false, and disjunctions of conditions.
 
-    ``true`` and ``false`` are bit masks.
+    ``true`` and ``false`` are bit masks. Each of ``choices`` is a disjunction.
     """
 
     true: int
@@ -366,7 +367,7 @@ class GroundProblem:
         grounder: the grounder of the actions and the goal.
         actions: the ground actions, numbered in order.
         goal: the ground goal.
-        looks: the budget of literals, options, conditions and effects that may be tested.
+        looks: the budget of literals, disjuncts, conditions and effects that may be tested.
 
     Attributes:
         atoms: number of atoms. In a mask of literals, the bits of true atoms come first, then the bits of
@@ -443,7 +444,7 @@ class GroundProblem:
     ) -> LiteralMask:
         """Return needed literals with all disjunctions among them replaced.
 
-        Each disjunction becomes its first disjunct whose literals are all in a given set.
+        Each disjunction becomes its first disjunct whose literals are all in ``true_literals``.
         """
         if needed >> 3 * self.atoms:
             for literal, options, _, _ in reversed(self._choices.values()):

@@ -388,7 +388,7 @@ class _ReachablePairs:
 
     For example, a hand that holds one thing holds no other. A relaxed plan ignores such pairs. Two literals
     may hold together at the start, or after an action that makes one of them and makes or keeps the other
-    (h2; Haslum and Geffner 2000). Choices in conditions are ignored, and conditional effects may happen
+    (h2; Haslum and Geffner 2000). Disjunctions in conditions are ignored, and conditional effects may happen
     together. So too many pairs are found, never too few: a goal with an unreachable pair has no plan.
 
     Args:
@@ -472,7 +472,7 @@ class _ReachablePairs:
         return None if needed_literals & ~companions else companions
 
     def _drop_non_atom_literals(self, literals: LiteralMask) -> LiteralMask:
-        """Return the literals of a mask that stand for atoms, without the literals that stand for choices."""
+        """Return a mask of literals without the literals that stand for disjunctions."""
         return literals & (1 << 2 * self._atoms) - 1
 
     def _negate_literals(self, literals: LiteralMask) -> LiteralMask:

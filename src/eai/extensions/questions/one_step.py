@@ -33,9 +33,9 @@ _FEWEST_UNMET_PROBABILITY = 0.5
 """Probability that a question why an action is impossible uses the action with fewest unmet requirements."""
 
 _PATH_OPERATOR_PROBABILITY = 0.2
-"""Probability that an operator in the task's path (its executable actions) is kept for a question.
+"""Probability that a question may use an operator of the task's path (its executable actions).
 
-If no such operator remains, all operators are candidates.
+If the draw leaves no operator of the path, all operators are candidates.
 """
 
 _NO_EFFECT_PROBABILITY = 0.3

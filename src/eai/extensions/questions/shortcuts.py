@@ -299,8 +299,9 @@ def draw_closed_question(
 ) -> tuple[int, ClosedQuestion] | None:
     """Draw choices (or the statement of a yes-no question) so that no shortcut beats guessing.
 
-    Return the question, and by how much it makes statements with some trait right too often or too rarely
-    (`StatementTraitCounts.compute_excess_imbalance`). Return None if there are too few right or wrong texts.
+    Return a pair: by how much the imbalance after the question exceeds the tolerated imbalance of traits
+    (`StatementTraitCounts.compute_excess_imbalance`), and the question. Return None if there are too few
+    right or wrong texts.
 
     Args:
         item: the right and wrong texts from which the question is made.
