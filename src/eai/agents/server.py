@@ -14,9 +14,9 @@ import os
 import signal
 import socket
 import sys
-from collections.abc import Awaitable, Callable, Sequence
+from collections.abc import Awaitable, Callable, Mapping, Sequence
 from functools import partial
-from typing import Any
+from typing import Any, Protocol
 
 import uvicorn
 from mcp import MCPError
@@ -60,6 +60,25 @@ _LOG = logging.getLogger(__name__)
 _HOW = "You act in a simulated world. Call look to read your task, act for each action, and done at the end."
 
 
+class _ServedTools(Protocol):
+    """Tools that a server offers without an episode. Each call is independent of all other calls.
+
+    Attributes:
+        instructions: text for the model that may call the tools.
+    """
+
+    instructions: str
+
+    def list_names_texts_and_schemas(self) -> Sequence[tuple[str, str, Mapping[str, Any]]]:
+        """Return the tools: name, description, and JSON schema of the arguments."""
+
+    async def call(self, name: str, arguments: Mapping[str, object]) -> str:
+        """Return the result of a call. Raises InputError if the call is invalid or exceeds its limits."""
+
+    async def close(self) -> None:
+        """End all processes that answer calls."""
+
+
 class _EpisodeTicketVerifier:
     """Verifies the tickets of requests: each must belong to an episode."""
 
@@ -81,13 +100,6 @@ def make_mcp_server(
         all_share_first_episode: whether all callers act in the first world; otherwise each caller acts in
             the world of the caller's ticket.
     """
-    tools = [
-        Tool(name=name, description=meaning, input_schema={**schema})
-        for name, meaning, schema in list_tool_names_texts_and_schemas(domain)
-    ]
-
-    async def list_tools(context: object, params: object) -> ListToolsResult:
-        return ListToolsResult(tools=tools)
 
     async def call_tool(context: ServerRequestContext[Any], params: CallToolRequestParams) -> CallToolResult:
         place = episodes.places[0] if all_share_first_episode else episodes.tickets[_get_ticket(context)]
@@ -96,7 +108,7 @@ def make_mcp_server(
             if len(command) > MAX_COMMAND:
                 raise InputError(f"a command has at most {MAX_COMMAND:,} characters")
         except InputError as error:
-            return CallToolResult(content=[TextContent(text=str(error))], is_error=True)
+            return _make_error_result(error)
         try:
             told = TextContent(text=episodes.play_command(place, command))
             return CallToolResult(content=[told, *map(_encode_image, episodes.draw_pictures(place))])
@@ -104,9 +116,47 @@ def make_mcp_server(
             _LOG.error("%s", error if isinstance(error, EaiError) else describe_exception(error))
             raise MCPError(INTERNAL_ERROR, "the world is out of order") from None
 
-    return Server(
-        "eai", version=__version__, instructions=_HOW, on_list_tools=list_tools, on_call_tool=call_tool
+    return _make_server(_HOW, list_tool_names_texts_and_schemas(domain), call_tool)
+
+
+def make_tool_server(tools: _ServedTools) -> Server[Any]:
+    """Return a server that offers tools without an episode."""
+
+    async def call_tool(context: object, params: CallToolRequestParams) -> CallToolResult:
+        try:
+            text = await tools.call(params.name, params.arguments or {})
+        except InputError as error:
+            return _make_error_result(error)
+        return CallToolResult(content=[TextContent(text=text)])
+
+    return _make_server(tools.instructions, tools.list_names_texts_and_schemas(), call_tool)
+
+
+def _make_server(
+    instructions: str,
+    tools: Sequence[tuple[str, str, Mapping[str, Any]]],
+    call_tool: Callable[[ServerRequestContext[Any], CallToolRequestParams], Awaitable[CallToolResult]],
+) -> Server[Any]:
+    listed = ListToolsResult(
+        tools=[
+            Tool(name=name, description=meaning, input_schema={**schema}) for name, meaning, schema in tools
+        ]
     )
+
+    async def list_tools(context: object, params: object) -> ListToolsResult:
+        return listed
+
+    return Server(
+        "eai",
+        version=__version__,
+        instructions=instructions,
+        on_list_tools=list_tools,
+        on_call_tool=call_tool,
+    )
+
+
+def _make_error_result(error: InputError) -> CallToolResult:
+    return CallToolResult(content=[TextContent(text=str(error))], is_error=True)
 
 
 def _encode_image(image: Image) -> ImageContent:
@@ -122,20 +172,32 @@ def _get_ticket(context: ServerRequestContext[Any]) -> str:
 
 def serve_stdio(episodes: EpisodeServer, domain: Domain) -> None:
     """Serve the world of the first episode over standard input and output, until the input ends."""
-    server = make_mcp_server(episodes, domain)
+    run = partial(_run_over_stdio, make_mcp_server(episodes, domain), episodes.close)
+    asyncio.run(_run_until_done(episodes, run))
 
-    def exit_on_signal(signal_number: int) -> None:
-        episodes.close()
-        os._exit(128 + signal_number)  # a normal exit would wait for the thread that reads standard input
+
+def serve_tools_over_stdio(tools: _ServedTools) -> None:
+    """Serve tools without an episode over standard input and output, until the input ends."""
 
     async def run() -> None:
-        if sys.platform != "win32":
-            for number in (signal.SIGINT, signal.SIGTERM):
-                asyncio.get_running_loop().add_signal_handler(number, exit_on_signal, number)
-        async with stdio_server() as (read, write):
-            await server.run(read, write, server.create_initialization_options())
+        try:
+            await _run_over_stdio(make_tool_server(tools), lambda: None)
+        finally:
+            await tools.close()
 
-    asyncio.run(_run_until_done(episodes, run))
+    asyncio.run(run())
+
+
+async def _run_over_stdio(server: Server[Any], close: Callable[[], None]) -> None:
+    def exit_on_signal(signal_number: int) -> None:
+        close()
+        os._exit(128 + signal_number)  # a normal exit would wait for the thread that reads standard input
+
+    if sys.platform != "win32":
+        for number in (signal.SIGINT, signal.SIGTERM):
+            asyncio.get_running_loop().add_signal_handler(number, exit_on_signal, number)
+    async with stdio_server() as (read, write):
+        await server.run(read, write, server.create_initialization_options())
 
 
 def make_http_app(

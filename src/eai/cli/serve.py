@@ -9,6 +9,7 @@ from typing import Annotated
 
 import typer
 
+from eai.base.entry_points import load_from_extension
 from eai.base.errors import InputError, require_extra
 from eai.cli.console import format_count, print_note
 from eai.cli.options import (
@@ -33,8 +34,9 @@ _LOOPBACK = {"127.0.0.1": "127.0.0.1", "localhost": "localhost", "::1": "[::1]"}
 @app.command(no_args_is_help=True)
 @make_resumable
 def mcp(
-    domain: OfDomain,
-    out: Annotated[Path, make_flag(panel=OUTPUT)],
+    domain: OfDomain = "",
+    out: Annotated[Path | None, make_flag(panel=OUTPUT)] = None,
+    tools: bool = False,
     tasks: TaskIds = "",
     sample: Sample = None,
     seed: SampleSeed = 0,
@@ -58,7 +60,11 @@ def mcp(
 
     Example: eai serve mcp --domain virtualhome --tasks 27_2 --out runs/mine
 
+    Example: eai serve mcp --tools
+
     Options:
+        tools: Offer the verifier over standard input instead of tasks, by the tools check_plan, explain_plan,
+            plan and predict.
         out: Folder of journals and answers.
         agent: Name of the agent in tables.
         port: Serve over HTTP at /mcp.
@@ -67,6 +73,11 @@ def mcp(
         tickets: Number of episodes for each task.
         trust_network: Serve one task without a ticket to everybody who reaches the port.
     """
+    if tools:
+        _serve_verifier(domain=domain, out=out, tasks=tasks, with_=settings, port=port)
+        return
+    if not domain or out is None:
+        raise InputError(f"--{'out' if domain else 'domain'} is missing; only --tools does without it")
     setting = parse_external_agent_setting(settings or ())
     with require_extra("mcp", "eai serve mcp needs"):
         from eai.agents.episode_server import open_episode_server
@@ -95,6 +106,20 @@ def mcp(
             worlds, suite.benchmark.domain, names, all_share_first_episode=trust_network
         )
         serve_http(worlds, application, listener)
+
+
+def _serve_verifier(**other_options: object) -> None:
+    """Serve the verifier's tools over standard input.
+
+    Raises:
+        InputError: an option is given that belongs to served tasks.
+    """
+    for name, value in other_options.items():
+        if value:
+            raise InputError(f"--{name.strip('_')}: leave it out, because --tools serves no tasks")
+    with require_extra("mcp", "eai serve mcp needs"):
+        from eai.agents.server import serve_tools_over_stdio
+    serve_tools_over_stdio(load_from_extension("verifier_tools", "--tools")())
 
 
 def _write_tickets(out: Path, answer_by_ticket: Mapping[str, AnswerKey]) -> Path:

@@ -1,0 +1,136 @@
+"""The verifier's tools for servers: each call is a query, answered by a process with limits.
+
+A process answers one query at a time and keeps opened benchmarks for later queries. Results depend only on
+the arguments of the query.
+"""
+
+from __future__ import annotations
+
+import asyncio
+import json
+import os
+import sys
+from asyncio.subprocess import PIPE, Process
+from collections.abc import Mapping, Sequence
+from contextlib import suppress
+from pathlib import Path
+from typing import Any
+
+import eai.pddl
+from eai.base.errors import InputError
+from eai.extensions.verifier.queries import QUERIES, check_arguments
+from eai.extensions.verifier.worker import MAX_RESULT
+
+MAX_REQUEST = 65_536
+"""Maximum size of the name and the arguments of a call, in bytes of JSON."""
+
+_CPU_SECONDS = 3_600
+"""CPU seconds after which the operating system ends a process, in all its queries together."""
+
+_COMMAND = (sys.executable, str(Path(__file__).with_name("worker.py")))
+
+
+class _VerifierTools:
+    """Tools that check, explain and find plans, and predict effects of actions.
+
+    Attributes:
+        instructions: text for the model that may call the tools.
+    """
+
+    instructions = (
+        "Ask for verdicts on plans of embodied tasks, for plans, and for effects of actions. "
+        "Calls are independent: every call names its benchmark and its task."
+    )
+
+    def __init__(self, seconds: float, memory_mib: int, processes: int) -> None:
+        self._seconds = seconds
+        self._memory_mib = memory_mib
+        self._permits = asyncio.Semaphore(processes)
+        self._idle: list[Process] = []
+
+    def list_names_texts_and_schemas(self) -> Sequence[tuple[str, str, Mapping[str, Any]]]:
+        """Return the tools: name, description, and JSON schema of the arguments."""
+        return [(name, query.description, query.schema) for name, query in QUERIES.items()]
+
+    async def call(self, name: str, arguments: Mapping[str, object]) -> str:
+        """Return the result of a call as JSON.
+
+        If a process ends that has answered earlier calls, a new process answers the call, because the
+        earlier calls may have used the memory.
+
+        Raises:
+            InputError: the call is invalid, or needs too much time or memory.
+        """
+        check_arguments(name, arguments)
+        request = json.dumps({"name": name, "arguments": arguments}).encode() + b"\n"
+        if len(request) > MAX_REQUEST:
+            raise InputError(f"a call has at most {MAX_REQUEST:,} bytes")
+        async with self._permits:
+            reply = b""
+            if self._idle:
+                reply = await self._ask(self._idle.pop(), request)
+            if not reply:
+                reply = await self._ask(await self._start_process(), request)
+        if not reply:
+            raise InputError(f"{name} needs more than {self._memory_mib:,} MiB of memory, or crashed")
+        values = json.loads(reply)
+        if "error" in values:
+            raise InputError(values["error"])
+        return json.dumps(values["result"], ensure_ascii=False)
+
+    async def close(self) -> None:
+        """End the processes that wait for calls."""
+        while self._idle:
+            await _kill(self._idle.pop())
+
+    async def _ask(self, process: Process, request: bytes) -> bytes:
+        """Return the reply of a process; empty if the process ended."""
+        reply = b""
+        try:
+            reply = await asyncio.wait_for(_exchange(process, request), self._seconds)
+        except asyncio.TimeoutError:
+            raise InputError(f"the call needs more than {self._seconds:g} seconds") from None
+        finally:
+            if reply:
+                self._idle.append(process)
+            else:  # also if the client cancelled the call
+                await _kill(process)
+        return reply
+
+    async def _start_process(self) -> Process:
+        limits = map(str, (os.getpid(), _CPU_SECONDS, self._memory_mib << 20))
+        launcher = Path(eai.pddl.__file__).with_name("limited.py")
+        return await asyncio.create_subprocess_exec(
+            *(sys.executable, "-I", str(launcher), *limits, *_COMMAND),
+            stdin=PIPE,
+            stdout=PIPE,
+            limit=2 * MAX_RESULT,
+        )
+
+
+def open_verifier_tools(seconds: float = 30, memory_mib: int = 2048, processes: int = 2) -> _VerifierTools:
+    """Return the tools. The processes that answer calls start on first use.
+
+    Args:
+        seconds: maximum seconds of a call on the clock, without the time that it waits for other calls.
+        memory_mib: maximum memory of a process, in MiB.
+        processes: maximum number of processes, which is the number of calls that are answered at a time.
+    """
+    return _VerifierTools(seconds, memory_mib, processes)
+
+
+async def _exchange(process: Process, request: bytes) -> bytes:
+    if process.stdin is None or process.stdout is None:
+        raise TypeError("the process was started without pipes")
+    with suppress(BrokenPipeError, ConnectionResetError):
+        process.stdin.write(request)
+        await process.stdin.drain()
+    return await process.stdout.readline()
+
+
+async def _kill(process: Process) -> None:
+    with suppress(ProcessLookupError):
+        process.kill()
+    if process.stdin is not None:
+        process.stdin.close()
+    await process.wait()
