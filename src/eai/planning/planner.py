@@ -243,9 +243,9 @@ class _GoalAgenda:
     def _sort_goals_by_cost(self, node: PlanNode, pending: Sequence[int]) -> Iterator[int]:
         """Yield the numbers of goals by their estimated cost, hard goals first.
 
-        Goals are sorted by their last estimated costs. A goal is estimated again only when its turn comes. A
-        single goal is estimated only after a search failed to reach the goal. Later rounds of searches use
-        this estimate.
+        Goals are sorted by their last estimated costs. A goal is estimated again only when its turn comes. If
+        only one goal is pending, it is yielded at once. Its cost is estimated only if the caller asks for
+        another goal, and is used in later calls.
         """
         if len(pending) == 1:
             yield pending[0]
@@ -286,8 +286,8 @@ class _GoalAgenda:
     ) -> PlanNode | None:
         """Return a node in which one more part of a goal is reached, or None if no part is reached.
 
-        Parts are tried by ascending cost. For a costly goal without parts, prerequisites are tried by
-        descending cost.
+        Parts are tried by ascending cost. If a goal without parts has a high estimated cost, the conditions
+        that must hold before it are tried instead, by descending cost.
         """
         estimates = self._search.make_estimates(node, protected)
         parts: Sequence[Subgoal] = estimates.split_into_cheapest_literals(goal)

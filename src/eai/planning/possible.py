@@ -26,7 +26,7 @@ from eai.world.operator import Check, Operator
 from eai.world.state import Fact, State
 
 _MAX_LOOKS, _ACTION_LOOKS = 6_000_000, 30
-"""Maximum number of values tried for parameters; number of values that an examined action counts as."""
+"""Maximum number of objects tried as arguments; number of tries that each examined action counts as."""
 
 _GroundLiteral: TypeAlias = tuple[str, tuple[int, ...], bool]
 """A predicate, its arguments, and whether it is true."""
@@ -88,7 +88,7 @@ class PossibleFacts:
         return all(predicate is not None and predicate.static for predicate in stored)
 
     def holds(self, formula: f.Formula, scope: Scope, truth: bool = True) -> bool:
-        """Whether a formula may ever be true, or (not ``truth``) false."""
+        """Whether a formula may ever be true; if ``truth`` is False, whether it may ever be false."""
         if not self.has_examined_all_actions:
             return True
         match formula:
@@ -150,7 +150,7 @@ class PossibleFacts:
         return is_possible
 
     def may_atom_hold(self, predicate: str, arguments: tuple[int, ...], truth: bool) -> bool:
-        """Whether an atom may ever be true, or (not ``truth``) false."""
+        """Whether an atom may ever be true; if ``truth`` is False, whether it may ever be false."""
         derived = self.domain.vocabulary.derived_by_name.get(predicate)
         if derived is None:
             fact = Fact(predicate, arguments)
@@ -168,10 +168,10 @@ class PossibleFacts:
     def _evaluate_definition(
         self, derived: DefinedPredicate, arguments: tuple[int, ...], truth: bool
     ) -> bool:
-        """Whether a predicate that a formula defines may ever be true, or (not ``truth``) false.
+        """Return whether an atom of a defined predicate may ever be true; if not ``truth``, ever be false.
 
-        A recursive definition is evaluated as a least fixpoint. If the definition needs the same literal
-        again, the literal is assumed impossible if it must be true, and possible if it must be false. The
+        A recursive definition is evaluated as a least fixpoint. If the evaluation meets its own literal
+        again, it assumes that the atom never becomes true and may become false. The
         outermost evaluation is repeated until it finds no new possible literal.
         """
         literal = derived.name, arguments, truth
@@ -272,6 +272,6 @@ def _find_effect_variables(effect: Effect) -> tuple[str, ...]:
 def find_unreachable_goals(
     domain: Domain, initial: State, usable: Sequence[int], goals: Iterable[f.Formula]
 ) -> list[f.Formula]:
-    """Return the goals about one state that are proved never to hold."""
+    """Return the goals that provably hold in no reachable state."""
     possible = PossibleFacts(domain, initial, usable)
     return [goal for goal in goals if not possible.holds(goal, {})]

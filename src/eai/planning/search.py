@@ -70,13 +70,13 @@ class Limits:
 
     Attributes:
         states: maximum number of states that are reached and estimated.
-        thorough: whether to try another order of goals, and unpromising actions, as a last resort. If not, a
-            goal that seems unreachable stays undecided.
+        thorough: whether a search that fails also tries another order of goals and unpromising actions. If
+            not, a goal that seems unreachable stays undecided.
         bindings: maximum number of values of parameters tried to find actions on a declared domain. Each
             action counts as `successor_generator.ACTION_BINDINGS` more values.
-        looks: on a declared domain, maximum number of actions tested for estimates. In a search with fixed
-            operators, maximum number of tested literals, options and effects; operators from the answers of
-            nine models need fewer than 400,000 for every decided problem.
+        looks: maximum number of tests. On a declared domain, each action tested for an estimate counts. In a
+            search with operators from an answer, each tested literal, option and effect counts; answers of
+            nine models need fewer than 400,000 tests for every decided problem.
     """
 
     states: int = 2_000
@@ -101,8 +101,8 @@ class SearchNode(Generic[S, A]):
 
     Attributes:
         state: the state.
-        met: the reached parts of the goal that the state does not show, as a number of parts or as a bit mask
-            of parts.
+        met: parts of the goal that are reached but cannot be read from the state, such as executed actions;
+            their number, or a bit mask of them.
         depth: number of actions on the path.
         parent: the node before the last actions; None for the start.
         actions: the actions that lead from the parent to this node, one or several.

@@ -35,7 +35,7 @@ class GroundAtom(NamedTuple):
 
 
 SubgoalParts: TypeAlias = AllOf[Subgoal] | AnyOf[Subgoal] | ExactlyOf[Subgoal] | AndOrTreePairing[Subgoal]
-"""Parts of a condition, and which must hold: all, any, a number of parts, or pairs (`eai.logic.choice`)."""
+"""Parts of a condition, combined by how many must hold: all, any, a number, or cells of a table."""
 
 
 class SubgoalSplitter:

@@ -15,7 +15,7 @@ ACTION_BINDINGS = 10
 """Number of tried values that one action counts as in limits, because an action takes more time."""
 
 PlanNode: TypeAlias = SearchNode[State, Action]
-"""Node of a search on a declared domain; ``met`` is the number of the goal's operators taken so far."""
+"""Node of a search on a declared domain; ``met`` counts the required operators that the path has executed."""
 
 
 class SuccessorGenerator:

@@ -1,7 +1,8 @@
 """Find the response files of a suite: files with a model's answers to the suite's tasks.
 
-A file names its suite by its folders, ``<domain>/<ability>/..._outputs.json``, or, as in the challenge, by
-its own name, ``<domain>_<ability>_outputs.json``. Many files name no suite.
+A suite is a domain with an ability. A file names its suite by its folders,
+``<domain>/<ability>/..._outputs.json``, or by its own name, ``<domain>_<ability>_outputs.json`` (as in the
+paper's public challenge). Many files name no suite.
 """
 
 from __future__ import annotations
@@ -26,7 +27,7 @@ if TYPE_CHECKING:
     from eai.benchmarks.benchmark import Benchmark
 
 _RUN_FILES, _MAX_FOLDERS_ABOVE = "run*.toml", 4
-"""Pattern of file names of run specifications; maximum depth of records below the specification."""
+"""File names of run specifications; number of parent folders of records in which they are sought."""
 
 ZIP = ".zip"
 """File extension of zip archives."""
@@ -207,7 +208,7 @@ def find_response_file_of_suite(path: Path, domain: str, ability: Ability, attem
         return first if attempt == 1 else first.with_name(f"{format_attempt_name(name, attempt)}{SUFFIX}")
     files: list[Path] = []
     if attempt == 1:
-        # InputError: every file name has the number of an attempt; then the search below finds attempt 1
+        # an InputError means that every file name has an attempt number: the next search finds attempt 1
         with suppress(InputError):
             files = find_response_files(path)
     files = files or sorted(path.rglob(f"*{format_attempt_name('', attempt)}{SUFFIX}"))

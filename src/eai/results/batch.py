@@ -100,10 +100,9 @@ class Scoring(WorkerPool):
 
         Args:
             suite: the tasks.
-            answers: the answers. Some protocols decide from all answers how to read each one.
+            answers: the answers. Some protocols choose one way to read all of them.
             unanswered: mapping from the id of each task without an answer to the reason.
-            settings: options of scoring. Their number of processes is ignored, because this object has its
-                own.
+            settings: options of scoring. Its number of processes is ignored: the scorer has its own.
             finish: function that changes a record before it is written; workers get it pickled.
             shard: the part of the tasks to score; None for all tasks.
         """
@@ -291,7 +290,7 @@ def score_run(
 
     Args:
         suite: the tasks.
-        answers: the answers. Some protocols decide from all answers how to read each one.
+        answers: the answers. Some protocols choose one way to read all of them.
         unanswered: mapping from the id of each task without an answer to the reason.
         settings: options of scoring.
         on_progress: called after each answer.

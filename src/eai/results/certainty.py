@@ -79,13 +79,15 @@ _PSEUDO_UNITS = 2
 class _RateWithErrorByUnit:
     """An estimated rate, or difference of rates, with the contribution of each unit to its error.
 
-    Units are tasks, or all tasks of one name. Pseudo-units are explained at the top of this module.
+    Units are tasks, or all tasks of one name. Two pseudo-units (invented tasks or names of mean size, each
+    right or wrong with even chance) are added to the variance.
 
     Attributes:
         value: the estimate, as a fraction of 1.
-        centre: the estimate with the pseudo-units included, half of them right.
+        centre: the estimate with the two pseudo-units included, one right and one wrong.
         of_units: mapping from each unit to its contribution; the contributions sum to 0.
-        of_pseudo_units: contributions of a pseudo-unit if it is all right, and if it is all wrong.
+        of_pseudo_units: contributions of a pseudo-unit to the error: if all its answers are right, and if all
+            are wrong.
         weights: mapping from each unit to its share of the denominator; the shares sum to 1.
     """
 
@@ -97,12 +99,12 @@ class _RateWithErrorByUnit:
 
     @property
     def observed_variance(self) -> float:
-        """Variance of the estimate without the pseudo-units."""
+        """Variance of the estimate from the real units, without the two pseudo-units."""
         return sum(added * added for added in self.of_units.values())
 
     @property
     def variance(self) -> float:
-        """Jackknife variance of the estimate, with the pseudo-units; never zero."""
+        """Jackknife variance of the estimate, from the real units and the two pseudo-units; never zero."""
         left_out = (
             added / (1 - self.weights[unit])
             for unit, added in self.of_units.items()
@@ -144,7 +146,7 @@ def compute_weighted_mean_of_rates(
 ) -> _RateWithErrorByUnit:
     """Return the weighted mean of rates over the same units, with each unit's contribution to its error.
 
-    Pseudo-units count as right in all rates, or as wrong in all.
+    A pseudo-unit (`_RateWithErrorByUnit`) counts as right in all rates, or as wrong in all.
 
     Args:
         weighted_rates: for each rate, its weight and the result of `compute_rate_with_error_by_unit`; the
@@ -164,7 +166,7 @@ def compute_difference_deviations(
 ) -> _RateWithErrorByUnit:
     """Return the second rate minus the first, with each unit's contribution to the error of the difference.
 
-    Pseudo-units are right or wrong in each rate independently.
+    A pseudo-unit (`_RateWithErrorByUnit`) is right or wrong in each rate independently.
     """
     return _RateWithErrorByUnit(
         second.value - first.value,
@@ -359,7 +361,8 @@ class _IntervalInputs(NamedTuple):
         value: the estimate, as a fraction of 1.
         variance: variance of the estimate; for Wilson's interval, the inverse of the effective number of
             tasks.
-        observed: variance of the estimate from the units alone, without pseudo-units.
+        observed: variance of the estimate from the real tasks or names, without the pseudo-units that
+            `_RateWithErrorByUnit` adds.
         quantile: distance from the estimate to each bound, in standard errors.
         units: number of units, tasks or names, from which the variance is computed.
     """
@@ -383,13 +386,13 @@ def _make_interval_inputs(deviations: _RateWithErrorByUnit) -> _IntervalInputs:
 
 
 def _make_wilson_interval_inputs(deviations: _RateWithErrorByUnit) -> _IntervalInputs:
-    """Return the interval parts; their variance is divided by the variance of a single yes-or-no answer."""
+    """Return the inputs of Wilson's interval: the variance is divided by that of one yes-or-no answer."""
     parts = _make_interval_inputs(deviations)
     return parts._replace(variance=parts.variance / (deviations.centre * (1 - deviations.centre)))
 
 
 def _make_binomial_interval_parts(deviations: _RateWithErrorByUnit) -> _IntervalInputs:
-    """Return the interval parts of independent yes-or-no answers, whose rate determines their variance."""
+    """Return the inputs of Wilson's interval for independent yes-or-no answers, each of them a unit."""
     units = len(deviations.of_units)
     return _IntervalInputs(deviations.value, 1 / units, deviations.observed_variance, _NORMAL, units)
 

@@ -1,8 +1,8 @@
 """Converts records to JSON objects and back; ``docs/records.md`` describes the fields.
 
 The dataclasses are the schema: their fields have the names of the file's fields. Enums are written as their
-values, tuples as lists, goals by kind and errors by step as objects. Fields without a meaning for an ability
-are null.
+values, and tuples as lists. Goals are an object from kinds to goals, and errors an object from steps to
+errors. Fields without a meaning for an ability are null.
 """
 
 from __future__ import annotations
@@ -108,11 +108,11 @@ def experiment_to_json(
 ) -> dict[str, Json]:
     """Return the fields ``study`` and ``agent`` of records and summaries as a JSON object.
 
-    A field is left out if the run has no choices for it.
+    A field is left out if the run has no options for it.
 
     Args:
-        experiment: the choices of the run's studies, and of its agent.
-        study_summaries: mapping from the name of a study to its summary of the answer.
+        experiment: the run's options of each study, such as the study of several attempts, and of its agent.
+        study_summaries: mapping from the name of a study to the values that it reports on the answer.
     """
     study: dict[str, Json] = {}
     for name, choice in experiment.settings_in_label_order.items():
@@ -163,15 +163,15 @@ def _read_study_summaries(values: Mapping[str, Any]) -> Mapping[str, Mapping[str
 
 
 def read_study_summary(record: Record, study: str, kind: type[T]) -> T | None:
-    """Return a study's summary of the answer in a record, or None if there is no summary.
+    """Return the values that a study reports on a record's answer, or None if the record has none.
 
     Args:
         record: the record.
         study: name of the study.
-        kind: the type of the summary.
+        kind: the type that holds the values.
 
     Raises:
-        InputError: the summary does not have the type.
+        InputError: the values do not have the type.
     """
     summary = record.summaries.get(study)
     return None if summary is None else _parse_value(kind, summary, f"study.{study}.summary")
@@ -344,7 +344,7 @@ def _read_verdict(values: Mapping[str, Any], ability: Ability, repairs_before_sc
 
 
 def _read_attempts(values: Mapping[str, Any], ability: Ability) -> tuple[Attempt, ...]:
-    if isinstance(values.get("attempts"), int):  # in schema 2 the field is the number of tried actions
+    if isinstance(values.get("attempts"), int):  # in schema 2 `attempts` is the number of tried actions
         return ()
     attempts = []
     for number, values_of_attempt in enumerate(

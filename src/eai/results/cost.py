@@ -115,7 +115,7 @@ def map_cost_units_to_rate_cases(records: Iterable[Record]) -> dict[str, RateCas
     """Return a mapping from units of cost to cases: for each answer its cost, and 1 for a success, else 0.
 
     Units are ``tokens``, ``dollars`` and ``seconds``. Failed answers cost something, too. A unit is left out
-    if its amount is unknown for an answer with other known amounts.
+    unless all answers with a recorded usage state the amount in this unit.
     """
     scored = (record for record in records if record.verdict.excluded is None)
     answers = [(record, record.origin.usage) for record in scored if record.origin and record.origin.usage]

@@ -33,7 +33,8 @@ class _TaskProfile:
     Attributes:
         task: the task.
         features: the counted features that every task has.
-        asked: the task in transition modeling; None if it is not part of that suite.
+        asked: the operators that transition modeling asks for in this task; None if the suite of transition
+            modeling lacks the task.
     """
 
     task: Task

@@ -75,7 +75,7 @@ def _normalise_value(value: object, format: ModelInteraction) -> str:
         return "{" + ",".join(members if format.keys_in_order else sorted(members)) + "}"
     if isinstance(value, list):
         elements = [_normalise_value(item, format) for item in value]
-        is_goal = all(isinstance(item, str) for item in value)  # such as ["inside", "rag", "bucket"]
+        is_goal = all(isinstance(item, str) for item in value)  # ["inside", "rag", "bucket"]
         is_set = format.lists_are_sets and not is_goal
         return "[" + ",".join(sorted(elements) if is_set else elements) + "]"
     return json.dumps(_normalise_spaces(value) if isinstance(value, str) else value)
@@ -86,23 +86,23 @@ def _normalise_spaces(text: str) -> str:
 
 
 STATED = "stated"
-"""Field of a question's metadata: the answer whose goals the question states instead of the task's goals."""
+"""Field of a question's metadata: the answer to goal interpretation whose goals the question states."""
 
 
 SUBGOALS = "subgoals"
-"""Field of a question's metadata: the answer whose subgoals the question states."""
+"""Field of a question's metadata: the answer to subgoal decomposition whose subgoals the question states."""
 
 
 @dataclass(frozen=True, slots=True)
 class PromptBeliefs:
-    """Beliefs that questions state instead of the facts: goals that a model interpreted, or perceived scenes.
+    """Goals or scenes, as a model understands them, that questions state instead of the true ones (beliefs).
 
     Attributes:
         beliefs: mapping from each task to the belief that its question states.
-        experiment: the study options of a run with these questions, as records store them.
+        experiment: the options of a run with these questions, as records store them.
         missing_reason: reason why tasks without a belief have no question.
         metadata: mapping from each task to the metadata of its question, for built-in models.
-        summaries: mapping from task and study to the study's summary of the answer.
+        summaries: mapping from task, then study, to values that the study reports on the belief.
         look: function that simulates how a changed scene is perceived; None if questions describe the scene
             without errors.
     """
@@ -115,10 +115,10 @@ class PromptBeliefs:
     look: ScenePerception | None = None
 
     def add_goal_beliefs(self, goal_beliefs: PromptBeliefs) -> PromptBeliefs:
-        """Combine the scenes of this set with the goals of another set, for the tasks that both sets have.
+        """Combine the scenes of these beliefs with the goals of other beliefs, for the tasks of both.
 
         Raises:
-            InputError: both sets change the same choice of the run.
+            InputError: the two have different values of one option of the run.
         """
         shared = [task_id for task_id in goal_beliefs.beliefs if task_id in self.beliefs]
         return PromptBeliefs(
@@ -141,17 +141,19 @@ class PromptBeliefs:
     def make_prompts(
         self, library: PromptLibrary, suite: Suite, task_ids: Iterable[str]
     ) -> dict[str, Prompt]:
-        """Return a mapping from ids of tasks with a belief to their questions.
+        """Return a mapping from task ids to questions that state the believed goals or scenes.
+
+        Tasks without a belief are left out.
 
         Raises:
-            InputError: published prompts cannot state the belief.
+            InputError: the published prompts cannot state such goals or scenes.
         """
         beliefs = {task_id: self.beliefs[task_id] for task_id in task_ids if task_id in self.beliefs}
         prompts = library.open(suite.benchmark, suite.ability, beliefs)
         return {task_id: prompts[task_id] for task_id in beliefs}
 
     def add_belief_to_record(self, record: Record) -> Record:
-        """Return a record with the choices of this run and with summaries of the belief in the question."""
+        """Return a record with this run's options and with values on the goals or scene in its question."""
         experiment = (record.experiment or Experiment()).combine(self.experiment)
         summaries = _merge_summaries(record.summaries, self.summaries.get(record.task_id, {}))
         return replace(record, experiment=experiment, summaries=summaries)
@@ -166,7 +168,7 @@ def _merge_summaries(
 def add_beliefs_and_experiment(
     record: Record, beliefs: PromptBeliefs | None, experiment: Experiment
 ) -> Record:
-    """Return a record with the beliefs that its question stated, and with the choices of its run."""
+    """Return a record with the options of its run, and with values on the goals or scene in its question."""
     return (record if beliefs is None else beliefs.add_belief_to_record(record)).add_experiment(experiment)
 
 

@@ -17,12 +17,12 @@ _OPTIONS = {
     "scene": ("perception", "scene"),
     "prompt_name": ("prompts", "prompt"),
 }
-"""Mapping from each option of old records to its study and to the prefix ``kind`` of its label."""
+"""Mapping from each option of old records to its study, and to the first word of the study's label."""
 
 _ORDER = ("pipeline", "perception", STUDY, "prompts")
 
 NAMES = (*_OPTIONS, *_AGENT)
-"""Fields of an experiment in old records whose values are names, such as that of the prompts."""
+"""Fields of old records that describe the run by a name, such as the name of the prompts."""
 
 _STATED = (
     *("goals_sha256", "goal_counts", "stage_1_unreadable", "stage_1_unknown", "stage_1_left_out"),
@@ -31,9 +31,9 @@ _STATED = (
 
 
 def read_older_experiment(named_options: Mapping[str, str], attempts: AttemptOptions) -> Experiment:
-    """Return the experiment of an older record from the two kinds of its options.
+    """Return the options of an older record's run in today's form.
 
-    They are options whose values are names, and options of attempts.
+    Old records store options whose values are names apart from options for repeated attempts at a task.
     """
     study: dict[str, StudySettings] = (
         dict(attempts.experiment.study) if attempts.executes_answers_as_episodes else {}

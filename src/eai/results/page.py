@@ -16,8 +16,8 @@ def build_page(
 ) -> str:
     """Return the page of a folder, made from ``page.html`` (its body), ``style.css`` and scripts.
 
-    Its content policy allows only its own style and program, by digest. If the page ``sends_requests``
-    requests, the policy also allows requests to its own server and pictures in its answers.
+    The page's content security policy allows only its own style and program, by digest. A page that sends
+    requests may also reach its own server and show pictures given as data URLs.
 
     Args:
         package: the package of the folder.

@@ -58,13 +58,13 @@ class PaperTable:
 
 @dataclass(frozen=True, slots=True)
 class _PaperProtocolAndTables:
-    """The protocol and the tables of the paper's numbers (``setting.toml``).
+    """The protocol of the paper's published numbers, and the paper's tables (``setting.toml``).
 
     Attributes:
-        protocol: the protocol under which our metrics measure the quantities of the paper.
-        tables: mapping from a table of our reports to the paper's tables with the same columns, in order of
-            preference.
-        others: mapping from further tables of the paper to a table of our reports with the same columns.
+        protocol: name of the protocol under which our metrics can be compared with the paper's numbers.
+        tables: mapping from each table of our reports to the paper's tables with the same columns, the
+            preferred table first.
+        others: mapping from each further table of the paper to the table of our reports with its columns.
         same_quantity: further tables whose figures should equal those of the tables of all 18 models.
         other_tasks: further tables that cannot be compared with runs, because they are about other tasks.
     """

@@ -70,8 +70,8 @@ def read_columns(
 def _check_row_group_size_and_prefixes(path: Path, metadata: Any, columns: Sequence[str]) -> bool:
     """Raise InputError if a group of rows unpacks to too many bytes.
 
-    Return whether a text is stored without the beginning that it shares with the text before. Then a row may
-    be much larger than its bytes in the file.
+    Return whether some texts are stored without the beginning that they share with the text before. Such a
+    text may be much larger than its bytes in the file.
     """
     limit = MAX_UNPACKED + UNPACKED_PER_BYTE * path.stat().st_size
     is_prefixed = False

@@ -1,6 +1,6 @@
 """Common parts of all plots: colours, labels, files, estimates with intervals, matrices and bands.
 
-Successes are green, missed goals ochre, errors in words violet, and errors in steps red to yellow.
+Success is green, a missed goal ochre; `OUTCOME_COLORS` has a colour for each error that may end an answer.
 """
 
 from __future__ import annotations
@@ -88,7 +88,7 @@ _STYLE = "plots.mplstyle"
 _TITLE_INCHES = 0.2
 """Height of a title in inches."""
 _TITLE_MARGIN_INCHES = 0.04
-"""Distance of a title from the edge of a figure without layout, in inches."""
+"""Distance of a title from the top edge, in inches, in a figure that matplotlib does not lay out itself."""
 
 
 @contextmanager
@@ -273,10 +273,10 @@ def draw_line(
 def draw_rates_by_name(
     rows: Sequence[Mapping[str, Cell]], name_column: str, rate_column: str, axis_label: str
 ) -> Figure | None:
-    """Draw rates by name with intervals, one line of the plot for each name.
+    """Draw one rate with its interval for each name in a column, such as the predicates of goals.
 
-    Return None if there are no cases. The label of a name states its number of cases, or, if all names have
-    equally many cases, its number of successes.
+    Return None if there are no cases. Labels state the name's number of cases, or its number of successes if
+    all names have equally many cases.
 
     Args:
         rows: the rows of a suite.
@@ -324,14 +324,14 @@ def draw_rate_matrix(
     across: str = MODEL,
     zeros: bool = False,
 ) -> Figure | None:
-    """Draw rates as a matrix of names and models, with their numbers. Return None if there are no rates.
+    """Draw a matrix of rates, by model and by the names in some columns; None if there are no rates.
 
-    The longer side runs down the page, so that many models fit. Numbers of few cases are in brackets. If all
+    The longer side runs down the page, so that many models fit. Rates of few cases are in brackets. If all
     rates of a model have equally many cases, this number stands at the end of the model's row or column.
 
     Args:
         rows: the rows of a suite.
-        levels: the columns whose values together form the names.
+        levels: the columns whose values together name a row of the matrix, such as outcomes.
         rate: the column of rates.
         label: caption of the matrix.
         across: the column of models, or another column in its place.

@@ -103,12 +103,12 @@ class Record:
 
     @property
     def study(self) -> dict[str, StudySettings]:
-        """Mapping from each study to the run's choice of options, with the study's summary of the answer."""
+        """Mapping from names of studies to the run's options, with values that each reports on the answer."""
         choices = {} if self.experiment is None else self.experiment.settings_in_label_order
         return {n: replace(choice, summary=self.summaries.get(n, {})) for n, choice in choices.items()}
 
     def add_experiment(self, experiment: Experiment) -> Record:
-        """Return the record with another experiment's choices; they replace its own choices of equal name."""
+        """Return the record with further options of its run, which replace options of the same study."""
         if experiment == Experiment():
             return self
         return replace(self, experiment=(self.experiment or Experiment()).replace_study_settings(experiment))

@@ -41,7 +41,8 @@ class Shaping(str, Enum):
     SUCCESS = "success"
     """Pay 1 if the whole answer is right, else 0.
 
-    For subgoals, every shaping divides its pay by one more than the number of actions added to reach them.
+    In subgoal decomposition, every rule divides its pay by 1 plus the number of actions that scoring added to
+    the answer to reach its subgoals.
     """
     GOALS = "goals"
     """Pay the share of goals newly reached, or 0 if an error ended the answer."""
@@ -124,7 +125,7 @@ MAX_ANSWER_CHARACTERS = 10_000
 
 
 def can_earn_reward(ability: Ability) -> bool:
-    """Whether answers of an ability can earn a reward: their verdicts must give credit."""
+    """Whether answers of an ability can earn a reward: its verdicts must define `compute_reward_basis`."""
     return get_declaration(ability).verdict.compute_reward_basis is not Verdict.compute_reward_basis
 
 

@@ -114,8 +114,8 @@ def make_weights_of_average_score(
     """Return each metric's weight in the average: a quarter for an ability, halved if it has two metrics.
 
     Args:
-        metric_values: known values in percent. Some metrics may replace a metric of the paper; they do so if
-            their value is known. Without values all metrics are the paper's.
+        metric_values: known values in percent. Some metrics of the paper have a replacement, which gets the
+            weight if its value is known. If None, only the paper's metrics get weights.
     """
     known_values = metric_values or {}
     weights: dict[AbilityMetric, float] = {}

@@ -122,9 +122,9 @@ class Column:
         name: name in files for programs.
         heading: heading for readers; the name if empty.
         group: heading over this and neighbouring columns, if a writer supports it.
-        heading_without_group: heading if a writer does not support groups, if it differs.
+        heading_without_group: heading for writers that do not support groups; empty if it is ``heading``.
         digits: number of digits after the point; as few as needed if None.
-        is_number: whether the cells are numbers, aligned right; None if the cells decide.
+        is_number: whether the cells are aligned right as numbers; None if their types decide.
         notes: numbers of footnotes on the whole column.
     """
 
@@ -238,8 +238,8 @@ def make_table(
 ) -> Callable[[Callable[P, Iterable[Row]]], Callable[P, Table]]:
     """Return a decorator: a function that yields rows becomes one that returns their table.
 
-    The docstring of the function has the rest: its first line is the title, unless a title is given, and the
-    other lines are the definition. Names in braces, in both, are replaced by arguments of the function.
+    The first line of the function's docstring is the title of the table, unless ``title`` is given. The other
+    lines are its definition. Names in braces in either text are replaced by arguments of the function.
     """
 
     def decorate(rows: Callable[P, Iterable[Row]]) -> Callable[P, Table]:
@@ -261,7 +261,7 @@ def make_table(
 
 
 def format_short_number(number: float | None) -> str:
-    """Return a number as a short text: a whole number without point, else one digit from 10 on, else two."""
+    """Return a number as text: whole, or with one digit after the point (two digits if below 10)."""
     if number is None or math.isnan(number):
         return ""
     return (

@@ -145,7 +145,7 @@ def _format_markdown(name: str, tables: Sequence[Table], remarks: Sequence[str])
 
 
 def _select_shown_rows(table: Table) -> dict[str, list[tuple[Cell, ...]]]:
-    """Return the rows for readers, by suite and model: only rows of all models together, if any."""
+    """Return a mapping from headings (suite, model) to rows; only rows of all models together, if any."""
     rows = table.row_dicts()
     if any(row.get(MODEL) == ALL_MODELS for row in rows):
         rows = [row for row in rows if row[MODEL] == ALL_MODELS]

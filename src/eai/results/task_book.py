@@ -1,8 +1,8 @@
 """Looks up features of tasks in the data set, and reasons for wrong goals in answers.
 
 The paper says that models state conditions on the way to a goal, or at the start, instead of the goal
-(section "Goal interpretation"). A wrong stated goal is followed along the data set's own plan, up to the
-plan's first invalid step. The first `WrongGoalReason` that fits counts.
+(section "Goal interpretation"). Therefore each wrong goal in an answer is tested in every state of the data
+set's own plan, up to the plan's first invalid step. The first `WrongGoalReason` that fits counts.
 """
 
 from __future__ import annotations

@@ -39,10 +39,10 @@ class RunTotals:
         statuses: status bits of each task, in the order of the records.
         sizes: sizes of the suite, in tasks, as the records state them; usually only one.
         versions: versions of the errata.
-        void: metrics that have no cases in this run, as records declare.
+        void: names of metrics without a value in this run, as `missing_metrics` of the ability returns them.
         judges: mapping from planners to the number of answers whose operators they tested.
-        left: mapping from a decision of the second planner to the number of answers with this decision. It
-            decides only if the first planner cannot.
+        left: mapping from outcomes of the second planner to numbers of answers. The second planner decides on
+            the answers that the first planner left undecided.
     """
 
     number: int = 0

@@ -139,8 +139,8 @@ class TrialSet:
 
     Attributes:
         suite: the suite, opened for the answers (`Suite.choose_suite_for_answers`).
-        options: number of attempts, feedback, and actions that fail.
-        asker: makes the questions.
+        options: number of attempts, kind of feedback, and rate of actions made to fail.
+        asker: writes the question of each attempt.
         stated: mapping from ids to tasks with the goals that questions state instead of the tasks' own.
     """
 
@@ -166,7 +166,7 @@ def replay_answers(
 
     Args:
         suite: the suite, opened for answers to such questions (`Suite.choose_suite_for_answers`).
-        options: number of attempts, feedback, and actions that fail.
+        options: number of attempts, kind of feedback, and rate of actions made to fail.
         task_id: id of the task.
         answers: the answers in order.
         epoch: epoch of the answers.
@@ -232,8 +232,8 @@ def open_trials(
 ) -> TrialSet:
     """Return the trials of some tasks of a suite.
 
-    Questions may state other goals (`TrialSet.stated`). Some protocols decide from all answers how to read
-    each one. Trials execute each answer at once, so they decide from the examples in the questions.
+    Questions may state other goals (`TrialSet.stated`). Some protocols choose one way to read all answers of
+    a model. Here each answer is executed at once, so they choose by the example answers in the questions.
 
     Raises:
         InputError: the answers of the suite are not plans.

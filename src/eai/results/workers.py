@@ -296,7 +296,7 @@ class WorkerPool:
         # the fork server imports this module once for all workers
         context.set_forkserver_preload(["eai.results.batch"])
         if "forkserver" in methods:
-            resource_tracker.ensure_running()  # done first, because it would unblock interrupts
+            resource_tracker.ensure_running()  # first, because it unblocks interrupts
             with _block_interrupts():  # workers inherit the blocked signal from the fork server
                 ensure_running()
         if self._folder is None:

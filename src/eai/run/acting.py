@@ -166,7 +166,7 @@ def _make_solver_that_plays_episode(harness: str | None = None) -> Solver:
 
 
 player = solver(name="player")(_make_solver_that_plays_episode)
-# with an editable installation, Inspect's names lack the package
+# in an editable installation, Inspect registers the solver without the prefix "eai/"
 if registry_info(player).name == "player":
     player = solver(name="eai/player")(_make_solver_that_plays_episode)
 
@@ -179,9 +179,9 @@ def _store_episode_text(state: TaskState, model_stop_reason: StopReason, episode
 
 
 async def _play_by_tools(state: TaskState, agent: AgentState, harness: str) -> None:
-    """Let the model call tools until the episode ends or a reply calls none; or run the user's agent.
+    """Let the model call tools until the episode ends or a reply calls no tool, or run the user's agent.
 
-    The harness ``auto`` goes on by lines of text after such a reply, or if the server refuses tools.
+    If a reply calls no tool or the server refuses tools, the harness ``auto`` continues with lines of text.
     """
     if harness not in HARNESSES:
         result = await load_object(harness)(state.tools)(agent)

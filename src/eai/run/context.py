@@ -85,8 +85,8 @@ def _estimate_gold_answers(benchmark: Benchmark, ability: Ability, source: Sourc
 def choose_answer_limit(model: str, suite: Suite, decoding: DecodingOptions) -> int | None:
     """Return the default of the maximum number of tokens of an answer, or None for no limit.
 
-    Built-in models and models that reason have no limit, nor have abilities that take turns. A limit of the
-    user replaces the default.
+    There is no limit for built-in models, for models that reason, and in abilities whose answers are episodes
+    of several turns. A limit of the user replaces the default.
     """
     reasons = decoding.reasoning_effort not in (None, "none") or decoding.reasoning_tokens is not None
     is_limited = decoding.max_tokens is not None or reasons or get_declaration(suite.ability).takes_turns

@@ -149,7 +149,8 @@ class QuestionJob:
         epochs: number of answers to each question.
         trials: executes the answers and asks again after failures; None if each question is sent once.
         metadata: mapping from task ids to the metadata of questions, for the built-in models.
-        experiment: the choices of the run's studies, for the log; None without studies.
+        experiment: the run's options of studies, such as the form of scenes, for the log; None without
+            options.
         answer_limit: default of the maximum number of tokens of an answer, which follows from the suite.
     """
 

@@ -147,7 +147,7 @@ class RunState:
 
     @property
     def attempts(self) -> dict[AnswerKey, tuple[Attempt, ...]]:
-        """Mapping from task and epoch to the attempts at each finished task whose answers are carried out."""
+        """Mapping from task and epoch to attempts at a finished task; empty if answers are not executed."""
         return {
             key: tuple(add_answer_details_to_attempts(attempts, given))
             for key, given in self.all_answers.items()

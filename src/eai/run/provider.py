@@ -105,10 +105,11 @@ class _ModelQuestion(NamedTuple):
         attempt: number of the attempt at the task, from 1 on.
         done: actions executed in the world that the question describes.
         text: text of all messages.
-        stated: the answer whose goals the question states; None if it states the task's goals.
+        stated: a model's answer to goal interpretation, whose goals the question states; None if it states
+            the task's goals.
         scene: the scene graph that the question shows; None if it shows the task's scene.
-        source: settings with which the data set is opened, for the task's own answers.
-        setting: setting of the game, in the ability ``acting``.
+        source: settings for opening the data set, which has the right answer to the task.
+        setting: rules of the episode, in the ability ``acting``.
     """
 
     benchmark: Benchmark
@@ -130,10 +131,10 @@ class _BuiltInModel(ModelAPI):
 
     Args:
         model_name: ``oracle`` (the data set's own answers), ``planner`` (plans found by search, for action
-            sequencing and subgoal decomposition; in a world that continues, from its present state, and in a
-            pipeline for the stated goals), ``lookup`` (the answer of the most similar public
-            task, objects renamed), ``copy`` (what the question says), ``empty`` (nothing, in the form asked
-            for), ``random`` (random possible actions; argument ``seed``), ``noisy``
+            sequencing and subgoal decomposition, from the world's present state if it continues after an
+            attempt, and for the goals that the question states), ``lookup`` (the answer of the most similar
+            public task, objects renamed), ``copy`` (what the question says), ``empty`` (nothing, in the form
+            asked for), ``random`` (random possible actions; argument ``seed``), ``noisy``
             (the data set's answers, corrupted anew in each attempt; arguments ``rate`` and ``seed``, and
             ``heed``, the probability with which it repairs an error that feedback names; otherwise it
             repeats its answer), ``captioner`` (scene graphs of pictures, with errors; arguments ``rate``

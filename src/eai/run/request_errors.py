@@ -22,7 +22,7 @@ MIN_SECONDS_BETWEEN_TRIES = 1.0
 """Minimum seconds between a refused connection and the second, last try."""
 
 _MAX_SECONDS_BETWEEN_TRIES = 60.0
-"""Maximum seconds after which a refused connection counts as the second try."""
+"""Maximum seconds between two refused connections if the second counts as the last try."""
 
 _TOO_LONG = re.compile(
     r"context_length_exceeded|exceed_context_size|context size has been exceeded"

@@ -113,7 +113,7 @@ def make_metric_with_paper_columns(ability: str) -> Metric:
 
     They are ratios of sums over all tasks, as in ``summary.json``; columns without cases are left out. For
     several answers to a task the mean counts, or the answer with the most frequent meaning, as in ``eai run
-    --epochs``. Some protocols decide from all answers how to read each one; then all answers are read again.
+    --epochs``. If the protocol chooses one way to read all answers, they are scored again.
     """
 
     def pool_scores(scores: list[SampleScore]) -> Value:
@@ -283,10 +283,10 @@ def _select_majority_score(scores: Sequence[SampleScore], ability: Ability) -> S
 
 
 def _read_verdicts(scores: Sequence[SampleScore]) -> list[Verdict]:
-    """Return the verdict on each task, read from the given score of the task.
+    """Return the verdicts on tasks, read from one score of each task.
 
-    If the protocol decides from all answers how to read each one, the answers are scored again. Verdicts of
-    an experiment do not change, because each answer was read before the next question was asked.
+    If the protocol chooses one way to read all answers of a model, the answers are scored again. Verdicts on
+    repeated attempts do not change, because each answer was read before the next question was asked.
     """
     texts = {str(score.sample_id): score.score.answer or "" for score in _select_answered_scores(scores)}
     verdicts = {str(score.sample_id): _read_verdict(score) for score in scores}

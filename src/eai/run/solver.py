@@ -138,7 +138,7 @@ _REFUSED_PARAMETER_STATUSES = (400, 422)
 """HTTP statuses with which servers refuse a parameter of a request, such as a stop sequence."""
 
 FORM_LEFT_OUT = "form_left_out"
-"""Name of the repair of answers that follow no schema, because the provider cannot enforce a schema."""
+"""Entry in an answer's repairs: no schema restricted the answer, because the provider cannot enforce one."""
 
 ANSWERS = "answers"
 """Field of a sample's metadata: its answers in order, without reasoning."""
@@ -154,7 +154,7 @@ class _ModelReply(NamedTuple):
 
 @contextmanager
 def report_failure(run: RunState, key: AnswerKey) -> Iterator[None]:
-    """Report an error of the block to the run. The run gives up the task, or stops if all would fail."""
+    """Report an error of the `with` block. The run gives up the task, or stops if no request can succeed."""
     try:
         yield
     except Exception as error:
@@ -251,8 +251,8 @@ class _SampleTranscript:
         """Add a question to the state: all messages of the first question, the last message of later ones.
 
         Returns:
-            the messages to send. The last message has the attempt, and the actions executed in a world that
-                continues.
+            the messages to send. Metadata of the last message has the attempt's number and the actions whose
+                effects the world kept from earlier attempts.
         """
         self.attempt += 1
         actions = [[action.operator, *action.arguments] for action in conversation.executed_actions]

@@ -211,7 +211,7 @@ class RunSpec(Options):
 
     @property
     def experiment(self) -> Experiment:
-        """The chosen options of studies as records store them, except options that a first stage records."""
+        """The options of studies as records store them, without options that an earlier stage records."""
         variations_by_study = {
             variation.name: self.studies.get(variation.section_name, VariationOptions())
             for variation in list_studies_with_run_options()

@@ -197,7 +197,7 @@ def register_suite_task(reference: str, ability: Ability) -> Callable[..., inspe
 
     name = suite_name(reference, ability).lstrip("_")
     registered = inspect_ai.task(name=name)(make_suite_task)
-    # with an editable installation, Inspect's names lack the package
+    # in an editable installation, Inspect registers the task without the prefix "eai/"
     if registry_info(registered).name == name:
         registered = inspect_ai.task(name=f"eai/{name}")(make_suite_task)
     return registered
@@ -240,7 +240,7 @@ def _sort_arguments_into_sections(
     """Return the options of agents and studies, as a mapping by section of a specification.
 
     Raises:
-        InputError: an option is unknown, or needs a second model that Inspect does not ask.
+        InputError: an option is unknown, or needs a second model, which Inspect's tasks cannot ask.
     """
     tables: dict[str, dict[str, Any]] = {}
     for name, value in arguments.items():
@@ -490,7 +490,7 @@ def _build_job_task(job: QuestionJob, run: RunState) -> inspect_ai.Task:
 
 
 def _evaluate_in_inspect(job: QuestionJob, task: inspect_ai.Task, log_dir: Path) -> EvalLog | None:
-    """Run Inspect without scoring, because some protocols decide from all answers how to read each one.
+    """Run Inspect without scoring, because some protocols choose one way to read all answers of a model.
 
     The scores are written into the log afterwards (`eai.run.tasks.write_scores`). Return None if the run was
     interrupted before it began.

@@ -35,7 +35,8 @@ from eai.logic.trace import iterate_positions
 _MAX_SETS = 2_000
 """Maximum number of sets of common conditions that a search keeps.
 
-If a search drops a set, the share that it finds is only a lower bound.
+Common conditions are about atoms in several parts of a goal. If a search drops a set, the share that it finds
+is only a lower bound.
 """
 
 _MAX_UNPRUNED_SETS = 64
@@ -115,11 +116,12 @@ class _BestGoalOptionFinder:
     def _find_larger_share(
         self, true_atoms: int, others_met: int, current_share: _ShareOfMetConditions
     ) -> _ShareOfMetConditions:
-        """Return the share of the option with the largest gain over a share, or the latter without an option.
+        """Return the share of the option with the largest gain over ``current_share``.
 
-        The gain of an option over the share is ``current_share.total * met - current_share.met * total``. If
-        several options have the largest gain, the shortest counts. The search therefore maximizes ``scale *
-        gain - total``, with a `scale` greater than any total.
+        If no option is possible, return ``current_share``. The gain of an option over the share is
+        ``current_share.total * met - current_share.met * total``. If several options have the largest gain,
+        the shortest counts. The search therefore maximizes ``scale * gain - total``, with a `scale` greater
+        than any total.
         """
         scale = 2 * len(self.atoms) + self._others + 1
         unmet = -current_share.met * scale - 1
@@ -153,7 +155,10 @@ _NumberedChoice: TypeAlias = (
 """A choice of conditions for a goal, in which integers stand for the conditions."""
 
 _ValueByConditionSet: TypeAlias = dict[_ConditionMask, int]
-"""Mapping from a set of common conditions, as a bit mask, to the greatest sum of other conditions' values."""
+"""Mapping from each set of common conditions to the greatest sum of the values of the other conditions.
+
+Common conditions are about atoms in several parts of the goal. A set of conditions is a bit mask.
+"""
 
 
 class _GoalOptionSearch:
@@ -176,7 +181,7 @@ class _GoalOptionSearch:
 
 
 _BestSetsFinder: TypeAlias = Callable[[_GoalOptionSearch], _ValueByConditionSet]
-"""Function that finds the best sets of common conditions for one part of a goal."""
+"""Function that finds, for one goal part, the best sets of conditions shared with other parts."""
 
 
 def _number_conditions(choice: AndOrTree, number_by_atom: dict[f.Atom | f.Occurs, int]) -> _NumberedChoice:
@@ -242,7 +247,7 @@ def _get_direct_parts(part: _NumberedChoice) -> Sequence[_NumberedChoice]:
 
 
 class _GoalPartCompiler:
-    """Makes for each part of a goal a function that finds the part's best sets of common conditions."""
+    """Makes for each goal part a function that finds its best sets of conditions shared with other parts."""
 
     def __init__(
         self, choices: Sequence[_NumberedChoice], fixed: _ConditionMask, positive: _ConditionMask
@@ -337,9 +342,10 @@ class _GoalPartCompiler:
     def _order_members_to_forget_early(
         self, members: list[tuple[_BestSetsFinder, Counter[int]]]
     ) -> list[tuple[_BestSetsFinder, _ConditionMask]]:
-        """Order the members of a part of a goal so that the search can forget common conditions early.
+        """Order the subparts of a goal part so that the search can soon drop shared conditions from its sets.
 
-        Return pairs: a member, and the common conditions that no later member can choose, as a bit mask.
+        Return pairs: a subpart's function, and the shared conditions that no later part mentions, as a bit
+        mask.
         """
         steps = []
         seen: Counter[int] = Counter()
@@ -354,11 +360,11 @@ class _GoalPartCompiler:
         return steps
 
     def _find_atoms_also_in_other_parts(self, mentions: Counter[int]) -> list[int]:
-        """Return those atoms in the counted parts that also occur in other parts."""
+        """Return the shared atoms that parts outside those counted in ``mentions`` also mention."""
         return [atom for atom, times in mentions.items() if atom in self._common and times < self._all[atom]]
 
     def _find_conditions_only_in_these_parts(self, mentions: Counter[int]) -> _ConditionMask:
-        """Return the bit mask of the common conditions that only the counted parts mention."""
+        """Return the shared conditions that only the parts in ``mentions`` mention, as a bit mask."""
         atoms = [
             atom for atom, times in mentions.items() if atom in self._common and times == self._all[atom]
         ]
@@ -395,9 +401,10 @@ class _GoalPartCompiler:
     def _find_best_sets_of_pairing(
         self, count: int, rows: Sequence[Sequence[_ValueByConditionSet]], search: _GoalOptionSearch
     ) -> _ValueByConditionSet:
-        """Return the best sets of common conditions for a pairing of rows with columns.
+        """Return the best sets of shared conditions if ``count`` cells of a table must hold.
 
-        The search goes row by row, and keeps the best sets for every set of columns used so far.
+        No two cells may be in one row or column. The search goes row by row, and keeps the best sets for
+        every set of columns used so far.
         """
         best: dict[int, _ValueByConditionSet] = {0: {0: 0}}
         for row in rows:

@@ -212,8 +212,8 @@ class _GoalOptionConditions:
     def find_largest_met_share(self, final: State, reached: Sequence[bool], action_goals_met: bool) -> Share:
         """Return the largest share of an option's conditions that a final state meets.
 
-        `reached` says for each goal, in order, whether it is reached. It decides about goals that count as
-        one condition. `action_goals_met` says whether all action goals are met.
+        `reached` says for each goal, in order, whether it is reached; it is used for goals that count as one
+        condition. `action_goals_met` says whether all action goals are met.
         """
         binding = self._binding.copy()  # each thread needs a copy, because definitions write into the binding
         true = 0

@@ -113,7 +113,7 @@ class Task:
 
     @property
     def planning_object_indices(self) -> tuple[int, ...]:
-        """Indices of the objects that a search for a plan needs: `relevant` and `unnamed` objects."""
+        """Indices of the objects that a search for a plan needs: all in `relevant` and `unnamed`."""
         return self.relevant + self.unnamed
 
     @property

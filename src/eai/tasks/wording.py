@@ -117,7 +117,7 @@ class SuiteWording:
         return "\n\n".join([listed, *filter(None, notes)])
 
     def list_prompt_objects(self, task: Task) -> list[int]:
-        """Return the indices of the objects that a prompt lists: the task's and those of its surroundings."""
+        """Return the indices of the objects that a prompt lists, including those from `surroundings`."""
         if self.surroundings is None:
             return list_objects_in_prompt(task)
         return sorted({*list_objects_in_prompt(task), *self.surroundings(task)})
@@ -154,7 +154,7 @@ class SuiteWording:
     def _make_fact_listers(self, names: Iterable[str]) -> tuple[FactLister, ...]:
         """Return a `FactLister` for each predicate.
 
-        If prompts state exact rules, both objects of a fact may be the same object.
+        If the prompts state exact `rules`, facts in which both objects are the same object are also listed.
         """
         repeated = self.rules is not None
         return tuple(
@@ -170,7 +170,7 @@ class SuiteWording:
         return f"{self._get_predicate_word(predicate)}({', '.join(object_names)})"
 
     def describe_instruction(self, task: Task) -> str:
-        """Return the line with a task's instruction; an empty text if the instruction replaces the goals."""
+        """Return a task's instruction as a line; empty if prompts omit it or state it in place of goals."""
         shown = self.states_instruction and task.prompts_state_goals
         return f"\nInstruction: {task.instruction}" if shown else ""
 

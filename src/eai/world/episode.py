@@ -161,7 +161,7 @@ class Episode:
 
 
 def _shift_step(step: Step, offset: int) -> Step:
-    """Return a copy of a step whose fault refers to a state with a number lower by ``offset``."""
+    """Return a copy of a step; the number of the state to which the fault refers is lower by ``offset``."""
     fault = step.fault
     if fault is None or fault.earlier is None or not offset:
         return step

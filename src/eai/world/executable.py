@@ -22,10 +22,10 @@ from eai.world.vocabulary import Vocabulary
 
 @dataclass(frozen=True, slots=True, eq=False)
 class _CompiledCheck:
-    """A check whose condition and history conditions are compiled.
+    """A compiled check of an action: its condition, and conditions on earlier states (`eai.world.history`).
 
-    Two compiled checks are equal only if they are the same object. Each is in the list of checks of one
-    operator or one alternative.
+    Two compiled checks are equal only if they are the same object. Each belongs to one operator, or to one of
+    an operator's alternatives.
     """
 
     check: Check
@@ -50,7 +50,7 @@ class CheckFailure(NamedTuple):
 
 
 class _FailedOperatorAlternative(NamedTuple):
-    """A failed check of an alternative, and the alternative's condition, which holds after the action."""
+    """A failed check of an operator's alternative, and the condition on which the alternative is tried."""
 
     condition: Formula
     check: Check
@@ -183,7 +183,7 @@ def compile_argument_finder(operator: Operator, vocabulary: Vocabulary) -> Appli
     """Return a function that finds the arguments for which no check of an operator fails.
 
     A check of one parameter is evaluated once, for all objects at once. A check of several parameters is
-    evaluated when the last of them is the next to be bound, for all values of this parameter at once. The
+    evaluated once all but the last of them have values, for all values of the last at once. The
     operator's alternatives are not evaluated.
     """
     names = [parameter.name for parameter in operator.parameters]
@@ -214,7 +214,7 @@ def compile_argument_finder(operator: Operator, vocabulary: Vocabulary) -> Appli
         among: Sequence[int],
         spend: Spend,
     ) -> Iterator[tuple[int, ...]]:
-        """Yield all tuples of arguments that begin with the values in the slots before ``slot``."""
+        """Yield all tuples of arguments that begin with the values that ``binding`` has before ``slot``."""
         if slot > len(names):
             yield tuple(binding[1:slot])
             return

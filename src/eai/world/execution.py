@@ -129,7 +129,7 @@ def describe_fault(fault: Fault, domain: Domain, action: Action, scene: Scene) -
 
 
 def find_check_witnesses(check: Check, domain: Domain, action: Action, state: State) -> tuple[str, ...]:
-    """Return the names of objects that show why a check failed and that its reason does not name."""
+    """Return the names of objects that show why a check failed, beyond the objects in the check's reason."""
     if check.witness is None:
         return ()
     scope = map_parameters_to_indices(action, domain)

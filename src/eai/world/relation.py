@@ -71,8 +71,8 @@ class Relation:
     )
 
     # Invariant: `_rows[x]` and `_columns[y]` are up to date; if both exist they agree on (x, y).
-    # `_row_keys` and `_column_keys` are the masks of the overridden lines. `_hash` caches the hash for
-    # the many states that share a relation; None after a change.
+    # `_row_keys` and `_column_keys` are bit masks of the keys of `_rows` and `_columns`.
+    # `_hash` caches the hash, because many states share a relation. It is None until the hash is computed.
 
     def __init__(self, base: InitialRelation, changed: Relation | None = None) -> None:
         self._base = base
@@ -160,7 +160,7 @@ class Relation:
 
     def flip_pair(self, source: int, target: int) -> None:
         """Change this copy: add the pair if it is missing, else remove it."""
-        if target in self._columns and source not in self._rows:  # only the pair's column is overridden
+        if target in self._columns and source not in self._rows:  # only the column is replaced
             self.set_column(target, self._columns[target] ^ 1 << source)
         else:
             self.set_row(source, self.row(source) ^ 1 << target)
@@ -259,7 +259,7 @@ def keep_lowest_bits(mask: int, number: int) -> int:
 def _apply_changes_of_crossing_lines(
     initial_line: int, index: int, changed_crossing_lines: dict[int, int], changed_mask: int
 ) -> int:
-    """Return a row of the base with the changes from overridden columns, or a column with those from rows."""
+    """Return a row or column (line) of the base with the changes that crossing lines of a state make."""
     line = initial_line & ~changed_mask
     for key, mask in changed_crossing_lines.items():
         if mask >> index & 1:
@@ -268,7 +268,7 @@ def _apply_changes_of_crossing_lines(
 
 
 def _update_crossing_lines(crossing_lines: dict[int, int], index: int, new_line: int) -> None:
-    """Update all overridden rows after a column was replaced, or all overridden columns after a row was."""
+    """Update the replaced columns of a state with a new row, or its replaced rows with a new column."""
     bit = 1 << index
     for key, mask in crossing_lines.items():
         crossing_lines[key] = mask | bit if new_line >> key & 1 else mask & ~bit

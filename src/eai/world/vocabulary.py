@@ -169,7 +169,7 @@ def require_tuple(location: str, values: object, kind: type | UnionType) -> None
         raise DomainError(f"{location}: expected a tuple of {expected}, found {type(values).__name__}")
     value_by_type = {
         type(value): value for value in values
-    }  # one value of each type is enough: hundreds of values may have the same type
+    }  # checks one value of each type, because hundreds of values may have the same type
     for value in value_by_type.values():
         if not isinstance(value, kind):
             raise DomainError(f"{location}: expected {expected}, found {type(value).__name__}")

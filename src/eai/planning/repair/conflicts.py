@@ -21,7 +21,7 @@ from eai.world.fault import FaultKind
 from eai.world.state import State
 
 PlanMoment: TypeAlias = tuple[int, int]
-"""Moment during a plan: the number of the state, and the number of the goal's operators taken so far."""
+"""Moment during a plan: the number of the state, and how many entries of `PlanningGoal.actions` are done."""
 
 PlanPath: TypeAlias = tuple[PlanMoment, ...]
 """Moments of a plan: one before each entry, up to the first impossible step.
@@ -39,7 +39,7 @@ class PlanStateCache:
         domain: the domain.
         initial: the state in which plans begin.
         goal: the goal of plans.
-        change_finder: the changes that conditions need.
+        change_finder: finds the changes of facts that may make a condition true or false.
 
     Attributes:
         by_number: the states; the index of a state is its number. The initial state has number 0.
@@ -65,7 +65,7 @@ class PlanStateCache:
     def take_step(self, moment: PlanMoment, action: Action) -> PlanMoment | None:
         """Return the moment after a step, or None if the step is impossible.
 
-        A moment is the number of the state, and the number of the goal's operators taken so far.
+        The second number of the moment rises if the step executes the next operator that the goal lists.
         """
         number, taken = moment
         after, executed = self.get_next_state_and_executed(number, action)
@@ -192,7 +192,7 @@ class _HelpingEditFinder:
         return min(choices, key=lambda edits: sum(len(actions) for _, actions in edits))
 
     def _get_cached_changes_to_enable_step(self, state_number: int, action: Action) -> ChangeSet:
-        """Return the changes that may make an impossible step possible, or an additional step (skipped)."""
+        """Return changes that may make an impossible step possible, or needless, so that it is skipped."""
         changes = self._fatal.get((state_number, action))
         if changes is None:
             changes = self._fatal[state_number, action] = self._find_changes_to_enable_step(
@@ -276,9 +276,9 @@ class _HelpingEditFinder:
     def _find_prior_changes_and_undoing(
         self, state_number: int, action: Action, changes: ChangeSet, operator_names: frozenset[str]
     ) -> tuple[ChangeSet, bool]:
-        """Return changes that may make a later step cause some of ``changes``, or undo fewer of ``changes``.
+        """Return earlier changes that may make a step cause more of ``changes``, or undo fewer of them.
 
-        The second returned value is whether that step undoes any of ``changes``.
+        The step is ``action``. The second returned value is whether the step undoes any of ``changes``.
         """
         state, executed = (
             self._states.by_number[state_number],

@@ -59,7 +59,7 @@ _MAX_PLANNER_STATES = 300
 """Maximum number of states that the planner may reach to complete a plan."""
 
 _START_FACTOR = 3
-"""Factor of the planner's limit for its plan from the initial state, which is made only once per task."""
+"""Factor of the planner's limit of tests for its plan from the initial state, made once per task."""
 
 _ENABLING_LIMITS = Limits(20, looks=2_000)
 """Limits of each search for actions that make an impossible step possible."""
@@ -97,7 +97,7 @@ class Repairer:
         objects: the objects that inserted steps may use, by index.
 
     Attributes:
-        change_finder: the changes that conditions need.
+        change_finder: finds the changes of facts that may make a condition true or false.
         states: the states that plans lead to.
     """
 
@@ -366,8 +366,8 @@ class _RepairNode(NamedTuple):
 
     Attributes:
         plan: the plan.
-        path: the moments of the plan, one before each entry. If ``first_unknown`` is not -1, the moments of
-            the plan before its last edit, which changed nothing before that entry.
+        path: the moments of the plan, one before each entry. If ``first_unknown`` is not -1, these are the
+            moments of the plan without its last edit; they are right up to entry ``first_unknown``.
         first_unknown: number of the first entry whose moment is not computed yet; -1 if all are computed.
         failures: number of failed steps and missed goals. If ``first_unknown`` is not -1, this is the number
             for the plan before the last edit.
@@ -507,8 +507,8 @@ class _RepairSearch:
     ) -> int:
         """Queue each plan with one action inserted at a position, if the insertion adds no cost.
 
-        Return the maximum cost of all plans with one of the actions inserted. ``missing`` caches the number
-        of missing steps after each insertion.
+        Return the maximum cost of all plans with one of the actions inserted. ``missing`` caches for each
+        action the number of steps that the plan still lacks after the insertion.
         """
         self.effort.used += len(actions) // _EDITS_PER_EFFORT
         plan, at = insert_or_delete_step(node.plan, position, actions[0])

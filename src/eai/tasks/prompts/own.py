@@ -46,9 +46,9 @@ MAX_EXAMPLE_OPERATORS = 2
 _QUANTIFIERS = {f.ForAll: "forall", f.Exists: "exists", f.Exactly: "forn", f.ForPairs: "forpairs"}
 
 _DECLINABLE = {"action_sequencing": "", "environment": "_acting"}
-"""Mapping from the templates whose questions an answer may decline to the ending of further templates' names.
+"""Mapping from templates of questions that an answer may decline to a suffix of names of templates.
 
-The further templates explain how to decline.
+The templates with this suffix explain how to decline.
 """
 
 _WORD = re.compile(r"[^\s()]+")
@@ -87,7 +87,7 @@ class PromptMaterial:
     short_texts: Mapping[str, str] = field(default_factory=dict)
 
     def find_example(self, title: str) -> Task | None:
-        """Return the first task with another title that prompts may show, or None if all have this title."""
+        """Return the first example whose title is not ``title``, or None if all examples have this title."""
         examples = self.tasks if self.examples is None else self.examples
         return next((task for task in examples.values() if task.title != title), None)
 
@@ -112,7 +112,7 @@ def describe_rules_by_placeholder(wording: SuiteWording, short_texts: Mapping[st
 def render_prompts(questions: PromptMaterial, templates: PromptTemplates) -> dict[str, Prompt]:
     """Return a mapping from ids of tasks to their prompts.
 
-    The example in a prompt is about the first task that has another title.
+    The example in a prompt is the first task whose title differs from the title of the prompt's task.
     """
     name, wording, tasks = questions.template, questions.wording, questions.tasks
     shared = {
@@ -184,7 +184,7 @@ def _render_question(
 
 
 def _write_goals(wording: SuiteWording, belief: BelievedTask, templates: PromptTemplates) -> str:
-    """Return the text of a task's goals, followed by subgoals that lead to them if the belief has any."""
+    """Return the text of the goals that a question states, followed by its subgoals, if any."""
     goals = wording.describe_goals(belief.task)
     if not belief.subgoals:
         return goals
@@ -314,7 +314,7 @@ def _restrict_header(header: PddlDomain, names: Set[str] | None, text: str) -> P
 def _render_operator_question(
     task: TransitionTask, operators: Sequence[str], names: Set[str] | None, templates: PromptTemplates
 ) -> str:
-    """Return the problem with initial facts of some predicates, and the first lines of its operators."""
+    """Return the problem and empty operators; initial facts only of predicates in ``names``, if given."""
     heads = "\n".join(
         f"(:action {name}\n  :parameters {task.domain.operators[name].parameters}\n"
         "  :precondition ()\n  :effect ())"
@@ -380,7 +380,7 @@ def _choose_example_task_and_operators(
 ) -> tuple[TransitionTask, Sequence[str]]:
     """Return the task for the example, and some of its operators that the prompt's task does not ask for.
 
-    If several tasks are equally good, the shortest is chosen.
+    The task with the most such operators is chosen; among several, the task with the shortest text.
     """
     own_names = set(task.operators)
 

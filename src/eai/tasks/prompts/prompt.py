@@ -186,7 +186,7 @@ class BelievedTask:
     subgoals: tuple[str, ...] = ()
 
     def adopt_goals(self, other: BelievedTask) -> BelievedTask:
-        """Return this belief with the goals and subgoals of another belief about the same task."""
+        """Return this believed task with the goals and subgoals of another believed task, ``other``."""
         task, answer = replace(self.task, goals=other.task.goals), other.answer or self.answer
         return replace(self, task=task, answer=answer, subgoals=other.subgoals or self.subgoals)
 
@@ -217,7 +217,7 @@ class GoalSection:
         return question[start:end]
 
     def rewrite_section(self, question: str, belief: BelievedTask) -> str:
-        """Return a question in which this section states the goals of a belief.
+        """Return a question in which this section states the goals that a model believes.
 
         Raises:
             InputError: the question has no such section.

@@ -6,7 +6,7 @@ have these forms:
 
 * ``p(*): all`` and ``p(*): all but a`` state ``p`` of all listed objects, or of all but ``a``;
 * ``p(a, b) both ways`` also states ``p(b, a)``;
-* a listed object without a kind in brackets has its name without the number as its kind.
+* the kind of a listed object is in brackets, or else it is the object's name without the number.
 """
 
 from __future__ import annotations
@@ -21,7 +21,7 @@ from eai.tasks.short_lists import shorten_facts
 from eai.world.state import Fact
 
 RULES = "rules"
-"""Name of the text in which a benchmark states its rules in short form, instead of `shorten_rules`."""
+"""Name of a benchmark's own text of its rules in short form; it replaces the result of `shorten_rules`."""
 
 _OBJECT = re.compile(r"(\S+) \[([^\]]*)\]: (.+)")
 _FACT = re.compile(r"([^\s()]+)\(([^()]+)\)")
@@ -34,7 +34,7 @@ _BEFORE_REASONS = ("impossible where", "not yet possible while", "needless where
 _SIGN_OF_CHANGE = {"becomes true": "", "becomes false": "not "}
 
 _MIN_HOLDERS = 3
-"""Minimum number of objects with a property for a line that states the property of ``all`` objects."""
+"""Minimum number of objects that must have a property so that one line states it of ``all`` objects."""
 
 _SIGNS = (
     (" -> ", "NAME(parameter:kind): conditions -> changes, in this order, no others; there \"not p\" makes p"
