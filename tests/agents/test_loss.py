@@ -11,7 +11,7 @@ from agents.switches import DOMAIN, SWITCHES, initial
 from eai import Benchmark, given, make_task
 from eai.agents.declaration import compute_share_by_metric
 from eai.agents.setting import ACTING
-from eai.agents.verdict import ActingVerdict, GoalReachability, describe_goal_reachability
+from eai.agents.verdict import ActingVerdict, Recoverability, describe_goal_reachability
 from eai.benchmarks.suite import Suite, open_suite
 from eai.logic.formula import Atom, Constant, Eventually
 from eai.results.batch import score_run
@@ -42,7 +42,7 @@ def looked_back(task_id: str, *commands: str, states: int = 1_000, suite: Suite 
     ],
 )
 def test_the_first_turn_after_which_the_goals_are_lost_is_found(
-    commands: tuple[str, ...], outlook: GoalReachability, lost_at: int | None
+    commands: tuple[str, ...], outlook: Recoverability, lost_at: int | None
 ) -> None:
     verdict = looked_back("half", *commands)
     assert (verdict.outlook, verdict.lost_at) == (outlook, lost_at)

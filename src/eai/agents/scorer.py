@@ -24,7 +24,7 @@ from eai.agents.game_setup import GameSetup
 from eai.agents.play import EpisodeAnswer, EpisodeFactory, make_game_rules, read_episode
 from eai.agents.reference import make_setup
 from eai.agents.setting import AUTO, STANDARD
-from eai.agents.verdict import ActingVerdict, GoalReachability, Turn
+from eai.agents.verdict import ActingVerdict, Recoverability, Turn
 from eai.benchmarks.benchmark import Benchmark
 from eai.planning.planner import get_planner
 from eai.planning.search import Limits, SearchEndReason
@@ -274,7 +274,7 @@ StateAndTakenActions: TypeAlias = tuple[State, Sequence[str]]
 
 def find_goal_reachability_and_loss_turn(
     task: Task, domain: Domain, moments: Sequence[StateAndTakenActions], max_states: int
-) -> tuple[GoalReachability, int | None]:
+) -> tuple[Recoverability, int | None]:
     """Return whether the goals can be reached at the end, and the turn after which they no longer can.
 
     The turn is the first such turn, from 1 on; 0 if the goals never could be reached; None if the goals are
@@ -301,7 +301,7 @@ def find_goal_reachability_and_loss_turn(
 
 def _search_goal_reachability(
     task: Task, domain: Domain, state_and_actions: StateAndTakenActions, max_states: int
-) -> GoalReachability:
+) -> Recoverability:
     state, taken = state_and_actions
     now = replace(task, initial=state, goals=find_remaining_goals(task, taken))
     end = SearchEndReason.STATES

@@ -11,7 +11,7 @@ from eai.abilities.verdict import UNREPLAYABLE, PlanVerdict, Verdict
 from eai.tasks.share import Share
 from eai.world.fault import FaultKind
 
-GoalReachability: TypeAlias = Literal["open", "lost", "unknown"]
+Recoverability: TypeAlias = Literal["open", "lost", "unknown"]
 """Whether the goals can still be reached after an episode: yes, no, or unknown if the search ended early."""
 
 
@@ -72,7 +72,7 @@ class ActingVerdict(PlanVerdict):
     harness: str = ""
     begun: int = 1
     without_call: str | None = None
-    outlook: GoalReachability | None = None
+    outlook: Recoverability | None = None
     lost_at: int | None = None
     mean: Mapping[str, Share] | None = None
 
