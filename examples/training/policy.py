@@ -14,7 +14,7 @@ from typing import NamedTuple, TypeAlias
 import numpy as np
 from numpy.typing import NDArray
 
-from eai.tasks.short_lists import expand_short_lists
+from eai.tasks.short_lists import spell_out
 
 Vector: TypeAlias = "NDArray[np.float64]"
 
@@ -49,7 +49,7 @@ class Reader:
     def __init__(self, opening: str) -> None:
         goals = opening.partition("Goals:\n")[2].partition("\n\n")[0]
         self._goals = atoms(goals)
-        self._kinds = dict(_OBJECT.findall(expand_short_lists(opening)))
+        self._kinds = dict(_OBJECT.findall(spell_out(opening)))
         self._kind_of_variable = dict(_VARIABLE.findall(goals))
         self._past: list[str] = []
         self._facts: list[Atom] = []
@@ -57,7 +57,7 @@ class Reader:
 
     def see(self, observation: str, command: str | None = None) -> None:
         """Read an observation, and the command that led to it."""
-        observation = expand_short_lists(observation)
+        observation = spell_out(observation)
         self._facts = atoms(observation.partition("Now:\n")[2])
         if command is not None:
             self._past.append(command)

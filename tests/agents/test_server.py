@@ -218,7 +218,10 @@ def test_a_folder_belongs_to_one_suite_setting_and_process(tmp_path: Path) -> No
     ):
         pass
     find_journal_path(tmp_path, ("moon", 1)).touch()
-    with pytest.raises(InputError, match="has no task"), open_episode_server(tmp_path, SUITE, ONE):
+    with (
+        pytest.raises(InputError, match="folder is of other tasks"),
+        open_episode_server(tmp_path, SUITE, ONE),
+    ):
         pass
 
 

@@ -44,7 +44,7 @@ _MADE_SENTENCES: Mapping[Predicate, str] = {
 _RESULT_WORDS: Mapping[str, Predicate] = {"cooked": p.makes_cooked, "hot": p.makes_hot}
 
 
-class _SceneReader:
+class SceneReader:
     """Reads the facts of a state. Objects are given and returned by name.
 
     Args:
@@ -97,7 +97,7 @@ def _list_below_heading(heading: str, lines: Iterable[str]) -> str:
     return "\n".join((heading, *texts)) if texts else ""
 
 
-class _SituationWriter(_SceneReader):
+class _SituationWriter(SceneReader):
     """Describes which substances sources give, and on which floor objects without support stand."""
 
     def write_lines(self) -> Iterator[str]:
@@ -124,7 +124,7 @@ class _SituationWriter(_SceneReader):
         return f"gives {given_substances}{running}"
 
 
-class _ConventionWriter(_SceneReader):
+class _ConventionWriter(SceneReader):
     """Describes the conventions of a scene: facts that never change."""
 
     def write_lines(self) -> Iterator[str]:
