@@ -374,7 +374,7 @@ evidence = "e"
         (HEAD + 'exclud = "typo"', "exclud"),
         (
             HEAD.replace("since = 2", "since = 3") + 'exclude = "x"',
-            "dark has version 3, but the table has version 2",
+            "dark is of version 3, above the version 2 of the table",
         ),
         (HEAD.replace("action_sequencing", "dancing") + 'exclude = "x"', "abilities"),
         (HEAD.replace('wrong = "w"\n', "") + 'exclude = "x"', "wrong"),

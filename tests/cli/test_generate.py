@@ -107,7 +107,7 @@ def test_a_secret_is_revealed_to_prove_what_was_used(eai: Command, tmp_path: Pat
     file = tmp_path / "test.jsonl"
     file.write_text("".join(file.read_text().splitlines(keepends=True)[:2]))
     assert "is not what was published" in eai(*asked, "only we know").out
-    assert "made with a secret" in eai("check", tmp_path, "--split", "x", "--secret", "s").err
+    assert "generated with --secret" in eai("check", tmp_path, "--split", "x", "--secret", "s").err
 
 
 def test_compressed_files_hold_the_same(eai: Command, tmp_path: Path) -> None:
