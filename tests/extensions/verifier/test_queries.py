@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import json
 import random
 from pathlib import Path
 
@@ -152,9 +153,22 @@ def test_a_malformed_plan_is_a_failed_verdict() -> None:
         assert result["error"] is not None
 
 
-def test_a_task_file_cannot_run_the_module_of_its_base(tmp_path: Path) -> None:
+@pytest.mark.parametrize("prefix", ["", "obfuscated:"])
+def test_a_task_file_cannot_run_the_module_of_its_base(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, prefix: str
+) -> None:
     (tmp_path / "evil.py").write_text("raise SystemExit('this module was imported')")
-    file = tmp_path / "tasks.jsonl"
-    file.write_text('{"base": "evil:BENCHMARK", "id": "a", "title": "a", "instruction": "a"}\n')
-    with pytest.raises(InputError):
-        answer_query("plan", {"benchmark": str(file), "task": "a"})
+    line = {
+        "base": "evil:BENCHMARK",
+        "id": "a",
+        "instruction": "a",
+        "objects": {},
+        "facts": {},
+        "goals": ["a"],
+    }
+    (tmp_path / "tasks.jsonl").write_text(f"{json.dumps(line)}\n")
+    monkeypatch.chdir(tmp_path)
+    with pytest.raises(SystemExit):
+        eai.find_benchmark(f"{prefix}tasks.jsonl")
+    with pytest.raises(InputError, match=r"'evil:BENCHMARK'.*Python objects are refused"):
+        answer_query("plan", {"benchmark": f"{prefix}tasks.jsonl", "task": "a"})
