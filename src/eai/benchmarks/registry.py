@@ -39,7 +39,7 @@ OPENERS = "eai.openers"
 
 REFERENCES = (
     "virtualhome, behavior, behavior-1k, another one by its name, module:object, pddl:DIR, pddl:FILE,DIR, "
-    "alfworld:DIR, or task files, FILE.jsonl or DIR/"
+    "alfworld:DIR, behavior-1k:DIR, or task files, FILE.jsonl or DIR/"
 )
 """Forms of references to benchmarks, for messages and help texts."""
 
@@ -81,9 +81,10 @@ def find_benchmark(reference: str) -> Benchmark:
 
     A module is also searched in the working directory. The problems of a PDDL domain are in a file or a
     folder; ``pddl:FOLDER`` contains the domain and its problems. ``alfworld:FOLDER`` contains games of
-    ALFWorld. The name of a task file ends in ``.jsonl`` or ``.jsonl.gz``. A folder of task files is
-    recognized by a slash in its name. ``obfuscated:`` before a reference means the benchmark with other
-    words. ``rules:`` means the prompts of the obfuscated benchmark with the original words.
+    ALFWorld, and ``behavior-1k:FOLDER`` definitions of BEHAVIOR-1K's repository. The name of a task file
+    ends in ``.jsonl`` or ``.jsonl.gz``. A folder of task files is recognized by a slash in its name.
+    ``obfuscated:`` before a reference means the benchmark with other words. ``rules:`` means the prompts of
+    the obfuscated benchmark with the original words.
 
     A benchmark is loaded once, and again after its PDDL files or task files have changed.
 

@@ -9,10 +9,12 @@ from __future__ import annotations
 from collections.abc import Callable, Mapping
 from dataclasses import replace
 from functools import cache, partial
+from pathlib import Path
 
 from eai.abilities.notation.notation import Notation
 from eai.abilities.protocol import Ability
 from eai.benchmarks.behavior_1k import predicates as p
+from eai.benchmarks.behavior_1k.checkout import read_definitions
 from eai.benchmarks.behavior_1k.conventions import describe_conventions, describe_sources_and_floors
 from eai.benchmarks.behavior_1k.operators import build_domain
 from eai.benchmarks.behavior_1k.tasks import load_subsets, open_tasks
@@ -25,6 +27,8 @@ from eai.tasks.wording import SuiteWording
 
 NAME, UNTOLD = "behavior-1k", "behavior-1k-untold"
 CHALLENGE, OF_100 = "behavior-1k-challenge-2025", "behavior-1k-behavior-100"
+CHECKOUT = "behavior-1k-checkout"
+"""Name of the benchmark of a user's definitions, which differ from the data's."""
 
 
 _UNCHANGING = tuple(
@@ -59,11 +63,15 @@ def _open_subset(subset: str, source: Source) -> TaskSet[Task]:
 
 @open_tasks_once_per_store
 def _open_operators(source: Source) -> TaskSet[TransitionTask]:
+    return _make_operator_tasks(_open_activities(source))
+
+
+def _make_operator_tasks(tasks: TaskSet[Task]) -> TaskSet[TransitionTask]:
     """Return the tasks of transition modeling.
 
     The planning problems of these tasks list the facts that operators check, such as recipes, but no rooms.
     """
-    tasks, vocabulary = _open_activities(source), build_domain().vocabulary
+    vocabulary = build_domain().vocabulary
     shown = tuple(
         [replace(predicate, visible=predicate is not p.by_floor) for predicate in vocabulary.predicates]
     )
@@ -105,8 +113,9 @@ def _make_variant(
     title: str,
     open_activities: OpenTasks[Task] = _open_activities,
     describe: Callable[[Task], str] = describe_conventions,
+    open_operators: OpenTasks[TransitionTask] = _open_operators,
 ) -> Benchmark:
-    wordings, operators = partial(_make_wording, describe), {Ability.TRANSITION_MODELING: _open_operators}
+    wordings, operators = partial(_make_wording, describe), {Ability.TRANSITION_MODELING: open_operators}
     return Benchmark(
         name,
         build_domain(),
@@ -118,6 +127,28 @@ def _make_variant(
             english=_load_english(),
         ),
         DataSet(title, own_tasks=operators, planner_seconds=200, labels=GOAL_LABELS),
+    )
+
+
+def open_checkout(folder: str) -> Benchmark:
+    """Return the benchmark of the activity definitions in a checkout of BEHAVIOR-1K's repository.
+
+    Objects and rules are those of bddl 3.6.0.
+
+    Raises:
+        InputError: the folder has no definition, or a definition is damaged.
+    """
+    definitions = read_definitions(Path(folder))
+
+    @open_tasks_once_per_store
+    def open_own_tasks(source: Source) -> TaskSet[Task]:
+        return open_tasks(_load_english(), source, definitions)
+
+    return _make_variant(
+        CHECKOUT,
+        "BEHAVIOR-1K, checkout",
+        open_own_tasks,
+        open_operators=lambda source: _make_operator_tasks(open_own_tasks(source)),
     )
 
 

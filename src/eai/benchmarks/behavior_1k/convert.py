@@ -92,8 +92,7 @@ def _yield_names_and_definitions(files: ArchiveFiles) -> Iterator[tuple[str, str
     for path in sorted(files.names):
         match = _DEFINITION.fullmatch(path)
         if match is not None:
-            text = re.sub(r";[^\n]*", "", files.read(path).decode()).lower()
-            text = re.sub(r"\( ", "(", " ".join(text.split()))
+            text = join_lines_of_definition(files.read(path).decode())
             wrong, corrected = CORRECTIONS.get(match[1], ("", ""))
             if wrong not in text:
                 raise DataError(
@@ -101,6 +100,12 @@ def _yield_names_and_definitions(files: ArchiveFiles) -> Iterator[tuple[str, str
                     "this version of bddl is not supported"
                 )
             yield match[1], text.replace(wrong, corrected) if wrong else text
+
+
+def join_lines_of_definition(text: str) -> str:
+    """Return a definition in one line of lower-case letters, without comments."""
+    text = re.sub(r";[^\n]*", "", text).lower()
+    return re.sub(r"\( ", "(", " ".join(text.split()))
 
 
 def _select_modeled_abilities(parameters_by_ability: Mapping[str, Any]) -> Iterator[tuple[str, object]]:

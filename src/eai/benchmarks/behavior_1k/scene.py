@@ -53,6 +53,11 @@ _ABILITIES_OF_PREDICATE: Mapping[Predicate, tuple[str, ...]] = {
 """
 
 
+def map_categories_to_synsets(text: str) -> Mapping[str, str]:
+    """Return a mapping from each category in a definition, such as ``mug``, to its last synset."""
+    return {k.get_lemma(match[0]): match[0] for match in _SYNSET.finditer(text)}
+
+
 class _Activity:
     """The definition of an activity. Its names have no sense numbers: ``mug_1`` for ``mug.n.04_1``.
 
@@ -66,7 +71,7 @@ class _Activity:
 
     def __init__(self, text: str) -> None:
         self.problem = parse_problem(k.get_lemma(text))
-        self.synsets = {k.get_lemma(match[0]): match[0] for match in _SYNSET.finditer(text)}
+        self.synsets = map_categories_to_synsets(text)
 
     @cached_property
     def category_by_object(self) -> Mapping[str, str]:

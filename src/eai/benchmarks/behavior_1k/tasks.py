@@ -46,7 +46,9 @@ def load_subsets() -> Mapping[str, tuple[str, ...]]:
     }
 
 
-def open_tasks(english: EnglishWords, source: Source | None = None) -> TaskSet[Task]:
+def open_tasks(
+    english: EnglishWords, source: Source | None = None, definitions: Mapping[str, str] | None = None
+) -> TaskSet[Task]:
     """Return the tasks in alphabetical order; download them first if they are missing.
 
     The digest of the tasks covers the data, the plans, the evidence, and the name of the decisions on open
@@ -55,23 +57,32 @@ def open_tasks(english: EnglishWords, source: Source | None = None) -> TaskSet[T
     Args:
         english: English sentences for predicates.
         source: the source of the data.
+        definitions: activity -> definition, by default those of the data. Plans and reasons for exclusion are
+            only known for definitions that equal the data's. Other definitions are excluded if they have
+            kinds of objects that the data lacks.
 
     Raises:
         DataError: the tasks cannot be obtained, or the store is damaged.
     """
     pack = open_pack(PACK, source)
-    texts, plans, excluded = (
+    packed, plans, excluded = (
         _split_by_activity(pack.read(ACTIVITIES)),
         _split_by_activity(_read_packaged_file(PLANS)),
         load_exclusion_reasons(),
     )
+    texts = packed if definitions is None else definitions
 
     @cache
     def get_scene_builder() -> SceneBuilder:
-        return make_scene_builder(ObjectKinds(pack.read_json(KINDS), pack.read_json(RULES)), texts)
+        kinds = ObjectKinds(pack.read_json(KINDS), pack.read_json(RULES))
+        return make_scene_builder(kinds, {**packed, **texts})
 
     def build_task(task_id: str) -> Task:
         activity, initial = get_scene_builder()(task_id)
+        is_packed = packed.get(task_id) == texts[task_id]
+        unknown = (
+            () if is_packed else sorted({*activity.synsets.values()} - pack.read_json(KINDS)["kinds"].keys())
+        )
         title = task_id.replace("_", " ")
         formulas = tuple(dict.fromkeys(f.get_operands(activity.problem.goal, f.And)))
         indices = range(len(initial.scene.objects))
@@ -83,14 +94,20 @@ def open_tasks(english: EnglishWords, source: Source | None = None) -> TaskSet[T
             initial=initial,
             goals=tuple(map(goal, formulas)),
             relevant=tuple(indices[:nameable]),
-            script=_read_plan(plans.get(task_id, "")),
-            unsolvable=excluded.get(task_id),
+            script=_read_plan(plans.get(task_id, "") if is_packed else ""),
+            unsolvable=excluded.get(task_id) if is_packed else _explain_unknown_kinds(unknown),
             unnamed=tuple(indices[nameable:]),
         )
 
     digests = [pack.members[member] for member in (ACTIVITIES, KINDS, RULES)]
+    if definitions is not None:
+        digests.append(hashlib.sha256(repr(sorted(definitions.items())).encode()).hexdigest())
     digests += [hashlib.sha256(_read_packaged_file(name)).hexdigest() for name in (PLANS, _EVIDENCE)]
     return TaskSet(texts, build_task, hashlib.sha256("".join((*digests, READING)).encode()).hexdigest())
+
+
+def _explain_unknown_kinds(kinds: Sequence[str]) -> str | None:
+    return f"bddl 3.6.0 does not describe {', '.join(kinds)}" if kinds else None
 
 
 def _read_plan(line: str) -> tuple[Action, ...]:
