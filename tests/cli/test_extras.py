@@ -54,6 +54,7 @@ NEEDED = {
     "analyze all runs --out out": "analysis",
     "data stats --distributions": "plots",
     "serve mcp --domain virtualhome --out out": "mcp",
+    "serve mcp --tools": "mcp",
     "score m_outputs.json --domain behavior --ability transition_modeling --planner fast_downward": "planner",
 }
 """Commands that cannot do without an extra."""
