@@ -58,9 +58,9 @@ _SHARES = tuple([Column(name, digits=1, is_number=True) for name in ("pass@k", "
 def make_pass_at_k_table(runs: Mapping[str, Sequence[RateCases]]) -> Iterator[Row]:
     """Several answers to each task.
 
-    Of n answers to a task c are right. `pass@k` is the mean over tasks of 1 - C(n - c, k) / C(n, k): at least
-    one of k is right. `pass^k` is that of C(c, k) / C(n, k): all of k are. For k = 1 both are the share of
-    right answers. Percent
+    A task has n answers, of which c are right. k of the n answers are drawn. `pass@k` is the probability that
+    at least one of the k is right, 1 - C(n - c, k) / C(n, k), in percent, as the mean over tasks. `pass^k` is
+    the probability that all k are right, C(c, k) / C(n, k). For k = 1 both are the share of right answers
     """
     for name, epochs in runs.items():
         n, cases = len(epochs), make_pass_at_k_cases(epochs)

@@ -113,9 +113,11 @@ class _ChosenTasks(Options):
     """The tasks of a run.
 
     Attributes:
-        ids: Ids of tasks; the run has only these. With short: forty tasks that represent a suite.
+        ids: Ids of tasks; the run has only these. The word short stands for forty tasks that represent a
+            suite.
         limit: Maximum number of tasks of a suite.
-        adaptive: Choose the most informative tasks, until the ability's standard error is at most S logits.
+        adaptive: Choose the most informative tasks, until the standard error of the model's ability is at
+            most this number of logits.
         calibration: A folder with whole runs of three models or more, which tell tasks.adaptive how difficult
             tasks are.
         epochs: Number of answers to a task; the majority counts, in acting the mean.

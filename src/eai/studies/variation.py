@@ -118,7 +118,7 @@ class StageBeforeQuestions:
 class VariationOptions(Options):
     """The options of a study that varies runs. With the default values, a run is unchanged.
 
-    Members other than `chosen_option` are used only for runs of this study, and for runs without a study.
+    For runs that belong to another study only, no property or method but `chosen_option` is used.
     """
 
     @property

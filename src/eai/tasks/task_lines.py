@@ -47,14 +47,15 @@ class _TaskLine(BaseModel):
         id: The id in answers and records; unique.
         version: Version of this format.
         base: The benchmark whose world the task is in, by name, module:object or pddl:...
-        title: The name that tasks of a kind share; the id if empty.
+        title: The name that tasks of the same kind share; the id if empty.
         instruction: The task in natural language.
         objects: All objects: name -> category, in order; may be empty.
         agent: The acting object, if the domain has one.
         relevant: The objects that the task is about; all objects if missing.
-        facts: The facts of the initial state: predicate -> objects, or lists of 0 or 2 objects.
+        facts: The facts of the initial state: predicate -> list of objects, or, for predicates of 0 or 2
+            objects, list of lists of objects.
         goals: Formulas about the final state or the whole execution, or actions to execute.
-        plan: The certificate, a plan that solves the task: lists of operator and objects.
+        plan: A plan that solves the task: one list per action, with the operator and its objects.
         hazards: The names of hazards, one for each of the last goals, which prevent them.
         untold: Whether prompts hide the goals about hazards.
         missing: If present, an answer may call the task impossible. Lists the missing facts that make it so;

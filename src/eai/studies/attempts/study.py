@@ -174,10 +174,11 @@ def estimate_success_by_attempt(arm: _RunsWithSameAttemptOptions) -> list[Estima
     ),
 )
 def _make_attempts_table(arms: Sequence[_RunsWithSameAttemptOptions]) -> Iterator[Row]:
-    """By the number of attempts.
+    """Results by the number of attempts.
 
     The result of each arm after a number of attempts, in percent, with 95 % intervals whose units are names
-    of tasks. Errors are those of the last attempt; a slip is not an error of the model. Success cannot fall,
+    of tasks. Errors are those of the last attempt. A slip (an action that was possible but had no effect) is
+    not an error of the model. Success cannot fall,
     since a success ends the attempts: a rise from row to row is no finding by itself. Attempts used and
     tokens are means per task, up to that attempt.
     """
@@ -211,11 +212,11 @@ def _make_attempts_table(arms: Sequence[_RunsWithSameAttemptOptions]) -> Iterato
     title="What feedback is worth",
 )
 def _make_feedback_table(arms: Sequence[_RunsWithSameAttemptOptions]) -> Iterator[Row]:
-    """Each arm with feedback beside the one without.
+    """Compare each arm with feedback with the arm without feedback.
 
     Task success of the resampling arm, which gets no feedback, and of an arm with feedback, after as many
-    attempts on the same tasks and seeds. The difference is in points. Both ask the same question in the first
-    attempt, so the first difference shows the size of chance.
+    attempts on the same tasks and seeds. The difference is in percentage points. Both arms ask the same
+    question in the first attempt, so a difference after one attempt is due to chance.
     """
     controls = {arm.experiment: arm for arm in arms if arm.attempt_options.feedback == "none"}
     for arm in arms:
@@ -238,11 +239,11 @@ def _make_feedback_table(arms: Sequence[_RunsWithSameAttemptOptions]) -> Iterato
     title="What became of first answers that failed",
 )
 def _make_outcomes_table(arms: Sequence[_RunsWithSameAttemptOptions]) -> Iterator[Row]:
-    """The outcomes of tasks by that of the first answer.
+    """Count the outcomes of tasks by the outcome of their first answers.
 
-    Tasks by the error of their first answer: percentage solved in the end, number that ended with the same
-    error, and number that ended with another error. The percentage that the arm without feedback (resampling)
-    solves is due to chance.
+    Tasks are grouped by the error of their first answer. Shown are the percentage of tasks solved in the end,
+    and the numbers of tasks that ended with the same error and with another error. The percentage that the
+    arm without feedback (resampling) solves is due to chance.
     """
     for arm in arms:
         by_kind = group_pairs(
@@ -380,7 +381,7 @@ class _AttemptCountingOptions(Options):
     """How attempts are counted.
 
     Attributes:
-        published_counts: Count as the published script did: an error only where the last attempt was used up.
+        published_counts: Count as the published script did: errors only in tasks that used all attempts.
     """
 
     published_counts: bool = False

@@ -119,8 +119,9 @@ def make_task_feature_tables(tables: TidyTables, *, bin_width: int, measure: Ans
 def make_bin_function(feature: str, values: Iterable[int], width: int) -> Callable[[int], tuple[int, int]]:
     """Return a function that maps a feature's value to the lowest and the highest value of its bin.
 
-    Bins of annotated steps have the given width. Other features use the smallest width of 1, 2, 5, 10, ...
-    that gives at most eight bins. Features above a thousand use decades (0, 1, 2-9, 10-99, ...).
+    Numbers of annotated steps have bins of the given width. Other features have bins of the smallest width
+    of 1, 2, 5, 10, ... that gives at most eight bins; with a value above 1,000 the bins are 0, 1, 2-9, 10-99,
+    ...
     """
     highest = max(values, default=0)
     if feature != STEPS:
@@ -145,9 +146,9 @@ def _make_score_curves(
     """Score by feature.
 
     The score (task success; F1 in goal interpretation) of the tasks whose feature is in a bin, both bounds
-    included. Annotated steps are in bins of {width}, the others in bins of the smallest of 1, 2, 5, 10, ...
-    that makes no more than eight, or by decades. A bin without tasks is not there; few marks those with fewer
-    than {few} tasks. Intervals have the names of tasks as units.
+    included. Bins of annotated steps are {width} wide. For the other features, they have the smallest width
+    of 1, 2, 5, 10, ... that gives at most eight bins, or are powers of ten. Bins without tasks are left out;
+    few marks bins with fewer than {few} tasks. Units of the intervals are the names of tasks.
     """
     for suite, answers in suites.items():
         models = group_by_model(answers)
@@ -173,8 +174,8 @@ def _make_score_curve_rows(
 def _make_correlations_table(suites: _AnswersBySuite, share_of: _ShareOf) -> Iterator[Row]:
     """Rank correlations.
 
-    Spearman's correlation of each feature with the score of a task. For all models together, the score is
-    their mean. Intervals are a jackknife over names.
+    Spearman's correlation of each feature with the score of a task. For all models together, a task's score
+    is the mean of the models' scores. Intervals are from a jackknife over the names of tasks.
     """
     for suite, answers in suites.items():
         for model, lines in group_by_model(answers).items():
@@ -198,9 +199,9 @@ def _compute_correlation_rows(answers: Iterable[AnswerLine], share_of: _ShareOf)
 def _make_feature_effects_table(suites: _AnswersBySuite) -> Iterator[Row]:
     """Adjusted effects.
 
-    Log odds of success per standard deviation of a feature among tasks, in a logistic regression with an
-    effect of each model: each feature alone, and all features together. The effect together is not due to the
-    other features. Intervals are a jackknife over names.
+    The table shows log odds of success per standard deviation of a feature among tasks. They are from
+    logistic regressions with one intercept per model: of each feature alone, and of all features together.
+    The latter is not due to the other features. Intervals are from a jackknife over the names of tasks.
     """
     for suite, answers in suites.items():
         judged = [answer for answer in answers if answer.success is not None]
@@ -256,9 +257,9 @@ def _make_actions_table(steps: Sequence[StepLine]) -> Iterator[Row]:
 def _make_predicates_table(goals: Sequence[GoalLine]) -> Iterator[Row]:
     """Reached goals by predicate.
 
-    The share of goals with the predicate that are reached; a goal with two predicates counts in both. For a
-    plan that was not executed, the protocol decides: under strict it reaches nothing; some suites of the
-    reference count goals that hold at the start.
+    The share of goals with the predicate that are reached; a goal with two predicates counts in both. A plan
+    that was not executed reaches no goal under protocol strict. Under the protocol of the paper's package,
+    some suites count goals that hold at the start.
     """
     return _compute_success_rates(
         goals, lambda goal: tuple(goal.predicates.split()), lambda goal: goal.satisfied
@@ -283,7 +284,7 @@ class _TaskFeatureOptions(Options):
     """How success is compared with features of tasks.
 
     Attributes:
-        bins: Number of lengths of annotated plans in one bin.
+        bins: Width of a bin of annotated plans, in steps.
         measure: The score that is compared with features: score, executable or goals.
     """
 

@@ -39,8 +39,8 @@ _MIN_NAMED_PERCENT = 0.3
 def make_outcome_counts_table(answers: Sequence[AnswerLine]) -> Iterator[Row]:
     """From abilities and worlds to outcomes.
 
-    Numbers of answers of all models by outcome. `with_additional_steps`: answers among them with at least one
-    step that was not needed, which ends no plan.
+    Numbers of answers of all models by outcome. `with_additional_steps`: those with at least one step that
+    was not needed. Such a step does not end a plan, so these answers have other outcomes.
     """
     counted = [answer for answer in answers if answer.outcome != AnswerOutcome.EXCLUDED.value]
     suites = group_pairs(((line.protocol, line.domain, line.ability), line) for line in counted)

@@ -167,8 +167,8 @@ def _make_failed_checks_table(answers: Sequence[AnswerLine]) -> Iterator[Row]:
 def _make_additional_steps_table(answers: Sequence[AnswerLine]) -> Iterator[Row]:
     """Additional steps.
 
-    Answers with at least one step that was not needed, in percent, and how many such steps there are. They
-    end no plan, so that these answers are at other leaves.
+    Answers with at least one unnecessary step, in percent, and the number of unnecessary steps. An
+    unnecessary step does not end a plan, so these answers count above under other outcomes.
     """
     for key, lines in group_by_run([a for a in answers if a.additional_steps is not None]):
         cases = [make_case(line, make_share_of_one(bool(line.additional_steps))) for line in lines]
@@ -326,7 +326,7 @@ def draw_answer_outcomes(rows: Sequence[Mapping[str, Cell]]) -> Figure | None:
     """Draw the outcomes of answers of all models, or of the only model; None without answers.
 
     Args:
-        rows: the rows of one suite in the table of leaves.
+        rows: the rows of one suite in the table `leaves`, the shares of answers by outcome.
     """
     first = rows[0]["model"] if rows else None
     cells = {_name_stage_and_error(row): row["answers"] for row in rows if row["model"] == first}

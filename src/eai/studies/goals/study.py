@@ -52,8 +52,8 @@ def _make_predicates_table(atoms: Sequence[AtomLine]) -> Iterator[Row]:
 
     Conditions of the tasks that are stated (matched) or not stated (missing), and stated goals that no task
     has (wrong), by predicate or action. A negated goal counts for its predicate. Precision is the share of
-    stated goals that are matched; recall is the share of conditions that are matched. If the protocol leaves
-    out names that do not exist, neither counts them.
+    stated goals that are matched; recall is the share of conditions that are matched. A protocol that
+    ignores stated goals with unknown names counts them in neither share.
     """
     for key, lines in group_by_run(atoms):
         names = group_pairs((line.predicate, line) for line in lines)

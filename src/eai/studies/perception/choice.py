@@ -67,8 +67,8 @@ class SceneOptions(VariationOptions):
         scene: How questions show the scene: text, image, both, predicted (as a second model lists it), noisy
             (with seeded errors), rendered (with bodies), numbered (with a number at each object) or pointed
             (with a pixel of each object).
-        context: How much more a list of facts describes, with text or both: none, some or many other objects,
-            and states that do not hold.
+        context: How much more a list of facts describes, if the scene is text or both: none, some or many
+            other objects, and states that do not hold.
         images: A folder with your own pictures; their file names begin with the id of the task. Without it,
             schematic pictures are drawn.
         clutter: How many other objects schematic pictures show: none, some or many.
@@ -131,7 +131,7 @@ class SceneOptions(VariationOptions):
         return f"scene: {self.label}"
 
     def make_recorded_settings(self, study: str) -> None:
-        """Return None, because the first stage of the run records the format of the scene."""
+        """Return None, because the stage that makes the scenes before the questions records their format."""
 
     @property
     def captioner(self) -> str | None:
@@ -157,7 +157,7 @@ class SceneOptions(VariationOptions):
     def can_show_changed_scene(self) -> bool:
         """Whether a later question of a run can show the scene that actions have changed.
 
-        This is not possible with a scene model, or with the user's own pictures.
+        This is not possible if a second model lists the scene, or with the user's own pictures.
         """
         return self.scene in ("text", "noisy", "image", "both") and self.images is None
 

@@ -159,8 +159,8 @@ class SceneGraphVocabulary:
 
     Attributes:
         wording: the wording of prompts.
-        stored_forms: for each described predicate, the stored predicate that implies it for the same
-            arguments. A stored predicate is a predicate whose facts a state contains.
+        stored_forms: mapping from predicates in prompts to the stored predicate that implies them for the
+            same arguments. A stored predicate is a predicate whose facts a state contains.
     """
 
     def __init__(self, wording: SuiteWording) -> None:
@@ -235,7 +235,7 @@ class SceneGraphVocabulary:
 
 
 def find_stored_predicate_that_implies(vocabulary: Vocabulary, predicate: str) -> str | None:
-    """Return the stored predicate that implies a described predicate of equal arguments, or None.
+    """Return the stored predicate that implies a predicate for the same arguments, or None.
 
     For a derived predicate, this is the first predicate in its definition that has all parameters as
     arguments and that actions can change.

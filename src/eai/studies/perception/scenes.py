@@ -44,7 +44,7 @@ _MAX_OTHERS_PER_OBJECT: Mapping[Clutter, int] = {"none": 0, "some": 1, "many": 4
 def _make_beliefs_about_scenes(
     scene_format: str, beliefs: Mapping[str, BelievedTask], **further_fields: Any
 ) -> PromptBeliefs:
-    """Return the scenes that questions state, as beliefs."""
+    """Return the scenes that questions state, with the run's options (`PromptBeliefs`)."""
     lacking = "there is no scene graph or picture that would tell of the scene"
     experiment = Experiment({STUDY: make_settings_with_option("scene", "scene", scene_format, _PLACE)})
     return PromptBeliefs(beliefs, experiment, lacking, **further_fields)
@@ -53,10 +53,10 @@ def _make_beliefs_about_scenes(
 def make_scene_beliefs(
     label: str, tasks: Mapping[str, Task], words: SceneGraphVocabulary, graphs: Mapping[str, SceneGraph]
 ) -> PromptBeliefs:
-    """Return the scene graphs that questions state instead of the true scenes, as beliefs.
+    """Return the perceived scenes (from scene graphs) that questions state instead of the true scenes.
 
     Args:
-        label: origin of the graphs, for the label of the run, such as the format of the scene.
+        label: the origin of the graphs, which becomes part of the run's name, such as the scene's format.
         tasks: the tasks.
         words: how scene graphs name facts.
         graphs: the scene graphs by task id; tasks without a graph are left out.
@@ -72,7 +72,7 @@ def make_scene_beliefs(
 
 
 def read_scene_beliefs(label: str, suite: Suite, texts: Mapping[str, str]) -> PromptBeliefs:
-    """Read the scene graphs in a model's answers, given by task id, as beliefs that later questions state."""
+    """Return the scenes that later questions state, read from a model's scene graphs, given by task id."""
     words = open_scene_graph_vocabulary(suite.benchmark)
     read = {
         task_id: read_scene_graph(text, words.arity_by_scene_graph_name) for task_id, text in texts.items()
@@ -83,7 +83,7 @@ def read_scene_beliefs(label: str, suite: Suite, texts: Mapping[str, str]) -> Pr
 def make_beliefs_by_scene_options(
     options: SceneOptions, benchmark: Benchmark, tasks: Mapping[str, Task], templates: PromptTemplates
 ) -> PromptBeliefs:
-    """Return the scenes that questions state, as beliefs, if no second model lists them from pictures.
+    """Return the scenes that questions state, for scene formats without a second model.
 
     Raises:
         InputError: a task has no picture.
@@ -106,7 +106,7 @@ def make_beliefs_by_scene_options(
 def _state_true_scenes(
     choice: SceneOptions, benchmark: Benchmark, tasks: Mapping[str, Task], templates: PromptTemplates
 ) -> dict[str, BelievedTask]:
-    """Return the true scene of each task as a belief: as the facts or pictures that questions show."""
+    """Return a mapping from task ids to the true scenes, with the facts or pictures that questions show."""
     if choice.scene == "text":
         said = {
             i: _add_scene_context(INITIAL_PLACEHOLDER, choice, task, benchmark, templates)
@@ -147,7 +147,7 @@ def _add_scene_context(
 def write_scene_context(
     task: Task, words: SceneGraphVocabulary, clutter: Clutter, templates: PromptTemplates
 ) -> str:
-    """Return a text on objects and untrue states that the list of facts in a question leaves out.
+    """Return a text with objects, facts and untrue states that the scene in a question leaves out.
 
     Args:
         task: the task.
@@ -277,12 +277,12 @@ def _refuse_published_prompts_of_scene(options: SceneOptions, library: PromptLib
 def collect_scene_beliefs(
     options: SceneOptions, stage: StageBeforeQuestions, endpoint: Endpoint, suite: Suite
 ) -> PromptBeliefs:
-    """Return the scenes of a run's questions, as beliefs.
+    """Return the scenes that the questions of a run state.
 
     The scenes of a domain are found once for all models.
 
-    If a second model lists the scenes (the captioner), it is first asked about all tasks of a domain. Other
-    models then read its lists.
+    If a second model (the captioner) lists the scenes, it is first asked about all tasks of a domain. The
+    questions to other models then state the captioner's lists.
 
     Raises:
         InputError: published prompts cannot describe another scene, or a picture is missing.
@@ -302,7 +302,7 @@ def collect_scene_beliefs(
 
 
 def _ask_captioner(choice: SceneOptions, stage: StageBeforeQuestions, suite: Suite) -> PromptBeliefs:
-    """Ask a second model (the captioner) to list the scenes in pictures. Return these scenes as beliefs."""
+    """Ask a second model (the captioner) to list the scenes in pictures, and return the listed scenes."""
     graph_suite = open_suite(suite.benchmark, SCENE_GRAPH, source=suite.source)
     pictured = StageBeforeQuestions(
         stage.library,

@@ -45,7 +45,7 @@ if TYPE_CHECKING:
 
 
 class _PerceptionRunOptions(SceneOptions):
-    """Options for how the questions of a run show the scene, with the function that opens the first stage."""
+    """Options for how a run's questions show the scene. A stage before the questions makes the scenes."""
 
     def make_stage_before_questions(
         self, library: PromptLibrary, task_ids_by_domain: Mapping[str, Collection[str]], ask: AskModel
@@ -188,11 +188,11 @@ def _name_scene_format(records: Sequence[Record]) -> str:
 def _make_runs_table(runs: _RunsBySceneFormat) -> Iterator[Row]:
     """{runs.metric} by how the scene is shown.
 
-    One row per run: measured error rates in percent, then {runs.metric}. `predicate_error`: described facts
-    that are missing or misplaced; `object_error`: names that the scene does not have, of all names;
-    `missing`, `misplaced`, `unnecessary`: such facts, of described facts, described relations and perceived
-    facts; `unseen`: objects that are not named, of all. Empty if a question states no scene graph. Sorted by
-    `predicate_error`.
+    One row per run: measured error rates in percent, then {runs.metric}. `predicate_error`: facts of the
+    scene that are missing or misplaced; `object_error`: names in the scene graph that the scene does not
+    have; `missing`: missing facts among the scene's facts; `misplaced`: misplaced facts among its relations;
+    `unnecessary`: untrue facts among those of the graph; `unseen`: objects of the scene that the graph does
+    not name. Empty if questions state no scene graph. Sorted by `predicate_error`.
     """
     rates = {name: _estimate_error_rates(runs.list_perceived_tasks(name)) for name in runs.runs}
     order = {name: -1.0 if row[0].value is None else row[0].value for name, row in rates.items()}
@@ -220,11 +220,11 @@ def _estimate_error_rates(tasks: _PerceivedTasks) -> list[Estimate]:
 def _make_table_by_error_rate(runs: _RunsBySceneFormat) -> Iterator[Row]:
     """{runs.metric} by predicate error rate.
 
-    One row per group of answers, of all runs, by the predicate error rate of their own scene graph: 0, or
-    above the first bound up to the second, in percent. `without_errors` is {runs.metric} of the same tasks
-    with the true scene, and `cost` the difference in percentage points. They are needed since tasks with few
-    facts are more often in the outer groups. `cases` counts a task once for each run. The group of 0 may have
-    unnecessary facts and unseen objects without facts.
+    One row per group of answers of all runs, by the predicate error rate of the scene graph in the question:
+    0, or more than `above` and at most `up_to` percent. `without_errors` is {runs.metric} of the same tasks
+    with the true scene, and `cost` the difference in percentage points. Only they compare equal tasks: tasks
+    with few facts are more often in the first and last groups. `cases` counts a task once for each run.
+    Graphs in the group of 0 may have unnecessary facts, and lack objects without facts.
     """
     for low, high in [(0.0, 0.0), *pairwise(BOUNDS)]:
         group = [
@@ -307,7 +307,8 @@ class _PerceptionAnalysisOptions(Options):
 def _analyze_perception(records: StudyRecords, chosen: _PerceptionAnalysisOptions) -> Iterator[Analysis]:
     """Compare runs of one model, domain, ability and protocol.
 
-    The plain run among them, with the same prompts (--set eai), shows the value without errors.
+    The run that states the true scene as text, with the same prompts (--set eai), gives the metric without
+    perception errors.
 
     Raises:
         InputError: no run records a perceived scene.

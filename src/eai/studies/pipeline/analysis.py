@@ -171,9 +171,9 @@ class _ModularAndPipelineRuns:
     def _make_goals_table(self) -> Iterator[Row]:
         """Where the loss comes from.
 
-        Tasks by the goals that their questions stated, with success in both runs, and the number of tasks
-        that only one run solves. Goals are judged under strict. Wrong goals include ill-formed goals and
-        goals with names that do not exist.{self._remark_on_perfect_second_stage}
+        Tasks are grouped by the verdict on the goals that their questions stated, under protocol strict.
+        Shown are the success of both runs and the numbers of tasks that only one run solves. Wrong goals
+        include ill-formed goals and goals with names that do not exist.{self._remark_on_perfect_second_stage}
         """
         kinds = {
             record.task_id: _classify_stated_goals(record)
@@ -210,8 +210,9 @@ class _ModularAndPipelineRuns:
     def _make_first_stage_table(self) -> Iterator[Row]:
         """Outcomes of the first stage.
 
-        How many tasks had such an answer to goal interpretation, and success in the pipeline. All of them are
-        in every rate above.
+        For each kind of answer to goal interpretation: number of tasks, and success in the pipeline. All
+            these
+        tasks count in the rates above.
         """
         records = self._select_common_records(self.pipeline)
         kinds: dict[str, Callable[[Record], bool]] = {
@@ -329,7 +330,7 @@ def _list_goal_predicates_and_whether_missed(scorer: Scorer, answer: str) -> Ite
 
 
 def analyze_pipelines(records: StudyRecords, goals: Path | None, *, search: bool) -> Iterator[Analysis]:
-    """Yield the analyses of operators, then an analysis for each pipeline, and one for all models of a suite.
+    """Yield analyses of stated operators, then of each pipeline, then of all models of each suite.
 
     Args:
         records: the records.
@@ -337,8 +338,8 @@ def analyze_pipelines(records: StudyRecords, goals: Path | None, *, search: bool
         search: whether to search for plans that reach the stated goals.
 
     Raises:
-        InputError: there is neither a run of transition modeling under the default protocol, nor a pipeline
-            with a modular run.
+        InputError: nothing can be analyzed: no run of transition modeling has the default protocol, and no
+            pipeline has a run with the true goals to compare.
     """
     runs = list(records.read_runs())
     chains = list(analyze_operators(runs, records))

@@ -244,11 +244,12 @@ def _format_count_cell(cell: Cell) -> Cell:
 def _make_operators_table(chained: Sequence[_RunWithChainOutcomes]) -> Iterator[Row]:
     """Chains of operators.
 
-    A planner finds a plan with the model's operators, and the plan is carried out in the world: tasks by the
-    link that breaks, in percent. operators: they cannot be read or planned with. planner: no plan is found.
-    translation: a step stands for no action. execution: an action fails. goal: not all goals are reached
-    (only_actions: planning problems state no goals of actions). nowhere: success. true operators: the data
-    set's operators instead of the model's.
+    A planner finds a plan with the model's operators, and the plan is executed in the world. Tasks are
+    counted
+    by the stage that fails, in percent. operators: they cannot be read or used for planning. planner: no plan
+    is found. translation: a step of the plan is no action of the world. execution: an action fails. goal: not
+    all goals are reached (only_actions: all missed goals are actions, which planning problems cannot state).
+    nowhere: success. true operators: tasks with the data set's operators instead of the model's.
     """
     for run in chained:
         ends = {*run.ends, *[end for end in run.true_ends if end is not None], SUCCESS}

@@ -42,7 +42,7 @@ OWN = "own"
 
 
 STUDY = "pipeline"
-"""Name of the study of pipelines in records."""
+"""Name under which records store a run's options of pipelines."""
 
 _PLACE = 10
 
@@ -53,7 +53,7 @@ Interpretations: TypeAlias = tuple[str, Mapping[str, str]]
 def read_goal_beliefs(
     path: Path, benchmark: Benchmark, ability: Ability, source: Source, model: str = ""
 ) -> PromptBeliefs:
-    """Return the goals in the answers of a file or folder (`read_interpretations`), as beliefs to state.
+    """Return the goals that questions shall state, from the answers of a file or folder.
 
     Raises:
         InputError: questions of the ability state no goals, or there are no answers.

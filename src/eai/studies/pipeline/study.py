@@ -55,7 +55,7 @@ class _PipelineOptions(VariationOptions):
         return f"goals: {self.goals}" + ("" if self.subgoals is None else f", subgoals: {self.subgoals}")
 
     def make_recorded_settings(self, study: str) -> None:
-        """Return None, because the first stage records which models interpreted goals and subgoals."""
+        """Return None, because the stage that reads the goals records which models interpreted them."""
 
     @property
     def changed_task_part(self) -> Literal["", "scene", "goals"]:
@@ -101,7 +101,7 @@ class _PipelineAnalysisOptions(Options):
     Attributes:
         goals: The answers to goal interpretation. They show which conditions are missing, and what a perfect
             second stage would reach.
-        search: With goals, search for plans (half a minute per hundred tasks).
+        search: If goals is given, search for plans to the stated goals (half a minute per hundred tasks).
     """
 
     goals: Path | None = None

@@ -5,7 +5,7 @@ from __future__ import annotations
 from eai.abilities.experiment import Experiment, make_settings_with_option
 
 STUDY = "prompts"
-"""Name of the study of prompts in records."""
+"""Name under which records store a run's choice of prompts."""
 
 _PLACE = 40
 

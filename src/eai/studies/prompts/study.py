@@ -246,8 +246,8 @@ def _make_agreement_table(matrix: _PromptMatrix, top: int, draws: int = DRAWS) -
     `tau`: Kendall's tau-b of the order of prompts in two models (1 the same, -1 the reverse); `shared_top`:
     number of prompts among the best {top} of both; `concordance`: Kendall's W of all models (0 none, 1 the
     same order). Intervals are percentiles of {draws} draws of task names. They show how far the measured
-    agreement depends on these tasks, not the agreement of the true orders: chance lowers it if prompts are
-    close. Empty if all prompts are equal in a model.
+    agreement depends on these tasks, not the agreement of the true orders, which chance hides if prompts are
+    almost equally good. Cells are empty if a model scores equally with all prompts.
     """
     columns = {model: matrix.compute_metrics_of_model(model) for model in matrix.models}
     drawn = list(_draw_bootstrap_metrics_by_model(matrix, draws))
@@ -316,8 +316,8 @@ def _make_gains_table(matrix: _PromptMatrix, reference: str) -> Iterator[Row]:
     """Gains over {reference}.
 
     Percentage points of {matrix.metric} against the prompts {reference}, paired by task, near copies
-    together; `p` of a random exchange of the two runs, `p_holm` corrected for the number of prompts: the best
-    of many gains something by chance alone.
+    together. `p` is from a test that exchanges the two runs at random. `p_holm` is corrected for the number
+    of prompts, because the best of many prompts gains something by chance alone.
     """
     others = [prompt for prompt in matrix.prompts if prompt != reference]
     for model in matrix.models:

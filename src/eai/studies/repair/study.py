@@ -60,9 +60,10 @@ def _estimate_share_of_counted(
 def _make_edit_distances_table(repairs: _RepairsByRun) -> Iterator[Row]:
     """How far failed answers are from right ones.
 
-    Failed answers by the fewest edits (steps inserted, deleted or replaced) that make them right. unknown: no
-    bounds are known, mostly because answers are unreadable. In percent of the others: exact (the number is
-    known), within_2 (its bounds differ by at most two), and one_edit (a single edit suffices).
+    The distance of a failed answer is the smallest number of edits (steps inserted, deleted or replaced) that
+    make it right. unknown: number of answers without known bounds of the distance, mostly unreadable answers.
+    In percent of the other failed answers: exact (the distance is known), within_2 (its bounds differ by at
+    most two), and one_edit (a single edit suffices).
     """
     for key, answers in repairs:
         bounded = _select_repairs_with_known_bounds(answers)
@@ -86,8 +87,8 @@ def _select_repairs_with_known_bounds(
 def _make_edits_table(repairs: _RepairsByRun) -> Iterator[Row]:
     """How many edits it takes.
 
-    Failed answers with a known distance, by distance. ties: median number of single edits that make an answer
-    right, among answers at a distance of one.
+    Numbers of failed answers by their distance, the smallest number of edits that make an answer right. ties:
+    median number of single edits that make an answer right, among answers that one edit makes right.
     """
     for key, answers in repairs:
         bounded = _select_repairs_with_known_bounds(answers)
@@ -102,8 +103,8 @@ def _make_edits_table(repairs: _RepairsByRun) -> Iterator[Row]:
 def _make_edit_kinds_table(repairs: _RepairsByRun) -> Iterator[Row]:
     """Which kinds of edits suffice.
 
-    Answers that one edit makes right, by outcome and by the set of kinds of all such single edits, in percent
-    of the answers with the same outcome.
+    Answers that one edit makes right, in percent of such answers with the same outcome. kinds: the kinds of
+    all single edits (such as insert or delete) that make the answer right.
     """
     for key, answers in repairs:
         near = [(record, repair) for record, repair in answers if repair.kinds]
@@ -124,9 +125,9 @@ def _make_edit_kinds_table(repairs: _RepairsByRun) -> Iterator[Row]:
 def _make_failure_causes_table(repairs: _RepairsByRun) -> Iterator[Row]:
     """Where the cause lies.
 
-    Answers that one edit makes right, by what all such edits have in common: the same step, the same place of
-    an inserted action (interval), or nothing (several). earlier: percentage of the answers with a common step
-    in which this step comes before the failed step.
+    Numbers of answers that one edit makes right, by whether all such edits agree. step: all edits change the
+    same step. interval: all edits insert an action in the same place. several: the edits differ. earlier:
+    percentage of the answers in step whose changed step comes before the failed step.
     """
     for key, answers in repairs:
         near = [(record, repair) for record, repair in answers if repair.blame is not None]

@@ -129,8 +129,8 @@ def _sum_cost_by_run(runs: Sequence[RunSummary], prices: PriceList | None) -> di
 def _make_cost_per_success_table(runs: Sequence[RunSummary]) -> Iterator[Row]:
     """The effort that each success takes.
 
-    For each success: all that was spent, on failures too, divided by the successes; intervals by names of
-    tasks. Without a success, all that was spent stands behind ≥. Seconds are of waiting for replies in
+    All that was spent, also on failures, divided by the number of successes. Units of intervals are names of
+    tasks. Without a success, the cell is ≥ with all that was spent. Seconds were spent waiting for replies in
     episodes; dollars are those that `eai run` wrote
     """
     for item in runs:

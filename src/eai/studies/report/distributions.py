@@ -88,7 +88,7 @@ _PANEL = (3.5, 1.9)
 """Width (one column of a page) and height of a panel, in inches."""
 _COLUMNS = 2
 _MAX_NAMES = 25
-"""Maximum number of actions, categories or pairs in a panel, most frequent first."""
+"""Maximum number of names in a panel, such as actions or categories, most frequent first."""
 _ROW = 0.16
 _MAX_BINS = 24
 """Maximum number of bars in a panel whose values are numbers."""

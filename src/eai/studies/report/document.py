@@ -208,7 +208,7 @@ def _write_epochs_section(runs: Sequence[RunSummary]) -> Iterator[str]:
 
 
 def _get_epoch_cases(item: RunSummary) -> Iterator[tuple[RunKey, RateCases]]:
-    """Yield the whole run's key and an epoch's successes if the item is an epoch of a run; else nothing."""
+    """Yield the whole run's key and the successes, if the summary is of one epoch of a run; else nothing."""
     metric, model = find_success_metric(item.key.ability), strip_epoch(item.key.model)
     if metric is not None and model != item.key.model:
         yield item.key._replace(model=model), item.cases.get(metric, ())

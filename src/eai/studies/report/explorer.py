@@ -71,7 +71,7 @@ class ObjectTile:
 
 
 TileScenes: TypeAlias = Sequence[Sequence[ObjectTile]]
-"""Pictures of the scene at the start and after each tried step; a picture is a list of its outer tiles."""
+"""Pictures of the scene at the start and after each tried step, each as tiles that lie in no other tile."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -189,7 +189,7 @@ class ExplorerData:
     def _pack_goals(self, explanation: Explanation) -> list[Json]:
         """Return the goals of a task.
 
-        Missed goals have a cause and the nearest facts, as in `eai explain`.
+        Missed goals have a reason, and similar facts that the answer reached instead, as in `eai explain`.
         """
         near, goals = map_missed_goals_to_similar_facts(explanation), list[Json]()
         for goal in explanation.goals:
@@ -313,7 +313,7 @@ def _format_json_array(items: Iterable[str]) -> str:
 
 
 def _list_spans_of_answer_text(verdict: Verdict) -> list[Json]:
-    """Return the parts of an answer's text as lists (start, end, kind); empty if all text was simply read."""
+    """Return the parts of an answer's text as lists (start, end, kind); empty if all kinds are `READ`."""
     if all(span.kind is SpanKind.READ for span in verdict.spans):
         return []
     return [[span.start, span.end, span.kind.value] for span in verdict.spans]

@@ -43,7 +43,7 @@ _PANELS: Sequence[tuple[str, Sequence[str], Sequence[str]]] = (
 """Title of each panel, names of the tables that it shows, and groups of columns; empty for all groups."""
 
 _Lines: TypeAlias = Mapping[tuple[str, MetricColumn], Sequence[tuple[Ranking, RankedModel]]]
-"""Lines of a panel: mapping from heading and column to tables, each with the model's row in the table."""
+"""Lines of a panel: mapping from heading and column to pairs of a table and one model's row in it."""
 
 _PAPERS = ("paper", "published")
 

@@ -297,7 +297,10 @@ _FLOWS_PER_ROW = 2
 _SIZE = (3.7, 2.0)
 """Width and height of a model's panel in the figure of the flow of answers, in inches."""
 _BETWEEN = (6.1, 180.0)
-"""Distances between the panels of two models: to the right in stages, down in percent of answers."""
+"""Horizontal and vertical distance between two models' panels, in the units of their two axes.
+
+The horizontal axis has one unit per stage in `_STAGES`, the vertical axis one per percent of answers.
+"""
 _STAGES = ("answers", "parsed", "names known", "well formed", "executed", "goal reached")
 _LOSSES = (
     ("unreadable", AnswerOutcome.PARSING),

@@ -223,7 +223,7 @@ def _make_short_heading(column: MetricColumn, groups: Sequence[str]) -> str:
 def choose_ranking_column(primary: Sequence[str], columns: Sequence[MetricColumn]) -> MetricColumn:
     """Return the column by which rows are ranked.
 
-    It is the first column with one of the metrics, or else the first column.
+    It is the column of the first metric in ``primary`` that has a column, or else the first column.
     """
     return next((column for name in primary for column in columns if column.metric == name), columns[0])
 
@@ -293,7 +293,8 @@ def make_run_rows(
         columns: the columns.
         runs: the runs of one protocol and domain.
         scores_by_run: all scores of each model, by the name of the run.
-        with_paper: whether the table has rows of the paper, in whose runs another planner judged operators.
+        with_paper: whether the table also has rows of the paper. A footnote then names our planner, because
+            the paper used another planner to judge operators.
     """
     abilities = {column.ability for column in columns}
     planners = {name for run in runs for name in run.planners}

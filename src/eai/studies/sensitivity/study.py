@@ -171,10 +171,10 @@ def _make_sensitivity_table(trials: Sequence[OperatorReplacementTrial]) -> Itera
     """Problems solved with one operator of the model.
 
     Tasks that a planner solves with this operator from the answer and all others from the data set, in
-    percent of the tasks that ask for it. The others are those that the task asks for (strict), or all of the
-    benchmark's (eai-1.0.5). A missing operator solves nothing. replaced: the whole operator, or only its
-    precondition or effect, with the parameters of the data set. A task counts in each of its categories.
-    Operators that break most plans come first; intervals have names as units.
+    percent of the tasks that ask for it. The others are those that the task asks for (protocol strict), or
+    all operators of the benchmark (protocol eai-1.0.5). A missing operator solves nothing. replaced: the
+    whole operator, or only its precondition or effect, with the parameters of the data set. A task counts in
+    each of its categories. Operators that break most plans come first; units of intervals are names of tasks.
     """
     categories = (OVERALL, *(category.value for category in Category))
     for key, of_key, order in _group_replacements(trials):
