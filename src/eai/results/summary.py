@@ -161,7 +161,7 @@ def drop_later_attempts(record: Record, attempts: int) -> Record:
 
 
 def count_max_attempts(records: Sequence[Record]) -> int:
-    """Return the maximum number of attempts at a task of a run; 0 if answers were not carried out."""
+    """Return the maximum number of attempts at a task of a run; 0 if no record has attempts."""
     if not any(record.attempts for record in records):
         return 0
     options_of_records = [AttemptOptions.from_experiment(record.experiment) for record in records]
