@@ -14,7 +14,7 @@ from eai.benchmarks.generator.census import count_usual_goals
 from eai.benchmarks.generator.generator import TaskGenerator
 from eai.benchmarks.generator.prior import UsualGoals
 from eai.benchmarks.generator.seeds import JudgedSeed
-from eai.benchmarks.generator.spec import RejectionReason
+from eai.benchmarks.generator.spec import SeedRejectionReason
 from eai.pddl.val import VALID
 from eai.tasks.task import Task
 
@@ -262,4 +262,4 @@ def test_any_number_of_workers_refuses_the_same_copies(
     assert len(messages) == 1
     assert read_files(tmp_path / "1") == read_files(tmp_path / "2")
     rejected = json.loads((tmp_path / "2" / "generated.json").read_text())["sets"]["tasks"]["rejected"]
-    assert rejected[RejectionReason.COPY.value]
+    assert rejected[SeedRejectionReason.COPY.value]

@@ -86,7 +86,7 @@ def test_files_and_folders_may_be_written_in_each_usual_form(eai: Command, refer
 
 def test_a_reference_to_files_without_the_word_before_them_names_the_word() -> None:
     for reference in ("d.pddl,all/", "d.pddl"):
-        expected = f"{reference}: expected the word before files of PDDL, pddl:DOMAIN,PROBLEMS"
+        expected = f"{reference}: files of PDDL are given as pddl:DOMAIN,PROBLEMS; put pddl: in front"
         assert refusal(reference) == expected
 
 

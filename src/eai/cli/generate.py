@@ -22,7 +22,7 @@ from eai.benchmarks.generator.spec import (
     GenerationOutcome,
     HeldOut,
     PlanLengthTier,
-    RejectionReason,
+    SeedRejectionReason,
     TaskKind,
     TaskSpecification,
     TaskSplit,
@@ -156,7 +156,7 @@ def generate_tasks(
         write_lines = partial(_write_task_lines, like=like, domain=benchmark.domain)
         outcomes, lines, stopped = _collect_generated_tasks(generated, n, like, write_lines, quiet=as_json)
     made = [each for each in outcomes if isinstance(each, GeneratedTask)]
-    rejected = [each for each in outcomes if isinstance(each, RejectionReason)]
+    rejected = [each for each in outcomes if isinstance(each, SeedRejectionReason)]
     if stopped is not None and (not made or file.exists()):
         raise stopped
     if validator is not None:
@@ -226,7 +226,7 @@ def _collect_generated_tasks(
                 made += isinstance(outcome, GeneratedTask)
                 report(made, len(outcomes) - made)
     except (InputError, KeyboardInterrupt) as error:
-        while outcomes and isinstance(outcomes[-1], RejectionReason):
+        while outcomes and isinstance(outcomes[-1], SeedRejectionReason):
             outcomes.pop()
         return outcomes, lines, error if isinstance(error, InputError) else InterruptError("interrupted")
     return outcomes, lines, None

@@ -24,7 +24,7 @@ class PddlViolationKind(str, Enum):
     MALFORMED = "malformed"
     """Balanced parentheses, but not PDDL, such as a connective with a wrong number of parts."""
     UNSUPPORTED = "unsupported"
-    """Valid PDDL not used in the domains of VirtualHome and BEHAVIOR: ``either``, numbers, preferences."""
+    """Valid PDDL that this package does not read: ``either``, numbers, preferences."""
     CONDITION_IN_EFFECT = "condition_in_effect"
     """``or``, ``exists``, ``imply`` or a negated compound in place of an effect."""
     EFFECT_IN_CONDITION = "effect_in_condition"

@@ -116,7 +116,7 @@ class Scoring(WorkerPool):
         mark = partial(
             _add_harness_and_game_rules, default=_find_harness_and_game_rules(suite.ability, answers)
         )
-        work = partial(_score_record_batch, suite, settings, answers.model, mark, finish)
+        work = partial(_score_response_rows, suite, settings, answers.model, mark, finish)
         if self._number < 2 or not suite.is_openable_by_reference:
             sizes = (
                 (1, 1)
@@ -186,7 +186,7 @@ def _score_response(suite: Suite, settings: ScoringOptions, item: Response) -> _
     return verdict, suite.features(item.task_id), explanation
 
 
-def _score_record_batch(
+def _score_response_rows(
     suite: Suite,
     settings: ScoringOptions,
     model: str,

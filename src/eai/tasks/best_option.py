@@ -331,7 +331,7 @@ class _GoalPartCompiler:
                 value += sets[0]
             best: _ValueByConditionSet = {0: value}
             for member, closed in steps:
-                best = self._prune_condition_sets(
+                best = self._keep_best_condition_sets(
                     _forget_conditions(self._join_condition_sets(best, member(search)), closed, search),
                     search,
                 )
@@ -380,7 +380,7 @@ class _GoalPartCompiler:
             for sets in tables:
                 for size in range(count, 0, -1):
                     _merge_keeping_greater_values(best[size], self._join_condition_sets(best[size - 1], sets))
-                    best[size] = self._prune_condition_sets(best[size], search)
+                    best[size] = self._keep_best_condition_sets(best[size], search)
             return best[count]
 
         return find_best_sets
@@ -415,7 +415,7 @@ class _GoalPartCompiler:
                         _merge_keeping_greater_values(
                             wider.setdefault(taken | 1 << column, {}), self._join_condition_sets(sets, cell)
                         )
-            best = {taken: self._prune_condition_sets(sets, search) for taken, sets in wider.items()}
+            best = {taken: self._keep_best_condition_sets(sets, search) for taken, sets in wider.items()}
             if len(best) > _MAX_SETS:
                 search.is_cut = True
                 best = dict(nlargest(_MAX_SETS, best.items(), key=lambda item: item[0].bit_count()))
@@ -448,7 +448,7 @@ class _GoalPartCompiler:
             return find_best_sets
         return lambda search: _forget_conditions(find_best_sets(search), closed, search)
 
-    def _prune_condition_sets(
+    def _keep_best_condition_sets(
         self, sets: _ValueByConditionSet, search: _GoalOptionSearch
     ) -> _ValueByConditionSet:
         """Return at most `_MAX_SETS` of the sets of conditions, without those that another set dominates."""

@@ -14,7 +14,7 @@ from eai.benchmarks.generator.generator import TaskGenerator, generate_from_seed
 from eai.benchmarks.generator.goals import GoalProposals
 from eai.benchmarks.generator.seeds import JudgedSeed
 from eai.benchmarks.generator.sets import make_seeds
-from eai.benchmarks.generator.spec import PlanLengthTier, RejectionReason, TaskSpecification, TaskSplit
+from eai.benchmarks.generator.spec import PlanLengthTier, SeedRejectionReason, TaskSpecification, TaskSplit
 from eai.benchmarks.generator.walk import GoalByGoalPlan
 from eai.tasks.source import Source
 
@@ -55,7 +55,7 @@ def test_the_number_of_proposed_goals_depends_on_the_tier(
     generator, found = made(lamps, tier), set()
     for seed in range(12):
         asked = proposed(monkeypatch, [])
-        assert generator.generate_task(str(seed)) == RejectionReason.NO_GOALS
+        assert generator.generate_task(str(seed)) == SeedRejectionReason.NO_GOALS
         assert len(asked) % TITLES == 0
         found.add(len(asked) // TITLES)
     assert found <= numbers
@@ -78,7 +78,7 @@ def test_proposals_stop_after_several_failures_in_a_row(
         monkeypatch.setattr(
             GoalByGoalPlan, "reach_goal", lambda self, wish, reached=reached: reached.append(wish)
         )
-        assert generator.generate_task(str(seed)) == RejectionReason.NO_GOALS
+        assert generator.generate_task(str(seed)) == SeedRejectionReason.NO_GOALS
         assert len(reached) == len(set(reached))
         found.add(len(reached) // TITLES)
     assert found <= failures
@@ -94,7 +94,7 @@ def test_generation_fails_after_many_rejected_seeds(
     monkeypatch.setattr(
         TaskGenerator,
         "judge_seed",
-        lambda self, seed, known: tried.append(seed) or JudgedSeed(RejectionReason.COPY),
+        lambda self, seed, known: tried.append(seed) or JudgedSeed(SeedRejectionReason.COPY),
     )
     monkeypatch.setattr(sets, "select_base_tasks", lambda tasks, split, held_out: tasks)
     generator = made(lamps, PlanLengthTier.DATA, split=split)
@@ -110,15 +110,15 @@ def test_seeds_in_a_row_are_counted_from_the_last_task_on(
 ) -> None:
     generator = made(lamps, PlanLengthTier.DATA)
     *_, task = generate_from_seeds(generator, make_seeds("train", 0), 1, set())
-    outcomes = iter([RejectionReason.COPY, task])
+    outcomes = iter([SeedRejectionReason.COPY, task])
     monkeypatch.setattr(
         TaskGenerator,
         "judge_seed",
-        lambda self, seed, known: JudgedSeed(next(outcomes, RejectionReason.COPY)),
+        lambda self, seed, known: JudgedSeed(next(outcomes, SeedRejectionReason.COPY)),
     )
     tried = generate_from_seeds(generator, make_seeds("train", 0), 2, set())
-    assert [next(tried), next(tried)] == [RejectionReason.COPY, task]
-    assert list(islice(tried, 300)) == [RejectionReason.COPY] * 300
+    assert [next(tried), next(tried)] == [SeedRejectionReason.COPY, task]
+    assert list(islice(tried, 300)) == [SeedRejectionReason.COPY] * 300
     with pytest.raises(InputError, match="only 1 of 2 tasks generated; the last 300 seeds gave no task: "):
         next(tried)
 

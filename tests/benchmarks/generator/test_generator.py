@@ -20,7 +20,7 @@ from eai.benchmarks.benchmark import Benchmark
 from eai.benchmarks.generator.goals import GoalProposals
 from eai.benchmarks.generator.prior import LiteralPattern, find_argument_uses
 from eai.benchmarks.generator.sets import fingerprint_task, make_seeds
-from eai.benchmarks.generator.spec import LENGTHS, GeneratedTask, PlanLengthTier, RejectionReason
+from eai.benchmarks.generator.spec import LENGTHS, GeneratedTask, PlanLengthTier, SeedRejectionReason
 from eai.benchmarks.generator.walk import GoalByGoalPlan, find_min_plan_length
 from eai.benchmarks.registry import find_benchmark
 from eai.cli.generate import validate_with_val
@@ -199,7 +199,7 @@ def test_no_task_is_public_and_none_twice(like: str, data_store: Store) -> None:
     assert public.isdisjoint(of_goals for of_goals, _ in prints)
     assert len(set(prints)) == 15
     repeated = next(generate_from_seeds(generator(like), iter([str(made[0].about["seed"])]), 1, known))
-    assert repeated == RejectionReason.COPY
+    assert repeated == SeedRejectionReason.COPY
 
 
 def test_fingerprints_know_objects_by_category() -> None:
@@ -266,10 +266,12 @@ def test_goals_ask_for_actions_if_the_specification_does() -> None:
 
 
 def test_rejections_have_reasons() -> None:
-    reasons = {each for like in HOUSEHOLDS for each in outcomes(like) if isinstance(each, RejectionReason)}
-    assert RejectionReason.TOO_SHORT in reasons
-    assert RejectionReason.NO_CERTIFICATE not in reasons
-    assert RejectionReason.AMBIGUOUS not in reasons
+    reasons = {
+        each for like in HOUSEHOLDS for each in outcomes(like) if isinstance(each, SeedRejectionReason)
+    }
+    assert SeedRejectionReason.TOO_SHORT in reasons
+    assert SeedRejectionReason.NO_CERTIFICATE not in reasons
+    assert SeedRejectionReason.AMBIGUOUS not in reasons
 
 
 def test_a_task_with_objects_that_can_never_be_seen_is_rejected(monkeypatch: pytest.MonkeyPatch) -> None:
@@ -278,7 +280,7 @@ def test_a_task_with_objects_that_can_never_be_seen_is_rejected(monkeypatch: pyt
     from eai.agents.rules import STANDARD
 
     made = generator("virtualhome")
-    assert made.generate_task("107") is RejectionReason.NEVER_SEEN
+    assert made.generate_task("107") is SeedRejectionReason.NEVER_SEEN
     monkeypatch.setattr(made, "_can_goal_objects_be_seen", lambda task: True)
     kept = made.generate_task("107")
     assert isinstance(kept, GeneratedTask)

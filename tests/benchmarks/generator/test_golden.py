@@ -33,7 +33,7 @@ from eai.benchmarks.generator.spec import (
     Forms,
     GeneratedTask,
     PlanLengthTier,
-    RejectionReason,
+    SeedRejectionReason,
     TaskKind,
     TaskSpecification,
 )
@@ -68,7 +68,7 @@ def test_equal_seeds_give_the_recorded_tasks(like: str, data_store: Store) -> No
                 break
             outcome = made.generate_task(seed)
             tasks += isinstance(outcome, GeneratedTask)
-            if isinstance(outcome, RejectionReason):
+            if isinstance(outcome, SeedRejectionReason):
                 lines.append(f"{name} {seed}: {outcome.value}")
                 continue
             line = write_task_line(outcome.task, like, benchmark.domain, outcome.about)

@@ -11,7 +11,7 @@ import pytest
 import eai.logic.formula as f
 from eai.benchmarks.benchmark import Benchmark
 from eai.benchmarks.generator.generator import TaskGenerator, _RejectionFinder
-from eai.benchmarks.generator.spec import RejectionReason, TaskSpecification
+from eai.benchmarks.generator.spec import SeedRejectionReason, TaskSpecification
 from eai.benchmarks.generator.words import InstructionWriter
 from eai.tasks.source import Source
 from eai.tasks.task import Task, goal
@@ -50,22 +50,22 @@ Change = Callable[[Task], Task]
     ("change", "least", "most", "reason"),
     [
         (lambda task: task, 4, 4, None),
-        (lambda task: task, 5, 9, RejectionReason.TOO_SHORT),
-        (lambda task: task, 3, 3, RejectionReason.TOO_LONG),
-        (lambda task: replace(task, script=task.script[:3]), 3, 3, RejectionReason.NO_CERTIFICATE),
+        (lambda task: task, 5, 9, SeedRejectionReason.TOO_SHORT),
+        (lambda task: task, 3, 3, SeedRejectionReason.TOO_LONG),
+        (lambda task: replace(task, script=task.script[:3]), 3, 3, SeedRejectionReason.NO_CERTIFICATE),
         (
             lambda task: replace(task, initial=task.scene.state([Fact("is_open", (4,))])),
             4,
             4,
-            RejectionReason.HOLDS_ALREADY,
+            SeedRejectionReason.HOLDS_ALREADY,
         ),
-        (lambda task: replace(task, instruction="Light it."), 4, 4, RejectionReason.AMBIGUOUS),
-        (lambda task: replace(task, goals=task.goals[:1]), 4, 4, RejectionReason.AMBIGUOUS),
-        (lambda task: replace(task, goals=task.goals[::-1]), 4, 4, RejectionReason.AMBIGUOUS),
+        (lambda task: replace(task, instruction="Light it."), 4, 4, SeedRejectionReason.AMBIGUOUS),
+        (lambda task: replace(task, goals=task.goals[:1]), 4, 4, SeedRejectionReason.AMBIGUOUS),
+        (lambda task: replace(task, goals=task.goals[::-1]), 4, 4, SeedRejectionReason.AMBIGUOUS),
     ],
 )
 def test_a_task_is_rejected_for_one_reason(
-    lamps: Benchmark, change: Change, least: int, most: int, reason: RejectionReason | None
+    lamps: Benchmark, change: Change, least: int, most: int, reason: SeedRejectionReason | None
 ) -> None:
     task = change(made(lamps, LIT, OPEN))
     objections = _RejectionFinder(lamps.domain, (), by_place=False)
@@ -81,17 +81,18 @@ def test_a_public_task_or_one_solved_by_a_public_plan_is_rejected(lamps: Benchma
     public = made(lamps, LIT, OPEN)
     objections = _RejectionFinder(lamps.domain, [public], by_place=False)
 
-    def reason(task: Task) -> RejectionReason | None:
+    def reason(task: Task) -> SeedRejectionReason | None:
         task = replace(task, id="new")
         return objections.find_rejection_reason(
             task, InstructionWriter.make_for_benchmark(lamps, task.initial), 0, 9
         )
 
-    assert reason(public) is RejectionReason.PUBLIC
+    assert reason(public) is SeedRejectionReason.PUBLIC
     assert (
-        reason(made(lamps, of("lit", "lamp_2"), OPEN, way=WAY.replace("_1", "_2"))) is RejectionReason.PUBLIC
+        reason(made(lamps, of("lit", "lamp_2"), OPEN, way=WAY.replace("_1", "_2")))
+        is SeedRejectionReason.PUBLIC
     )
-    assert reason(made(lamps, LIT, way="GO lamp_1; PRESS lamp_1")) is RejectionReason.PUBLIC_PLAN
+    assert reason(made(lamps, LIT, way="GO lamp_1; PRESS lamp_1")) is SeedRejectionReason.PUBLIC_PLAN
     assert reason(made(lamps, of("at", "robot", "ball"), way="GO ball")) is None
 
 
@@ -99,7 +100,7 @@ def test_without_names_an_object_needs_a_description_by_place(lamps: Benchmark) 
     task = made(lamps, LIT, way="GO lamp_1; PRESS lamp_1")
     words = InstructionWriter.make_for_benchmark(lamps, task.initial, by_place=True)
     by_place = _RejectionFinder(lamps.domain, (), by_place=True)
-    assert by_place.find_rejection_reason(task, words, 0, 9) is RejectionReason.NAMELESS
+    assert by_place.find_rejection_reason(task, words, 0, 9) is SeedRejectionReason.NAMELESS
     assert _RejectionFinder(lamps.domain, (), by_place=False).find_rejection_reason(task, words, 0, 9) is None
     alone = made(lamps, OPEN, way="GO box; OPEN box")
     assert by_place.find_rejection_reason(alone, words, 0, 9) is None

@@ -27,7 +27,7 @@ from eai.benchmarks.generator.spec import (
     CANARY,
     GeneratedTask,
     PlanLengthTier,
-    RejectionReason,
+    SeedRejectionReason,
     TaskSpecification,
 )
 from eai.tasks.source import Source
@@ -77,7 +77,7 @@ def test_the_most_frequent_form_is_first(lamps: Benchmark) -> None:
 
 
 def test_an_entry_allows_making_a_set_again_and_counts_rejections(light: Task) -> None:
-    rejected = [RejectionReason.COPY, RejectionReason.TOO_LONG, RejectionReason.COPY]
+    rejected = [SeedRejectionReason.COPY, SeedRejectionReason.TOO_LONG, SeedRejectionReason.COPY]
     made = [GeneratedTask(task, {}) for task in of_steps(light, 3, 4)]
     entry = make_manifest_entry(SPEC, 7, SECRET, b"content", made, rejected)
     spec = entry.pop("spec")
@@ -88,7 +88,7 @@ def test_an_entry_allows_making_a_set_again_and_counts_rejections(light: Task) -
         "secret_sha256": hashlib.sha256(SECRET.encode()).hexdigest(),
         "tasks": 2,
         "sha256": hashlib.sha256(b"content").hexdigest(),
-        "rejected": {RejectionReason.TOO_LONG.value: 1, RejectionReason.COPY.value: 2},
+        "rejected": {SeedRejectionReason.TOO_LONG.value: 1, SeedRejectionReason.COPY.value: 2},
         "shape": {
             "steps": [3, 3, 4, 4, 4],
             "goals": [1] * 5,
@@ -108,7 +108,7 @@ def write_set(folder: Path, lamps: Benchmark, seeds: list[str]) -> None:
     ]
     file = folder / "test.jsonl"
     write_task_file(file, lines)
-    made, rejected = [GeneratedTask(light, {})] * len(seeds), [RejectionReason.COPY] * 2
+    made, rejected = [GeneratedTask(light, {})] * len(seeds), [SeedRejectionReason.COPY] * 2
     entry = make_manifest_entry(SPEC, 3, SECRET, file.read_bytes(), made, rejected)
     write_manifest(folder, "test", entry, {})
 

@@ -30,7 +30,7 @@ from eai.benchmarks.generator.sets import (
 from eai.benchmarks.generator.spec import (
     GeneratedTask,
     HeldOut,
-    RejectionReason,
+    SeedRejectionReason,
     TaskSpecification,
     TaskSplit,
 )
@@ -133,7 +133,7 @@ def test_a_task_solved_by_lookup_in_another_split_is_rejected() -> None:
     again = TaskGenerator(
         benchmark, spec, source, make_shared_plan_test(domain, earlier_tasks=[copy])
     ).generate_task(seed)
-    assert again == RejectionReason.KNOWN_PLAN
+    assert again == SeedRejectionReason.KNOWN_PLAN
 
 
 def test_overlap_counts_equal_tasks_equal_goals_and_tasks_solved_by_lookup() -> None:

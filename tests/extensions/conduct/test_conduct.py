@@ -147,5 +147,5 @@ def test_a_reason_names_predicate_and_thing(reason: str, named: bool) -> None:
 
 def test_other_records_have_nothing_to_tell(tmp_path: Path) -> None:
     task = make_task("t", "Light the lamp.", initial(), "lit(lamp)", domain=DOMAIN)
-    with pytest.raises(InputError, match="no record has a task with hazards"):
+    with pytest.raises(InputError, match="expected records of tasks with hazards"):
         tables(tmp_path, [task], {"t": as_plan(["PRESS(lamp)"])})

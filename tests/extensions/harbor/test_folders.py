@@ -116,7 +116,7 @@ def test_a_wheel_is_in_the_image(nights: Path, tmp_path: Path) -> None:
             {"ability": "acting", "is_shared": True},
             "--shared: acting must be scored in a container that the agent cannot write to",
         ),
-        ({"ability": "scene_graph"}, "have no pictures"),
+        ({"ability": "scene_graph"}, "prompts with pictures"),
         ({"task_ids": ["lit"]}, "all tasks are left out"),
     ],
 )

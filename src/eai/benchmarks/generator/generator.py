@@ -46,7 +46,7 @@ from eai.benchmarks.generator.spec import (
     GeneratedTask,
     GenerationOutcome,
     PlanLengthTier,
-    RejectionReason,
+    SeedRejectionReason,
     TaskKind,
     TaskSpecification,
     TaskSplit,
@@ -131,7 +131,7 @@ class _RejectionFinder:
 
     def find_rejection_reason(
         self, task: Task, words: InstructionWriter, min_steps: int, max_steps: int
-    ) -> RejectionReason | None:
+    ) -> SeedRejectionReason | None:
         """Return the reason to reject a task, or None for a good task.
 
         Args:
@@ -141,23 +141,23 @@ class _RejectionFinder:
             max_steps: maximum number of steps of this plan.
         """
         if len(task.script) < min_steps:
-            return RejectionReason.TOO_SHORT
+            return SeedRejectionReason.TOO_SHORT
         if len(task.script) > max_steps:
-            return RejectionReason.TOO_LONG
+            return SeedRejectionReason.TOO_LONG
         reached = zip(task.goals, GoalTest(task).find_reached_goals(task.initial, ()), strict=True)
         if any(holds for task_goal, holds in reached if not task_goal.is_over_time):
-            return RejectionReason.HOLDS_ALREADY
+            return SeedRejectionReason.HOLDS_ALREADY
         if not solves_task(self._domain, task, task.script):
-            return RejectionReason.NO_CERTIFICATE
+            return SeedRejectionReason.NO_CERTIFICATE
         if (reason := self._find_instruction_problem(task, words)) is not None:
             return reason
         if sets.fingerprint_task(task)[0] in self._public:
-            return RejectionReason.PUBLIC
+            return SeedRejectionReason.PUBLIC
         if self._table.solves_by_adapted_plan(task):
-            return RejectionReason.PUBLIC_PLAN
+            return SeedRejectionReason.PUBLIC_PLAN
         return None
 
-    def _find_instruction_problem(self, task: Task, words: InstructionWriter) -> RejectionReason | None:
+    def _find_instruction_problem(self, task: Task, words: InstructionWriter) -> SeedRejectionReason | None:
         """Return the reason to reject a task's instruction, or None for a good instruction.
 
         An instruction is rejected if its words can describe an object only by the object's name. It is also
@@ -166,12 +166,12 @@ class _RejectionFinder:
         goals = tuple([goal.formula for goal in task.goals])
         named = (name for goal in goals for name in find_object_names(goal))
         if self._by_place and not all(map(words.can_be_described_without_name, named)):
-            return RejectionReason.NAMELESS
+            return SeedRejectionReason.NAMELESS
         has_hazards = len(task.goals_without_hazards) < len(
             goals
         )  # sentences about hazards cannot be read back into goals
         says = words.reads_as_goals(task.instruction, goals) or has_hazards
-        return None if says else RejectionReason.AMBIGUOUS
+        return None if says else SeedRejectionReason.AMBIGUOUS
 
 
 @dataclass
@@ -278,17 +278,17 @@ class TaskGenerator:
         if self.spec.kind.is_hazardous and not may_hazard_occur(
             self.benchmark.notation.english.hazards, initial.scene
         ):
-            return RejectionReason.NO_HAZARD
+            return SeedRejectionReason.NO_HAZARD
         least, most = self._get_plan_length_range(base)
         walk = self._make_action_sequence(base, initial, hidden, rng, least, most)
         if not walk.goals:
-            return RejectionReason.NO_GOALS
+            return SeedRejectionReason.NO_GOALS
         goals, start = list(walk.goals), self._usage.convert_state_to_original(initial)
         split = sets.choose_split_of_goals(goals, start.scene, self.spec.held_out)
         if self.spec.split not in (TaskSplit.ALL, split):
-            return RejectionReason.OTHER_SPLIT
+            return SeedRejectionReason.OTHER_SPLIT
         if not self.spec.kind.is_over_time and is_copy(sets.fingerprint_goals_and_scene(goals, start)):
-            return RejectionReason.COPY
+            return SeedRejectionReason.COPY
         words = InstructionWriter.make_for_benchmark(self.benchmark, start, by_place=self.spec.by_place)
         name = f"{self.benchmark.name}-{self.spec.sha256[:6]}-{seed}"
         unsolved = make_task(name, words.make_instruction(goals, rng), start, *goals)
@@ -298,19 +298,23 @@ class TaskGenerator:
         if reason is None and self.spec.kind.is_over_time:
             proposals = self._make_proposals(initial, self.prior.themes[base.title])
             timed = self._add_goals_over_time(task, initial, proposals, words, rng)
-            if isinstance(timed, RejectionReason):
+            if isinstance(timed, SeedRejectionReason):
                 return timed
             task = timed.task
             about |= timed.about
             reason = self._objections.find_rejection_reason(task, words, least, most + _MAX_EXTRA_STEPS)
             if reason is None and is_copy(sets.fingerprint_task(task)):
-                reason = RejectionReason.COPY
+                reason = SeedRejectionReason.COPY
         if reason is None and self.is_given_away is not None and self.is_given_away(task):
-            reason = RejectionReason.KNOWN_PLAN
+            reason = SeedRejectionReason.KNOWN_PLAN
         if reason is None and not self._can_goal_objects_be_seen(task):
-            reason = RejectionReason.NEVER_SEEN
+            reason = SeedRejectionReason.NEVER_SEEN
         outcome = self._measure_or_reject_task(task, seed, about) if reason is None else reason
-        return outcome if isinstance(outcome, RejectionReason) else self._make_pair_if_specified(outcome, rng)
+        return (
+            outcome
+            if isinstance(outcome, SeedRejectionReason)
+            else self._make_pair_if_specified(outcome, rng)
+        )
 
     def _make_pair_if_specified(
         self, made: GeneratedTask, rng: random.Random
@@ -326,7 +330,7 @@ class TaskGenerator:
         if self.spec.kind is TaskKind.AMBIGUOUS:
             return (
                 make_clear_and_ambiguous_pair(made, self.benchmark, self.prior, planner, rng)
-                or RejectionReason.NOT_AMBIGUOUS
+                or SeedRejectionReason.NOT_AMBIGUOUS
             )
         return made
 
@@ -349,7 +353,7 @@ class TaskGenerator:
                 task, self.benchmark.domain, listings, proposals, rng, begin
             ).find_temporal_goal()
             if temporal is None:
-                return RejectionReason.NO_ORDER
+                return SeedRejectionReason.NO_ORDER
             instruction = words.make_instruction(
                 [*(task_goal.formula for task_goal in task.goals), temporal.goal], rng
             )
@@ -364,7 +368,7 @@ class TaskGenerator:
             task, initial, guards, guide, rng, untold=self.spec.kind is TaskKind.UNTOLD
         )
         if safe is None:
-            return RejectionReason.NO_HAZARD
+            return SeedRejectionReason.NO_HAZARD
         return GeneratedTask(safe.task, {**tempting, SHUT_LAST: safe.is_safe_if_shut_last})
 
     def _can_goal_objects_be_seen(self, task: Task) -> bool:
@@ -380,7 +384,7 @@ class TaskGenerator:
         """Return the task with its measures, or the reason if it is too easy, too difficult or too small."""
         measures = measure_task(task, self.benchmark.domain)
         if any(measures[measure] < number for measure, number in self.spec.at_least):
-            return RejectionReason.TOO_LITTLE
+            return SeedRejectionReason.TOO_LITTLE
         if (
             self._difficulty is not None
             and (expected := self._difficulty.estimate_difficulty(task)) is not None
@@ -388,10 +392,10 @@ class TaskGenerator:
             about["difficulty"] = {"expected": expected, "error": self._difficulty.error}
             low, high = self.spec.difficulty or (-math.inf, math.inf)
             if not low <= expected <= high:
-                return RejectionReason.DIFFICULTY
+                return SeedRejectionReason.DIFFICULTY
         about["lower_bound"] = least = find_min_plan_length(task, self.benchmark.domain, self.spec.depth)
         if least == 1:
-            return RejectionReason.ONE_ACTION
+            return SeedRejectionReason.ONE_ACTION
         return GeneratedTask(task, {**self._describe_task(task, seed, measures), **about})
 
     def _describe_task(self, task: Task, seed: str, measured: Mapping[TaskMeasure, int]) -> dict[str, Json]:

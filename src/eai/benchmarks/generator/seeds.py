@@ -15,7 +15,7 @@ from eai.benchmarks.generator import sets
 from eai.benchmarks.generator.spec import (
     GeneratedTask,
     GenerationOutcome,
-    RejectionReason,
+    SeedRejectionReason,
     TaskKind,
     TaskSpecification,
     TaskSplit,
@@ -52,10 +52,10 @@ class JudgedSeed:
             balance: counts of the earlier pairs. A new pair is added to them.
         """
         if self.fingerprint in known:
-            return RejectionReason.COPY
-        if isinstance(self.outcome, GeneratedTask | RejectionReason):
+            return SeedRejectionReason.COPY
+        if isinstance(self.outcome, GeneratedTask | SeedRejectionReason):
             return self.outcome
-        return self.outcome(balance) or RejectionReason.NO_TWIN
+        return self.outcome(balance) or SeedRejectionReason.NO_TWIN
 
 
 def select_tasks(

@@ -24,7 +24,7 @@ from eai.benchmarks.generator.spec import (
     SHUT_LAST,
     GeneratedTask,
     HeldOut,
-    RejectionReason,
+    SeedRejectionReason,
     TaskSpecification,
     TaskSplit,
 )
@@ -241,7 +241,7 @@ def make_manifest_entry(
     secret: str | None,
     content: bytes,
     made: Sequence[GeneratedTask],
-    rejected: Iterable[RejectionReason],
+    rejected: Iterable[SeedRejectionReason],
 ) -> dict[str, Json]:
     """Return the manifest's entry for a set: all values that are needed to make it again, except the secret.
 
@@ -273,7 +273,7 @@ def make_manifest_entry(
         "secret_sha256": None if secret is None else hashlib.sha256(secret.encode()).hexdigest(),
         "tasks": len(made),
         "sha256": hashlib.sha256(content).hexdigest(),
-        "rejected": {reason.value: reasons[reason] for reason in RejectionReason if reasons[reason]},
+        "rejected": {reason.value: reasons[reason] for reason in SeedRejectionReason if reasons[reason]},
         "shape": compute_set_statistics([generated.task for generated in made]),
         **dangers,
     }

@@ -18,7 +18,7 @@ from eai.benchmarks.generator.measures import TaskMeasure
 from eai.tasks.task import Task
 
 
-class RejectionReason(str, Enum):
+class SeedRejectionReason(str, Enum):
     """The reason why a seed gives no task."""
 
     NO_GOALS = "no goal was reached"
@@ -58,7 +58,7 @@ class GeneratedTask:
     paired: GeneratedTask | None = None
 
 
-GenerationOutcome: TypeAlias = "GeneratedTask | RejectionReason"
+GenerationOutcome: TypeAlias = "GeneratedTask | SeedRejectionReason"
 
 
 VERSION, HAZARDS_VERSION = 6, 7

@@ -42,7 +42,7 @@ def add_notes_on_strict_protocol(
 
     def explain() -> Explanation:
         explanation, strict = assessment.explain(), make_strict_scorer()
-        differences = _describe_steps_not_read(
+        differences = _describe_misread_steps(
             _read_steps(notation, answer), _read_steps(strict.notation, answer)
         )
         notes = [f"lossy_reading: {difference}" for difference in differences]
@@ -65,7 +65,7 @@ def _read_steps(notation: PlanNotation, text: str) -> list[str] | Unreadable:
     ]
 
 
-def _describe_steps_not_read(
+def _describe_misread_steps(
     steps_read: list[str] | Unreadable, steps_written: list[str] | Unreadable
 ) -> Iterator[str]:
     if isinstance(steps_read, Unreadable):

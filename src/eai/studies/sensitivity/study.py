@@ -256,7 +256,9 @@ class _SensitivityAnalysisOptions(Options):
     planner: PlannerChoice = PlannerChoice.AUTO
 
 
-def _analyze_sensitivity(records: StudyRecords, chosen: _SensitivityAnalysisOptions) -> Iterator[Analysis]:
+def _analyze_operator_sensitivity(
+    records: StudyRecords, chosen: _SensitivityAnalysisOptions
+) -> Iterator[Analysis]:
     """Try the operators one by one. A planner takes minutes for a model.
 
     Raises:
@@ -296,5 +298,5 @@ SENSITIVITY = Study(
     "sensitivity",
     "Each operator of the answers alone among gold operators: which one breaks plans (transition modeling).",
     choices=_SensitivityAnalysisOptions,
-    analyze=_analyze_sensitivity,
+    analyze=_analyze_operator_sensitivity,
 )
