@@ -66,7 +66,7 @@ def test_a_folder_is_a_benchmark() -> None:
 
 CASES = [
     ("{", "line 1: expected JSON"),
-    ("[]", 'expected an object with "id"'),
+    ("[]", 'expected a task as a JSON object with the string "id"'),
     ({**LINE, "goals": []}, "line 1: goals: expected a list that is not empty, found []"),
     ({**LINE, "gaols": []}, "line 1: gaols: unknown; did you mean goals?"),
     ({**LINE, "version": 2}, "line 1: version: expected 1, found 2"),

@@ -257,5 +257,5 @@ def _read_task_id(place: _TaskFileLine) -> str:
     except ValueError as error:
         raise InputError(f"{place}: expected JSON ({error})") from error
     if not isinstance(value, dict) or not isinstance(value.get("id"), str):
-        raise InputError(f'{place}: expected an object with "id", a string')
+        raise InputError(f'{place}: expected a task as a JSON object with the string "id"')
     return str(value["id"])
