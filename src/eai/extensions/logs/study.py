@@ -33,7 +33,10 @@ _EPISODE_COLUMNS = (
 )
 """Columns of the table of episodes after the names of the group."""
 
-_FILE_ONLY = ("seconds", "calls", "tokens", "words")
+_FILE_ONLY = (
+    *("ending", "unseen", "best_action", "end", "repeats"),
+    *("seconds", "calls", "tokens", "words"),
+)
 """Columns of the tables of outcomes and episodes that files contain but the screen does not show."""
 
 _SHOWN_OF_TWINS = ("task", "outcomes", "hidden", "plan")
@@ -80,14 +83,14 @@ def _analyze_logs(records: StudyRecords, options: _LogOptions) -> Iterator[Analy
 def _drop_constant_names(table: Table) -> Table:
     rows = table.row_dicts()
     constant = [name for name in _NAMES if len({str(row[name]) for row in rows}) == 1]
-    return table.drop_columns(constant[:-1] if len(constant) == len(_NAMES) else constant)
+    return table.drop_columns(constant[1:] if len(constant) == len(_NAMES) else constant)
 
 
 def _describe_log(path: Path, episodes: Sequence[LoggedEpisode]) -> str:
     """Return a sentence with the number of episodes in a log, and the properties that it does not have."""
     unknown = Counter(name for episode in episodes for name in episode.unknown)
     missing = ", ".join([f"{name} ({number})" for name, number in unknown.items()])
-    found = f"{path}: {episodes[0].format}, {len(episodes)} episodes"
+    found = f"{path}: {episodes[0].format}, {len(episodes):,} episode{'s' * (len(episodes) != 1)}"
     return f"{found}; not in the log: {missing}" if missing else found
 
 
