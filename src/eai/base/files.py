@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import contextlib
+import json
 import os
 import re
 import secrets
@@ -123,6 +124,28 @@ def read_content(path: Path) -> bytes:
         return path.read_bytes()
     except OSError as error:
         raise InputError(f"{path}: cannot be read ({error.strerror})") from error
+
+
+def parse_json(path: Path, content: bytes, line: int | None = None) -> object:
+    """Parse JSON of a user's file. Control characters in texts are accepted.
+
+    Args:
+        path: the file, for messages.
+        content: the JSON text.
+        line: number of the line that is the content, from 1; None if the content is the whole file.
+
+    Raises:
+        InputError: the content is not JSON; the message has line and column.
+    """
+    try:
+        value: object = json.loads(content, strict=False)
+    except json.JSONDecodeError as error:
+        where = f"line {error.lineno + (line or 1) - 1}, column {error.colno}"
+        raise InputError(f"{path}, {where}: expected JSON ({error.msg})") from error
+    except (ValueError, RecursionError) as error:
+        where = "" if line is None else f", line {line}"
+        raise InputError(f"{path}{where}: expected JSON in UTF-8 ({error})") from error
+    return value
 
 
 def number_lines(content: bytes) -> Iterator[tuple[int, bytes]]:

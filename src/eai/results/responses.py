@@ -17,7 +17,7 @@ from pathlib import Path
 from typing import Any, NamedTuple, TypeAlias, TypeVar
 
 from eai.base.errors import InputError, did_you_mean
-from eai.base.files import find_files_below, read_content, require_file, write_files_atomically
+from eai.base.files import find_files_below, parse_json, read_content, require_file, write_files_atomically
 from eai.base.grouping import group_pairs
 from eai.results.parquet import read_columns
 
@@ -338,7 +338,7 @@ def _read_response_rows(path: Path) -> Iterator[ResponseRow]:
 def _read_parsed_rows(path: Path) -> Iterator[object]:
     """Yield the rows of a response file, parsed."""
     if path.suffix == Path(LINES).suffix:
-        return (_parse_json(path, line, number) for number, line in _read_numbered_lines(path))
+        return (parse_json(path, line, number) for number, line in _read_numbered_lines(path))
     return _read_response_rows(path)
 
 
@@ -353,23 +353,12 @@ def _read_numbered_lines(path: Path) -> Iterator[tuple[int, bytes]]:
 
 
 def _read_json_list(path: Path) -> list[Any]:
-    rows = _parse_json(path, read_content(path))
+    rows = parse_json(path, read_content(path))
     if not isinstance(rows, list):
         raise InputError(
             f'{path}: expected a list of {{"identifier", "llm_output"}}, not {_name_json_type(rows)}'
         )
     return rows
-
-
-def _parse_json(path: Path, content: bytes, line: int = 1) -> object:
-    try:
-        value: object = json.loads(content, strict=False)
-    except json.JSONDecodeError as error:
-        location = f"line {error.lineno + line - 1}, column {error.colno}"
-        raise InputError(f"{path}, {location}: expected JSON ({error.msg})") from error
-    except (ValueError, RecursionError) as error:
-        raise InputError(f"{path}: expected JSON in UTF-8 ({error})") from error
-    return value
 
 
 def _read_row_fields(location: str, row: object) -> tuple[str, str, Any]:

@@ -18,10 +18,10 @@ from pydantic import BaseModel
 from eai.abilities.verdict import ErrorReport
 from eai.agents.command import CommandNotation
 from eai.base.errors import InputError
-from eai.base.files import number_lines
+from eai.base.files import number_lines, parse_json
 from eai.benchmarks.benchmark import Benchmark
 from eai.extensions.logs.episode import Ending, EpisodeOutcome, LoggedEpisode, LoggedStep
-from eai.extensions.logs.readers import LogReader, parse_json, validate
+from eai.extensions.logs.readers import LogReader, validate
 from eai.extensions.logs.replay import replay_steps
 from eai.logic.traversal import find_object_names
 from eai.tasks.source import Source
@@ -95,7 +95,7 @@ def _read(path: Path, content: bytes) -> list[LoggedEpisode]:
 
 def _read_sample(path: Path, number: int, line: bytes) -> LoggedEpisode:
     place = f"{path}, line {number}"
-    sample = validate(_Sample, place, parse_json(str(path), line, number))
+    sample = validate(_Sample, place, parse_json(path, line, number))
     status, result = sample.output.status, sample.output.result
     if status not in (*_ENDINGS, *_NOT_GRADED, "completed"):
         raise InputError(f"{place}: output.status: expected a status of AgentBench, found {status!r}")

@@ -16,8 +16,9 @@ from typing import Annotated, Literal
 from pydantic import BaseModel, Field
 
 from eai.base.errors import InputError
+from eai.base.files import parse_json
 from eai.extensions.logs.episode import Ending, EpisodeOutcome, LoggedEpisode
-from eai.extensions.logs.readers import LogReader, parse_json, validate
+from eai.extensions.logs.readers import LogReader, validate
 
 _KEYS = (rb'"benchmark"\s*:', rb'"run"\s*:', rb'"(?:tasks"\s*:\s*\{|mode"\s*:)')
 """Regular expressions for JSON keys that a file of EAI v2 has and other JSON files lack."""
@@ -84,7 +85,7 @@ def _recognize(content: bytes) -> bool:
 
 
 def _read(path: Path, content: bytes) -> list[LoggedEpisode]:
-    value = parse_json(str(path), content)
+    value = parse_json(path, content)
     if not isinstance(value, dict) or "tasks" not in value:
         return [_read_trial(path, validate(_TrialLog, str(path), value))]
     run, episodes = validate(_Run, str(path), value), list[LoggedEpisode]()

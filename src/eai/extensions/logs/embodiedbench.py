@@ -16,9 +16,9 @@ from typing import Annotated
 from pydantic import BaseModel, Field
 
 from eai.base.errors import InputError
-from eai.base.files import number_lines
+from eai.base.files import number_lines, parse_json
 from eai.extensions.logs.episode import Ending, EpisodeOutcome, LoggedEpisode, LoggedStep
-from eai.extensions.logs.readers import LogReader, parse_json, validate
+from eai.extensions.logs.readers import LogReader, validate
 from eai.world.fault import FaultKind
 
 _STEP_KEYS = (b'"last_action_success"', b'"action_id"')
@@ -83,7 +83,7 @@ def _recognize(content: bytes) -> bool:
 def _read(path: Path, content: bytes) -> list[LoggedEpisode]:
     if all(key in content for key in _STEP_KEYS):
         return [_read_steps(path, content)]
-    result = validate(_Result, str(path), parse_json(str(path), content))
+    result = validate(_Result, str(path), parse_json(path, content))
     ending = _find_ending(
         result.task_success, result.num_invalid_actions, result.num_steps, bool(result.empty_plan)
     )
@@ -99,7 +99,7 @@ def _read_steps(path: Path, content: bytes) -> LoggedEpisode:
         place = f"{path}, line {number}"
         if lines and lines[-1].action_id == _EMPTY_PLAN:
             raise InputError(f"{place}: an empty plan ends the episode, so no line can follow")
-        value = parse_json(str(path), text, number)
+        value = parse_json(path, text, number)
         line = validate(_PlanLine, place, value)
         if line.action_id not in (_INVALID, _EMPTY_PLAN):
             line = validate(_StepLine, place, value)

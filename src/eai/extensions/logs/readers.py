@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import json
 from collections.abc import Callable, Iterable, Sequence
 from dataclasses import dataclass, replace
 from functools import cache
@@ -107,27 +106,6 @@ def read_logs(
                 )
             seen.add(key)
     return logs
-
-
-def parse_json(place: str, content: bytes, line: int = 1) -> object:
-    """Parse JSON.
-
-    Args:
-        place: the file, for messages.
-        content: the JSON text.
-        line: number of its first line in the file.
-
-    Raises:
-        InputError: the content is not JSON; the message has line and column.
-    """
-    try:
-        value: object = json.loads(content, strict=False)
-    except json.JSONDecodeError as error:
-        where = f"line {error.lineno + line - 1}, column {error.colno}"
-        raise InputError(f"{place}, {where}: expected JSON ({error.msg})") from error
-    except (ValueError, RecursionError) as error:
-        raise InputError(f"{place}, line {line}: expected JSON in UTF-8 ({error})") from error
-    return value
 
 
 def validate(model: type[M], place: str, value: object) -> M:
