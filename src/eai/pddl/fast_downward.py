@@ -29,6 +29,7 @@ from filelock import Timeout
 from eai.base.errors import DataError, make_install_command
 from eai.base.files import make_file_lock
 from eai.pddl.execute import PlanStep
+from eai.pddl.limited import make_limited_command
 from eai.pddl.planning import PlannerOutcome, PlannerResult, PlanningTask, execute_found_plan
 from eai.pddl.writer import write_domain, write_problem
 
@@ -72,7 +73,6 @@ _DISTRIBUTION = "up-fast-downward"
 _MODULE = "up_fast_downward"
 _BINARIES = Path("downward", "builds", "release", "bin")
 _MISSING = f"Fast Downward is not installed: {make_install_command('planner')}"
-_LAUNCHER = Path(__file__).with_name("limited.py")
 _WALL_FACTOR = 4
 """Seconds of wall-clock time that a process may take for each allowed second of CPU time."""
 
@@ -179,10 +179,9 @@ class FastDownward:
 
     def _run_command(self, folder: Path, command: list[str], stdin: Path) -> _EndedProcess:
         """Run one program in the folder, under limits and in its own process group."""
-        limits = map(str, (os.getpid(), self.cpu_seconds, self.memory_mib << 20))
         with stdin.open() as source, (folder / "log").open("w+") as log:
             process = subprocess.Popen(  # noqa: S603 - a program of ours on files of ours
-                [sys.executable, "-I", str(_LAUNCHER), *limits, *command],
+                make_limited_command(command, self.cpu_seconds, self.memory_mib << 20),
                 cwd=folder,
                 env={**os.environ, "PYTHONPATH": str(self.binaries), "PYTHONHASHSEED": "0"},
                 stdin=source,

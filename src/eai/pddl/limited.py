@@ -13,14 +13,23 @@ from __future__ import annotations
 import contextlib
 import ctypes
 import os
-import resource
 import signal
 import sys
+from collections.abc import Sequence
+
+if sys.platform != "win32":
+    import resource
 
 _GRACE = 5
 """Seconds of CPU time between the signal that a program can handle and the signal that kills the program."""
 _SET_PARENT_DEATH_SIGNAL = 1
 """Option of ``prctl(2)`` that sets the signal at the parent's death: ``PR_SET_PDEATHSIG``."""
+
+
+def make_limited_command(command: Sequence[str], cpu_seconds: int, memory_bytes: int) -> list[str]:
+    """Return the command that runs another command under limits, as a child of this process."""
+    limits = map(str, (os.getpid(), cpu_seconds, memory_bytes))
+    return [sys.executable, "-I", __file__, *limits, *command]
 
 
 def exec_limited(parent: int, cpu_seconds: int, memory_bytes: int, command: list[str]) -> None:

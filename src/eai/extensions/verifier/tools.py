@@ -8,7 +8,6 @@ from __future__ import annotations
 
 import asyncio
 import json
-import os
 import sys
 from asyncio.subprocess import PIPE, Process
 from collections.abc import Mapping, Sequence
@@ -16,10 +15,10 @@ from contextlib import suppress
 from pathlib import Path
 from typing import Any
 
-import eai.pddl
 from eai.base.errors import InputError
 from eai.extensions.verifier.queries import QUERIES, check_arguments
 from eai.extensions.verifier.worker import MAX_RESULT
+from eai.pddl.limited import make_limited_command
 
 MAX_REQUEST = 65_536
 """Maximum size of the name and the arguments of a call, in bytes of JSON."""
@@ -98,14 +97,8 @@ class _VerifierTools:
         return reply
 
     async def _start_process(self) -> Process:
-        limits = map(str, (os.getpid(), _CPU_SECONDS, self._memory_mib << 20))
-        launcher = Path(eai.pddl.__file__).with_name("limited.py")
-        return await asyncio.create_subprocess_exec(
-            *(sys.executable, "-I", str(launcher), *limits, *_COMMAND),
-            stdin=PIPE,
-            stdout=PIPE,
-            limit=2 * MAX_RESULT,
-        )
+        command = make_limited_command(_COMMAND, _CPU_SECONDS, self._memory_mib << 20)
+        return await asyncio.create_subprocess_exec(*command, stdin=PIPE, stdout=PIPE, limit=2 * MAX_RESULT)
 
 
 def open_verifier_tools(seconds: float = 30, memory_mib: int = 2048, processes: int = 2) -> _VerifierTools:
