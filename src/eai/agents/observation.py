@@ -240,7 +240,7 @@ class Observer:
     def _find_objects_facts_must_mention(
         self, listing: FactLister, chosen_objects: AbstractSet[int] | None = None
     ) -> AbstractSet[int] | None:
-        """Return objects, of which a listed fact must contain at least one; None if every fact is listed."""
+        """Return objects: only facts about at least one of them are listed. None means all facts."""
         if listing.predicate not in self._egocentric_predicates:
             return chosen_objects
         return frozenset() if self.agent is None else frozenset((self.agent,))

@@ -154,9 +154,9 @@ def make_explorer_background(
     prompts: bool,
     pictures: bool,
 ) -> ExplorerDomainData:
-    """Return the data set's information about the tasks of a domain, or of the user's own benchmark.
+    """Return information about a domain's tasks, from the installed data set or the user's own benchmark.
 
-    Nothing is downloaded for this purpose.
+    Nothing is downloaded.
 
     Args:
         source: Location of the data set, if it is installed.

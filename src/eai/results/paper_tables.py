@@ -215,7 +215,7 @@ class _PublishedScores:
 
 
 def is_trivial_baseline(name: str) -> bool:
-    """Whether a model name is that of a null model, which does not try to solve tasks and is not ranked."""
+    """Return whether a name belongs to a null model. Null models ignore the task and are not ranked."""
     return to_model_name(name) in NULL_MODELS
 
 

@@ -33,10 +33,7 @@ _EPISODE_COLUMNS = (
 )
 """Columns of the table of episodes after the names of the group."""
 
-_FILE_ONLY = (
-    *("ending", "unseen", "best_action", "end", "repeats"),
-    *("seconds", "calls", "tokens", "words"),
-)
+_FILE_ONLY = ("ending", "unseen", "best_action", "end", "repeats", "seconds", "calls", "tokens", "words")
 """Columns of the tables of outcomes and episodes that files contain but the screen does not show."""
 
 _SHOWN_OF_TWINS = ("task", "outcomes", "hidden", "plan")

@@ -146,7 +146,7 @@ def _find_pose(placer: Placer, locations: ObjectLocations, boxes: Mapping[int, B
 def _find_pose_with_overlap(
     placer: Placer, locations: ObjectLocations, boxes: Mapping[int, Box], thing: int
 ) -> Pose:
-    """Return a pose in the middle of an object's support, container or room, where objects may overlap."""
+    """Return a pose in the middle of an object's support, container or room. Objects may overlap there."""
     carrier, height = locations.find_relation_and_carrier(thing), locations.bodies[thing].size[2]
     if carrier is None:
         x, y, _ = boxes[locations.find_room(thing)].mean(0)

@@ -112,9 +112,9 @@ class Placer:
         self._owner = np.concatenate([self._owner, np.full(len(boxes), thing)])
 
     def has_part_of_state(self, thing: int, required_state: str) -> bool:
-        """Whether an object has a part that exists only in a required state, such as `open`.
+        """Return whether a part of an object exists now, given the state that the part requires.
 
-        Without a required state (empty text), the part always exists.
+        Some parts exist only in a state such as `open`. An empty text requires no state.
         """
         return not required_state or required_state in self.states[thing]
 
@@ -253,7 +253,7 @@ class Placer:
 def _find_free_pose_with_contact(
     size: Array, spots: Sequence[_AreaWithBoxes], turns: Sequence[_Rotation]
 ) -> Pose | None:
-    """Return a free pose in which a body touches sides of an area or boxes in it; None if no pose is free."""
+    """Return a free pose that touches sides or boxes of an area; None if there is no such pose."""
     for (area, low, high), turn in product(spots, turns):
         half = np.abs(Pose((0, 0, 0), turn).axes) @ size
         z = area[0, 2] + half[2] + _SETTLING_GAP
