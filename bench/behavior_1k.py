@@ -1,11 +1,13 @@
 """Compare BEHAVIOR-1K's goals with bddl's own evaluation, and its gold plans with VAL.
 
     python -m bench behavior_1k goals FOLDER    goals on the states of gold plans (FOLDER: bddl 3.6.0)
+    python -m bench behavior_1k walks FOLDER    goals on the states of random walks near gold plans
     python -m bench behavior_1k mutations       gold plans with one inserted fault, and the kinds found
     python -m bench behavior_1k val             gold plans on exported problems (needs the extra 'val')
     python -m bench behavior_1k prompts         the length of prompts in characters and tokens
 
-`--every N` takes every Nth activity. Failures are printed, and then the exit status is 1.
+`--every N` takes every Nth activity, `--benchmark NAME` the activities of another benchmark. Failures are
+printed, and then the exit status is 1.
 """
 
 from __future__ import annotations
@@ -17,28 +19,34 @@ import json
 import sys
 import types
 from collections import Counter
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
+from functools import partial
 from importlib import import_module
 from pathlib import Path
 from typing import Any, NamedTuple, TypeAlias
 
 import eai.logic.formula as f
-from bench.record import add_write_option, write_rows
+from bench.record import add_write_option, write_figures, write_rows
 from bench.result import Figure
 from differential.mutations import Dice
 from eai.abilities.protocol import PAPER_ABILITIES, Ability
 from eai.abilities.verdict import PlanVerdict, Verdict
 from eai.benchmarks.behavior_1k import predicates as p
-from eai.benchmarks.behavior_1k.benchmark import behavior_1k
+from eai.benchmarks.behavior_1k.benchmark import CHALLENGE_2026, behavior_1k
+from eai.benchmarks.behavior_1k.challenge import open_challenge_2026
 from eai.benchmarks.behavior_1k.kinds import get_lemma
 from eai.benchmarks.behavior_1k.scene import ANY_OTHER
 from eai.benchmarks.prompt_library import PromptLibrary
+from eai.benchmarks.registry import find_benchmark
 from eai.benchmarks.suite import open_suite
 from eai.logic.traversal import walk_subformulas
 from eai.pddl.export import export_domain_and_problem
 from eai.pddl.val import VALID, find_val_program, run_val
+from eai.planning.search import SearchEffort, SearchNode
+from eai.planning.successor_generator import PlanNode, SuccessorGenerator
 from eai.tasks.source import Source, TaskSet
 from eai.tasks.task import Task
+from eai.world.action import Action
 from eai.world.condition import FormulaEvaluator
 from eai.world.domain import Domain
 from eai.world.execution import execute_plan
@@ -48,26 +56,39 @@ from eai.world.vocabulary import Predicate
 
 CHARACTERS_A_TOKEN = 3.5
 
+MAX_BINDINGS = 1_000_000
+"""Maximum number of parameter values that a random walk tries in one state."""
+
 
 def main() -> int:
     """Run the check that the command line names."""
     parser = argparse.ArgumentParser(
         description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter
     )
-    parser.add_argument("what", choices=("goals", "mutations", "val", "prompts"))
+    parser.add_argument("what", choices=("goals", "walks", "mutations", "val", "prompts"))
     parser.add_argument("folder", type=Path, nargs="?", help="the unpacked source distribution of bddl 3.6.0")
+    parser.add_argument("--benchmark", default="behavior-1k")
     parser.add_argument("--every", type=int, default=1)
+    parser.add_argument("--steps", type=int, default=21, help="actions of each random walk")
     parser.add_argument("--seed", default="1")
     parser.add_argument("--each", type=int, default=1, help="mutations of a kind for each gold plan")
     parser.add_argument("--show", type=int, default=20)
     add_write_option(parser)
     arguments = parser.parse_args()
-    benchmark = behavior_1k()
+    benchmark = find_benchmark(arguments.benchmark)
     tasks = benchmark.tasks(Source())
     chosen = list(tasks)[:: arguments.every]
+    definitions = open_challenge_2026(None)[0] if arguments.benchmark == CHALLENGE_2026 else {}
     match arguments.what:
         case "goals":
-            return compare_goals(arguments.folder, tasks, chosen, benchmark.domain)
+            return compare_goals(
+                arguments.folder, tasks, chosen, benchmark.domain, definitions, list_plan_states
+            )
+        case "walks":
+            walk = partial(walk_at_random, arguments.seed, arguments.steps)
+            return compare_goals(
+                arguments.folder, tasks, chosen, benchmark.domain, definitions, walk, write=arguments.write
+            )
         case "mutations":
             return judge_mutations(chosen, arguments)
         case "val":
@@ -138,9 +159,12 @@ def backend_of(asked: BddlAtomReader) -> Any:
     return Backend()
 
 
-def conditions_of(bddl: Any, task_id: str, asked: BddlAtomReader) -> list[Any]:
-    """Return the compiled conditions of a goal. Names that end in ``_*`` stand for no object here (D13)."""
-    activity = bddl.Conditions(task_id, 0, "omnigibson")
+def conditions_of(bddl: Any, task_id: str, definition: str | None, asked: BddlAtomReader) -> list[Any]:
+    """Return the compiled conditions of a goal. Names that end in ``_*`` stand for no object here (D13).
+
+    The definition of the distribution is used if no other is given.
+    """
+    activity = bddl.Conditions(task_id, 0, "omnigibson", predefined_problem=definition)
     kinds = activity.parsed_objects
     for kind, names in kinds.items():
         kinds[kind] = [name for name in names if not name.endswith(ANY_OTHER)]
@@ -149,8 +173,55 @@ def conditions_of(bddl: Any, task_id: str, asked: BddlAtomReader) -> list[Any]:
     return list({str(each.body): each for each in found}.values())
 
 
-def compare_goals(folder: Path, tasks: TaskSet[Task], chosen: Sequence[str], domain: Domain) -> int:
-    """Compare each condition of each goal in each state of each gold plan."""
+def list_plan_states(domain: Domain, task: Task) -> Sequence[State]:
+    """Return the states of the gold plan."""
+    return execute_plan(domain, task.initial, task.script).states
+
+
+def walk_at_random(seed: str, steps: int, domain: Domain, task: Task) -> Sequence[State]:
+    """Return the states of a random walk, the initial state first.
+
+    About half of the actions are the next ones of the gold plan that are possible. The others have a random
+    operator, and lead to a state that the walk has not visited if there is one.
+    """
+    dice, planned = Dice(f"{seed} {task.id}"), list(task.script)
+    generator = SuccessorGenerator(domain, task.relevant)
+    states = [task.initial]
+    while len(states) <= steps:
+        node: PlanNode = SearchNode(states[-1])
+        after = generator.make_successor(node, planned.pop(0)) if planned and dice.chance(0.5) else None
+        if after is None:
+            actions = list(generator.generate_applicable_actions(node, SearchEffort(MAX_BINDINGS)))
+            operators = dice.shuffled(sorted({action.operator for action in actions}))
+            ordered = sorted(dice.shuffled(actions), key=lambda action: operators.index(action.operator))
+            after = next(_find_unvisited(generator, node, ordered, states), None)
+            after = after or generator.make_successor(node, ordered[0])
+        if after is None:
+            raise ValueError(f"{task.id}: the generator yields an impossible action")
+        states.append(after.state)
+    return states
+
+
+def _find_unvisited(
+    generator: SuccessorGenerator, node: PlanNode, actions: Sequence[Action], visited: Sequence[State]
+) -> Iterator[PlanNode]:
+    for action in actions:
+        after = generator.make_successor(node, action)
+        if after is not None and after.state not in visited:
+            yield after
+
+
+def compare_goals(
+    folder: Path,
+    tasks: TaskSet[Task],
+    chosen: Sequence[str],
+    domain: Domain,
+    definitions: Mapping[str, str],
+    list_states: Callable[[Domain, Task], Sequence[State]],
+    *,
+    write: bool = False,
+) -> int:
+    """Compare each condition of each goal in each listed state, and count the different states."""
     bddl = import_bddl(folder)
     seen: Counter[str] = Counter()
     different: Counter[tuple[str, str]] = Counter()
@@ -159,13 +230,15 @@ def compare_goals(folder: Path, tasks: TaskSet[Task], chosen: Sequence[str], dom
         task = tasks[task_id]
         asked = BddlAtomReader(domain, task.initial)
         with contextlib.redirect_stdout(io.StringIO()):
-            theirs = conditions_of(bddl, task_id, asked)
+            theirs = conditions_of(bddl, task_id, definitions.get(task_id), asked)
         ours = [goal.formula for goal in task.goals]
         seen["activities"] += 1
         seen["conditions that bddl leaves out"] += len(ours) - len(theirs)
-        for state in execute_plan(domain, task.initial, task.script).states:
+        states = list_states(domain, task)
+        seen["states"] += len(states)
+        seen["different states"] += len(set(states))
+        for state in states:
             asked.state = state
-            seen["states"] += 1
             for formula, condition in zip(ours, theirs, strict=False):
                 seen["conditions"] += 1
                 holds = readings.holds(formula, {}, state)
@@ -177,6 +250,10 @@ def compare_goals(folder: Path, tasks: TaskSet[Task], chosen: Sequence[str], dom
     print(f"{sum(different.values())} differences")
     for (task_id, shown), times in different.items():
         print(f"  {task_id}, {times} times: {shown}")
+    if write:
+        agreed = f"{seen['conditions'] - different.total():,} of {seen['conditions']:,}"
+        figure = f"{agreed}, {seen['different states']:,} states"
+        write_figures("behavior_1k", {"Conditions on which it agrees in random walks": figure})
     return int(any(shown != "forpairs" for _, shown in different))
 
 
@@ -236,7 +313,10 @@ Mutate: TypeAlias = Callable[[Dice, Task, "list[tuple[str, list[str]]]"], "Mutan
 
 
 def drop(dice: Dice, task: Task, steps: list[tuple[str, list[str]]]) -> Mutant | None:
-    """Yield mutants without one step: a later step fails, or the goal is not reached."""
+    """Return a mutant without one step: a later step fails, or the goal is not reached.
+
+    Return None if the plan has a single step.
+    """
     if len(steps) == 1:
         return None
     place = dice.below(len(steps))
@@ -244,7 +324,7 @@ def drop(dice: Dice, task: Task, steps: list[tuple[str, list[str]]]) -> Mutant |
 
 
 def swap(dice: Dice, task: Task, steps: list[tuple[str, list[str]]]) -> Mutant | None:
-    """Yield mutants with a step exchanged with the next one, if the two share an object."""
+    """Return a mutant with a step exchanged with the next one; None if no two such steps share an object."""
     places = [i for i in range(len(steps) - 1) if set(steps[i][1]) & set(steps[i + 1][1])]
     if not places:
         return None
@@ -253,15 +333,18 @@ def swap(dice: Dice, task: Task, steps: list[tuple[str, list[str]]]) -> Mutant |
     return Mutant(steps, LATE | {UNMET}, place, later=True)
 
 
-def repeat(dice: Dice, task: Task, steps: list[tuple[str, list[str]]]) -> Mutant | None:
-    """Yield mutants with a repeated step: it is unnecessary, or its precondition has been used up."""
+def repeat(dice: Dice, task: Task, steps: list[tuple[str, list[str]]]) -> Mutant:
+    """Return a mutant with a repeated step: it is unnecessary, or its precondition has been used up."""
     place = dice.below(len(steps))
     steps.insert(place, steps[place])
     return Mutant(steps, ADDITIONAL if steps[place][0] in ALREADY else WRONG_ORDER, place + 1)
 
 
 def take_the_wrong_thing(dice: Dice, task: Task, steps: list[tuple[str, list[str]]]) -> Mutant | None:
-    """Yield mutants with an object of the wrong kind in the role of a tool, a container or a target."""
+    """Return a mutant with an object of the wrong kind in the role of a tool, a container or a target.
+
+    Return None if no step has such a role, or no object of the wrong kind is known.
+    """
     places = [i for i, (action, _) in enumerate(steps) if action in TAKES_FOR]
     if not places:
         return None
@@ -278,7 +361,7 @@ def take_the_wrong_thing(dice: Dice, task: Task, steps: list[tuple[str, list[str
 
 
 def misspell(dice: Dice, task: Task, steps: list[tuple[str, list[str]]]) -> Mutant | None:
-    """Yield mutants with an unknown name of an action or an object."""
+    """Return a mutant with an unknown name of an action or an object; None if the drawn name is known."""
     place = dice.below(len(steps))
     action, names = steps[place]
     if names and dice.chance(0.7):
@@ -293,8 +376,8 @@ def misspell(dice: Dice, task: Task, steps: list[tuple[str, list[str]]]) -> Muta
     return Mutant(steps, HALLUCINATION, place)
 
 
-def miscount(dice: Dice, task: Task, steps: list[tuple[str, list[str]]]) -> Mutant | None:
-    """Yield mutants with one object too many or too few in a step."""
+def miscount(dice: Dice, task: Task, steps: list[tuple[str, list[str]]]) -> Mutant:
+    """Return a mutant with one object too many or too few in a step."""
     place = dice.below(len(steps))
     action, names = steps[place]
     more = dice.chance(0.5) or not names
@@ -364,7 +447,7 @@ def write_mutant_answer(mutant: Mutant) -> str:
 
 
 def kind_of(verdict: Verdict) -> tuple[str, int | None]:
-    """Return the kind of fault found, and the number of its step."""
+    """Return the kind of fault found, and the number of its step, or None for a fault without a step."""
     if verdict.error is not None:
         return verdict.error.kind.value, verdict.error.step
     if not isinstance(verdict, PlanVerdict):

@@ -16,9 +16,11 @@ from ways import NoWayError, Scope, Way
 
 import eai.logic.formula as f
 from eai.benchmarks.behavior_1k import predicates as p
-from eai.benchmarks.behavior_1k.kinds import ACTIVITIES, KINDS, PACK, PLANS, RULES, ObjectKinds
+from eai.benchmarks.behavior_1k.challenge import PLANS_2026, load_amendments, open_challenge_2026
+from eai.benchmarks.behavior_1k.kinds import ACTIVITIES, PACK, PLANS
 from eai.benchmarks.behavior_1k.operators import build_domain
-from eai.benchmarks.behavior_1k.scene import SceneBuilder, make_scene_builder
+from eai.benchmarks.behavior_1k.scene import SceneBuilder
+from eai.benchmarks.behavior_1k.tasks import DefinitionSupplement, open_scene_builder, split_by_activity
 from eai.benchmarks.packs import open_pack
 from eai.logic.traversal import walk_subformulas
 from eai.planning.planner import drop_needless_actions
@@ -30,6 +32,7 @@ from eai.world.domain import Domain
 from eai.world.state import State
 
 FILE = Path(__file__).resolve().parents[2] / "src" / "eai" / "benchmarks" / "behavior_1k" / PLANS
+FILE_2026 = FILE.with_name(PLANS_2026)
 
 ROUNDS = 4
 """Maximum number of passes over the goals, because achieving one goal can undo another."""
@@ -323,8 +326,15 @@ def _place(formula: f.Formula) -> float:
 def opened(source: Source | None = None) -> tuple[Sequence[str], SceneBuilder]:
     """Return the names of all activities, and a function that sets up an activity."""
     pack = open_pack(PACK, source)
-    texts = dict(line.split("\t") for line in pack.read(ACTIVITIES).decode().splitlines())
-    return list(texts), make_scene_builder(ObjectKinds(pack.read_json(KINDS), pack.read_json(RULES)), texts)
+    nothing = DefinitionSupplement({}, {}, {})
+    return list(split_by_activity(pack.read(ACTIVITIES))), open_scene_builder(pack, {}, nothing)[0]
+
+
+def opened_2026(source: Source | None = None) -> tuple[Sequence[str], SceneBuilder]:
+    """Return the names of the amended activities of the 2026 challenge, and a function that sets up each."""
+    definitions, supplement = open_challenge_2026(source)
+    builder, _ = open_scene_builder(open_pack(PACK, source), definitions, supplement)
+    return sorted(load_amendments().activities), builder
 
 
 def line_of(set_up: SceneBuilder, name: str) -> str:
@@ -336,8 +346,8 @@ def line_of(set_up: SceneBuilder, name: str) -> str:
 
 def main() -> None:
     """Write the plans that are found, one line for each activity."""
-    names, set_up = opened()
-    FILE.write_text("".join(line_of(set_up, name) for name in names), encoding="utf-8")
+    for file, (names, set_up) in ((FILE, opened()), (FILE_2026, opened_2026())):
+        file.write_text("".join(line_of(set_up, name) for name in names), encoding="utf-8")
 
 
 if __name__ == "__main__":

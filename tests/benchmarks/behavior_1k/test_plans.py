@@ -16,9 +16,14 @@ def test_gold_plans_equal_the_output_of_the_planning_program(
 ) -> None:
     monkeypatch.syspath_prepend(str(ROOT / "tools" / "behavior_1k"))
     tool = module_at("tools/behavior_1k/plans.py")
-    lines = tool.FILE.read_text(encoding="utf-8").splitlines(keepends=True)
-    packaged = {line.partition("\t")[0]: line for line in lines}
-    names, set_up = tool.opened(Source(activity_store))
-    assert packaged.keys() <= set(names)
-    for name in names[::every]:
-        assert tool.line_of(set_up, name) == packaged.get(name, ""), "run: python tools/behavior_1k/plans.py"
+    source = Source(activity_store)
+    for file, (names, set_up) in (
+        (tool.FILE, tool.opened(source)),
+        (tool.FILE_2026, tool.opened_2026(source)),
+    ):
+        lines = file.read_text(encoding="utf-8").splitlines(keepends=True)
+        packaged = {line.partition("\t")[0]: line for line in lines}
+        assert packaged.keys() <= set(names)
+        for name in names[::every]:
+            line = tool.line_of(set_up, name)
+            assert line == packaged.get(name, ""), "run: python tools/behavior_1k/plans.py"

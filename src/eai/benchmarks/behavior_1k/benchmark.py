@@ -14,6 +14,7 @@ from pathlib import Path
 from eai.abilities.notation.notation import Notation
 from eai.abilities.protocol import Ability
 from eai.benchmarks.behavior_1k import predicates as p
+from eai.benchmarks.behavior_1k.challenge import open_challenge_2026
 from eai.benchmarks.behavior_1k.checkout import read_definitions
 from eai.benchmarks.behavior_1k.conventions import describe_conventions, describe_sources_and_floors
 from eai.benchmarks.behavior_1k.operators import build_domain
@@ -27,8 +28,9 @@ from eai.tasks.wording import SuiteWording
 
 NAME, UNTOLD = "behavior-1k", "behavior-1k-untold"
 CHALLENGE, OF_100 = "behavior-1k-challenge-2025", "behavior-1k-behavior-100"
+CHALLENGE_2026 = "behavior-1k-challenge-2026"
 CHECKOUT = "behavior-1k-checkout"
-"""Name of the benchmark of a user's definitions, which differ from the data's."""
+"""Name of the benchmark of activities in a user's checkout, which can differ from those of bddl 3.6.0."""
 
 
 _UNCHANGING = tuple(
@@ -42,11 +44,11 @@ def _load_english() -> EnglishWords:
 
 
 def _make_wording(describe: Callable[[Task], str], ability: Ability) -> SuiteWording:
-    """Return the names that prompts of an ability use.
+    """Return the names of objects and predicates that prompts of an ability use.
 
     Prompts that ask for plans also state hidden facts of the scene, such as recipes.
     """
-    plain = SuiteWording(build_domain(), p.GOAL_PREDICATES)
+    plain = SuiteWording(build_domain(), p.GOAL_PREDICATES, hands=("held",))
     takes_plans = ability in (Ability.ACTION_SEQUENCING, Ability.SUBGOAL_DECOMPOSITION)
     return replace(plain, conventions=describe, unchanging=_UNCHANGING) if takes_plans else plain
 
@@ -100,7 +102,7 @@ GOAL_LABELS: Mapping[str, str] = {
     "real half": "cutting irreversible",
     "real diced": "cutting irreversible",
 }
-"""Labels of tasks by goal predicate (`eai.benchmarks.labels`)."""
+"""Goal predicate -> labels of tasks with such a goal, separated by spaces (`eai.benchmarks.labels`)."""
 
 
 def behavior_1k() -> Benchmark:
@@ -160,6 +162,24 @@ def behavior_1k_untold() -> Benchmark:
 def behavior_1k_challenge_2025() -> Benchmark:
     """Return the benchmark with the 50 activities of the BEHAVIOR challenge of 2025, in its order."""
     return _make_variant(CHALLENGE, "BEHAVIOR-1K, 2025 challenge", partial(_open_subset, "challenge_2025"))
+
+
+@open_tasks_once_per_store
+def _open_challenge_2026(source: Source) -> TaskSet[Task]:
+    return open_tasks(_load_english(), source, *open_challenge_2026(source))
+
+
+def behavior_1k_challenge_2026() -> Benchmark:
+    """Return the benchmark with the 100 activities of the BEHAVIOR challenge of 2026, in its order.
+
+    Definitions that changed after bddl 3.6.0 are amended.
+    """
+    return _make_variant(
+        CHALLENGE_2026,
+        "BEHAVIOR-1K, 2026 challenge",
+        _open_challenge_2026,
+        open_operators=lambda source: _make_operator_tasks(_open_challenge_2026(source)),
+    )
 
 
 def behavior_1k_in_behavior_100() -> Benchmark:

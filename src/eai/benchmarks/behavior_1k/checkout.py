@@ -2,18 +2,19 @@
 
 from __future__ import annotations
 
-from collections.abc import Collection, Iterator, Mapping, Sequence
+from collections.abc import Collection, Iterator, Mapping
 from pathlib import Path
 
 import eai.logic.formula as f
 from eai.base.errors import InputError
-from eai.base.files import find_files_below, read_content
+from eai.base.files import find_files_below
 from eai.benchmarks.behavior_1k import predicates as p
 from eai.benchmarks.behavior_1k.convert import CORRECTIONS, join_lines_of_definition
 from eai.benchmarks.behavior_1k.kinds import get_lemma
 from eai.benchmarks.behavior_1k.scene import map_categories_to_synsets
 from eai.logic.traversal import get_bound_variables, walk_subformulas
 from eai.pddl.bddl import parse_problem
+from eai.pddl.files import read_text
 
 FILE = "problem0.bddl"
 """Name of the file with the definition of an activity. The folder of the file has the activity's name."""
@@ -41,17 +42,14 @@ def read_definitions(folder: Path) -> Mapping[str, str]:
 
 
 def _read_definition(name: str, path: Path) -> str:
-    try:
-        original = read_content(path).decode()
-    except UnicodeDecodeError as error:
-        raise InputError(f"{path}: expected a text in UTF-8 ({error})") from error
+    original = read_text(path)
     text = join_lines_of_definition(original)
     wrong, corrected = CORRECTIONS.get(name, ("", ""))
     is_corrected = bool(wrong) and wrong in text
     text = text.replace(wrong, corrected) if is_corrected else text
     try:
         if not is_corrected:
-            parse_problem(original)  # its error has the line of the file
+            parse_problem(original)  # unlike `text`, it has lines, which an error names
         problems = list(_find_damage(text))
     except InputError as error:
         raise InputError(f"{path}: {error}") from error
@@ -65,33 +63,26 @@ def _find_damage(text: str) -> Iterator[str]:
     synsets, problem = map_categories_to_synsets(text), parse_problem(text)
     declared = {item.name for item in problem.objects}
     parts = list(walk_subformulas(problem.goal))
-    variables = [variable for part in parts for variable in get_bound_variables(part)]
-    categories = [
-        *(item.type for item in problem.objects),
-        *(str(variable.category) for variable in variables),
-    ]
-    for category in categories:
+    bound = [str(variable.category) for part in parts for variable in get_bound_variables(part)]
+    for category in [*(item.type for item in problem.objects), *bound]:
         if synsets.get(get_lemma(category)) != category:
             yield f"expected one synset of each noun as category, such as mug.n.04, found {category}"
-    initial = [*problem.initial, *problem.denied]
-    yield from _find_damaged_atoms(":init", initial, _INITIAL_ARITIES, declared)
     goals = [part for part in parts if isinstance(part, f.Atom)]
-    yield from _find_damaged_atoms(":goal", goals, _GOAL_ARITIES, declared)
+    for atom in (*problem.initial, *problem.denied):
+        yield from _find_damage_of_atom(":init", atom, _INITIAL_ARITIES, declared)
+    for atom in goals:
+        yield from _find_damage_of_atom(":goal", atom, _GOAL_ARITIES, declared)
 
 
-def _find_damaged_atoms(
-    section: str, atoms: Sequence[f.Atom], arities: Mapping[str, int], declared: Collection[str]
+def _find_damage_of_atom(
+    section: str, atom: f.Atom, arities: Mapping[str, int], declared: Collection[str]
 ) -> Iterator[str]:
-    for atom in atoms:
-        names = [term.name for term in atom.arguments if isinstance(term, f.Constant)]
-        objects = names[:1] if atom.predicate == _IN_ROOM else names
-        if atom.predicate not in arities:
-            yield f"{section} has the unknown predicate {atom.predicate}"
-        elif len(atom.arguments) != arities[atom.predicate]:
-            expected = arities[atom.predicate]
-            yield f"{section} has {atom.predicate} of {len(atom.arguments)} objects: expected {expected}"
-        yield from (
-            f"{section} has {atom.predicate} of {name}, which :objects does not declare"
-            for name in objects
-            if name not in declared
-        )
+    name, expected = atom.predicate, arities.get(atom.predicate)
+    if expected is None:
+        yield f"{section} has the unknown predicate {name}"
+    elif len(atom.arguments) != expected:
+        yield f"{section} has {name} of {len(atom.arguments)} objects: expected {expected}"
+    objects = [term.name for term in atom.arguments if isinstance(term, f.Constant)]
+    for each in objects[:1] if name == _IN_ROOM else objects:
+        if each not in declared:
+            yield f"{section} has {name} of {each}, which :objects does not declare"

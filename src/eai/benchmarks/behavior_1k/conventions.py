@@ -75,7 +75,10 @@ class SceneReader:
 
 
 def describe_conventions(task: Task) -> str:
-    """Return the sources, floors and relevant conventions of a task as text, each kind under a heading."""
+    """Return the hidden facts of a task as text, in two parts with headings; an empty part is left out.
+
+    The first part lists sources of substances and floors, the second part relevant conventions.
+    """
     return "\n\n".join(
         filter(
             None,
@@ -88,7 +91,10 @@ def describe_conventions(task: Task) -> str:
 
 
 def describe_sources_and_floors(task: Task) -> str:
-    """Return the sources and floors of a task as text, one a line under a heading. The text may be empty."""
+    """Return the sources of substances and the floors of a task as text, or an empty text without any.
+
+    Each source or floor has a line under a heading.
+    """
     return _list_below_heading(SITUATION, _SituationWriter(task.initial).write_lines())
 
 
@@ -101,7 +107,7 @@ class _SituationWriter(SceneReader):
     """Describes which substances sources give, and on which floor objects without support stand."""
 
     def write_lines(self) -> Iterator[str]:
-        """Yield a line for each source of a substance, and for each floor with objects."""
+        """Yield a line for each object that gives substances, and for each floor on which objects stand."""
         for source in self._names:
             given = self._find_targets_of(p.gives, source)
             if given:
@@ -114,9 +120,9 @@ class _SituationWriter(SceneReader):
                 yield f"- {floor} is the floor of {_join_names(above)}."
 
     def _describe_substance_source(self, source: str, given_substances: str) -> str:
-        """Return a verb phrase for a source, such as "gives water".
+        """Return a verb phrase for an object that gives substances, such as "gives water".
 
-        The actions FILL and SOAK use fixed sources; POUR and APPLY use movable sources.
+        The actions FILL and SOAK use sources (such objects) that are fixed; POUR and APPLY use movable ones.
         """
         if not self._has(p.fixed, source):
             return f"always holds {given_substances}"
@@ -128,7 +134,7 @@ class _ConventionWriter(SceneReader):
     """Describes the conventions of a scene: facts that never change."""
 
     def write_lines(self) -> Iterator[str]:
-        """Yield a line of text for each convention."""
+        """Yield a line of text for each rule of the world, such as the tool that removes a stain."""
         yield from map(
             self._describe_ways_to_remove,
             [name for name in self._names if self._find_sources_of(p.has_cover, name)],

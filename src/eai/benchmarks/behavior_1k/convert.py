@@ -1,8 +1,8 @@
-"""Convert the source distribution of ``bddl`` 3.6.0 to the pack `behavior_1k`. None of its code is imported.
+"""Convert the source distribution of ``bddl`` 3.6.0 to the pack (file of the data store) `behavior_1k`.
 
-The distribution has the definitions of the activities, the abilities of each kind of object with parameters,
-and rules that turn objects of one kind into another kind. A kind is a synset of WordNet. The pack contains
-only kinds and rules that some activity can use.
+No code of the distribution is imported. The distribution has the definitions of the activities, the abilities
+of each kind of object (synset of WordNet) with parameters, and rules that turn objects of one kind into
+another kind. The pack contains only kinds and rules that some activity can use.
 """
 
 from __future__ import annotations
@@ -40,7 +40,7 @@ _TEMPERATURES = {"cookable": ("cook_temperature", 70.0), "heatable": ("heat_temp
 
 
 def convert_tasks(files: ArchiveFiles, report: ReportProgress) -> dict[str, bytes]:
-    """Return the members of the pack `behavior_1k`: content by file name. No progress is reported.
+    """Return the files of the pack `behavior_1k`: name -> content. No progress is reported.
 
     Raises:
         DataError: the distribution lacks a file, or a file has an unexpected form.
@@ -73,7 +73,7 @@ def _to_compact_json(value: object) -> bytes:
 def _find_or_append(values: list[object], value: object) -> int:
     """Return the index of a value in a list. A new value is appended first.
 
-    The list has the ways in which tools remove substances. There are only nine, so each is stored once.
+    The values are the ways in which tools remove substances. There are only nine, so each is stored once.
     """
     if value not in values:
         values.append(value)
@@ -84,7 +84,9 @@ def _read_json(files: ArchiveFiles, path: str) -> Any:
     try:
         return json.loads(files.read(path))
     except ValueError as error:
-        raise DataError(f"{path}: expected JSON ({error})") from error
+        raise DataError(
+            f"{path}: expected JSON ({error}): this version of bddl is not supported; use bddl 3.6.0"
+        ) from error
 
 
 def _yield_names_and_definitions(files: ArchiveFiles) -> Iterator[tuple[str, str]]:
@@ -97,7 +99,7 @@ def _yield_names_and_definitions(files: ArchiveFiles) -> Iterator[tuple[str, str
             if wrong not in text:
                 raise DataError(
                     f"{path}: the text to correct, {wrong!r}, is missing: "
-                    "this version of bddl is not supported"
+                    "this version of bddl is not supported; use bddl 3.6.0"
                 )
             yield match[1], text.replace(wrong, corrected) if wrong else text
 
@@ -171,7 +173,8 @@ def _read_transition_rules(files: ArchiveFiles) -> dict[str, object]:
     match = _ATTACHMENTS.search(files.read("bddl/bddl_verification.py").decode())
     if match is None:
         raise DataError(
-            "bddl/bddl_verification.py has no VALID_ATTACHMENTS: this version of bddl is not supported"
+            "bddl/bddl_verification.py has no VALID_ATTACHMENTS: this version of bddl is not supported; "
+            "use bddl 3.6.0"
         )
     mixed = [
         *(("machine", rule) for rule in read_rule_file("single_toggleable_machine")),
@@ -196,7 +199,7 @@ def _read_transition_rules(files: ArchiveFiles) -> dict[str, object]:
 def _map_kinds_to_products(rules: Iterable[Mapping[str, Any]]) -> dict[str, str]:
     """Return a mapping from each kind to the kind into which the rules turn it.
 
-    Some rules also need boiled water. The mapping leaves it out.
+    Boiled water, which some rules also need, is not in the mapping.
     """
     return {
         next(name for name in rule["input_synsets"] if not name.startswith("cooked__")): next(

@@ -13,15 +13,20 @@ from pydantic import TypeAdapter
 from eai.base.grouping import group_pairs
 
 PACK = "behavior_1k"
-"""Name of the pack with the activities and annotations of BEHAVIOR-1K."""
+"""Name of the pack (file of the data store) with the activities and annotations of BEHAVIOR-1K."""
 
 ACTIVITIES, KINDS, RULES, PLANS = "activities.txt", "kinds.json", "rules.json", "plans.txt"
-"""Names of the pack's files. `ACTIVITIES` and `PLANS` have one line per activity."""
+"""Names of three files in the pack, and of `PLANS` in this package.
+
+`ACTIVITIES` and `PLANS` have one line per activity.
+"""
 
 _SYNSET = re.compile(r"([\w'-]+)\.n\.\d\d")
 
 RAG = "rag.n.01"
-"""The kind of rags. Abstract kinds of tools without own conditions remove substances as rags do (`convert`).
+"""Synset of rags.
+
+Tools for which the annotations state no conditions remove substances as rags do (`convert`).
 """
 
 WATER, BOILED_WATER = "water.n.06", "cooked__water.n.01"
@@ -32,8 +37,8 @@ MELTING_TEMPERATURE, LIGHTING_TEMPERATURE = 100, 1000
 RemovalMethod: TypeAlias = str | list[str] | None
 """How a tool removes a substance.
 
-A list has solvents with which the tool must be soaked; it is empty if the tool works dry. A text means that
-the tool must be switched on. None means that the tool cannot remove the substance.
+A list names the solvents with which the tool must be soaked; an empty list means that the tool works dry. A
+text means that the tool must be switched on. None means that the tool cannot remove the substance.
 """
 
 
@@ -58,7 +63,7 @@ class Recipe:
         by: the method: ``machine``, ``stirring`` or ``heat``.
         takes: kind of ingredient -> number of objects that the recipe needs.
         cooked: kind of ingredient -> True if the ingredient must be cooked, False if it must be raw.
-        toppings: kind of topping -> kind of the object on which the topping lies.
+        toppings: kind of topping -> kind of the object that the topping lies on or covers.
         vessel: kind of the machine, or of the vessel that is heated; empty for any fillable object.
         source: kind of the source of heat or cold; empty if the recipe is not heated.
         makes: kind of product -> number of objects that the recipe makes.
@@ -136,11 +141,11 @@ class _KindRules:
 
 
 class ObjectKinds:
-    """The kinds with their abilities, and the rules that turn objects into other kinds.
+    """The kinds of objects with their abilities, and the rules that turn objects into other kinds.
 
     Args:
-        values: content of the pack's file `KINDS`.
-        rules: content of the pack's file `RULES`.
+        values: content of the file `KINDS` in the pack `PACK`.
+        rules: content of the file `RULES` in the pack.
     """
 
     def __init__(self, values: Mapping[str, Any], rules: object) -> None:
@@ -164,7 +169,7 @@ class ObjectKinds:
         return None if source is None else _HeatSource(source["temperature"], tuple(source["needs"]))
 
     def get_substances_given_by(self, synset: str) -> Sequence[str]:
-        """Return the substances that objects of a kind give, such as water in the case of sinks."""
+        """Return the substances that objects of a kind give as sources (sinks), or apply to other objects."""
         substances: Sequence[str] = self._kinds.get(synset, {}).get("gives", ())
         return substances
 

@@ -30,7 +30,10 @@ from eai.world.operator import (
 from eai.world.vocabulary import Predicate
 
 READING = "b1k-1"
-"""Name of the present set of decisions D1 to D11. If a decision changes, the set gets a new name."""
+"""Name of the present set of decisions D1 to D11 on points that the data leave open.
+
+If a decision in `docs/behavior-1k.md` changes, the set gets a new name.
+"""
 
 MOVABLE = affordance(~p.fixed(X), "{x} cannot be moved")
 HAND_FREE = missing_step(~p.hands_full(), "both hands are full")
@@ -644,7 +647,8 @@ def make_wait_action() -> Operator:
 def add_common_checks(operator: Operator) -> Operator:
     """Return a copy of an action that also moves the robot (decision D1 in `docs/behavior-1k.md`).
 
-    It checks that arguments are solid objects.
+    The robot goes to the action's last argument, unless the action moves the robot or releases an object.
+    The copy checks that arguments are solid objects.
     """
     checks, effects = (
         (*map(forbid_substance_or_recipe, operator.parameters), *operator.checks),
@@ -689,9 +693,8 @@ def build_domain() -> Domain:
     """Return the domain of BEHAVIOR-1K.
 
     The robot sees the objects that it holds. It sees all objects on its floor that are not in closed
-    containers. It sees and reaches objects without a known floor from everywhere. It sees a substance in an
-    open container. It also sees a substance if it sees the source, or an object covered or soaked with this
-    substance.
+    containers. It sees and reaches objects without a known floor from everywhere. It sees a substance if it
+    sees the open container with this substance, its source, or an object covered or soaked with it.
     """
     operators = (*make_placing_actions(), *make_state_actions(), *(make() for make in _MAKERS))
 

@@ -17,4 +17,4 @@ BDDL = PackageArchive(
 """Archive with definitions, annotations and rules of BEHAVIOR-1K (license: MIT)."""
 
 PACKS = (Pack(PACK, (BDDL,), convert_tasks),)
-"""The pack of BEHAVIOR-1K. An entry point registers it."""
+"""The pack of BEHAVIOR-1K, which `eai.benchmarks.packs.find_packs` finds by an entry point."""

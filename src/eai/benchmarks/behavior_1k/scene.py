@@ -49,7 +49,9 @@ _ABILITIES_OF_PREDICATE: Mapping[Predicate, tuple[str, ...]] = {
     p.heat_source: ("heatSource",),
     p.cold_source: ("coldSource",),
 }
-"""Predicate -> names of abilities in the annotations. One such ability suffices for the predicate.
+"""Predicate -> names of abilities in the annotations.
+
+The predicate holds for an object if the object's kind has at least one of the abilities.
 """
 
 
@@ -216,7 +218,10 @@ class _SceneMaker:
         return f"{stem}_{number}"
 
     def _add_substances_of_sources(self) -> None:
-        """Add facts that state which substances sources of a kind give, unless the definition states them."""
+        """Add facts that state which substances an object gives by its kind.
+
+        Facts that the definition of the activity states are not added again.
+        """
         for name, kind in list(self._declared_kinds.items()):
             for substance in self._kinds.get_substances_given_by(kind):
                 objects = self._find_objects_of_kind(substance)
@@ -246,7 +251,7 @@ class _SceneMaker:
         )
 
     def _add_recipes_and_products(self, wanted_kinds: Sequence[str], present_kinds: set[str]) -> None:
-        """Add the recipes, intermediate products and products that are needed to make the wanted kinds."""
+        """Add the recipes, intermediate products and products that make objects of the wanted kinds."""
         makings = self._kinds.rules.production_methods
         pending, ways = list(wanted_kinds), dict[str, list[k.ProductionMethod]]()
         while pending:
@@ -476,7 +481,7 @@ class _SceneMaker:
     ) -> _SceneFacts:
         """Yield facts that state which objects of a kind a recipe takes.
 
-        Baking takes substances only on a base.
+        A recipe for baking takes a substance only as a topping or as the base of a topping.
         """
         related = ingredient_kind in recipe.toppings or ingredient_kind in recipe.toppings.values()
         is_substance = self._kinds.has_ability(ingredient_kind, "substance")

@@ -6,13 +6,15 @@ The definitions have no instructions in English. Instructions are therefore writ
 from __future__ import annotations
 
 import hashlib
-from collections.abc import Mapping, Sequence
+from collections.abc import Container, Mapping, Sequence
 from functools import cache
 from importlib.resources import files
+from typing import Any, NamedTuple
 
 import eai.logic.formula as f
 from eai.base.errors import InputError
 from eai.base.files import parse_toml
+from eai.base.store import PackFile
 from eai.benchmarks.behavior_1k.kinds import ACTIVITIES, KINDS, PACK, PLANS, RULES, ObjectKinds
 from eai.benchmarks.behavior_1k.operators import READING
 from eai.benchmarks.behavior_1k.scene import RECIPE, SceneBuilder, make_scene_builder
@@ -46,43 +48,70 @@ def load_subsets() -> Mapping[str, tuple[str, ...]]:
     }
 
 
+class DefinitionSupplement(NamedTuple):
+    """Facts about definitions of activities that differ from those of bddl 3.6.0.
+
+    Attributes:
+        kinds: kind that the data lacks -> its abilities, in the form of the file `KINDS`.
+        plans: activity -> gold plan, in the form of the file `PLANS`.
+        left_out: activity that scores leave out -> the reason.
+    """
+
+    kinds: Mapping[str, Mapping[str, Any]]
+    plans: Mapping[str, str]
+    left_out: Mapping[str, str]
+
+
+def open_scene_builder(
+    pack: PackFile, definitions: Mapping[str, str], supplement: DefinitionSupplement
+) -> tuple[SceneBuilder, Container[str]]:
+    """Return the function that makes an activity's scene, and the kinds with known abilities."""
+    values = pack.read_json(KINDS)
+    values = {**values, "kinds": {**values["kinds"], **supplement.kinds}}
+    all_definitions = {**split_by_activity(pack.read(ACTIVITIES)), **definitions}
+    return make_scene_builder(ObjectKinds(values, pack.read_json(RULES)), all_definitions), values["kinds"]
+
+
 def open_tasks(
-    english: EnglishWords, source: Source | None = None, definitions: Mapping[str, str] | None = None
+    english: EnglishWords,
+    source: Source | None = None,
+    definitions: Mapping[str, str] | None = None,
+    supplement: DefinitionSupplement = DefinitionSupplement({}, {}, {}),  # noqa: B008 - a frozen value
 ) -> TaskSet[Task]:
     """Return the tasks in alphabetical order; download them first if they are missing.
 
-    The digest of the tasks covers the data, the plans, the evidence, and the name of the decisions on open
-    questions (`READING`).
+    The digest of the tasks covers the data, the plans, the evidence, and the name of the decisions on points
+    that the data leave open (`READING`).
 
     Args:
         english: English sentences for predicates.
         source: the source of the data.
         definitions: activity -> definition, by default those of the data. Plans and reasons for exclusion are
             only known for definitions that equal the data's. Other definitions are excluded if they have
-            kinds of objects that the data lacks.
+            kinds of objects that the data and the supplement lack.
+        supplement: facts about definitions that differ from the data's.
 
     Raises:
         DataError: the tasks cannot be obtained, or the store is damaged.
     """
     pack = open_pack(PACK, source)
     packed, plans, excluded = (
-        _split_by_activity(pack.read(ACTIVITIES)),
-        _split_by_activity(_read_packaged_file(PLANS)),
+        split_by_activity(pack.read(ACTIVITIES)),
+        read_plans(),
         load_exclusion_reasons(),
     )
     texts = packed if definitions is None else definitions
 
     @cache
-    def get_scene_builder() -> SceneBuilder:
-        kinds = ObjectKinds(pack.read_json(KINDS), pack.read_json(RULES))
-        return make_scene_builder(kinds, {**packed, **texts})
+    def get_scene_builder() -> tuple[SceneBuilder, Container[str]]:
+        return open_scene_builder(pack, texts, supplement)
 
     def build_task(task_id: str) -> Task:
-        activity, initial = get_scene_builder()(task_id)
+        make_scene, known_kinds = get_scene_builder()
+        activity, initial = make_scene(task_id)
         is_packed = packed.get(task_id) == texts[task_id]
-        unknown = (
-            () if is_packed else sorted({*activity.synsets.values()} - pack.read_json(KINDS)["kinds"].keys())
-        )
+        unknown = [kind for kind in sorted({*activity.synsets.values()}) if kind not in known_kinds]
+        left_out = supplement.left_out.get(task_id) or _explain_unknown_kinds(unknown)
         title = task_id.replace("_", " ")
         formulas = tuple(dict.fromkeys(f.get_operands(activity.problem.goal, f.And)))
         indices = range(len(initial.scene.objects))
@@ -94,14 +123,16 @@ def open_tasks(
             initial=initial,
             goals=tuple(map(goal, formulas)),
             relevant=tuple(indices[:nameable]),
-            script=_read_plan(plans.get(task_id, "") if is_packed else ""),
-            unsolvable=excluded.get(task_id) if is_packed else _explain_unknown_kinds(unknown),
+            script=_read_plan((plans if is_packed else supplement.plans).get(task_id, "")),
+            unsolvable=excluded.get(task_id) if is_packed else left_out,
             unnamed=tuple(indices[nameable:]),
         )
 
     digests = [pack.members[member] for member in (ACTIVITIES, KINDS, RULES)]
     if definitions is not None:
         digests.append(hashlib.sha256(repr(sorted(definitions.items())).encode()).hexdigest())
+    if any(supplement):
+        digests.append(hashlib.sha256(repr(supplement).encode()).hexdigest())
     digests += [hashlib.sha256(_read_packaged_file(name)).hexdigest() for name in (PLANS, _EVIDENCE)]
     return TaskSet(texts, build_task, hashlib.sha256("".join((*digests, READING)).encode()).hexdigest())
 
@@ -119,7 +150,13 @@ def _read_plan(line: str) -> tuple[Action, ...]:
     return tuple(Action(operator, tuple(map(int, names))) for operator, *names in steps)
 
 
-def _split_by_activity(content: bytes) -> Mapping[str, str]:
+def read_plans(file: str = PLANS) -> Mapping[str, str]:
+    """Return the gold plans in a packaged file by activity."""
+    return split_by_activity(_read_packaged_file(file))
+
+
+def split_by_activity(content: bytes) -> Mapping[str, str]:
+    """Return a mapping from the first word of each line to the rest after a tab."""
     return dict(line.split("\t") for line in content.decode().splitlines())
 
 
@@ -189,7 +226,10 @@ class _SentenceWriter:
                 return f"if {self.write_clause(premise, names)} then {self.write_clause(conclusion, names)}"
             case f.ForAll() | f.Exists() | f.Exactly() | f.ForPairs():
                 return self._write_quantified(goal, names)
-        raise InputError(f"goals with {type(goal).__name__} cannot be written as a sentence")
+        raise InputError(
+            f"a goal of the class {type(goal).__name__} cannot be written as a sentence; "
+            "leave out temporal operators"
+        )
 
     def _write_quantified(self, goal: f.Formula, names: PhraseOfVariable) -> str:
         """Return the clause for a goal about all, some or a number of objects, or about pairs of objects."""
@@ -212,7 +252,10 @@ class _SentenceWriter:
                 clause = self._write_body(body, names, first, second)
                 own, other = _get_variable_noun(first), _get_variable_noun(second)
                 return f"each {own} goes with a different {other}, so that {clause}"
-        raise InputError(f"goals with {type(goal).__name__} cannot be written as a sentence")
+        raise InputError(
+            f"a goal of the class {type(goal).__name__} cannot be written as a sentence; "
+            "leave out temporal operators"
+        )
 
     def _write_body(self, body: f.Formula, names: PhraseOfVariable, *variables: f.Variable) -> str:
         return self.write_clause(

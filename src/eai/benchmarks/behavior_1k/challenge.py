@@ -1,0 +1,101 @@
+"""The activity definitions of the BEHAVIOR challenge of 2026, made from those of bddl 3.6.0 by amendments."""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Mapping, Sequence
+from functools import cache
+from importlib.resources import files
+from itertools import chain
+from typing import Any, TypeAlias
+
+from pydantic import BaseModel, ConfigDict, Field
+
+from eai.base.errors import DataError
+from eai.base.files import parse_toml
+from eai.benchmarks.behavior_1k.kinds import ACTIVITIES, PACK
+from eai.benchmarks.behavior_1k.tasks import DefinitionSupplement, read_plans, split_by_activity
+from eai.benchmarks.packs import open_pack
+from eai.tasks.source import Source
+
+AMENDMENTS, PLANS_2026 = "challenge_2026.toml", "plans_2026.txt"
+"""Files beside this module: the amendments, and gold plans of amended activities in the form of `PLANS`."""
+
+Definitions: TypeAlias = Mapping[str, str]
+"""Activity -> definition in one line."""
+
+_SECTIONS = re.compile(r"(.*) \(:objects (.*)\) \(:init (.*)\) \(:goal (.*)\)\)")
+_DECLARATION = re.compile(r"((?:\S+ )+?)- (\S+)")
+_FACT = re.compile(r"\((?:not \([^()]*\)|[^()]*)\)")
+_OBJECT = re.compile(r"[\w'-]+\.n\.\d\d_[\d*]+")
+
+
+class _Amendment(BaseModel):
+    """Changes of one definition. `objects` maps a kind to the number of objects to declare."""
+
+    model_config = ConfigDict(extra="forbid")
+
+    base: str = Field("", alias="from")
+    objects: Mapping[str, int] = {}
+    drop: frozenset[str] = frozenset()
+    add: Sequence[str] = ()
+    goal: str = ""
+
+
+class _Amendments(BaseModel):
+    model_config = ConfigDict(extra="forbid")
+
+    order: Sequence[str]
+    kinds: Mapping[str, Mapping[str, Any]]
+    left_out: Mapping[str, str]
+    activities: Mapping[str, _Amendment]
+
+
+@cache
+def load_amendments() -> _Amendments:
+    """Return the packaged amendments."""
+    text = (files("eai.benchmarks.behavior_1k") / AMENDMENTS).read_text(encoding="utf-8")
+    return _Amendments.model_validate(parse_toml(text))
+
+
+def open_challenge_2026(source: Source | None) -> tuple[Definitions, DefinitionSupplement]:
+    """Return the definitions of the challenge's activities, and what is known about amended ones."""
+    amendments = load_amendments()
+    packed = split_by_activity(open_pack(PACK, source).read(ACTIVITIES))
+    supplement = DefinitionSupplement(amendments.kinds, read_plans(PLANS_2026), amendments.left_out)
+    return amend_definitions(packed), supplement
+
+
+def amend_definitions(packed: Definitions) -> Definitions:
+    """Return the definitions of the challenge's 100 activities, in its order.
+
+    Raises:
+        DataError: a definition lacks a fact that its amendment drops.
+    """
+    amendments = load_amendments()
+    amended = {name: _amend(name, packed, each) for name, each in amendments.activities.items()}
+    return {name: amended.get(name) or packed[name] for name in amendments.order}
+
+
+def _amend(name: str, packed: Definitions, amendment: _Amendment) -> str:
+    match = _SECTIONS.fullmatch(packed[amendment.base or name].replace(" )", ")"))
+    if match is None:
+        raise DataError(
+            f"{name}: expected :objects, :init and :goal, in this order, in the definition of bddl 3.6.0; "
+            "run `eai data fetch`"
+        )
+    head, objects, initial, goal = match.groups()
+    declared = {kind: names.split() for names, kind in _DECLARATION.findall(objects)}
+    for kind, number in amendment.objects.items():
+        declared[kind] = [f"{kind}_{i}" for i in range(1, number + 1)]
+    known, facts = set(chain(*declared.values())), _FACT.findall(initial)
+    if missing := amendment.drop.difference(facts):
+        raise DataError(
+            f"{AMENDMENTS}: {name}: the definition of bddl 3.6.0 lacks {', '.join(sorted(missing))}; "
+            "correct `drop`"
+        )
+    kept = [fact for fact in facts if known.issuperset(_OBJECT.findall(fact)) and fact not in amendment.drop]
+    declarations = [f"{' '.join(names)} - {kind}" for kind, names in declared.items() if names]
+    goal = " ".join(amendment.goal.split()) or goal
+    facts = [*kept, *amendment.add]
+    return f"{head} (:objects {' '.join(declarations)}) (:init {' '.join(facts)}) (:goal {goal}))"
