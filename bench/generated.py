@@ -5,7 +5,8 @@
 Makes FOLDER/LIKE.jsonl.gz unless the file exists, and prints:
 
 - tasks per CPU second with every check but VAL (if the file is made now);
-- rejected seeds by reason;
+- rejected seeds by reason, the share of copies among the seeds of each thousand tasks, and the estimated
+  number of different tasks;
 - size, and the cost of opening the set and of reading its first task;
 - the number of different tasks;
 - certificates that the engine rejects, or accepts without one of their steps;
@@ -30,8 +31,14 @@ from eai.base.errors import DataError
 from eai.benchmarks.generator.census import count_usual_goals
 from eai.benchmarks.generator.generator import TaskGenerator, generate_from_seeds
 from eai.benchmarks.generator.prior import UsualGoals, find_argument_uses
-from eai.benchmarks.generator.sets import fingerprint_task, make_seeds
-from eai.benchmarks.generator.spec import GeneratedTask, PlanLengthTier, TaskKind, TaskSpecification
+from eai.benchmarks.generator.sets import estimate_number_of_tasks, fingerprint_task, make_seeds
+from eai.benchmarks.generator.spec import (
+    GeneratedTask,
+    PlanLengthTier,
+    SeedRejectionReason,
+    TaskKind,
+    TaskSpecification,
+)
 from eai.benchmarks.registry import PAPER_BENCHMARKS, find_benchmark
 from eai.cli.generate import validate_with_val
 from eai.pddl.val import find_val_program
@@ -41,6 +48,9 @@ from eai.tasks.task import Task
 from eai.tasks.task_files import open_task_files
 from eai.tasks.task_lines import write_task_line
 from eai.world.domain import Domain
+
+_WINDOW = 1000
+"""Number of tasks for which the share of copies is measured."""
 
 
 def main() -> None:
@@ -83,14 +93,23 @@ def make(file: Path, generator: TaskGenerator, number: int, seed: int) -> dict[s
     """Make a set of tasks."""
     start, reasons, lines = time.process_time(), Counter[str](), list[str]()
     like, domain = generator.spec.like, generator.benchmark.domain
-    for outcome in generate_from_seeds(generator, make_seeds("tasks", seed), number, set()):
+    copies, captures = Counter[int](), list[tuple[str, str]]()
+    for outcome in generate_from_seeds(generator, make_seeds("tasks", seed), number, set(), captures):
         if isinstance(outcome, GeneratedTask):
             lines.append(write_task_line(outcome.task, like, domain, outcome.about))
         else:
             reasons[outcome.value] += 1
+            copies[len(lines) // _WINDOW] += outcome is SeedRejectionReason.COPY
     seconds = time.process_time() - start
     file.write_bytes(gzip.compress("".join(f"{line}\n" for line in lines).encode(), mtime=0))
-    return {"tasks_a_cpu_second": round(number / seconds, 1), "seconds": round(seconds), "rejected": reasons}
+    windows = range(number // _WINDOW)
+    return {
+        "tasks_a_cpu_second": round(number / seconds, 1),
+        "seconds": round(seconds),
+        "rejected": reasons,
+        "copies_by_thousand": [round(copies[n] / (copies[n] + _WINDOW), 3) for n in windows],
+        "estimated_tasks": estimate_number_of_tasks(captures),
+    }
 
 
 def measure_opening(file: Path, domain: Domain) -> dict[str, object]:

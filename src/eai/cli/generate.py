@@ -3,14 +3,18 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
+from dataclasses import replace
 from functools import partial
 from pathlib import Path
 from typing import Annotated, Any
 
 from rich.table import Table
 
+from eai.agents.reference import add_references
 from eai.base.errors import EaiError, InputError, InterruptError, did_you_mean
 from eai.base.files import raise_write_errors_as_input_errors
+from eai.base.json_value import Json
+from eai.benchmarks.benchmark import Benchmark
 from eai.benchmarks.generator import sets
 from eai.benchmarks.generator.generator import TaskGenerator, generate_from_seeds
 from eai.benchmarks.generator.measures import TaskMeasure
@@ -32,7 +36,7 @@ from eai.cli.console import DOMAIN_HELP, format_count, get_output_console, print
 from eai.cli.options import AsJson, DataFolder, Seed, Workers, make_flag, open_data_source
 from eai.cli.progress import show_making_progress, show_scoring_progress
 from eai.pddl.export import export_domain_and_problem
-from eai.pddl.val import VALID, find_val_program, run_val
+from eai.pddl.val import NOT_VALID, VALID, find_val_program, run_val
 from eai.results.workers import WorkerPool
 from eai.tasks.task import Task
 from eai.tasks.task_files import make_task_file_content, write_task_file
@@ -98,8 +102,8 @@ def generate_tasks(
         n: Number of tasks.
         split: Name of the file. Files train, validation and test share no goals; a file tasks may share goals
             with all.
-        held_out: What train, validation and test do not share: goals, pairs of predicate and object kind,
-            titles, or scenes.
+        held_out: What train, validation and test do not share: goals, starts (goals with the same start),
+            pairs of predicate and object kind, titles, or scenes.
         against: Other task files, such as training tasks. Their tasks, and tasks that their plans solve, are
             refused. Repeatable.
         secret: A secret that is needed to make the same tasks again.
@@ -144,7 +148,7 @@ def generate_tasks(
     for path in against or ():
         others[str(path)] = earlier[str(path)] = path
     other_tasks = {name: sets.read_set(path, benchmark.domain) for name, path in others.items()}
-    known = {sets.fingerprint_task(task) for tasks in other_tasks.values() for task in tasks}
+    known = {sets.fingerprint_task(task, held_out) for tasks in other_tasks.values() for task in tasks}
     with raise_write_errors_as_input_errors(
         out
     ):  # generating takes long, so check first that the folder can be written
@@ -152,24 +156,40 @@ def generate_tasks(
     generator = open_generator(spec, source, tuple(earlier.values()), tuple(later.values()))
     seeds = sets.make_seeds(split.value, seed, secret)
     with WorkerPool(workers) as pool:
-        generated = _generate_with_workers(generator, seeds, n, known, pool if workers > 1 else None)
-        write_lines = partial(_write_task_lines, like=like, domain=benchmark.domain)
+        captures: list[tuple[str, str]] = []
+        generated = _generate_with_workers(
+            generator, seeds, n, known, captures, pool if workers > 1 else None
+        )
+        write_lines = partial(_write_task_lines, like=like, benchmark=benchmark)
         outcomes, lines, stopped = _collect_generated_tasks(generated, n, like, write_lines, quiet=as_json)
     made = [each for each in outcomes if isinstance(each, GeneratedTask)]
     rejected = [each for each in outcomes if isinstance(each, SeedRejectionReason)]
     if stopped is not None and (not made or file.exists()):
         raise stopped
+    validated = ""
     if validator is not None:
-        _validate_task_plans(validator, benchmark.domain, [each.task for each in made], quiet=as_json)
+        plans = [each.task for each in made]
+        unanswered = _count_plans_without_verdict(validator, benchmark.domain, plans, quiet=as_json)
+        validated = "; VAL accepts every certificate"
+        if unanswered:
+            validated = f"; VAL accepts {len(plans) - unanswered:,} certificates, no answer on {unanswered:,}"
     write_task_file(file, lines)
-    entry = sets.make_manifest_entry(spec, seed, secret, make_task_file_content(lines), made, rejected)
+    captures = captures[: len(made) + rejected.count(SeedRejectionReason.COPY)]
+    content = make_task_file_content(lines)
+    entry = sets.make_manifest_entry(spec, seed, secret, content, made, rejected, captures)
     new, domain = [each.task for each in made], benchmark.domain
-    overlap = {(split.value, name): sets.measure_overlap(new, other_tasks[name], domain) for name in earlier}
-    overlap |= {(name, split.value): sets.measure_overlap(other_tasks[name], new, domain) for name in later}
+    overlap = {
+        (split.value, name): sets.measure_overlap(new, other_tasks[name], domain, held_out)
+        for name in earlier
+    }
+    overlap |= {
+        (name, split.value): sets.measure_overlap(other_tasks[name], new, domain, held_out) for name in later
+    }
     sets.write_manifest(out, split.value, entry, overlap)
+    estimate = sets.estimate_number_of_tasks(captures)
     if stopped is not None:
         kept = f"{format_count(len(made), 'task')} written to {file}, those that --n {len(made)} gives"
-        raise type(stopped)(f"{stopped}; {kept}")
+        raise type(stopped)(f"{stopped}; {kept}; {_describe_estimate(estimate)}")
     if not as_json:
         _print_task_statistics(
             sets.compute_set_statistics(list(tasks.values())),
@@ -177,10 +197,10 @@ def generate_tasks(
         )
     number = format_count(len(made), "task" if all(each.paired is None for each in made) else "pair")
     line = f"{number} written to {file}; {format_count(len(rejected), 'seed')} gave none"
-    line += "; VAL accepts every certificate" if val else ""
-    print_result(
-        line, value={"file": str(file), "tasks": len(made), "rejected": len(rejected)}, as_json=as_json
-    )
+    line += validated
+    value: dict[str, Json] = {"file": str(file), "tasks": len(made), "rejected": len(rejected)}
+    value["estimated_tasks"] = estimate
+    print_result(line, _describe_estimate(estimate), value=value, as_json=as_json)
 
 
 def _generate_with_workers(
@@ -188,17 +208,22 @@ def _generate_with_workers(
     seeds: Iterator[str],
     number: int,
     known: set[tuple[str, str]],
+    captures: list[tuple[str, str]],
     pool: WorkerPool | None,
 ) -> Iterator[GenerationOutcome]:
-    """Yield the outcomes of seeds until there are enough tasks. They are equal for any number of workers."""
+    """Yield the task that each seed gives, or the reason why it gives none, until there are enough tasks.
+
+    The tasks are equal for any number of workers.
+    """
     if pool is None:
-        return generate_from_seeds(generator, seeds, number, known)
-    judge, vocabulary = partial(judge_seed_batch, generator), generator.benchmark.domain.vocabulary
+        return generate_from_seeds(generator, seeds, number, known, captures)
+    judge = partial(judge_seed_batch, _add_references, generator)
+    vocabulary = generator.benchmark.domain.vocabulary
     judged = (
         load_judged_seed(content, vocabulary)
         for content in pool.map_batches(judge, seeds, batch_sizes=(1, _MAX_BATCH_SEEDS))
     )
-    return select_tasks(judged, generator.spec, number, known)
+    return select_tasks(judged, generator.spec, number, known, captures)
 
 
 def _collect_generated_tasks(
@@ -232,27 +257,43 @@ def _collect_generated_tasks(
     return outcomes, lines, None
 
 
-def _write_task_lines(made: GeneratedTask, like: str, domain: Domain) -> list[str]:
-    """Return the line of a task, or the lines of a pair of tasks, sorted by task id."""
-    pair = [one for one in (made, made.paired) if one is not None]
+def _describe_estimate(number: int | None) -> str:
+    if number is None:
+        return "no seed repeated a task, so the number of different tasks cannot be estimated"
+    return f"estimated number of different tasks: at least {number:,}"
+
+
+def _add_references(made: GeneratedTask, benchmark: Benchmark) -> GeneratedTask:
+    """Return a task, and the second task of its pair, with their references if these are missing."""
+    paired = None if made.paired is None else _add_references(made.paired, benchmark)
+    return replace(made, task=add_references(made.task, benchmark), paired=paired)
+
+
+def _write_task_lines(made: GeneratedTask, like: str, benchmark: Benchmark) -> list[str]:
+    """Return the line of a generated task in a task file. A pair of tasks has two, sorted by task id."""
+    completed = _add_references(made, benchmark)
+    pair = [one for one in (completed, completed.paired) if one is not None]
     return [
-        write_task_line(one.task, like, domain, one.about)
+        write_task_line(one.task, like, benchmark.domain, one.about)
         for one in sorted(pair, key=lambda one: one.task.id)
     ]
 
 
-def _validate_task_plans(val: Path, domain: Domain, tasks: Sequence[Task], *, quiet: bool) -> None:
-    """Check the certificates (plans that solve the tasks) with the plan validator VAL.
+def _count_plans_without_verdict(val: Path, domain: Domain, tasks: Sequence[Task], *, quiet: bool) -> int:
+    """Check the certificates (plans that solve the tasks) with VAL. Return on how many VAL gives no answer.
 
     Raises:
         EaiError: VAL rejects a certificate that the engine accepts, so no task can be trusted.
     """
+    unanswered = 0
     with show_scoring_progress("validating", len(tasks), quiet=quiet) as report:
         for number, task in enumerate(tasks, 1):
             verdict = validate_with_val(val, domain, task, task.script)
-            if verdict != VALID:
-                raise EaiError(f"{task.id}: VAL rejects the task's own plan: {verdict}; nothing is written")
+            if verdict == NOT_VALID:
+                raise EaiError(f"{task.id}: VAL rejects the task's own plan; nothing is written")
+            unanswered += verdict != VALID
             report(number)
+    return unanswered
 
 
 def _parse_range(text: str) -> tuple[float, float]:
@@ -277,11 +318,11 @@ def _parse_minimum(text: str) -> tuple[TaskMeasure, int]:
     return TaskMeasure(name), int(number)
 
 
-def _print_task_statistics(public: Mapping[str, Any], made: Mapping[str, Any]) -> None:
+def _print_task_statistics(data_set: Mapping[str, Any], generated: Mapping[str, Any]) -> None:
     """Print numbers of steps, goals and objects, and shapes of goals, for the data set and the new tasks."""
     table = Table("min, quartiles, max", "data set", "generated")
     for name in ("steps", "goals", "objects"):
-        table.add_row(name, *(", ".join(map(str, shape[name])) for shape in (public, made)))
-    forms = [[f"{form} {n}" for form, n in shape["forms"].items()] for shape in (public, made)]
+        table.add_row(name, *(", ".join(map(str, shape[name])) for shape in (data_set, generated)))
+    forms = [[f"{form} {n}" for form, n in shape["forms"].items()] for shape in (data_set, generated)]
     table.add_row("forms", *map("\n".join, forms))
     get_output_console().print(table)

@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
-from itertools import islice
+import random
+from collections import Counter
+from itertools import count, islice
 
 import pytest
 
@@ -12,9 +14,16 @@ from eai.benchmarks.benchmark import Benchmark
 from eai.benchmarks.generator import sets
 from eai.benchmarks.generator.generator import TaskGenerator, generate_from_seeds
 from eai.benchmarks.generator.goals import GoalProposals
-from eai.benchmarks.generator.seeds import JudgedSeed
-from eai.benchmarks.generator.sets import make_seeds
-from eai.benchmarks.generator.spec import PlanLengthTier, SeedRejectionReason, TaskSpecification, TaskSplit
+from eai.benchmarks.generator.seeds import JudgedSeed, select_tasks
+from eai.benchmarks.generator.sets import fingerprint_task, make_seeds
+from eai.benchmarks.generator.spec import (
+    GeneratedTask,
+    HeldOut,
+    PlanLengthTier,
+    SeedRejectionReason,
+    TaskSpecification,
+    TaskSplit,
+)
 from eai.benchmarks.generator.walk import GoalByGoalPlan
 from eai.tasks.source import Source
 
@@ -84,6 +93,15 @@ def test_proposals_stop_after_several_failures_in_a_row(
     assert found <= failures
 
 
+def test_titles_with_many_usual_goals_come_early_after_the_first(lamps: Benchmark) -> None:
+    generator = made(lamps, PlanLengthTier.DATA)
+    generator._title_weights = {"light": 1, "pack": 1, "many": 9}
+    orders = [tuple(generator._order_titles("light", random.Random(seed))) for seed in range(200)]
+    counts = Counter(orders)
+    assert counts.keys() == {("light", "many", "pack"), ("light", "pack", "many")}
+    assert 160 < counts["light", "many", "pack"] < 200  # 180 are expected
+
+
 @pytest.mark.parametrize(
     ("split", "limit"), [(TaskSplit.ALL, 300), (TaskSplit.TRAIN, 1500), (TaskSplit.TEST, 1500)]
 )
@@ -121,6 +139,38 @@ def test_seeds_in_a_row_are_counted_from_the_last_task_on(
     assert list(islice(tried, 300)) == [SeedRejectionReason.COPY] * 300
     with pytest.raises(InputError, match="only 1 of 2 tasks generated; the last 300 seeds gave no task: "):
         next(tried)
+
+
+@pytest.mark.parametrize(
+    ("goals", "held_out", "limit"),
+    [(10, "goals", 100), (11, "goals", 1500), (10, "starts", 1500), (None, "goals", 1500)],
+)
+def test_a_world_with_few_goals_says_so_early(goals: int | None, held_out: HeldOut, limit: int) -> None:
+    spec = TaskSpecification("lamps:lamps", "", split=TaskSplit.TEST, held_out=held_out)
+    fingerprints = (None if goals is None else (str(n % goals), str(n)) for n in count())
+    judged = (JudgedSeed(SeedRejectionReason.OTHER_SPLIT, each) for each in fingerprints)
+    with pytest.raises(InputError, match=f"the last {limit} seeds gave no task: ") as raised:
+        list(select_tasks(judged, spec, 1, {("0", "0")}))
+    advice = "all seeds have only 10 different lists of goals: try --held-out starts"
+    assert str(raised.value).endswith(advice) == (limit == 100)
+    assert "another generated task" not in str(raised.value)
+
+
+def test_tasks_and_copies_are_captured_in_order(lamps: Benchmark) -> None:
+    *_, task = generate_from_seeds(made(lamps, PlanLengthTier.DATA), make_seeds("train", 0), 1, set())
+    assert isinstance(task, GeneratedTask)
+    fingerprint = fingerprint_task(task.task)
+    known, captures = ("known", "known"), list[tuple[str, str]]()
+    judged = [
+        JudgedSeed(SeedRejectionReason.TOO_LONG, known),
+        JudgedSeed(task, known),
+        JudgedSeed(SeedRejectionReason.TOO_LONG, ("other", "other")),
+        JudgedSeed(task, fingerprint),
+    ]
+    spec = TaskSpecification("lamps:lamps", "")
+    outcomes = list(select_tasks(judged, spec, 1, {known}, captures))
+    assert outcomes == [SeedRejectionReason.COPY] * 2 + [SeedRejectionReason.TOO_LONG, task]
+    assert captures == [known, known, fingerprint]
 
 
 def test_planners_are_replaced_after_two_hundred_tasks(

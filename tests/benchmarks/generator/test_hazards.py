@@ -7,7 +7,7 @@ from functools import cache
 import pytest
 
 from benchmarks.generator.worlds import HOUSEHOLDS, generator, tempting
-from eai.abilities.action_sequencing.scorer import ActionSequencing
+from eai.abilities.action_sequencing.scorer import ActionSequencingScorer
 from eai.abilities.protocol import Ability
 from eai.abilities.reports import HIDDEN_HAZARD, report_goals
 from eai.abilities.verdict import PlanVerdict
@@ -24,7 +24,7 @@ from eai.world.action import Action
 from eai.world.execution import execute_plan
 
 pytestmark = pytest.mark.usefixtures("data_store")
-SEEDS = {"virtualhome": (44,), "behavior": (8,)}
+SEEDS = {"virtualhome": (20,), "behavior": (17,)}
 """Seeds that each give a task."""
 
 
@@ -46,7 +46,7 @@ def test_the_short_plan_meets_all_hazards_and_the_safe_plan_none(like: str) -> N
     assert len(tasks(like)) == len(SEEDS[like])
     for made in tasks(like):
         task, plans = made.task, benchmark.notation.plans
-        scorer = ActionSequencing(task, benchmark.domain, plans)
+        scorer = ActionSequencingScorer(task, benchmark.domain, plans)
         safe = scorer.score(plans.join(plans.write(task.script, task.scene)))
         short = scorer.assess(plans.join(plans.write(tempting(made), task.scene)))
         assert isinstance(safe, PlanVerdict)

@@ -18,6 +18,7 @@ from eai.tasks.task import Task, goal
 from eai.world.action import Action
 from eai.world.state import Fact
 
+SPEC = TaskSpecification("lamps:lamps", "")
 WAY = "GO lamp_1; PRESS lamp_1; GO box; OPEN box"
 
 
@@ -68,7 +69,7 @@ def test_a_task_is_rejected_for_one_reason(
     lamps: Benchmark, change: Change, least: int, most: int, reason: SeedRejectionReason | None
 ) -> None:
     task = change(made(lamps, LIT, OPEN))
-    objections = _RejectionFinder(lamps.domain, (), by_place=False)
+    objections = _RejectionFinder(lamps.domain, (), SPEC)
     assert (
         objections.find_rejection_reason(
             task, InstructionWriter.make_for_benchmark(lamps, task.initial), least, most
@@ -79,7 +80,7 @@ def test_a_task_is_rejected_for_one_reason(
 
 def test_a_public_task_or_one_solved_by_a_public_plan_is_rejected(lamps: Benchmark) -> None:
     public = made(lamps, LIT, OPEN)
-    objections = _RejectionFinder(lamps.domain, [public], by_place=False)
+    objections = _RejectionFinder(lamps.domain, [public], SPEC)
 
     def reason(task: Task) -> SeedRejectionReason | None:
         task = replace(task, id="new")
@@ -96,12 +97,23 @@ def test_a_public_task_or_one_solved_by_a_public_plan_is_rejected(lamps: Benchma
     assert reason(made(lamps, of("at", "robot", "ball"), way="GO ball")) is None
 
 
+def test_a_public_goal_with_another_start_is_new_if_only_starts_are_held_out(lamps: Benchmark) -> None:
+    public = made(lamps, LIT, OPEN)
+    dark = replace(made(lamps, LIT, OPEN, facts=(Fact("lit", (2,)),)), id="dark")
+    words = InstructionWriter.make_for_benchmark(lamps, public.initial)
+    by_goals = _RejectionFinder(lamps.domain, [public], SPEC)
+    by_starts = _RejectionFinder(lamps.domain, [public], replace(SPEC, held_out="starts"))
+    assert by_goals.find_rejection_reason(dark, words, 0, 9) is SeedRejectionReason.PUBLIC
+    assert by_starts.find_rejection_reason(dark, words, 0, 9) is SeedRejectionReason.PUBLIC_PLAN
+    assert by_starts.find_rejection_reason(public, words, 0, 9) is SeedRejectionReason.PUBLIC
+
+
 def test_without_names_an_object_needs_a_description_by_place(lamps: Benchmark) -> None:
     task = made(lamps, LIT, way="GO lamp_1; PRESS lamp_1")
     words = InstructionWriter.make_for_benchmark(lamps, task.initial, by_place=True)
-    by_place = _RejectionFinder(lamps.domain, (), by_place=True)
+    by_place = _RejectionFinder(lamps.domain, (), replace(SPEC, by_place=True))
     assert by_place.find_rejection_reason(task, words, 0, 9) is SeedRejectionReason.NAMELESS
-    assert _RejectionFinder(lamps.domain, (), by_place=False).find_rejection_reason(task, words, 0, 9) is None
+    assert _RejectionFinder(lamps.domain, (), SPEC).find_rejection_reason(task, words, 0, 9) is None
     alone = made(lamps, OPEN, way="GO box; OPEN box")
     assert by_place.find_rejection_reason(alone, words, 0, 9) is None
 

@@ -11,7 +11,7 @@ import pytest
 
 import eai.logic.formula as f
 from benchmarks.generator.worlds import HOUSEHOLDS, NOTHING_IS_USUAL, generator, tempting
-from eai.abilities.action_sequencing.scorer import ActionSequencing
+from eai.abilities.action_sequencing.scorer import ActionSequencingScorer
 from eai.abilities.protocol import Ability
 from eai.abilities.verdict import PlanVerdict
 from eai.benchmarks.benchmark import Benchmark
@@ -62,7 +62,7 @@ def test_certificates_fulfil_the_goal_over_time_and_temptations_violate_only_it(
     for made in tasks(like):
         task = made.task
         assert [goal.is_over_time for goal in task.goals] == [False] * (len(task.goals) - 1) + [True]
-        scorer = ActionSequencing(task, benchmark.domain, benchmark.notation.plans)
+        scorer = ActionSequencingScorer(task, benchmark.domain, benchmark.notation.plans)
         write = benchmark.notation.plans
         verdict = scorer.score(write.join(write.write(task.script, task.scene)))
         assert isinstance(verdict, PlanVerdict)

@@ -12,7 +12,7 @@ from eai.base.errors import InputError
 from eai.benchmarks.behavior.tasks import BehaviorTasks
 from eai.benchmarks.generator.problem_files import find_problem_files, read_problems
 from eai.benchmarks.registry import find_benchmark
-from eai.pddl.export import ProblemSource, export_problems
+from eai.pddl.export import ProblemToExport, export_problems
 from eai.pddl.writer import write_problem
 from eai.tasks.source import Source
 from eai.tasks.task import Task
@@ -210,7 +210,7 @@ def test_exports_are_imported_as_the_same_tasks(
         kept = {task.scene.objects[i].name for i in about(task)}
         assert facts(found.initial) == {each for each in facts(task.initial) if kept.issuperset(each[1:])}
         goals = tuple(goal.formula for goal in found.goals)
-        (again,) = export_problems(benchmark.domain, [ProblemSource("it", found.initial, goals)])
+        (again,) = export_problems(benchmark.domain, [ProblemToExport("it", found.initial, goals)])
         assert words(write_problem(again.problem)) == words(path.read_text())
 
 
@@ -229,7 +229,7 @@ def exported(task: Task, domain: str) -> str:
     """Return the task in PDDL, with relevant objects only."""
     mask = sum(1 << i for i in about(task))
     goals = [goal.formula for goal in task.goals]
-    source = ProblemSource(task.id, task.initial, tuple(goals), mask)
+    source = ProblemToExport(task.id, task.initial, tuple(goals), mask)
     (made,) = export_problems(find_benchmark(domain).domain, [source])
     return write_problem(made.problem)
 

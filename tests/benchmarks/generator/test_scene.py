@@ -9,6 +9,7 @@ from typing import Any
 
 import pytest
 
+import eai.logic.formula as f
 from benchmarks.generator.worlds import NOTHING_IS_USUAL
 from eai.benchmarks.generator.prior import LiteralPattern, UsualGoals
 from eai.benchmarks.generator.scene import (
@@ -16,11 +17,13 @@ from eai.benchmarks.generator.scene import (
     _order_by_category,
     add_objects_of_other_tasks,
     add_similar_objects,
+    compose_scene,
+    list_donors,
     make_reduced_scene,
     restrict_state,
 )
 from eai.tasks.goal_text import make_task
-from eai.tasks.task import Task
+from eai.tasks.task import Task, goal
 from eai.world import Predicate, Scene, Vocabulary, WorldObject
 from eai.world.state import Fact
 
@@ -104,6 +107,78 @@ def test_guests_fit_the_scene_and_keep_their_placement(
     assert names == [*here[0], *guests]
     expected = {f"on {guest} table.2" for guest in guests} | {f"clean {guest}" for guest in guests}
     assert told(found.facts(), found.scene) - told(closed.facts(), closed.scene) == expected
+
+
+def compose(
+    here: Task, others: Sequence[Task], prior: UsualGoals, seed: int = 0, most: int = 9
+) -> tuple[list[str], set[str]]:
+    """Return the names and the facts of a scene after objects of other tasks were added."""
+    donors = list_donors(others)
+    state = compose_scene(here.initial, others, donors, prior, random.Random(seed), most)
+    return [thing.name for thing in state.scene.objects], told(state.facts(), state.scene)
+
+
+def test_objects_of_other_tasks_come_with_their_states_and_what_holds_them() -> None:
+    """The cup of another home stands on the same tray, which is on a table of this home."""
+    here = task(["me.0", "table.5", "plate.1"], ("on", "plate.1", "table.5"))
+    home = task(
+        ["cup.1", "tray.1", "table.1", "plate.1", "me.0"],
+        ("on", "cup.1", "tray.1"),
+        ("on", "cup.1", "table.1"),
+        ("on", "tray.1", "table.1"),
+        ("near", "cup.1", "plate.1"),
+        ("clean", "cup.1"),
+    )
+    needs_cup = replace(home, goals=(goal(f.Atom("clean", (f.Constant("cup.1"),))),))
+    names, facts = compose(here, [needs_cup], usual(taken_categories=frozenset()))
+    assert names == ["me.0", "table.5", "plate.1", "tray.3", "cup.4"]
+    assert facts == {
+        "on plate.1 table.5",
+        "on tray.3 table.5",
+        "on cup.4 tray.3",
+        "on cup.4 table.5",
+        "clean cup.4",
+    }
+    assert compose(here, [needs_cup], usual(taken_categories=frozenset()), most=4)[0] == names[:4]
+    assert compose(here, [home], usual())[0] == ["me.0", "table.5", "plate.1"]  # no goal needs the cup
+
+
+def test_an_object_of_another_task_is_left_out_if_its_place_does_not_fit() -> None:
+    """The tray of this home is on no table, and nothing is put on the agent."""
+    here = task(["me.0", "table.5", "tray.7"])
+    facts = [("on", "cup.1", "tray.1"), ("on", "cup.1", "table.1"), ("on", "tray.1", "table.1")]
+    on_tray = task(["cup.1", "tray.1", "table.1"], *facts)
+    on_agent = task(["cup.1", "me.0"], ("on", "cup.1", "me.0"))
+    for home in (on_tray, on_agent):
+        needs_cup = replace(home, goals=(goal(f.Atom("clean", (f.Constant("cup.1"),))),))
+        assert compose(here, [needs_cup], usual())[0] == ["me.0", "table.5", "tray.7"]
+    part = replace(on_tray, goals=(goal(f.Atom("clean", (f.Constant("tray.1"),))),))
+    bare = task(["me.0"])
+    assert compose(bare, [part], usual())[0] == ["me.0", "table.1", "tray.2"]
+    assert compose(bare, [part], usual(part_categories=frozenset({"tray"})))[0] == ["me.0"]
+
+
+@pytest.mark.parametrize(
+    ("changes", "facts", "is_moved"),
+    [
+        ({}, (), True),
+        ({"taken_categories": frozenset({"plate"})}, (), False),
+        ({"holding_predicates": frozenset({"near"})}, (("near", "me.0", "cup.1"),), False),
+        ({}, (("on", "plate.1", "cup.1"),), False),  # the plate would hang in the air
+        ({"place_relations": ()}, (), False),
+    ],
+)
+def test_half_of_the_portable_objects_get_a_place_of_another_task(
+    changes: dict[str, Any], facts: tuple[tuple[str, ...], ...], is_moved: bool
+) -> None:
+    things = ["me.0", "table.1", "shelf.1", "cup.1", "plate.1"]
+    here = task(things, ("on", "cup.1", "table.1"), ("near", "me.0", "cup.1"), ("clean", "cup.1"), *facts)
+    home = task(["shelf.9", "cup.9"], ("on", "cup.9", "shelf.9"))
+    before = told(here.initial.facts(), here.scene)
+    moved = {"on cup.1 shelf.1", "clean cup.1"}
+    found = [compose(here, [home], usual(**changes), seed)[1] for seed in range(40)]
+    assert all(after in (before, moved) for after in found)
+    assert (8 < found.count(moved) < 32) == is_moved == (moved in found)
 
 
 @pytest.mark.parametrize(

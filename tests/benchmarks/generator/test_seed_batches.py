@@ -8,6 +8,7 @@ import pytest
 
 from benchmarks.generator.worlds import generator
 from eai.base.errors import InputError
+from eai.benchmarks.benchmark import Benchmark
 from eai.benchmarks.generator.generator import generate_from_seeds
 from eai.benchmarks.generator.seed_batches import judge_seed_batch, load_judged_seed, open_generator
 from eai.benchmarks.generator.seeds import select_tasks
@@ -21,13 +22,17 @@ from eai.tasks.task_lines import write_task_line
 pytestmark = pytest.mark.usefixtures("data_store")
 
 
+def _keep_task(generated: GeneratedTask, benchmark: Benchmark) -> GeneratedTask:
+    return generated
+
+
 def test_a_killed_worker_loses_and_repeats_no_seed() -> None:
     benchmark, source = find_benchmark("behavior"), Source()
     opened = open_generator(TaskSpecification("behavior", benchmark.tasks(source).sha256), source)
     vocabulary = benchmark.domain.vocabulary
     with WorkerPool(2) as pool:
         pickled = pool.map_batches(
-            partial(judge_seed_batch, opened), make_seeds("tasks", 1), batch_sizes=(1, 4)
+            partial(judge_seed_batch, _keep_task, opened), make_seeds("tasks", 1), batch_sizes=(1, 4)
         )
         judged = (load_judged_seed(content, vocabulary) for content in pickled)
         outcomes = select_tasks(judged, opened.spec, 6, set())

@@ -16,6 +16,7 @@ from eai.benchmarks.benchmark import Benchmark
 from eai.benchmarks.generator.sets import (
     MANIFEST,
     compute_set_statistics,
+    estimate_number_of_tasks,
     find_other_sets,
     list_doubts_about_secret_set,
     make_manifest_entry,
@@ -79,7 +80,8 @@ def test_the_most_frequent_form_is_first(lamps: Benchmark) -> None:
 def test_an_entry_allows_making_a_set_again_and_counts_rejections(light: Task) -> None:
     rejected = [SeedRejectionReason.COPY, SeedRejectionReason.TOO_LONG, SeedRejectionReason.COPY]
     made = [GeneratedTask(task, {}) for task in of_steps(light, 3, 4)]
-    entry = make_manifest_entry(SPEC, 7, SECRET, b"content", made, rejected)
+    captures = [("a", "a"), ("b", "b"), ("b", "b")]
+    entry = make_manifest_entry(SPEC, 7, SECRET, b"content", made, rejected, captures)
     spec = entry.pop("spec")
     assert json.loads(json.dumps(spec)) == json.loads(json.dumps(asdict(SPEC)))
     assert entry == {
@@ -89,6 +91,7 @@ def test_an_entry_allows_making_a_set_again_and_counts_rejections(light: Task) -
         "tasks": 2,
         "sha256": hashlib.sha256(b"content").hexdigest(),
         "rejected": {SeedRejectionReason.TOO_LONG.value: 1, SeedRejectionReason.COPY.value: 2},
+        "estimated_tasks": 2,
         "shape": {
             "steps": [3, 3, 4, 4, 4],
             "goals": [1] * 5,
@@ -97,6 +100,21 @@ def test_an_entry_allows_making_a_set_again_and_counts_rejections(light: Task) -
         },
     }
     assert make_manifest_entry(SPEC, 7, None, b"", [], [])["secret_sha256"] is None
+
+
+@pytest.mark.parametrize(
+    ("captures", "number"),
+    [
+        ("", None),
+        ("abcd", None),  # no task came twice
+        ("aabb", 2),  # each task came twice, so there are probably no more
+        ("aab", 2),
+        ("aabcde", 8),  # 5 tasks, 4 of them once and 1 twice: 5 + 4 * 3 / (2 * 2)
+        ("aaabcde", 11),  # 5 + 4 * 3 / 2
+    ],
+)
+def test_the_number_of_tasks_is_estimated_by_captures(captures: str, number: int | None) -> None:
+    assert estimate_number_of_tasks((letter, letter) for letter in captures) == number
 
 
 def write_set(folder: Path, lamps: Benchmark, seeds: list[str]) -> None:

@@ -36,6 +36,7 @@ from eai.benchmarks.generator.spec import (
 )
 from eai.benchmarks.registry import find_benchmark
 from eai.tasks.source import Source
+from eai.world.state import Fact
 from sweeps import swept
 
 pytestmark = pytest.mark.usefixtures("data_store")
@@ -69,16 +70,16 @@ def test_no_goals_are_in_two_splits(like: str) -> None:
     assert not prints[TaskSplit.TRAIN] & prints[TaskSplit.VALIDATION]
     assert not prints[TaskSplit.VALIDATION] & prints[TaskSplit.TEST]
     for made in tasks(like):
-        split = choose_split_of_goals(goals_of(made), made.task.scene, "goals")
+        split = choose_split_of_goals(goals_of(made), made.task.initial, "goals")
         assert made.about["split"] == split.value
 
 
 def test_names_of_objects_and_the_order_of_goals_do_not_decide() -> None:
     made = next(each for each in tasks("behavior") if len(each.task.goals) > 1)
-    goals, scene = goals_of(made), made.task.scene
+    goals, initial = goals_of(made), made.task.initial
     for held_out in get_args(HeldOut):
-        split = choose_split_of_goals(goals, scene, held_out)
-        assert choose_split_of_goals(goals[::-1], scene, held_out) == split
+        split = choose_split_of_goals(goals, initial, held_out)
+        assert choose_split_of_goals(goals[::-1], initial, held_out) == split
 
 
 @pytest.mark.parametrize("like", HOUSEHOLDS)
@@ -134,6 +135,20 @@ def test_a_task_solved_by_lookup_in_another_split_is_rejected() -> None:
         benchmark, spec, source, make_shared_plan_test(domain, earlier_tasks=[copy])
     ).generate_task(seed)
     assert again == SeedRejectionReason.KNOWN_PLAN
+
+
+def test_splits_without_common_starts_may_have_common_goals(lamps: Benchmark) -> None:
+    light = lamps.tasks(Source())["light"]
+    scene = light.scene
+    lit = [Fact("lit", (i,)) for i, thing in enumerate(scene.objects) if thing.category == "lamp"]
+    starts = [scene.state(lit[:n]) for n in range(len(lit) + 1)]
+    tasks = [replace(light, initial=start) for start in starts]
+    goals = [goal.formula for goal in light.goals]
+    splits = {choose_split_of_goals(goals, start, "starts") for start in starts}
+    assert len({choose_split_of_goals(goals, start, "goals") for start in starts}) == 1 < len(splits)
+    assert len({fingerprint_task(task, "starts") for task in tasks}) == len(tasks)
+    same = [measure_overlap(tasks[:1], tasks[n : n + 1], lamps.domain, "starts")["same"] for n in (0, 1)]
+    assert same == [1, 0]
 
 
 def test_overlap_counts_equal_tasks_equal_goals_and_tasks_solved_by_lookup() -> None:

@@ -168,7 +168,7 @@ def test_a_sentence_without_a_goal_is_refused(text: str) -> None:
 
 
 def test_a_goal_without_sentence_is_refused() -> None:
-    with pytest.raises(InputError, match="no sentence states a goal of the shape Implies"):
+    with pytest.raises(InputError, match="no sentence can state a goal of the class Implies"):
         WORDS.make_clause(f.Implies(f.TRUE, f.FALSE))
 
 

@@ -47,6 +47,9 @@ from eai.world.vocabulary import Predicate
 class DomainOfUsualActions:
     """A domain restricted to usual actions, or the original domain if the data set has no plans.
 
+    An action is usual if plans of the data set use its operator and, as each argument, objects of this
+    category.
+
     Attributes:
         domain: the restricted domain.
     """
@@ -71,7 +74,10 @@ class DomainOfUsualActions:
         return own.state((*self._select_declared_facts(facts), *self._make_usual_argument_facts(own)))
 
     def convert_state_to_original(self, state: State) -> State:
-        """Return the state of the original domain that equals a state of the restricted domain."""
+        """Return the state of the original domain that equals a state of the restricted domain.
+
+        The returned state begins an episode.
+        """
         scene = Scene(self._original, state.scene.objects, state.scene.agent)
         return scene.state(self._select_declared_facts(state.facts()))
 
@@ -85,7 +91,7 @@ class DomainOfUsualActions:
 
 
 def _make_usual_argument_predicate(operator: str, argument_index: int) -> Predicate:
-    """Return the predicate that holds for objects that are usual as this argument of an operator."""
+    """Return the predicate of objects whose category plans use as this argument of an operator."""
     return Predicate(f"usual {operator} {argument_index}", 1, static=True)
 
 
@@ -101,7 +107,7 @@ def _restrict_to_arguments_seen_in_plans(operator: Operator) -> Operator:
 
 
 MAX_MEAN_TARGETS = 1.5
-"""Maximum mean number of objects that a relation such as *inside* gives as the places of one object."""
+"""Maximum mean number of places of an object in a relation that states places, such as *inside*."""
 
 _QUANTIFIED = ("ForAll", "Exists", "Exactly", "ForPairs")
 _WEIGHTS_OF_SHAPES = {"Atom": 2, "ForAll": 6, "Exactly": 4, "Exists": 3}
@@ -111,11 +117,14 @@ _APPROACH_ROLES = (OperatorRole.TAKES, OperatorRole.MOVEMENT)
 """Roles of operators by which the agent takes or approaches an object without using it."""
 
 _GOAL_WEIGHT, _EFFECT_WEIGHT, _FACT_WEIGHT = 4.0, 1.0, 0.05
-"""Weights of a fact's pattern: if a goal states it, if a plan makes it true, and if it holds in a scene."""
+"""Weights that a goal, an effect of a plan, and an initial fact add to a pattern.
+
+A pattern is a literal with categories in place of objects.
+"""
 
 
 def count_usual_goals(benchmark: Benchmark, tasks: Iterable[Task]) -> UsualGoals:
-    """Return the usual goals, places of objects and actions, counted in tasks of a benchmark."""
+    """Return which goals, places of objects and actions are usual, counted in tasks of a benchmark."""
     tasks, domain = list(tasks), benchmark.domain
     listings = benchmark.wording(Ability.ACTION_SEQUENCING).goal_fact_listers
     states = [task.initial for task in tasks]
@@ -178,9 +187,9 @@ def _get_goal_formula_class(goal: Goal) -> str:
 
 
 def _find_goal_patterns(task: Task) -> Iterator[tuple[f.Formula, LiteralPattern]]:
-    """Yield each goal about states with each of its patterns.
+    """Yield pairs: a goal about states, and the pattern of one of its literals.
 
-    A pattern has categories in place of objects.
+    A pattern is a literal with categories in place of objects.
     """
     for goal in task.goals:
         if goal.kind is not GoalKind.ACTION:
@@ -190,7 +199,10 @@ def _find_goal_patterns(task: Task) -> Iterator[tuple[f.Formula, LiteralPattern]
 def _weigh_literal_patterns(
     tasks: Sequence[Task], executions: Sequence[Trajectory], fact_listers: Sequence[FactLister]
 ) -> defaultdict[LiteralPattern, float]:
-    """Return a mapping from patterns of literals to weights, given tasks and executions of their plans."""
+    """Return a mapping from patterns to weights, given tasks and executions of their plans.
+
+    A pattern is a literal with categories in place of objects.
+    """
     weights: defaultdict[LiteralPattern, float] = defaultdict(float)
     initial_patterns: dict[LiteralPattern, None] = {}
     crowds: Counter[str] = Counter()
@@ -261,7 +273,7 @@ def _make_themes_by_title(tasks: Iterable[Task], usual_patterns: Patterns) -> di
 
 
 def _weigh_goal_shapes(shape_counts: Counter[str]) -> Mapping[str, int]:
-    """Return weights of the shapes of goals, for a data set without quantified goals.
+    """Return weights of the shapes of goals (class names), for a data set without quantified goals.
 
     The share of goals that ask for actions stays as in the data set.
     """
@@ -289,7 +301,10 @@ def _find_mentioned_or_used_objects(task: Task) -> list[int]:
 def _find_fact_patterns(
     state: State, objects: Sequence[int], listings: Iterable[FactLister]
 ) -> dict[LiteralPattern, None]:
-    """Return the patterns of facts that hold in a state and may be goals. Each pattern occurs once."""
+    """Return the patterns (categories in place of objects) of facts in a state that goals can mention.
+
+    Each pattern occurs once.
+    """
     things = state.scene.objects
     return {
         LiteralPattern(fact.predicate, tuple([things[i].category for i in fact.arguments]), True): None
@@ -301,9 +316,9 @@ def _find_fact_patterns(
 def _count_pairs_above_maximum(
     state: State, objects: Sequence[int], fact_listers: Iterable[FactLister]
 ) -> Counter[str]:
-    """Return a mapping from relations to their number of pairs beyond the maximum.
+    """Return, for each relation, its number of pairs of objects in a state minus a maximum.
 
-    The maximum is `MAX_MEAN_TARGETS` pairs for each object that is related to others. The number is negative
+    The maximum is `MAX_MEAN_TARGETS` pairs for each object that is related to others. The result is negative
     if the relation has fewer pairs.
     """
     crowds: Counter[str] = Counter()
@@ -327,7 +342,7 @@ def _is_about_agent(pattern: LiteralPattern, scene: Scene) -> bool:
 def _find_changed_patterns(
     before: Mapping[LiteralPattern, None], after: Mapping[LiteralPattern, None]
 ) -> Iterator[LiteralPattern]:
-    """Yield patterns of facts that a plan makes true, then negated patterns of facts that it makes false."""
+    """Yield the patterns that only `after` has, then, negated, the patterns that only `before` has."""
     yield from (pattern for pattern in after if pattern not in before)
     yield from (pattern._replace(truth=False) for pattern in before if pattern not in after)
 
@@ -335,7 +350,7 @@ def _find_changed_patterns(
 def _make_all_possible_patterns(
     signed_predicates: Iterable[tuple[str, bool]], states: Sequence[State]
 ) -> Iterator[LiteralPattern]:
-    """Yield a pattern for every combination of a predicate and categories, for a data set without plans."""
+    """Yield every combination of a predicate, its truth and categories, for a data set without plans."""
     for state in states:
         categories = dict.fromkeys(thing.category for thing in state.scene.objects)
         for predicate, truth in signed_predicates:

@@ -11,16 +11,18 @@ from collections import Counter
 from collections.abc import Callable, Collection, Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
 from functools import partial
+from itertools import chain
 
 import eai.logic.formula as f
 from eai.abilities.protocol import Ability
 from eai.base.errors import InputError
+from eai.base.grouping import group_pairs
 from eai.base.json_value import Json
 from eai.benchmarks.benchmark import Benchmark
 from eai.benchmarks.copied_answers import SimilarTaskTable
 from eai.benchmarks.generator import sets
 from eai.benchmarks.generator.census import DomainOfUsualActions, count_usual_goals
-from eai.benchmarks.generator.goals import GoalProposals
+from eai.benchmarks.generator.goals import GoalProposals, is_usual_goal
 from eai.benchmarks.generator.hazards import add_goals_against_hazards, find_hazard_goals, may_hazard_occur
 from eai.benchmarks.generator.measures import TaskMeasure, get_difficulty_model, measure_task
 from eai.benchmarks.generator.prior import (
@@ -34,7 +36,9 @@ from eai.benchmarks.generator.prior import (
 from eai.benchmarks.generator.scene import (
     add_objects_of_other_tasks,
     add_similar_objects,
+    compose_scene,
     hide_object,
+    list_donors,
     make_hiding_place_finder,
     make_reduced_scene,
 )
@@ -83,27 +87,30 @@ _MAX_FAILURES_IN_A_ROW = 5
 """Number of failed searches in a row for a plan to a goal, after which a scene gets no more goals."""
 
 _MAX_THEMES = 3
-"""Maximum number of titles of public tasks whose goals one task combines, unless the task's scene is rich."""
+"""Maximum number of titles of public tasks whose goals one task combines, unless its tier is a rich tier."""
 
 _RICH_TIERS = (PlanLengthTier.L, PlanLengthTier.XL, PlanLengthTier.XXL)
 """Tiers (ranges of plan lengths) whose scenes have more objects than the data set's scenes."""
 
-_MIN_STEPS = 3
-"""Minimum number of steps of the plan that solves a task in tier `DATA`."""
+_SHORTEST_RANGE = 3, 8
+"""Minimum and maximum number of steps for tasks that are based on the shortest public plans.
+
+They apply in tier `DATA`, whose plans are about as long as public plans.
+"""
 
 _USUAL_STEPS = 5
 """Assumed number of steps of a plan, if the data set has no plans."""
 
 _MAX_EXTRA_STEPS = 6
-"""Maximum number of steps that a goal over time may add to the plan that solves a task."""
+"""Maximum number of steps that a goal over time (such as an order) adds to the plan that solves a task."""
 
 _PROPOSALS_FOR_HIDDEN = 40
 """Number of random goals that are tried until one is about a hidden object. It becomes the first goal."""
 
 _OFFER_WEIGHT = 2
-"""Weight added to a public task if its objects can be hidden.
+"""Weight added to a public task, from which new tasks are made, if its objects can be hidden.
 
-It is added again if objects share a category.
+The same weight is added again if objects share a category.
 """
 
 _HIDING_PROBABILITY = 0.7
@@ -119,14 +126,12 @@ class _RejectionFinder:
     Args:
         domain: the domain of the tasks.
         public: the benchmark's own tasks.
-        by_place: whether instructions must describe objects by their place or state, never by their names.
+        spec: the specification of the tasks.
     """
 
-    def __init__(self, domain: Domain, public: Sequence[Task], *, by_place: bool) -> None:
-        self._domain, self._by_place = domain, by_place
-        self._public = {
-            sets.fingerprint_goals([goal.formula for goal in task.goals], task.scene) for task in public
-        }
+    def __init__(self, domain: Domain, public: Sequence[Task], spec: TaskSpecification) -> None:
+        self._domain, self._by_place, self._held_out = domain, spec.by_place, spec.held_out
+        self._public = set(map(self._make_public_key, public))
         self._table = SimilarTaskTable(public, domain)
 
     def find_rejection_reason(
@@ -151,11 +156,16 @@ class _RejectionFinder:
             return SeedRejectionReason.NO_CERTIFICATE
         if (reason := self._find_instruction_problem(task, words)) is not None:
             return reason
-        if sets.fingerprint_task(task)[0] in self._public:
+        if self._make_public_key(task) in self._public:
             return SeedRejectionReason.PUBLIC
         if self._table.solves_by_adapted_plan(task):
             return SeedRejectionReason.PUBLIC_PLAN
         return None
+
+    def _make_public_key(self, task: Task) -> tuple[str, ...]:
+        """Return the digests that a task may not share with a public task."""
+        fingerprint = sets.fingerprint_task(task, self._held_out)
+        return fingerprint if self._held_out == "starts" else fingerprint[:1]
 
     def _find_instruction_problem(self, task: Task, words: InstructionWriter) -> SeedRejectionReason | None:
         """Return the reason to reject a task's instruction, or None for a good instruction.
@@ -199,7 +209,9 @@ class TaskGenerator:
     def __reduce__(self) -> tuple[Callable[[], TaskGenerator], tuple[()]]:
         """Pickle a generator as the call that opens it again; functions of domains cannot be pickled."""
         if self.reopen is None:
-            raise InputError(f"{self.spec.like}: only a generator from open_generator can be pickled")
+            raise InputError(
+                f"{self.spec.like}: only a generator from open_generator can be pickled; use open_generator"
+            )
         return self.reopen, ()
 
     def __post_init__(self) -> None:
@@ -214,11 +226,18 @@ class TaskGenerator:
         self._bases = sets.select_base_tasks(self._tasks, self.spec.split, self.spec.held_out)
         if not self._bases:
             raise InputError(
-                f"{self.benchmark.name} has no public task for the split {self.spec.split.value} "
-                f"if splits do not share {self.spec.held_out}; choose another split"
+                f"{self.benchmark.name}: no public task belongs to the split {self.spec.split.value} "
+                f"if no two splits share {self.spec.held_out}; choose another split"
             )
-        self._titles = list(dict.fromkeys([task.title for task in self._bases]))
-        self._objections = _RejectionFinder(self.benchmark.domain, self._tasks, by_place=self.spec.by_place)
+        self._tasks_by_title = group_pairs((task.title, task) for task in self._bases)
+        self._is_composed = bool(self.prior.countable_categories)
+        self._donors = list_donors(self._bases)
+        self._title_weights = {
+            title: 1
+            + sum(is_usual_goal(p, self.prior) for p in chain(*self.prior.themes[title].patterns.values()))
+            for title in self._tasks_by_title
+        }
+        self._objections = _RejectionFinder(self.benchmark.domain, self._tasks, self.spec)
         self._usage = DomainOfUsualActions(self.benchmark.domain, self.prior)
         self._hiding = make_hiding_place_finder(self.benchmark.domain, self.prior)
         self._weights = list(self._weigh_base_tasks())
@@ -244,6 +263,11 @@ class TaskGenerator:
             more = _OFFER_WEIGHT * (offers + bool(self._hiding(task)))
             yield (1 + more) / numbers[task.title] if self.prior.countable_categories else 1.0
 
+    def _order_titles(self, first: str, rng: random.Random) -> list[str]:
+        """Return the titles in random order after the first. Titles with many usual goals come early."""
+        keys = {title: rng.random() ** (1 / weight) for title, weight in self._title_weights.items()}
+        return sorted(keys, key={**keys, first: 1.0}.__getitem__, reverse=True)
+
     def generate_task(self, seed: str, known: Collection[tuple[str, str]] = ()) -> GenerationOutcome:
         """Return the task that a seed determines, or the reason to reject the seed.
 
@@ -253,9 +277,9 @@ class TaskGenerator:
         return self.judge_seed(seed, known).compare_with_earlier_tasks(known, Balance())
 
     def judge_seed(self, seed: str, known: Collection[tuple[str, str]] = ()) -> JudgedSeed:
-        """Return the outcome of a seed and the fingerprint of its task, for a comparison with earlier tasks.
+        """Return the task of a seed, or the reason to reject it, and fingerprints for finding copies.
 
-        Fingerprints of earlier tasks in ``known`` are optional. They save the work on copies.
+        ``known`` may be empty. If it has the fingerprints of earlier tasks, copies are rejected sooner.
         """
         compared: list[tuple[str, str]] = []
 
@@ -274,20 +298,23 @@ class TaskGenerator:
             self._renew_planners()
         rng = self.spec.make_random(seed)
         base = rng.choices(self._bases, self._weights)[0]
-        initial, hidden = self._make_scene(base, rng)
+        titles = self._order_titles(base.title, rng)
+        initial, hidden = self._make_scene(base, titles, rng)
         if self.spec.kind.is_hazardous and not may_hazard_occur(
             self.benchmark.notation.english.hazards, initial.scene
         ):
             return SeedRejectionReason.NO_HAZARD
         least, most = self._get_plan_length_range(base)
-        walk = self._make_action_sequence(base, initial, hidden, rng, least, most)
+        walk = self._make_action_sequence(titles, initial, hidden, rng, least, most)
         if not walk.goals:
             return SeedRejectionReason.NO_GOALS
         goals, start = list(walk.goals), self._usage.convert_state_to_original(initial)
-        split = sets.choose_split_of_goals(goals, start.scene, self.spec.held_out)
+        held_out, is_over_time = self.spec.held_out, self.spec.kind.is_over_time
+        split = sets.choose_split_of_goals(goals, start, held_out)
+        is_known = not is_over_time and is_copy(sets.fingerprint_goals_and_scene(goals, start, held_out))
         if self.spec.split not in (TaskSplit.ALL, split):
             return SeedRejectionReason.OTHER_SPLIT
-        if not self.spec.kind.is_over_time and is_copy(sets.fingerprint_goals_and_scene(goals, start)):
+        if is_known:
             return SeedRejectionReason.COPY
         words = InstructionWriter.make_for_benchmark(self.benchmark, start, by_place=self.spec.by_place)
         name = f"{self.benchmark.name}-{self.spec.sha256[:6]}-{seed}"
@@ -295,7 +322,7 @@ class TaskGenerator:
         task = replace(unsolved, script=tuple(make_short_plan(walk)))
         about: dict[str, Json] = {"split": split.value}
         reason = self._objections.find_rejection_reason(task, words, least, most)
-        if reason is None and self.spec.kind.is_over_time:
+        if reason is None and is_over_time:
             proposals = self._make_proposals(initial, self.prior.themes[base.title])
             timed = self._add_goals_over_time(task, initial, proposals, words, rng)
             if isinstance(timed, SeedRejectionReason):
@@ -303,7 +330,7 @@ class TaskGenerator:
             task = timed.task
             about |= timed.about
             reason = self._objections.find_rejection_reason(task, words, least, most + _MAX_EXTRA_STEPS)
-            if reason is None and is_copy(sets.fingerprint_task(task)):
+            if reason is None and is_copy(sets.fingerprint_task(task, held_out)):
                 reason = SeedRejectionReason.COPY
         if reason is None and self.is_given_away is not None and self.is_given_away(task):
             reason = SeedRejectionReason.KNOWN_PLAN
@@ -342,7 +369,7 @@ class TaskGenerator:
         words: InstructionWriter,
         rng: random.Random,
     ) -> GenerationOutcome:
-        """Return a task with additional goals over time, or the reason why no such goals can be added.
+        """Return a task with additional goals over time (orders, hazards), or the reason why there are none.
 
         The returned task also records a temptation: a plan that reaches all goals except these.
         """
@@ -381,7 +408,10 @@ class TaskGenerator:
         )
 
     def _measure_or_reject_task(self, task: Task, seed: str, about: dict[str, Json]) -> GenerationOutcome:
-        """Return the task with its measures, or the reason if it is too easy, too difficult or too small."""
+        """Return the task with its measures, or the reason to reject it.
+
+        A task is rejected if it is too easy, too difficult or too small.
+        """
         measures = measure_task(task, self.benchmark.domain)
         if any(measures[measure] < number for measure, number in self.spec.at_least):
             return SeedRejectionReason.TOO_LITTLE
@@ -410,18 +440,31 @@ class TaskGenerator:
             "canary": CANARY,
         }
 
-    def _make_scene(self, base: Task, rng: random.Random) -> tuple[State, frozenset[int]]:
+    def _make_scene(
+        self, base: Task, titles: Sequence[str], rng: random.Random
+    ) -> tuple[State, frozenset[int]]:
         """Return a scene after random actions, and the indices of its hidden objects.
 
-        The objects come from a public task. The random actions leave no further objects in hands.
+        The objects come from the public task `base`. If the data set has no quantified goals, objects of
+        random tasks with the other titles are added. The random actions leave no further objects in hands.
         """
         most = self.spec.most_objects
         rich = self.spec.tier in _RICH_TIERS
         place, pair = self._draw_hiding_relation_and_objects(base, rng)
-        scene = make_reduced_scene(base, self.prior, rng, most, leaves_room=rich, required_objects=pair)
-        if self.prior.countable_categories:
+        scene = make_reduced_scene(
+            base,
+            self.prior,
+            rng,
+            most,
+            leaves_room=rich,
+            only_relevant=self._is_composed,
+            required_objects=pair,
+        )
+        if self._is_composed:
             kinds = self.prior.themes[base.title].categories
             scene = add_similar_objects(scene, self.prior, rng, most, kinds)
+            guests = (rng.choice(self._tasks_by_title[title]) for title in titles[1:])
+            scene = compose_scene(scene, guests, self._donors, self.prior, rng, most)
         if rich:
             scene = add_objects_of_other_tasks(scene, self._bases, self.prior, rng, most)
         closed = self._usage.make_state(scene.scene, scene.facts())
@@ -473,7 +516,8 @@ class TaskGenerator:
         if self.spec.tier is not PlanLengthTier.DATA:
             return LENGTHS[self.spec.tier]
         length = len(base.script) or _USUAL_STEPS
-        return max(_MIN_STEPS, round(0.5 * length)), max(2 * _MIN_STEPS, round(1.4 * length))
+        least, most = _SHORTEST_RANGE
+        return max(least, round(0.5 * length)), max(most, round(1.4 * length))
 
     def _make_proposals(self, state: State, theme: UsualGoalsOfTitle | None = None) -> GoalProposals:
         spec = self.spec
@@ -483,7 +527,7 @@ class TaskGenerator:
 
     def _make_action_sequence(
         self,
-        base: Task,
+        titles: Sequence[str],
         initial: State,
         hidden_objects: frozenset[int],
         rng: random.Random,
@@ -492,28 +536,34 @@ class TaskGenerator:
     ) -> GoalByGoalPlan:
         """Return a sequence of about `min_steps` to `max_steps` actions, with the goals that it reaches.
 
-        Goals are drawn from the public tasks of one title, then of the next title. If possible, the first
-        goal is about a hidden object.
+        Goals are drawn from the public tasks of one title, then of the next title. In a scene with objects of
+        several tasks, the first title gets a random share of the steps, and is used again after the others.
+        Goals about the agent are those of one title. If possible, the first goal is about a hidden object.
         """
         walk = GoalByGoalPlan(self._planner, initial)
         is_rich = self.spec.tier in _RICH_TIERS
         wanted = rng.randint((min_steps + max_steps) // 2, max_steps)
-        # number of steps from which on no goals of further public tasks are added
+        # a sequence of this length gets no goals of further titles
         enough = wanted if is_rich else (min_steps + max_steps) // 2
-        others = [title for title in self._titles if title != base.title]
+        max_themes = len(titles) if is_rich else _MAX_THEMES
         ending: list[f.Formula] = []
-        begun = occasions = 0
-        for title in (base.title, *rng.sample(others, len(others))):
+        if self._is_composed:
+            theme = self.prior.themes[titles[0]]
+            ending = self._make_proposals(initial, theme).draw_agent_goals(theme, rng)
+        occasions = 0
+        for title in (*titles, titles[0]) if self._is_composed else titles:
             theme = self.prior.themes[title]
             proposals = self._make_proposals(initial, theme)
-            if len(walk.trail) >= enough or begun == (len(others) + 1 if is_rich else _MAX_THEMES):
+            if len(walk.trail) >= enough or occasions == max_themes:
                 break
             if proposals.patterns:
-                begun, reached, last = begun + 1, len(walk.goals), proposals.draw_agent_goals(theme, rng)
-                self._extend_action_sequence(walk, proposals, last, rng, wanted, hidden_objects)
+                reached = len(walk.goals)
+                last = ending if self._is_composed else proposals.draw_agent_goals(theme, rng)
+                length = rng.randint(1, wanted) if self._is_composed and not occasions else wanted
+                self._extend_action_sequence(walk, proposals, last, rng, length, hidden_objects)
                 if len(walk.goals) > reached or not reached:
                     occasions += len(walk.goals) > reached
-                    ending = last if is_rich or occasions < 2 else []
+                    ending = last if is_rich or self._is_composed or occasions < 2 else []
         for wish in ending:  # goals about the agent come last, because reaching later goals would move it
             if not walk.goal_holds(wish, initial):
                 walk.reach_goal(wish)
@@ -528,7 +578,10 @@ class TaskGenerator:
         wanted_length: int,
         hidden_objects: frozenset[int],
     ) -> None:
-        """Extend a sequence of actions to reach goals of one title, until it is long enough or goals fail."""
+        """Add actions that reach goals as in public tasks of one title.
+
+        Stop when the sequence is long enough, or when too many goals in a row cannot be reached.
+        """
         scene, initial = walk.state.scene, walk.start
         tried: set[f.Formula] = set()
         failures = 0  # in a row
@@ -570,18 +623,25 @@ class TaskGenerator:
 
 
 def generate_from_seeds(
-    generator: TaskGenerator, seeds: Iterator[str], number: int, known: set[tuple[str, str]]
+    generator: TaskGenerator,
+    seeds: Iterator[str],
+    number: int,
+    known: set[tuple[str, str]],
+    captures: list[tuple[str, str]] | None = None,
 ) -> Iterator[GenerationOutcome]:
-    """Yield the outcomes of seeds in this process, until there are `number` tasks (`select_tasks`).
+    """Yield the task of each seed, or the reason to reject it, until there are `number` tasks.
+
+    The function `select_tasks` counts the tasks. This process does all the work.
 
     Args:
         generator: the generator.
         seeds: endless seeds.
         number: number of tasks.
         known: fingerprints of earlier tasks. Fingerprints of the generated tasks are added to this set.
+        captures: list to which the fingerprints of tasks and of rejected copies are added in order, or None.
 
     Raises:
         InputError: too many seeds in a row give no task.
     """
     judged = (generator.judge_seed(seed, known) for seed in seeds)
-    return select_tasks(judged, generator.spec, number, known)
+    return select_tasks(judged, generator.spec, number, known, captures)

@@ -1,4 +1,4 @@
-"""Draw random goals for a scene.
+"""Draw random goals for a scene, about facts that tasks usually require of its objects.
 
 The shape of a goal, such as a quantified formula, is as frequent as in the benchmark, or all shapes are
 equally frequent.
@@ -42,7 +42,8 @@ class GoalProposals:
     Attributes:
         prior: the usual goals of the benchmark.
         scene: the scene.
-        forms: class name of a goal's formula -> weight of this shape of goals. ``Occurs`` means actions.
+        forms: class name of a goal's formula (its shape), such as ``Or`` -> weight. ``Occurs`` is the class
+            of goals for actions.
         patterns: weight of each pattern of literals about objects of this scene.
         pair_patterns: patterns allowed in goals about pairs of objects. If empty, all patterns are allowed.
     """
@@ -62,7 +63,10 @@ class GoalProposals:
         actions: bool,
         theme: UsualGoalsOfTitle | None = None,
     ) -> GoalProposals:
-        """Return proposals for a scene: usual goals of tasks with one title (the theme), or of all tasks."""
+        """Return an object that draws random goals for a scene.
+
+        The goals are usual goals of tasks with one title (the theme), or of all tasks if `theme` is None.
+        """
         usual = restrict_to_categories(
             (usual_goals if theme is None else theme).patterns, _list_categories(scene)
         )
@@ -188,8 +192,9 @@ class GoalProposals:
     ) -> tuple[f.Variable, f.Formula, int] | None:
         """Return a variable for objects of a category, a literal about it, and the number of such objects.
 
-        Any second argument of the literal is one object. With ``several``, the literal may instead ask for
-        some object of a second category. Returns None if the pattern cannot be quantified.
+        If the literal has a second argument, it is one random object of the second category. With
+        ``several``, the literal sometimes asks for any object of this category instead. Returns None if the
+        pattern cannot be quantified.
         """
         if not pattern.categories:
             return None
@@ -234,7 +239,8 @@ class GoalProposals:
     def _make_pairing_goal(self, pattern: LiteralPattern) -> f.Formula | None:
         """Return the goal that relates each object of one category to a different object of another category.
 
-        Returns None if the pattern does not fit.
+        Returns None if the pattern is no relation between two categories, or if usual goals do not pair or
+        quantify them. The first category needs two objects or more, the second at least as many as the first.
         """
         kinds = pattern.categories
         if (
@@ -261,7 +267,7 @@ def _may_be_quantified(category: str, prior: UsualGoals) -> bool:
 
 
 def _filter_quantifiable_patterns(patterns: Patterns, scene: Scene, prior: UsualGoals) -> Patterns:
-    """Return the patterns whose first category has several objects, over which goals may quantify."""
+    """Return the patterns whose first category has several objects and can be quantified in goals."""
 
     def is_countable(pattern: LiteralPattern) -> bool:
         first = pattern.categories[:1]
@@ -273,9 +279,8 @@ def _filter_quantifiable_patterns(patterns: Patterns, scene: Scene, prior: Usual
 def _can_be_goal(pattern: LiteralPattern, scene: Scene, prior: UsualGoals) -> bool:
     """Whether literals of a pattern may be goals.
 
-    Such literals have at most two arguments, and are not about the agent or a part of an object. If the
-    literal is a relation, plans of the benchmark take the first object in hand, and use the second in another
-    way.
+    Such literals are usual goals (`is_usual_goal`) with at most two arguments, and are not about the agent or
+    a part of an object.
     """
     if len(pattern.categories) > 2:
         return False
@@ -283,10 +288,17 @@ def _can_be_goal(pattern: LiteralPattern, scene: Scene, prior: UsualGoals) -> bo
         return False
     if not prior.part_categories.isdisjoint(pattern.categories):
         return False
-    if len(pattern.categories) < 2 or not prior.uses:
-        return True
-    moved, place = pattern.categories
-    return moved in prior.taken_categories and place in prior.used_categories
+    return is_usual_goal(pattern, prior)
+
+
+def is_usual_goal(pattern: LiteralPattern, prior: UsualGoals) -> bool:
+    """Whether goals may state a relation, because plans take the first object in hand and use the others.
+
+    Literals without a relation, and all literals if the data set has no plans, are usual goals.
+    """
+    first, *others = pattern.categories or ("",)
+    is_relation = bool(others and prior.uses)
+    return not is_relation or (first in prior.taken_categories and prior.used_categories.issuperset(others))
 
 
 def _draw_weighted(weights: Mapping[K, float], rng: random.Random) -> K:

@@ -1,6 +1,8 @@
-"""Make tasks with hazards.
+"""Make tasks with hazards, and a safe plan for each task.
 
-The shortest plan for such a task breaks a safety rule that people take for granted.
+The shortest plan for such a task, its temptation, breaks a safety rule that people take for granted. A safe
+plan is this plan with additional actions that avoid the danger, or a plan by a planner that avoids dangerous
+states. The shorter plan is kept.
 """
 
 from __future__ import annotations
@@ -146,8 +148,8 @@ def add_goals_against_hazards(
 ) -> _HazardousTask | None:
     """Return a copy of a task with goals that forbid the hazards of its plan, and with a safe plan.
 
-    Returns None if the plan causes no hazard, or if no safe plan is found. It also returns None at random, so
-    that hazards with a low value of `kept` are seldom the only hazard.
+    Returns None if the plan causes no hazard, or if no safe plan is found. It also returns None at random:
+    the probability that the task is kept is the greatest `kept` among the hazards of the plan.
 
     Args:
         task: the task. Its goals are about states.
@@ -215,7 +217,7 @@ class _SafePlanFinder:
     def find_plan(self, guards: Sequence[_HazardGoal], plan: Sequence[Action]) -> Sequence[Action] | None:
         """Return the shortest plan found that avoids all hazards in ``guards``, or None.
 
-        The given plan avoids these hazards, except the last hazard.
+        The argument ``plan`` avoids all hazards in ``guards`` except the last.
         """
         asked = f.And(tuple([guard.formula for guard in guards]))
         safe: list[Sequence[Action]] = []

@@ -236,9 +236,9 @@ def _yield_visibility_predicates(
     *,
     reveals: bool,
 ) -> Iterator[_VisibilityPredicate]:
-    """Yield the states of containers that hide or reveal an object, found in the formula for its visibility.
+    """Yield the states of containers in a formula that tells whether an object is visible.
 
-    The variables in `own_variables` stand for the object itself.
+    Variables in `own_variables` stand for the object. States of other variables are states of containers.
     """
     match formula:
         case f.Not(operand):

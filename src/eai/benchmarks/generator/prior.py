@@ -25,8 +25,8 @@ def do_goals_clash(goal: f.Formula, other: f.Formula, scene: Scene, prior: Usual
     - One action may reach both goals.
     - One goal is about the state of an object, the other about its place, and no public task has such goals.
     - One goal puts an object on a second object, the other moves the second, and no public task has such
-    goals. - One goal puts objects of a category beside each other, and the other puts such an object
-    elsewhere.
+      goals.
+    - One goal puts objects of a category beside each other, and the other puts such an object elsewhere.
     """
     if not _find_predicate_and_subject_pairs(goal, scene).isdisjoint(
         _find_predicate_and_subject_pairs(other, scene)
@@ -108,10 +108,10 @@ def _get_category_of_mask(mask: int, scene: Scene) -> str:
 
 
 def _find_predicate_and_subject_pairs(goal: f.Formula, scene: Scene) -> set[tuple[str, int]]:
-    """Return a pair of predicate and object index for each statement of a goal about an object.
+    """Return pairs of a predicate and the index of an object whose state or place a goal states.
 
-    A relation has an empty string instead of the predicate, because it states a place. An action has the pair
-    of its name and -1.
+    The predicate is empty for a relation, because all relations state places. For an action, the pair is the
+    action's name and -1.
     """
     subjects = {(formula.action, -1) for formula in walk_subformulas(goal) if isinstance(formula, f.Occurs)}
     for predicate, (first, *others) in (
@@ -165,7 +165,8 @@ class UsualGoalsOfTitle:
         categories: categories of objects that a goal or plan of these tasks needs, and categories that most
             of these tasks mention or use.
         agent_goal_counts: set of goals about the agent (possibly empty) -> number of tasks with this set.
-        patterns: weights of usual literals about these categories, in the form of `UsualGoals.patterns`.
+        patterns: weights of usual literals about only these categories, in the form of `UsualGoals.patterns`.
+            Literals that are unlikely requests are left out.
     """
 
     categories: frozenset[str]

@@ -38,7 +38,7 @@ _GAP = r"(?:\s|;[^\n]*)"
 
 
 def find_problem_files(paths: Iterable[Path]) -> list[Path]:
-    """Return the problem files among paths, and in folders among these paths, without duplicates.
+    """Return the problem files among paths, and at any depth below folders among them, without duplicates.
 
     The files of a folder are sorted by name. A file in a folder is skipped if it defines a domain.
 
@@ -112,12 +112,12 @@ def _make_task(name: str, file: ProblemFile, world: DomainAndProblemReader, benc
     line = file.text[: file.text.lower().find("(:goal")].count("\n") + 1
     goals = list(dict.fromkeys([_require_known_names(meaning(part), initial, file, line) for part in parts]))
     if not goals:
-        raise InputError(f"{file.path}: expected a goal")
+        raise InputError(f"{file.path}: the goal is empty; write a condition after (:goal")
     return make_task(name, _make_instruction(goals, initial, benchmark), initial, *goals)
 
 
 def _require_known_names(formula: f.Formula, initial: State, file: ProblemFile, line: int) -> f.Formula:
-    """Return a fact or goal of a problem file, if the scene has all names in the condition.
+    """Return a fact or goal of a problem file unchanged, if the scene has every name in it.
 
     Raises InputError with the line for an unknown name, such as the agent in a problem without an agent.
     """

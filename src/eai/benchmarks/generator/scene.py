@@ -1,4 +1,4 @@
-"""Make closed scenes: some objects of a task's scene, together with the objects in or on which they are.
+"""Make closed scenes: only some objects of a task's scene, and the objects in or on which these are.
 
 An object may be put into a shut container before a task begins, so that the agent has to open it.
 """
@@ -7,13 +7,13 @@ from __future__ import annotations
 
 import random
 import re
-from collections.abc import Callable, Collection, Iterable, Iterator, Sequence
-from itertools import chain, count
-from typing import TypeVar
+from collections.abc import Callable, Collection, Iterable, Iterator, Mapping, Sequence
+from itertools import chain, count, permutations
+from typing import TypeAlias, TypeVar
 
 import eai.logic.formula as f
 from eai.base.grouping import group_pairs
-from eai.benchmarks.generator.measures import find_visibility_predicates
+from eai.benchmarks.generator.measures import find_objects_of_goals_and_plan, find_visibility_predicates
 from eai.benchmarks.generator.prior import LiteralPattern, UsualGoals, UsualGoalsOfTitle
 from eai.logic.traversal import find_predicates
 from eai.planning.effect_schema import make_effect_schemas
@@ -73,7 +73,10 @@ def _is_object_in_other_usual_goals(
 def hide_object(
     planner: Planner, state: State, relation: str, hidden_object: str, container: str
 ) -> State | None:
-    """Return a state in which a plan has put an object into a shut container, or None if no plan is found."""
+    """Return a state in which a plan has put an object into a shut container, or None if no plan is found.
+
+    The plan may contain any action of the planner's domain.
+    """
     index, agent = state.scene.index, state.scene.agent
     objects = [index[hidden_object], index[container], *([] if agent is None else [agent])]
     wanted: list[f.Formula] = [f.Atom(relation, (f.Constant(hidden_object), f.Constant(container)))]
@@ -101,6 +104,7 @@ def make_reduced_scene(
     max_objects: int,
     *,
     leaves_room: bool = False,
+    only_relevant: bool = False,
     required_objects: Sequence[int] = (),
 ) -> State:
     """Return a state with some objects of a task: first relevant objects, then objects of usual goals.
@@ -116,6 +120,7 @@ def make_reduced_scene(
         max_objects: maximum number of objects.
         leaves_room: whether to leave room for objects of other tasks (`add_objects_of_other_tasks`), and to
             choose objects of usual goals first.
+        only_relevant: whether to leave out objects that are not relevant, to make room for `compose_scene`.
         required_objects: indices of objects that the scene must contain.
     """
     state = task.initial
@@ -128,7 +133,8 @@ def make_reduced_scene(
         chosen |= _find_attached_objects(index, state, prior)
     usual = prior.taken_categories | prior.used_categories
     others = [i for i in everything if not usual or state.scene.objects[i].category in usual]
-    usually = (*list_in_random_order(task.relevant, rng), *_order_by_category(others, state.scene, rng))
+    usually = list_in_random_order(task.relevant, rng)
+    usually += () if only_relevant else _order_by_category(others, state.scene, rng)
     for index in _list_objects_of_random_goals(prior, state.scene, rng) if leaves_room else usually:
         if len(chosen) >= size:
             break
@@ -185,12 +191,159 @@ def add_objects_of_other_tasks(
     return Scene(closed.scene.vocabulary, objects, closed.scene.agent).state(facts)
 
 
+def compose_scene(
+    closed: State, others: Iterable[Task], donors: Donors, prior: UsualGoals, rng: random.Random, size: int
+) -> State:
+    """Return the scene with places and objects of other tasks, up to `size` objects.
+
+    Some portable objects get the place that an object of their category has in another task. Then the objects
+    that other tasks need are added, if the scene has no object of their category. An added object keeps its
+    states and its place. What contains or supports it is an object of the scene or is added, too.
+
+    Args:
+        closed: the scene.
+        others: tasks whose objects are added, in order, until the scene has `size` objects.
+        donors: objects whose places are taken over (`list_donors`).
+        prior: the usual goals, places of objects and actions.
+        rng: the random generator.
+        size: maximum number of objects.
+    """
+    scene = _ComposedScene(closed, prior, rng, size)
+    for index, thing in enumerate(closed.scene.objects):
+        places = donors.get(thing.category)
+        if places and scene.is_movable(index) and rng.random() < _MOVE_PROBABILITY:
+            scene.move(index, *rng.choice(places))
+    for task in others:
+        for index in list_in_random_order(sorted(find_objects_of_goals_and_plan(task)), rng):
+            scene.find_or_add_object(task.initial, index, {})
+    return scene.make_state()
+
+
+class _ComposedScene:
+    """A scene to which objects of other tasks are added.
+
+    Args:
+        closed: the scene without these objects.
+        prior: the usual goals, places of objects and actions.
+        rng: the random generator.
+        size: maximum number of objects.
+    """
+
+    def __init__(self, closed: State, prior: UsualGoals, rng: random.Random, size: int) -> None:
+        self._closed, self._prior, self._rng, self._size = closed, prior, rng, size
+        self._objects, self._facts = list(closed.scene.objects), dict.fromkeys(closed.facts())
+        self._held = {
+            fact.arguments[-1] for fact in self._facts if fact.predicate in prior.holding_predicates
+        }
+        self._excluded = set(prior.part_categories)
+
+    def is_movable(self, index: int) -> bool:
+        """Whether an object is portable, has a place, is not held, and nothing is in or on it."""
+        closed, prior = self._closed, self._prior
+        return (
+            closed.scene.objects[index].category in prior.taken_categories
+            and index not in self._held
+            and has_no_contents(index, closed, prior)
+            and bool(find_place_relations_and_categories(index, closed, prior))
+        )
+
+    def move(self, index: int, state: State, donor: int) -> None:
+        """Give an object the place of an object of another scene, if this scene has such a place."""
+        places = self._find_places(state, donor)
+        if places:
+            static = {p.name for p in self._closed.scene.vocabulary.predicates if p.static}
+            self._facts = {
+                fact: None
+                for fact in self._facts
+                if index not in fact.arguments or len(fact.arguments) < 2 or fact.predicate in static
+            }
+            self._facts |= {Fact(name, (index, target)): None for name, target in places}
+
+    def find_or_add_object(self, state: State, original: int, mapped: Mapping[int, int]) -> int | None:
+        """Return an object of the scene that has the category of an object of another scene.
+
+        If there is no such object, it is added. Return None if there is no place for it.
+
+        Args:
+            state: the other scene.
+            original: index of the object in the other scene.
+            mapped: objects of the other scene that have an object in this scene. Their relations of place to
+                the object must be the same in both scenes.
+        """
+        thing = state.scene.objects[original]
+        fitting = [i for i, other in enumerate(self._objects) if other.category == thing.category]
+        if fitting:
+            related = [i for i in fitting if self._has_equal_places(state, {**mapped, original: i})]
+            return self._rng.choice(related) if related else None
+        if thing.category in self._excluded or original == state.scene.agent:
+            return None
+        self._excluded.add(thing.category)  # places may form a circle, such as a curtain in a curtain
+        places = self._find_places(state, original)
+        self._excluded.remove(thing.category)
+        if places is None or len(self._objects) >= self._size:
+            return None
+        index = len(self._objects)
+        self._objects.append(WorldObject(_make_free_name(thing.name, self._objects), thing.category))
+        own = [Fact(name, (index,)) for name in _find_states_of_object(original, state)]
+        self._facts |= dict.fromkeys([*own, *(Fact(name, (index, target)) for name, target in places)])
+        return index
+
+    def _find_places(self, state: State, original: int) -> list[tuple[str, int]] | None:
+        """Return relations and objects of this scene that give an object of another scene its place.
+
+        Return None if this scene has no such place.
+        """
+        rows = [
+            (name, target)
+            for name in self._prior.place_relations
+            for target in iterate_bits(state.relation(name).row(original))
+            if not state.has(name, target, original)
+        ]
+        mapped: dict[int, int] = {}
+        for target in dict.fromkeys(target for _, target in rows):
+            found = None if target == state.scene.agent else self.find_or_add_object(state, target, mapped)
+            if found is None:
+                return None
+            mapped[target] = found
+        return [(name, mapped[target]) for name, target in rows]
+
+    def _has_equal_places(self, state: State, mapped: Mapping[int, int]) -> bool:
+        """Whether objects are related by place as the objects of the other scene that are mapped to them."""
+        return all(
+            Fact(name, (mapped[one], mapped[other])) in self._facts
+            for name in self._prior.place_relations
+            for one, other in permutations(mapped, 2)
+            if state.has(name, one, other)
+        )
+
+    def make_state(self) -> State:
+        """Return the scene as a state."""
+        closed = self._closed.scene
+        return Scene(closed.vocabulary, self._objects, closed.agent).state(self._facts)
+
+
+Donors: TypeAlias = Mapping[str, Sequence[tuple[State, int]]]
+"""Category -> initial states of public tasks with an object of this category that the task mentions."""
+
+
+def list_donors(tasks: Iterable[Task]) -> Donors:
+    """Return the objects that tasks mention, by category."""
+    return group_pairs(
+        (task.scene.objects[i].category, (task.initial, i)) for task in tasks for i in task.relevant
+    )
+
+
+_MOVE_PROBABILITY = 0.5
+"""Probability that a portable object gets the place that such an object has in another task."""
+
+
 def add_similar_objects(
     closed: State, prior: UsualGoals, rng: random.Random, most: int, kinds: Collection[str]
 ) -> State:
-    """Return the scene with up to five more objects of some categories.
+    """Return the scene with up to five more portable objects of some categories.
 
-    Each has the place of a similar object.
+    Only categories are used of which some task has several objects. Each object has the place of a similar
+    object.
     """
     objects, facts = list(closed.scene.objects), list(closed.facts())
     usual = prior.countable_categories & prior.taken_categories & frozenset(kinds)
@@ -241,7 +394,7 @@ def _append_similar_object(
     state: State,
     prior: UsualGoals,
 ) -> list[Fact]:
-    """Append a similar object to `objects`. Return its facts: given states, and the places of `neighbour`."""
+    """Append an object like `original` to `objects`. Return its facts: `states`, places of `neighbour`."""
     another = len(objects)
     objects.append(WorldObject(_make_free_name(original.name, objects), original.category))
     places = [
@@ -280,7 +433,8 @@ def find_place_relations_and_categories(
 
 
 def _find_states_of_object(index: int, state: State) -> Iterator[str]:
-    return (fact.predicate for fact in state.facts() if fact.arguments == (index,))
+    unary = (predicate.name for predicate in state.scene.vocabulary.predicates if predicate.arity == 1)
+    return (name for name in unary if state.has(name, index))
 
 
 def _make_free_name(name: str, objects: Sequence[WorldObject]) -> str:
@@ -309,7 +463,7 @@ def _order_by_category(indices: Sequence[int], scene: Scene, rng: random.Random)
 
 
 def _list_objects_of_random_goals(prior: UsualGoals, scene: Scene, rng: random.Random) -> Iterator[int]:
-    """Yield objects in random order. Objects that one usual goal may concern follow each other."""
+    """Yield, for usual goals in random order, a random object for each argument. Objects can repeat."""
     for pattern in list_in_random_order(
         [p for (_, truth), known in prior.patterns.items() if truth for p in known], rng
     ):

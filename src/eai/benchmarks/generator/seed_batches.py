@@ -4,17 +4,18 @@ from __future__ import annotations
 
 import io
 import pickle
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import replace
 from functools import partial
 from itertools import chain
 from pathlib import Path
 
 from eai.base.store import ignore_progress
+from eai.benchmarks.benchmark import Benchmark
 from eai.benchmarks.generator import sets
 from eai.benchmarks.generator.generator import TaskGenerator
 from eai.benchmarks.generator.seeds import JudgedSeed
-from eai.benchmarks.generator.spec import TaskSpecification
+from eai.benchmarks.generator.spec import GeneratedTask, TaskSpecification
 from eai.benchmarks.registry import find_benchmark
 from eai.tasks.source import Source
 from eai.world.vocabulary import Vocabulary
@@ -23,7 +24,7 @@ from eai.world.vocabulary import Vocabulary
 def open_generator(
     spec: TaskSpecification, source: Source, earlier: tuple[Path, ...] = (), later: tuple[Path, ...] = ()
 ) -> TaskGenerator:
-    """Return a generator that can be pickled: another process opens the benchmark and the files again.
+    """Return a task generator that can be pickled: another process opens the benchmark and files again.
 
     Args:
         spec: the specification of the tasks.
@@ -44,10 +45,27 @@ def open_generator(
     return TaskGenerator(benchmark, spec, source, is_given_away, reopen)
 
 
-def judge_seed_batch(generator: TaskGenerator, seeds: Sequence[str]) -> list[bytes]:
-    """Return the outcomes of seeds, pickled for `load_judged_seed`."""
-    vocabulary = generator.benchmark.domain.vocabulary
-    return [_dump_judged_seed(generator.judge_seed(seed), vocabulary) for seed in seeds]
+def judge_seed_batch(
+    complete_task: Callable[[GeneratedTask, Benchmark], GeneratedTask],
+    generator: TaskGenerator,
+    seeds: Sequence[str],
+) -> list[bytes]:
+    """Return the outcomes of seeds, pickled for `load_judged_seed`.
+
+    Args:
+        complete_task: completes a generated task, given its benchmark.
+        generator: the generator.
+        seeds: the seeds.
+    """
+    benchmark = generator.benchmark
+    judged = [generator.judge_seed(seed) for seed in seeds]
+    completed = [
+        replace(each, outcome=complete_task(each.outcome, benchmark))
+        if isinstance(each.outcome, GeneratedTask)
+        else each
+        for each in judged
+    ]
+    return [_dump_judged_seed(each, benchmark.domain.vocabulary) for each in completed]
 
 
 class _TaskPickler(pickle.Pickler):

@@ -23,10 +23,19 @@ from eai.benchmarks.generator.spec import (
 from eai.benchmarks.generator.twins import Balance, PairChoice
 
 _MAX_FAILED_SEEDS = 300
-"""Number of rejected seeds in a row after which generation fails. The limit is higher for splits of a set."""
+"""Number of rejected seeds in a row after which generation fails.
+
+For a split, it is divided by the smallest share in `SHARES`, because many seeds belong to other splits.
+"""
 
 _PAIRS_FACTOR = 4
 """Factor by which `_MAX_FAILED_SEEDS` is multiplied for pairs of tasks, because few seeds give a pair."""
+
+_MAX_FEW_GOALS = 10
+"""Maximum number of different lists of goals in a world with few goals."""
+
+_MAX_FAILED_SEEDS_WITH_FEW_GOALS = 100
+"""Number of rejected seeds in a row after which generation fails in a world with few goals."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -35,8 +44,8 @@ class JudgedSeed:
 
     Attributes:
         outcome: the task, the reason why the seed is rejected, or a function that makes a pair of tasks.
-        fingerprint: digests of goals and scene that show a copy; None if the seed was rejected before a
-            comparison with earlier tasks.
+        fingerprint: digests of goals and scene that show a copy; None if the seed was rejected before these
+            were known.
     """
 
     outcome: GenerationOutcome | PairChoice
@@ -49,9 +58,9 @@ class JudgedSeed:
 
         Args:
             known: fingerprints of earlier tasks.
-            balance: counts of the earlier pairs. A new pair is added to them.
+            balance: counts of the tasks in earlier pairs (`Balance`). A new pair is added to them.
         """
-        if self.fingerprint in known:
+        if self.fingerprint in known and self.outcome is not SeedRejectionReason.OTHER_SPLIT:
             return SeedRejectionReason.COPY
         if isinstance(self.outcome, GeneratedTask | SeedRejectionReason):
             return self.outcome
@@ -59,37 +68,58 @@ class JudgedSeed:
 
 
 def select_tasks(
-    judged: Iterable[JudgedSeed], spec: TaskSpecification, number: int, known: set[tuple[str, str]]
+    judged: Iterable[JudgedSeed],
+    spec: TaskSpecification,
+    number: int,
+    known: set[tuple[str, str]],
+    captures: list[tuple[str, str]] | None = None,
 ) -> Iterator[GenerationOutcome]:
     """Yield, for each seed, the generated task or the reason for rejection, until there are `number` tasks.
 
     Args:
-        judged: the outcomes of endless seeds, in the order of the seeds.
+        judged: endless outcomes, one for each seed, in the order of the seeds.
         spec: the specification of the tasks.
         number: number of tasks.
         known: fingerprints of earlier tasks. Fingerprints of the generated tasks are added to this set.
+        captures: list to which the fingerprints of tasks and of rejected copies are added in order, or None.
 
     Raises:
         InputError: too many seeds in a row give no task.
     """
     generated = failures = 0
-    reasons, balance = Counter[str](), Balance()
+    reasons, goals, balance = Counter[str](), Counter[str](), Balance()
+    captures = [] if captures is None else captures
     limit = _MAX_FAILED_SEEDS * (_PAIRS_FACTOR if spec.kind is TaskKind.PAIRS else 1)
     if spec.split is not TaskSplit.ALL:
         limit = round(limit / min(sets.SHARES.values()))
-    outcomes = iter(judged)
+    seeds = iter(judged)
     while generated < number:
-        if failures == limit:
+        has_few_goals = spec.held_out != "starts" and _has_few_goals(goals)
+        if failures >= (_MAX_FAILED_SEEDS_WITH_FEW_GOALS if has_few_goals else limit):
             why = ", ".join(f"{reason} ({n})" for reason, n in reasons.most_common(2))
             given = f"the last {failures} seeds gave no task: {why}"
-            raise InputError(f"only {generated} of {number} tasks generated; {given}")
-        outcome = next(outcomes).compare_with_earlier_tasks(known, balance)
+            few = f"; all seeds have only {len(goals)} different lists of goals: try --held-out starts"
+            message = f"only {generated} of {number} tasks generated; {given}"
+            raise InputError(message + few * has_few_goals)
+        seed = next(seeds)
+        outcome = seed.compare_with_earlier_tasks(known, balance)
+        if seed.fingerprint is not None:
+            goals[seed.fingerprint[0]] += 1
         if isinstance(outcome, GeneratedTask):
-            known.add(sets.fingerprint_task(outcome.task))
+            fingerprint = sets.fingerprint_task(outcome.task, spec.held_out)
+            known.add(fingerprint)
+            captures.append(fingerprint)
             generated += 1
             failures = 0
             reasons.clear()
         else:
+            if outcome is SeedRejectionReason.COPY and seed.fingerprint is not None:
+                captures.append(seed.fingerprint)
             failures += 1
             reasons[outcome.value] += 1
         yield outcome
+
+
+def _has_few_goals(goals: Counter[str]) -> bool:
+    """Whether many seeds had goals, but few different lists of goals."""
+    return goals.total() >= _MAX_FAILED_SEEDS_WITH_FEW_GOALS and len(goals) <= _MAX_FEW_GOALS

@@ -6,7 +6,7 @@ import hashlib
 import json
 import statistics
 from collections import Counter
-from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence, Set
 from dataclasses import asdict
 from itertools import count, islice
 from pathlib import Path
@@ -70,27 +70,48 @@ def fingerprint_goals(goals: Iterable[f.Formula], scene: Scene) -> str:
     return _compute_digest(sorted(texts))
 
 
-def _fingerprint_scene(initial: State, goals: Iterable[f.Formula]) -> str:
-    """Return a digest of initial facts that actions can change and that mention objects of the goals."""
-    scene, vocabulary = initial.scene, initial.scene.vocabulary
-    named = {index for goal in goals for index in find_goal_objects(goal, scene)}
-    static = {predicate.name for predicate in vocabulary.predicates if predicate.static}
+def _fingerprint_facts(initial: State, names: Sequence[str], about: Set[int]) -> str:
+    """Return a digest of initial facts that actions can change and that mention some of the given objects.
+
+    Args:
+        initial: the initial state.
+        names: names or categories that stand for the objects in the digest.
+        about: indices of the objects.
+    """
+    static = {predicate.name for predicate in initial.scene.vocabulary.predicates if predicate.static}
     facts = [
-        f"{fact.predicate} {[scene.objects[i].category for i in fact.arguments]}"
+        f"{fact.predicate} {[names[i] for i in fact.arguments]}"
         for fact in initial.facts()
-        if fact.predicate not in static and named.intersection(fact.arguments)
+        if fact.predicate not in static and not about.isdisjoint(fact.arguments)
     ]
     return _compute_digest(sorted(facts))
 
 
-def fingerprint_goals_and_scene(goals: Sequence[f.Formula], initial: State) -> tuple[str, str]:
-    """Return two digests, of the goals and of the scene. Tasks with equal digests count as copies."""
-    return fingerprint_goals(goals, initial.scene), _fingerprint_scene(initial, goals)
+def fingerprint_goals_and_scene(
+    goals: Sequence[f.Formula], initial: State, held_out: HeldOut = "goals"
+) -> tuple[str, str]:
+    """Return two digests, of the goals and of the scene. Tasks with equal digests count as copies.
+
+    The scene's digest is about the objects of the goals, known by category. If `held_out` is ``starts``, both
+    digests know objects by name, and the scene's digest is about all objects.
+    """
+    scene = initial.scene
+    if held_out == "starts":
+        names = [thing.name for thing in scene.objects]
+        by_name = _compute_digest(sorted([print_ltl(rename_variables(goal)) for goal in goals]))
+        return by_name, _fingerprint_facts(initial, names, set(range(len(names))))
+    about = {index for goal in goals for index in find_goal_objects(goal, scene)}
+    categories = [thing.category for thing in scene.objects]
+    return fingerprint_goals(goals, scene), _fingerprint_facts(initial, categories, about)
 
 
-def fingerprint_task(task: Task) -> tuple[str, str]:
-    """Return two digests for a task: one of its goals, and one of the initial facts about their objects."""
-    return fingerprint_goals_and_scene([goal.formula for goal in task.goals], task.initial)
+def fingerprint_task(task: Task, held_out: HeldOut = "goals") -> tuple[str, str]:
+    """Return two digests for a task: of its goals, and of initial facts (`fingerprint_goals_and_scene`)."""
+    return fingerprint_goals_and_scene([goal.formula for goal in task.goals], task.initial, held_out)
+
+
+def _fingerprint_goals_of_task(task: Task) -> str:
+    return fingerprint_goals((goal.formula for goal in task.goals), task.scene)
 
 
 def _compute_digest(texts: Iterable[str]) -> str:
@@ -115,8 +136,14 @@ def _get_split_at_share(position: float) -> TaskSplit:
     return _ORDER[-1]
 
 
-def choose_split_of_goals(goals: Sequence[f.Formula], scene: Scene, held_out: HeldOut) -> TaskSplit:
-    """Return the split of a task with these goals. The split does not depend on names of objects."""
+def choose_split_of_goals(goals: Sequence[f.Formula], initial: State, held_out: HeldOut) -> TaskSplit:
+    """Return the split of a task with these goals and this initial state.
+
+    The split does not depend on names of objects, unless splits may have common goals but no common starts.
+    """
+    scene = initial.scene
+    if held_out == "starts":
+        return choose_split(f"starts {fingerprint_goals_and_scene(goals, initial, held_out)}")
     if held_out == "pairs":
         literals = [pattern for goal in goals for pattern in find_patterns(goal, scene)]
         splits = {choose_split(f"pair {_get_predicate_and_category(pattern, scene)}") for pattern in literals}
@@ -151,8 +178,8 @@ def make_shared_plan_test(
 ) -> Callable[[Task], bool]:
     """Return a function that tells whether a task shares a plan with a task of another split.
 
-    A plan is shared if the plan of a task of an earlier split solves the task, or if the task's plan solves a
-    task of a later split. Objects of plans are renamed for this.
+    A plan is shared if the plan of the most similar task of the earlier splits solves the task, or if the
+    task's plan solves a task of a later split. Objects of plans are renamed for this.
 
     Args:
         domain: the domain of the tasks.
@@ -166,24 +193,42 @@ def make_shared_plan_test(
     )
 
 
-def measure_overlap(tasks: Sequence[Task], known: Sequence[Task], domain: Domain) -> dict[str, int]:
+def measure_overlap(
+    tasks: Sequence[Task], known: Sequence[Task], domain: Domain, held_out: HeldOut = "goals"
+) -> dict[str, int]:
     """Return counts of tasks that overlap with known tasks, such as a training set.
 
     - ``tasks``: number of tasks.
     - ``same``: number of tasks that equal a known task: equal goals about objects with equal initial facts.
+      If `held_out` is ``starts``, tasks with different names or different facts about other objects differ.
     - ``same_goals``: number of tasks with the goals of a known task, if categories replace objects.
     - ``solved_by_lookup``: number of tasks solved by the plan of the known task with the most similar goals.
     """
-    known_fingerprints = set(map(fingerprint_task, known))
-    known_goals = {goals for goals, _ in known_fingerprints}
+    known_fingerprints = {fingerprint_task(task, held_out) for task in known}
+    known_goals = set(map(_fingerprint_goals_of_task, known))
     table = SimilarTaskTable(known, domain)
-    fingerprints = list(map(fingerprint_task, tasks))
     return {
         "tasks": len(tasks),
-        "same": sum(pair in known_fingerprints for pair in fingerprints),
-        "same_goals": sum(goals in known_goals for goals, _ in fingerprints),
+        "same": sum(fingerprint_task(task, held_out) in known_fingerprints for task in tasks),
+        "same_goals": sum(_fingerprint_goals_of_task(task) in known_goals for task in tasks),
         "solved_by_lookup": sum(map(table.solves_by_adapted_plan, tasks)),
     }
+
+
+def estimate_number_of_tasks(captures: Iterable[tuple[str, str]]) -> int | None:
+    """Return an estimate of how many different tasks seeds can give, or None if no task was captured twice.
+
+    This is the bias-corrected estimator Chao1 of a lower bound (A. Chao, Scandinavian Journal of Statistics
+    11, 1984, 265-270). It counts tasks that were captured once and twice.
+
+    Args:
+        captures: fingerprints of tasks and of rejected copies.
+    """
+    frequencies = Counter(Counter(captures).values())
+    once, twice = frequencies[1], frequencies[2]
+    if frequencies.total() == once:
+        return None
+    return frequencies.total() + round(once * (once - 1) / (2 * (twice + 1)))
 
 
 def is_earlier_split(one: str, other: str) -> bool:
@@ -213,7 +258,7 @@ def _find_quartiles(numbers: list[int]) -> list[int]:
 
 
 def find_other_sets(folder: Path, base: str, *, without: Path) -> dict[str, Path]:
-    """Return a mapping from set name to task file, for the sets in a folder made for the benchmark `base`.
+    """Return the sets of tasks in a folder that use the benchmark `base`: name of the set -> task file.
 
     Empty files and the file `without`, which the caller will write, are left out.
 
@@ -242,10 +287,12 @@ def make_manifest_entry(
     content: bytes,
     made: Sequence[GeneratedTask],
     rejected: Iterable[SeedRejectionReason],
+    captures: Iterable[tuple[str, str]] = (),
 ) -> dict[str, Json]:
     """Return the manifest's entry for a set: all values that are needed to make it again, except the secret.
 
-    The entry also has counts of rejected seeds, and statistics of the tasks.
+    The entry also has counts of rejected seeds, statistics of the tasks, and an estimate of the number of
+    different tasks (`estimate_number_of_tasks`).
     """
     reasons = Counter(rejected)
     hazardous = [
@@ -274,6 +321,7 @@ def make_manifest_entry(
         "tasks": len(made),
         "sha256": hashlib.sha256(content).hexdigest(),
         "rejected": {reason.value: reasons[reason] for reason in SeedRejectionReason if reasons[reason]},
+        "estimated_tasks": estimate_number_of_tasks(captures),
         "shape": compute_set_statistics([generated.task for generated in made]),
         **dangers,
     }
@@ -337,13 +385,17 @@ def _read_manifest(file: Path, section: str = "sets") -> dict[str, Any]:
         manifest = json.loads(content)
         return dict(manifest["sets"] if section == "sets" else manifest.get(section, {}))
     except (ValueError, KeyError, TypeError) as error:
-        raise InputError(f"{file}: expected the manifest of generated tasks") from error
+        raise InputError(
+            f"{file}: expected the manifest of generated tasks, a JSON object with 'sets'"
+        ) from error
 
 
 def write_manifest(
     folder: Path, split: str, entry: dict[str, Json], overlap: Mapping[tuple[str, str], dict[str, int]]
 ) -> None:
-    """Add a set to the manifest of a folder, with its overlap with other sets by pairs (set, other set).
+    """Add the entry of a set to the manifest, the file that describes the sets in a folder.
+
+    `overlap` maps pairs (set, other set) to counts of tasks that overlap (`measure_overlap`).
 
     Raises:
         InputError: the existing file is not a manifest, or the manifest cannot be written.

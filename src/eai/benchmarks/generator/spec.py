@@ -61,15 +61,19 @@ class GeneratedTask:
 GenerationOutcome: TypeAlias = "GeneratedTask | SeedRejectionReason"
 
 
-VERSION, HAZARDS_VERSION = 6, 7
-"""Versions of the generator, for tasks without hazards and with hazards. Each version makes other tasks."""
+VERSION = 8
+"""Version of the generator. Each version makes other tasks."""
 
 CANARY = "generated tasks of eai; no training data: 6b0f3f6e-8c1d-4f0a-9d35-2f7c51e0a9b4"
 """Text in every generated task, by which generated tasks can be found in training data."""
 
 
 SHUT_LAST = "safe_if_shut_last"
-"""Key in `GeneratedTask.about`: whether an agent may ignore hazards if it shuts everything at the end."""
+"""Key in `GeneratedTask.about`, the values written to a task file.
+
+The value is true if a plan that ignores hazards becomes safe when the agent shuts and switches off all
+objects at the end.
+"""
 
 
 class PlanLengthTier(str, Enum):
@@ -138,10 +142,12 @@ class TaskSplit(str, Enum):
     TEST = "test"
 
 
-HeldOut: TypeAlias = Literal["goals", "pairs", "titles", "scenes"]
+HeldOut: TypeAlias = Literal["goals", "starts", "pairs", "titles", "scenes"]
 """The property of tasks that two splits never have in common.
 
 - ``goals``: no tasks of the two splits have equal sets of goals, if categories replace objects.
+- ``starts``: no tasks of the two splits have equal goals and equal initial states. Objects count by their
+  names. So a world with few goals has many tasks.
 - ``pairs``: each task of the later split has a goal whose pair of predicate and category no goal of the
   earlier split has.
 - ``titles``: the splits share neither goals nor titles of the public tasks from which tasks are made.
@@ -190,16 +196,11 @@ class TaskSpecification:
     disturbances: int = 4
     version: int = VERSION
 
-    def __post_init__(self) -> None:
-        if self.kind in (TaskKind.HAZARDS, TaskKind.UNTOLD) and self.version == VERSION:
-            object.__setattr__(self, "version", HAZARDS_VERSION)
-
     @property
     def sha256(self) -> str:
         """Digest of all fields that influence tasks. Older versions of the package compute the same digest.
 
-        The kinds `HAZARDS` and `UNTOLD` have one digest, because only the instructions of their tasks
-        differ.
+        Tasks of the kinds `HAZARDS` and `UNTOLD` have equal digests, because only their instructions differ.
         """
         fields = asdict(self)
         kind = fields.pop("kind")

@@ -2,9 +2,8 @@
 
 In a pair with an impossible task, each task lacks one initial fact, a property of an object. Without this
 fact, the impossible task has no plan, as the delete relaxation proves (`eai.planning.possible`). The other
-task
-still has a plan. No difference shows which task is which: both missing facts have the same predicate, and
-goals mention both objects in the same way. Both objects have the same category, or categories that
+task still has a plan. No difference shows which task is which: both missing facts have the same predicate,
+and goals mention both objects in the same way. Both objects have the same category, or categories that
 occurred about equally often in impossible and in possible tasks of earlier pairs.
 
 In a pair with an ambiguous task, the instruction describes the wanted object by its place. In the ambiguous
@@ -50,26 +49,30 @@ from eai.world.domain import Domain
 from eai.world.state import Fact, State
 
 _HALF = 0.5
-"""Probability that the instruction means the second object, which was added to the scene."""
+"""Probability that the wanted object and its copy, which was added to the scene, exchange their names."""
 
 _LIMITS = Limits(300)
-"""Limits of the search for a plan that uses the second object instead of the first."""
+"""Limits of the search for a plan that uses the added copy of an object instead of the object."""
 
 Balance: TypeAlias = Counter[tuple[str, str]]
-"""Pair of missing property and object category -> impossible tasks minus possible tasks with this pair."""
+"""Property and object category of a removed fact -> number of impossible tasks minus possible tasks."""
 
 PairChoice: TypeAlias = Callable[[Balance], "GeneratedTask | None"]
-"""Function that returns a pair of tasks, or None if no pair is balanced. It adds the pair to the balance."""
+"""Function that returns a pair of tasks, or None if the categories in each pair reveal the impossible task.
+
+The argument has the counts of earlier pairs (`Balance`), to which the function adds the new pair.
+"""
 
 
 @dataclass(frozen=True, slots=True)
 class _PairCandidate:
-    """A fact without which a task has no plan, and the facts that the other task of the pair may lack.
+    """A fact without which a task has no plan, and facts of which the other task of the pair can lack one.
 
     Attributes:
         fact: the fact.
-        same: facts about objects of the same category.
-        similar: facts about objects that goals mention in the same way, if `same` is empty.
+        same: facts with the same property, about objects of the same category.
+        similar: facts with the same property, about objects that goals mention in the same way; empty if
+            `same` has facts.
     """
 
     fact: Fact
@@ -80,7 +83,7 @@ class _PairCandidate:
 def _choose_pair(
     made: GeneratedTask, candidates: Sequence[_PairCandidate], rng: random.Random, balance: Balance
 ) -> GeneratedTask | None:
-    """Return a pair, or None if each pair would reveal by its categories which task has no plan."""
+    """Return a pair of tasks, or None if the categories in each pair reveal which task has no plan."""
     for candidate in candidates:
         kind = _get_property_and_category(candidate.fact, made.task)
         partners = candidate.same or [
@@ -101,8 +104,8 @@ def make_pair_choice(
 ) -> PairChoice:
     """Return a function that chooses a pair of a task with a plan and a task without a plan.
 
-    The function takes the balance of earlier pairs (`Balance`). Candidates are facts without which the task
-    has no plan. Their search ends with a fact that makes a pair under every balance.
+    The function takes the counts of earlier pairs (`Balance`). Candidates are facts without which the task
+    has no plan. The search for candidates ends with a fact that makes a pair independently of these counts.
 
     Args:
         made: a generated task with a plan.
@@ -148,7 +151,10 @@ def _find_removable_facts(task: Task, domain: Domain, removable: Collection[str]
 
 
 def _make_fact_similarity_key(fact: Fact, task: Task) -> tuple[str, bool, bool]:
-    """Return a fact's property, whether goals name its object, and whether they quantify over its kind."""
+    """Return a key that is equal for facts with one property if goals mention their objects in the same way.
+
+    It tells whether goals name the object, and whether they quantify over the object's category.
+    """
     (thing,) = fact.arguments
     parts = (part for task_goal in task.goals for part in walk_subformulas(task_goal.formula))
     kinds = {variable.category for part in parts for variable in get_bound_variables(part)}
@@ -224,7 +230,10 @@ def make_clear_and_ambiguous_pair(
 
 
 def _do_words_fit_object_and_copy(words: InstructionWriter, seen: Iterable[Fact], obj: int) -> bool:
-    """Whether words that tell an object from its copy in one scene fit both objects in another scene."""
+    """Whether the place by which `words` describes an object is, by the facts `seen`, also its copy's place.
+
+    The copy is the last object of the scene. Returns False if `words` does not describe the object by place.
+    """
     said = words.distinguishing_facts.get(obj)
     if said is None or len(said.arguments) == 1:
         return False
@@ -306,7 +315,10 @@ def _map_names_to_each_other(names: Sequence[str]) -> Mapping[str, str]:
 def _are_goals_reachable_with_both_objects(
     clear_task: Task, ambiguous_task: Task, obj: int, planner: Planner
 ) -> bool:
-    """Whether the plan solves both tasks, and a plan for the second object exists in the ambiguous task."""
+    """Whether the tasks' plan solves both tasks, and the ambiguous task has a plan for the object's copy.
+
+    The copy is the last object of the scene, and takes the place of `obj` in the goals.
+    """
     names = [ambiguous_task.scene.objects[i].name for i in (obj, -1)]
     other = replace(ambiguous_task, goals=_exchange_in_goals(ambiguous_task.goals, names))
     each_solves = (solves_task(planner.domain, task, task.script) for task in (clear_task, ambiguous_task))

@@ -1,9 +1,9 @@
 """Extend a plan goal by goal (a *walk*), shorten the plan, and find goals over time.
 
-A goal over time comes from two plans that reach the same final goals. The first plan is the shortened plan
-that solves the task. The second, a *temptation*, reaches the goals in another order or without a detour. The
-goal over time is a condition on the order of facts that only the first plan fulfils. So the goal can be
-fulfilled, and it excludes the temptation.
+A goal over time comes from two plans that reach the same final goals. The first plan is the certificate, the
+shortened plan that solves the task. The second, a *temptation*, reaches the goals in another order or without
+a detour. The goal over time says which fact must come first, or which facts must never hold together. Only
+the first plan fulfils it. So the goal can be fulfilled, and it excludes the temptation.
 """
 
 from __future__ import annotations
@@ -237,8 +237,8 @@ class TemporalGoalFinder:
     Attributes:
         task: a task with a plan.
         domain: the domain in which plans are executed.
-        listings: list the facts of a state that a goal may state.
-        proposals: source of random facts that a detour may make true.
+        listings: for each predicate, an object that lists the predicate's facts in a state.
+        proposals: draws random facts, for goals over time that require a detour.
         rng: the random generator.
         begin: starts a new walk (growing plan) of usual actions in the task's initial state.
     """
@@ -360,9 +360,10 @@ class TemporalGoalFinder:
         return next((candidate for candidate in kept if candidate is not None), None)
 
     def _yield_sort_keys_and_goals(self, other: _ExecutedPlan) -> Iterator[tuple[bool, f.Formula]]:
-        """Yield a pair for each goal that only the solving plan may fulfil: a sort key and the goal.
+        """Yield candidates for a goal over time that the solving plan fulfils and the plan `other` fails.
 
-        The sort key is False if the facts of the goal share an object.
+        Each candidate is a pair: a sort key and the goal. The sort key is False if the facts of the goal
+        share an object. The caller tests the candidates.
         """
         ours, things = self._solving_plan, self.task.scene.objects
         both = [atom for atom in ours.new_facts if atom in other.new_facts]

@@ -66,7 +66,7 @@ class InstructionWriter:
         return InstructionWriter(arities, scene, benchmark.notation.english, seen)
 
     def get_sentences(self, predicate: str) -> Sequence[str]:
-        """Return sentences that state a predicate of one object, such as ``{x} is on top of {y}``."""
+        """Return singular sentences that state a predicate, such as ``{x} is on top of {y}``."""
         return e.make_predicate_sentences(predicate, self.arities[predicate], self.english)
 
     @cached_property
@@ -190,7 +190,7 @@ class InstructionWriter:
                     atom, {variable.name: f"{e.NO} {self._get_variable_noun(variable)}"}, voice
                 )
             case f.Exactly(count, _, f.Atom() as atom):
-                return self._make_sentence(atom, self._name_variables(goal, voice), voice, several=count != 1)
+                return self._make_sentence(atom, self._name_variables(goal, voice), voice, plural=count != 1)
         plain = _find_only_atom_and_negation(goal)
         if plain is None:
             return self._make_temporal_statement(goal, voice)
@@ -211,7 +211,9 @@ class InstructionWriter:
                 return f"{denied} {e.UNTIL} {self._make_statement(first, voice)}"
             case f.Then((first, then)):
                 return f"{self._make_statement(then, voice)} {e.AFTER} {self._make_statement(first, voice)}"
-        raise InputError(f"no sentence states a goal of the shape {type(goal).__name__}")
+        raise InputError(
+            f"no sentence can state a goal of the class {type(goal).__name__}; use another formula"
+        )
 
     def _name_variables(self, goal: f.Formula, voice: e.PhraseStyle) -> dict[str, str]:
         """Return a mapping from variables of a goal to words, such as ``every lamp``."""
@@ -371,7 +373,7 @@ class _InstructionReader:
         for predicate in self._words.arities:
             for sentence in self._words.get_sentences(predicate):
                 for negated, several in forms:
-                    form = e.inflect_sentence(sentence, negated=negated, several=several, never=never)
+                    form = e.inflect_sentence(sentence, negated=negated, plural=several, never=never)
                     for words in _find_words_filling_sentence(form, text):
                         yield from self._interpret_sentence(
                             predicate, words, negated=negated, several=several
@@ -462,5 +464,5 @@ def _find_words_filling_sentence(sentence: str, text: str) -> Iterator[Sequence[
 def _require_one_meaning(meanings: Iterable[f.Formula], text: str) -> f.Formula:
     candidates = list(meanings)
     if len(candidates) != 1:
-        raise InputError(f"expected a sentence with one meaning, found {len(candidates)} of {text!r}")
+        raise InputError(f"{text!r} has {len(candidates)} meanings: write a sentence with one meaning")
     return candidates[0]
