@@ -15,10 +15,9 @@ import pytest
 
 from command_line import Command
 from eai.base.errors import InputError
-from eai.extensions.logs.alfworld_runs import ALFWORLD
+from eai.benchmarks.benchmark import Benchmark
 from eai.extensions.logs.episode import Ending, EpisodeOutcome, LoggedEpisode
 from eai.extensions.logs.readers import read_log
-from eai.tasks.source import Source
 from eai.world.fault import FaultKind
 
 games = pytest.importorskip("extensions.alfworld.test_alfworld", reason="needs the extension alfworld")
@@ -79,10 +78,10 @@ def as_agentbench(turns: Turns, status: str, result: int, index: int = 0) -> str
     return json.dumps({"index": index, "error": None, "info": None, "output": output, "time": {}}) + "\n"
 
 
-def read(folder: Path, text: str) -> tuple[LoggedEpisode, ...]:
+def read(folder: Path, text: str, games: Benchmark | None = None) -> tuple[LoggedEpisode, ...]:
     path = folder / "run.log"
     path.write_text(text)
-    return read_log(path)
+    return read_log(path, games)
 
 
 @pytest.mark.parametrize(
@@ -102,6 +101,7 @@ def read(folder: Path, text: str) -> tuple[LoggedEpisode, ...]:
         ),
         (as_react([THINK, AT_FRIDGE]), "cannot tell", "cannot tell", 1),
         (as_react([("look", "ok")] * 49, "2 r False rs [0]"), "goal unmet", "out of steps", 49),
+        (as_react([*PLAN, PUT], "Result: Task Success!"), "won", "goal reached", 6),
         (as_reflexion([*PLAN, PUT], "OK"), "won", "goal reached", 6),
         (
             as_reflexion([AT_FRIDGE, ("look", "ok"), ("look", "ok")], "FAIL", 3),
@@ -111,8 +111,8 @@ def read(folder: Path, text: str) -> tuple[LoggedEpisode, ...]:
         ),
         (as_agentbench([*PLAN, MOVE], "completed", 1), "won", "goal reached", 6),
         (as_agentbench([AT_FRIDGE], "task limit reached", 0), "goal unmet", "out of steps", 1),
-        (as_agentbench([AT_FRIDGE], "agent invalid action", 0), "goal unmet", "too many errors", 1),
-        (as_agentbench([], "agent context limit", 0), "goal unmet", "stopped from outside", 0),
+        (as_agentbench([AT_FRIDGE], "agent invalid action", 0), "goal unmet", "too many errors", 2),
+        (as_agentbench([], "agent context limit", 0), "nothing submitted", "stopped from outside", 0),
         (as_agentbench([AT_FRIDGE], "unknown", 0), "not graded", "cannot tell", 1),
     ],
 )
@@ -153,6 +153,17 @@ def test_without_the_game_no_kind_and_no_progress_is_told(tmp_path: Path) -> Non
     assert episode.unknown == ("kinds of errors", "progress", "verdict")
 
 
+def test_a_reply_that_rejects_an_action_may_list_the_possible_commands(tmp_path: Path) -> None:
+    listed = f"{NO}, admissible commands: ['look', 'inventory']"
+    (episode,) = read(tmp_path, as_react([AT_FRIDGE, ("> open fridge 1", listed), (OPEN[0], NO)]))
+    assert [step.accepted for step in episode.steps] == [True, False, False]
+
+
+def test_a_line_about_success_is_a_verdict_and_no_reply(tmp_path: Path) -> None:
+    (episode,) = read(tmp_path, as_react([*PLAN, PUT], "Result: Task Success!"))
+    assert (episode.outcome, episode.words) == (EpisodeOutcome.WON, PUT[1])
+
+
 REPLAYED: list[tuple[str, Turns, list[FaultKind | None]]] = [
     ("the fridge is closed", [AT_FRIDGE, (TAKE[0], NO), OPEN], [None, FaultKind.MISSING_STEP, None]),
     (
@@ -161,6 +172,7 @@ REPLAYED: list[tuple[str, Turns, list[FaultKind | None]]] = [
         [None, None, FaultKind.HALLUCINATION],
     ),
     ("no command", [AT_FRIDGE, ("I open the door", NO), OPEN], [None, FaultKind.PARSING, None]),
+    ("a prompt's sign", [("> go to fridge 1", NO), ("> think: go", NO)], [FaultKind.PARSING] * 2),
     ("open again", [AT_FRIDGE, OPEN, (OPEN[0], NO)], [None, None, FaultKind.WRONG_ORDER]),
     ("too far away", [(OPEN[0], NO), AT_FRIDGE], [FaultKind.MISSING_STEP, None]),
     (
@@ -184,9 +196,7 @@ def test_a_replay_in_the_users_game_proves_the_kind_of_an_error(
 ) -> None:
     write(tmp_path / "games")
     assert callable(form)
-    episodes = read(tmp_path, form(turns))
-    assert ALFWORLD.replay is not None
-    (episode,) = ALFWORLD.replay(episodes, opened(tmp_path / "games"), Source())
+    (episode,) = read(tmp_path, form(turns), opened(tmp_path / "games"))
     assert [step.kind for step in episode.steps] == kinds
     assert all(step.progress is not None for step in episode.steps)
     assert episode.unknown == ()
@@ -194,19 +204,17 @@ def test_a_replay_in_the_users_game_proves_the_kind_of_an_error(
 
 def test_a_replay_shows_the_best_moment_and_decides_an_unstated_outcome(tmp_path: Path) -> None:
     write(tmp_path / "games")
-    assert ALFWORLD.replay is not None
     games = opened(tmp_path / "games")
-    (won,) = ALFWORLD.replay(read(tmp_path, as_react([*PLAN, PUT])), games, Source())
+    (won,) = read(tmp_path, as_react([*PLAN, PUT]), games)
     assert (won.outcome, won.best, won.best_step, won.unseen) == (EpisodeOutcome.WON, 1.0, 5, ())
-    (lost,) = ALFWORLD.replay(read(tmp_path, as_react([AT_FRIDGE, (TAKE[0], NO)])), games, Source())
+    (lost,) = read(tmp_path, as_react([AT_FRIDGE, (TAKE[0], NO)]), games)
     assert (lost.outcome, lost.best, lost.unseen) == (EpisodeOutcome.GOAL_UNMET, 0.75, ("apple",))
 
 
 def test_a_replay_that_contradicts_the_log_proves_nothing_from_there_on(tmp_path: Path) -> None:
     write(tmp_path / "games")
-    assert ALFWORLD.replay is not None
     turns = [(TAKE[0], NO), AT_FRIDGE, (TAKE[0], TAKE[1]), ("take apple 9 from fridge 1", NO)]
-    (episode,) = ALFWORLD.replay(read(tmp_path, as_react(turns)), opened(tmp_path / "games"), Source())
+    (episode,) = read(tmp_path, as_react(turns), opened(tmp_path / "games"))
     assert [step.kind for step in episode.steps] == [FaultKind.MISSING_STEP, None, None, None]
     assert [step.progress is None for step in episode.steps] == [False, False, True, True]
     assert (episode.outcome, episode.progress) == (EpisodeOutcome.CANNOT_TELL, None)
@@ -216,15 +224,14 @@ def test_a_replay_that_contradicts_the_log_proves_nothing_from_there_on(tmp_path
 def test_a_game_that_is_not_there_or_fits_twice_is_not_guessed(tmp_path: Path) -> None:
     write(tmp_path / "games")
     write(tmp_path / "games", "trial_2")
-    assert ALFWORLD.replay is not None
     games = opened(tmp_path / "games")
-    (named,) = ALFWORLD.replay(read(tmp_path, as_react([AT_FRIDGE])), games, Source())
+    (named,) = read(tmp_path, as_react([AT_FRIDGE]), games)
     assert named.steps[0].progress is not None
     for text in (
         as_reflexion([AT_FRIDGE], "FAIL"),
         as_react([AT_FRIDGE]).replace("cool apple", "clean mug").replace(NAME, ""),
     ):
-        (episode,) = ALFWORLD.replay(read(tmp_path, text), games, Source())
+        (episode,) = read(tmp_path, text, games)
         assert episode.steps[0].progress is None
         assert "the game" in episode.unknown
 
@@ -234,11 +241,17 @@ def test_a_game_that_is_not_there_or_fits_twice_is_not_guessed(tmp_path: Path) -
     [
         (as_react([AT_FRIDGE, OPEN]).replace("Obs 1:", "Observation:"), "line 5: expected Obs 1"),
         (as_react([AT_FRIDGE, OPEN]).replace("Act 2:", "Act 3:"), "line 6: expected Act 2"),
-        (as_react([AT_FRIDGE, OPEN]).partition("Obs 2")[0], "line 6: no reply follows"),
-        (as_react([AT_FRIDGE]).replace(TASK + "\n", ""), "line 2: no task is stated"),
+        (
+            as_react([AT_FRIDGE, OPEN]).partition("Obs 2")[0],
+            "line 6: expected the game's reply after this action",
+        ),
+        (
+            as_react([AT_FRIDGE]).replace(TASK + "\n", ""),
+            "line 2: expected 'Your task is to:' before the first action",
+        ),
         (
             as_reflexion([AT_FRIDGE], "FAIL").replace("Here is the task:", "Go:"),
-            "line 5: no task follows the prompt",
+            "line 5: expected a line 'Here is the task' after this prompt",
         ),
         (
             as_reflexion([AT_FRIDGE], "FAIL").replace("STATUS: FAIL", "STATUS: ?"),

@@ -8,8 +8,6 @@ replay reproduced the episode, so its outcome is "cannot tell".
 from __future__ import annotations
 
 import json
-import os
-from collections import Counter
 from collections.abc import Mapping
 from pathlib import Path
 from typing import Any
@@ -33,6 +31,13 @@ LABELLED = [
         TIMEOUT,
         EpisodeOutcome.GOAL_UNMET,
         Ending.OUT_OF_TIME,
+    ),
+    (
+        "unmet, without a live verdict",
+        {**REPLAYED, "success": 0, "replay_success": 0},
+        None,
+        EpisodeOutcome.GOAL_UNMET,
+        Ending.BY_AGENT,
     ),
     (
         "replay differs",
@@ -183,6 +188,16 @@ def test_a_trial_shows_the_agents_last_words_and_says_that_progress_is_unknown(t
     assert "progress" in episode.unknown
 
 
+def test_a_simulator_error_ends_a_trial_from_outside(tmp_path: Path) -> None:
+    reward = {**REPLAYED, "success": 0, "deterministic": 0}
+    crash = {"reason": "error", "error": "RuntimeError('physics')"}
+    (episode,) = read_log(written(tmp_path, trial(reward, None, ended=crash)))
+    assert (episode.outcome, episode.ending) == (EpisodeOutcome.NOT_REPRODUCED, Ending.STOPPED)
+    assert episode.words.endswith("time is short. Simulator error: RuntimeError('physics')")
+    (episode,) = read_log(written(tmp_path, trial(reward, None, ended={"reason": "timeout"})))
+    assert episode.ending is Ending.BY_AGENT
+
+
 def test_progress_is_the_graders_except_that_nothing_submitted_has_none(tmp_path: Path) -> None:
     missing = {"grader_error": 0, "missing_trajectory": 1, "success": 0}
     modes = {
@@ -201,7 +216,7 @@ def test_progress_is_the_graders_except_that_nothing_submitted_has_none(tmp_path
         ({"state": "running"}, "tasks.boxing.limited.state"),
         ({"state": "success"}, "tasks.boxing.limited: state success contradicts the reward"),
         ({"progress": 7}, "tasks.boxing.limited.progress"),
-        ({"reward": {"deterministic": 1}}, "tasks.boxing.limited.reward.success: is missing"),
+        ({"reward": {"success": 2}}, "tasks.boxing.limited.reward.success"),
         ({"tokens": "many"}, "tasks.boxing.limited.tokens"),
     ],
 )
@@ -231,22 +246,6 @@ def test_a_file_that_ends_too_early_is_refused_with_line_and_column(tmp_path: Pa
 def test_a_foreign_file_is_refused_and_the_message_lists_the_known_forms(tmp_path: Path, text: str) -> None:
     with pytest.raises(InputError, match=r"no reader recognizes this file.*EAI v2"):
         read_log(written(tmp_path, text))
-
-
-def test_the_published_behavior_run_has_the_known_outcomes() -> None:
-    """Read `published_runs/behavior-1k/codex-0.157-gpt6luna-xhigh-cgpt.json` of EAI v2, if present."""
-    place = os.environ.get("EAI_V2_RUN")
-    if place is None:
-        pytest.skip("EAI_V2_RUN names no copy of the published run")
-    counted = Counter((e.setting, e.outcome) for e in read_log(Path(place)))
-    assert counted == {
-        ("limited", EpisodeOutcome.GOAL_UNMET): 36,
-        ("limited", EpisodeOutcome.NOT_REPRODUCED): 11,
-        ("limited", EpisodeOutcome.NOTHING_SUBMITTED): 2,
-        ("unlimited", EpisodeOutcome.WON): 9,
-        ("unlimited", EpisodeOutcome.GOAL_UNMET): 15,
-        ("unlimited", EpisodeOutcome.NOTHING_SUBMITTED): 25,
-    }
 
 
 def test_no_episode_of_this_form_has_steps(tmp_path: Path) -> None:

@@ -87,7 +87,16 @@ LABELLED: list[tuple[str, Sequence[Action]]] = [
     ("blocked", [("Move forward by 0.25", 0, "Desk is blocking Agent 0 from moving.", None)]),
     (
         "Habitat: full",
-        [("pick up the apple", 1, "", None), ("pick up the can", 0, FULL, FaultKind.WRONG_ORDER)],
+        [
+            ("pick up the apple", 1, "", None),
+            ("pick up the can", 0, FULL, FaultKind.WRONG_ORDER),
+            ("place at the sofa", 1, "", None),
+            ("pick up the can", 1, "", None),
+        ],
+    ),
+    (
+        "Habitat: full, or not there",
+        [("pick up the apple", 1, "", None), ("pick up the can", 0, FULL, None)],
     ),
     ("Habitat: empty", [("place at the sofa", 0, NOTHING, FaultKind.MISSING_STEP)]),
     (
@@ -154,6 +163,7 @@ def test_the_reason_of_a_failure_proves_a_kind_or_none(tmp_path: Path, actions: 
         ("I would pick the mug", FaultKind.PARSING),
         ('{"executable_plan": [{"action_id": 900}]}', FaultKind.HALLUCINATION),
         ('{"executable_plan": [{"action": "mug"}]}', None),
+        ('{"executable_plan": [{"action_id": 9}, {"action": "mug"}]}', None),
         ("<think>so</think><answer>900</answer>", None),
         (None, None),
     ],
@@ -202,6 +212,50 @@ def test_a_file_of_results_has_an_outcome_but_no_steps(tmp_path: Path) -> None:
     assert (episode.outcome, episode.ending) == (EpisodeOutcome.GOAL_UNMET, Ending.TOO_MANY_ERRORS)
     assert (episode.steps, episode.actions, episode.best, episode.calls) == ((), 17, 0.5, 9)
     assert episode.unknown == ("errors of steps",)
+    episode = read(tmp_path, [{**result, "empty_plan": 1, "num_invalid_actions": 0, "task_progress": 0}])
+    assert (episode.outcome, episode.best) == (EpisodeOutcome.GOAL_UNMET, None)
+    assert episode.unknown == ("errors of steps", "progress")
+
+
+def trajectory(actions: Sequence[Action], success: float, number: int = 1, **changed: object) -> object:
+    """Return an episode in the form of the published trajectories, with one plan for each action."""
+    plans = [
+        {
+            "language_plan": "1. I act.",
+            "executable_plan": [
+                {"step_id": step, "action": [7, action], "action_success": done, "env_feedback": reason}
+            ],
+        }
+        for step, (action, done, reason, _) in enumerate(actions, 1)
+    ]
+    empty = {"language_plan": "", "executable_plan": []}
+    names = {"model_name": "a", "eval_set": "base", "episode_id": number, "instruction": INSTRUCTION}
+    return {**names, "input": "Act.", "success": success, "trajectory": [*plans, empty], **changed}
+
+
+def read_trajectories(folder: Path, *trajectories: object) -> tuple[LoggedEpisode, ...]:
+    path = folder / "dataset.json"
+    path.write_text(json.dumps(trajectories))
+    return read_log(path)
+
+
+def test_published_trajectories_are_one_list_with_the_verdict_of_each_episode(tmp_path: Path) -> None:
+    lost, won, idle = read_trajectories(
+        *(tmp_path, trajectory([PICK, ("pick up the Plate", 0, HOLDS, None)], 0.0)),
+        *(trajectory([PICK, PUT], 1.0, 2), trajectory([], 0.0, 3)),
+    )
+    assert (lost.task, lost.agent, lost.setting) == (f"{INSTRUCTION} (1)", "a", "base")
+    assert [step.kind for step in lost.steps] == [None, FaultKind.WRONG_ORDER]
+    assert (lost.outcome, lost.ending, lost.calls) == (EpisodeOutcome.GOAL_UNMET, Ending.CANNOT_TELL, 3)
+    assert (won.outcome, won.ending, won.words) == (EpisodeOutcome.WON, Ending.GOAL, "")
+    assert (lost.unknown, won.unknown) == (("progress", "the end"), ("progress",))
+    assert idle.outcome is EpisodeOutcome.NOTHING_SUBMITTED
+
+
+def test_published_low_level_actions_are_refused_with_the_place(tmp_path: Path) -> None:
+    plan = {"executable_plan": [{"action": [1, 2, 3, 4, 5, 6, 1], "action_success": 1.0}]}
+    with pytest.raises(InputError, match=r"0\.trajectory\.0\.executable_plan\.0\.action"):
+        read_trajectories(tmp_path, trajectory([], 0.0, trajectory=[plan]))
 
 
 GOOD = steps_of([PICK, PUT])

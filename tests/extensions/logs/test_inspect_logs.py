@@ -25,9 +25,7 @@ from agents.switches import DOMAIN, initial
 from eai import Benchmark, given, make_task
 from eai.base.errors import InputError
 from eai.extensions.logs.episode import Ending, EpisodeOutcome, LoggedEpisode
-from eai.extensions.logs.inspect_logs import INSPECT
 from eai.extensions.logs.readers import read_log
-from eai.tasks.source import Source
 from eai.world.fault import FaultKind
 
 Call = tuple[str, str]
@@ -154,9 +152,8 @@ def test_scores_that_disagree_tell_no_outcome_and_epochs_have_their_own_setting(
 
 def replay(folder: Path, calls: Sequence[Call]) -> LoggedEpisode:
     task = make_task("t", "Open the box.", initial(), "not shut(box)", domain=DOMAIN)
-    assert INSPECT.replay is not None
     benchmark = Benchmark("switches", DOMAIN, given(task))
-    (episode,) = INSPECT.replay(read_log(write(folder, sample(calls))), benchmark, Source())
+    (episode,) = read_log(write(folder, sample(calls)), benchmark)
     return episode
 
 
@@ -176,6 +173,13 @@ def test_a_replay_keeps_the_kinds_that_replies_prove(tmp_path: Path) -> None:
         FaultKind.HALLUCINATION,
         None,
     ]
+
+
+def test_nothing_is_proven_about_a_sample_without_calls(tmp_path: Path) -> None:
+    tasks = [make_task(name, "Open the box.", initial(), "not shut(box)", domain=DOMAIN) for name in "tu"]
+    benchmark = Benchmark("switches", DOMAIN, given(*tasks))
+    _, idle = read_log(write(tmp_path, sample([OPENED]), sample([], id="u")), benchmark)
+    assert (idle.steps, idle.progress, idle.unknown) == ((), None, ("progress", "actions"))
 
 
 @pytest.mark.parametrize("cut", [30, 400])
@@ -207,5 +211,5 @@ def test_a_call_with_wrong_arguments_is_an_unreadable_action_of_the_agent(tmp_pa
 
 
 def test_a_log_without_these_tools_is_refused(tmp_path: Path) -> None:
-    with pytest.raises(InputError, match="sample t, epoch 1: expected calls of act"):
-        read_log(write(tmp_path, sample([("look", "You see a box.")]), sample([OPENED], id="u")))
+    with pytest.raises(InputError, match=r"log\.eval: expected calls of act"):
+        read_log(write(tmp_path, sample([("look", "You see a box.")]), sample([], id="u")))

@@ -40,7 +40,7 @@ def record(success: int) -> dict[str, object]:
 def written(folder: Path, name: str, **tasks: int) -> Path:
     records = {task: {"limited": record(success)} for task, success in tasks.items()}
     path = folder / name
-    path.write_text(json.dumps({"v": 1, "benchmark": "b", "run": "agent", "tasks": records}))
+    path.write_text(json.dumps({"v": 1, "benchmark": "behavior-1k", "run": "agent", "tasks": records}))
     return path
 
 
@@ -92,9 +92,53 @@ def test_an_episode_that_is_in_two_logs_is_refused(tmp_path: Path) -> None:
         read_logs([first, second])
 
 
-def test_a_folder_and_a_log_of_two_forms_are_refused(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    with pytest.raises(InputError, match="expected a log, found a folder"):
-        read_log(tmp_path)
+def test_a_folder_of_logs_is_read_as_one_run(eai: Command, tmp_path: Path) -> None:
+    folder = tmp_path / "logs"
+    (folder / "more").mkdir(parents=True)
+    (folder / ".DS_Store").write_text("hidden")
+    written(folder, "b.json", sweep=0)
+    written(folder / "more", "a.json", mop=1)
+    text = (
+        "Environment #0:\nYou are in the middle of a room.\nYour task is to: look.\nAct 1: go\nObs 1: done\n"
+    )
+    (folder / "react.txt").write_text(text)
+    assert [episode.task for episode in read_logs([folder])[folder]] == ["sweep", "mop", "Environment #0"]
+    printed = eai("analyze", "logs", folder)
+    assert f"{folder}: EAI v2, ALFWorld, 3 episodes; not in the log" in printed.out, printed.err
+    assert f"{folder}: EAI v2, ALFWorld, 3 episodes" in eai("score", folder).out
+    assert f"{folder}: EAI v2, ALFWorld, 3 episodes" in eai("explain", folder).out
+
+
+@pytest.mark.parametrize("command", [["score"], ["analyze", "logs"], ["explain"]])
+@pytest.mark.parametrize(
+    ("content", "message"),
+    [("{}", "no reader recognizes this file"), ('{"v": 1, "benchmark": "b", "run"', "")],
+)
+def test_a_folder_with_a_foreign_or_damaged_file_is_refused_with_its_path(
+    eai: Command, tmp_path: Path, command: list[str], content: str, message: str
+) -> None:
+    folder = tmp_path / "logs"
+    folder.mkdir()
+    written(folder, "a.json", sweep=0)
+    (folder / "b.json").write_text(content)
+    refused = eai(*command, folder)
+    assert (refused.status, refused.out) == (2, "")
+    assert refused.err.startswith(f"eai: {folder / 'b.json'}")
+    assert message in refused.err
+
+
+def test_an_empty_folder_has_no_logs(tmp_path: Path) -> None:
+    with pytest.raises(InputError, match="expected logs, found an empty folder"):
+        read_logs([tmp_path])
+
+
+def test_a_folder_with_answers_is_scored(eai: Command, tmp_path: Path) -> None:
+    written(tmp_path, "a.json", sweep=0)
+    (tmp_path / "m_outputs.json").write_text("[]")
+    assert "give --domain and --ability" in eai("score", tmp_path).err
+
+
+def test_a_log_of_two_forms_is_refused(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     reader = LogReader("made", lambda content: True, lambda path, content: [LOST])
     monkeypatch.setattr(readers, "list_readers", lambda: (reader, reader))
     with pytest.raises(InputError, match="several readers recognize this file"):
@@ -116,6 +160,7 @@ def test_a_benchmark_with_the_tasks_describes_their_twins_by_length(tmp_path: Pa
         Benchmark("switches", DOMAIN, given(*tasks)),
     )
     near, far, odd = table.row_dicts()
+    assert {row["labels"] for row in (near, far, odd)} == {"horizon-atomic"}
     assert (near["task"], near["outcomes"], near["plan"]) == ("near", "limited: goal unmet", 1)
     assert (far["task"], far["plan"], far["conditions"], far["at_start"], far["reason"]) == (
         "far",
@@ -125,6 +170,14 @@ def test_a_benchmark_with_the_tasks_describes_their_twins_by_length(tmp_path: Pa
         "",
     )
     assert (odd["outcomes"], odd["plan"], odd["reason"]) == ("limited: won", None, "it contradicts itself")
+
+
+def test_the_outcomes_beside_a_twin_say_which_episodes_ran_out_of_time() -> None:
+    late = replace(LOST, task="near", ending=Ending.OUT_OF_TIME)
+    task = make_task("near", "Light the lamp.", initial(), "lit(lamp)", domain=DOMAIN)
+    benchmark = Benchmark("switches", DOMAIN, given(task))
+    (row,) = make_twins_table([late, replace(WON, task="near")], {"near": task}, benchmark).row_dicts()
+    assert row["outcomes"] == "s: goal unmet (out of time), s: won"
 
 
 def test_hidden_objects_of_a_twin_are_those_that_its_gold_plan_uses_and_nobody_sees(
@@ -138,3 +191,4 @@ def test_hidden_objects_of_a_twin_are_those_that_its_gold_plan_uses_and_nobody_s
     radio, water = table.row_dicts()
     assert (radio["hidden"], radio["plan"]) == ("", 1)
     assert (water["hidden"], water["plan"], water["conditions"]) == ("bottle_1, bottle_2", 6, 3)
+    assert radio["labels"] == "device-operation horizon-atomic"

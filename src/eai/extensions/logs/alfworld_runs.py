@@ -18,28 +18,25 @@ from pydantic import BaseModel
 from eai.abilities.verdict import ErrorReport
 from eai.agents.command import CommandNotation
 from eai.base.errors import InputError
-from eai.base.files import number_lines, parse_json
+from eai.base.files import decode_text, number_lines, parse_json
 from eai.benchmarks.benchmark import Benchmark
 from eai.extensions.logs.episode import Ending, EpisodeOutcome, LoggedEpisode, LoggedStep
 from eai.extensions.logs.readers import LogReader, validate
 from eai.extensions.logs.replay import replay_steps
 from eai.logic.traversal import find_object_names
-from eai.tasks.source import Source
 from eai.tasks.task import Task
 from eai.world.fault import FaultKind
 
 _ROOM, _TASK, _PROMPT = "You are in the middle of a room", "Your task is to: ", "Interact with a household"
 _NAME = re.compile(r"(Environment #\d+):(?: Success)?|\S+/trial_\S+")
-_VERDICT = re.compile(r"STATUS: .*|\d+ r \S+ rs .*")
-_WON = re.compile(r"STATUS: OK|\d+ r (?:True|1) .*")
-_LOST = re.compile(r"STATUS: FAIL|\d+ r (?:False|0) .*")
+_VERDICT = re.compile(r"(?:STATUS:|\d+ r|Result: Task) (\S+).*")
+_WON, _LOST = ("OK", "True", "1", "Success!"), ("FAIL", "False", "0")
 _RULE = re.compile(r"#{5,}|-{5,}|-= Welcome.*")
 _ACT = re.compile(r"(?:Act (\d+):|>) ?(.*)")
 _REPLY = re.compile(r"Obs (\d+): ?(.*)")
 _THOUGHT = re.compile(r"think\s*:", re.IGNORECASE)
-_REJECTED = re.compile(r"nothing happen(?:s|ed)\.?", re.IGNORECASE)
-_OLD_PUT = re.compile(r"put (.+) in/on (.+)", re.IGNORECASE)
-_NEW_PUT = re.compile(r"move (.+) to (.+)", re.IGNORECASE)
+_REJECTED = re.compile(r"nothing happen(?:s|ed)\b", re.IGNORECASE)
+_PUT = re.compile(r"put (.+) in/on (.+)|move (.+) to (.+)", re.IGNORECASE)
 _WITHOUT_EFFECT = ("inventory", "help", "look")
 
 _MAX_TURNS = 49
@@ -55,48 +52,47 @@ _NOT_GRADED = ("agent validation failed", "cancelled", "unknown", "task error")
 """Statuses of AgentBench without a verdict."""
 
 
-class _Turn(BaseModel):
+class _AgentBenchTurn(BaseModel):
     round: int
+    output: str
     action: str
     observation: str
 
 
-class _Result(BaseModel):
-    log: tuple[_Turn, ...] = ()
+class _AgentBenchResult(BaseModel):
+    log: tuple[_AgentBenchTurn, ...] = ()
     init_prompt: str = ""
     result: bool
 
 
-class _Output(BaseModel):
+class _AgentBenchOutput(BaseModel):
     status: str
-    result: _Result
+    result: _AgentBenchResult
 
 
-class _Sample(BaseModel):
-    index: int
-    output: _Output
+class _AgentBenchEpisode(BaseModel):
+    index: int | str
+    output: _AgentBenchOutput
 
 
-def _recognize(content: bytes) -> bool:
+def _is_alfworld_log(content: bytes) -> bool:
     if content.lstrip()[:1] == b"{":
         return re.match(rb'\s*\{\s*"index"\s*:', content) is not None and b'"output"' in content
     return _ROOM.encode() in content and re.search(rb"^(?:> |Act \d+: )", content, re.MULTILINE) is not None
 
 
-def _read(path: Path, content: bytes) -> list[LoggedEpisode]:
+def _read_episodes(path: Path, content: bytes) -> list[LoggedEpisode]:
     if content.lstrip()[:1] == b"{":
-        return [_read_sample(path, number, line) for number, line in number_lines(content)]
-    try:
-        text = content.decode()
-    except UnicodeDecodeError as error:
-        raise InputError(f"{path}: expected UTF-8 ({error})") from error
-    return [_read_segment(path, segment) for segment in _cut_text(path, text)]
+        return [_read_agentbench_episode(path, number, line) for number, line in number_lines(content)]
+    return [
+        _read_episode_text(path, episode) for episode in _find_episode_texts(path, decode_text(path, content))
+    ]
 
 
-def _read_sample(path: Path, number: int, line: bytes) -> LoggedEpisode:
+def _read_agentbench_episode(path: Path, number: int, line: bytes) -> LoggedEpisode:
     place = f"{path}, line {number}"
-    sample = validate(_Sample, place, parse_json(path, line, number))
-    status, result = sample.output.status, sample.output.result
+    episode = validate(_AgentBenchEpisode, place, parse_json(path, line, number))
+    status, result = episode.output.status, episode.output.result
     if status not in (*_ENDINGS, *_NOT_GRADED, "completed"):
         raise InputError(f"{place}: output.status: expected a status of AgentBench, found {status!r}")
     if status == "completed" and not result.log:
@@ -109,31 +105,40 @@ def _read_sample(path: Path, number: int, line: bytes) -> LoggedEpisode:
     outcome = EpisodeOutcome.WON if result.result else EpisodeOutcome.GOAL_UNMET
     outcome = EpisodeOutcome.NOT_GRADED if status in _NOT_GRADED else outcome
     ending = Ending.GOAL if result.result else _ENDINGS.get(status, Ending.CANNOT_TELL)
-    return _make_episode(str(sample.index), opening, steps, outcome, ending)
+    if ending is Ending.TOO_MANY_ERRORS and _ends_with_equal_replies(result.log):
+        ending = Ending.STOPPED
+    elif ending is Ending.TOO_MANY_ERRORS:  # the log leaves out a reply without an action
+        steps.append(LoggedStep("", False, FaultKind.PARSING))
+    return _make_episode(str(episode.index), opening, steps, outcome, ending)
+
+
+def _ends_with_equal_replies(turns: Sequence[_AgentBenchTurn]) -> bool:
+    """Whether AgentBench ended an episode because the last three of at least four replies are equal."""
+    return len(turns) > 3 and len({turn.output for turn in turns[-3:]}) == 1
 
 
 def _make_step(action: str, reply: str) -> LoggedStep:
-    return LoggedStep(action.strip(), _REJECTED.fullmatch(reply.strip()) is None, None, reply.strip())
+    return LoggedStep(action.strip(), _REJECTED.match(reply.strip()) is None, None, reply.strip())
 
 
 def _make_episode(
     name: str, opening: str, steps: Sequence[LoggedStep], outcome: EpisodeOutcome, ending: Ending
 ) -> LoggedEpisode:
-    unstated = ("verdict",) if outcome is EpisodeOutcome.CANNOT_TELL else ()
-    unknown = ("kinds of errors", "progress", *unstated)
-    words = steps[-1].feedback if steps else ""
-    return LoggedEpisode(name, outcome, ending, tuple(steps), opening=opening, words=words, unknown=unknown)
+    if outcome is EpisodeOutcome.GOAL_UNMET and not steps:
+        outcome = EpisodeOutcome.NOTHING_SUBMITTED
+    unknown = ("kinds of errors", "progress", *(["verdict"] if outcome is EpisodeOutcome.CANNOT_TELL else []))
+    return LoggedEpisode(name, outcome, ending, tuple(steps), opening=opening, unknown=unknown)
 
 
-class _Segment(NamedTuple):
-    """The name and the numbered lines of one episode in a text log, and the grader's verdict, if any."""
+class _EpisodeText(NamedTuple):
+    """The name and the numbered lines of one episode in a text log, and the word of its verdict, if any."""
 
     name: str
     lines: tuple[tuple[int, str], ...]
     verdict: str = ""
 
 
-def _cut_text(path: Path, text: str) -> Iterator[_Segment]:
+def _find_episode_texts(path: Path, text: str) -> Iterator[_EpisodeText]:
     """Yield the parts of a text log that are episodes, without prompts and examples."""
     name, prompt, lines = "", 0, list[tuple[int, str]]()
     for number, line in enumerate(map(str.strip, text.splitlines()), 1):
@@ -143,37 +148,41 @@ def _cut_text(path: Path, text: str) -> Iterator[_Segment]:
             prompt = 0 if line.startswith("Here is the task") else prompt
         elif named or judged or starts or line.startswith(_PROMPT) or _RULE.fullmatch(line):
             if lines:
-                yield _Segment(name, tuple(lines), line if judged else "")
+                yield _EpisodeText(name, tuple(lines), judged[1] if judged else "")
             name = (named[1] or line) if named else "" if lines else name
             prompt = number if line.startswith(_PROMPT) else 0
             lines = [(number, line)] if starts else []
         elif lines and line:
             lines.append((number, line))
     if prompt:
-        raise InputError(f"{path}, line {prompt}: no task follows the prompt")
+        raise InputError(f"{path}, line {prompt}: expected a line 'Here is the task' after this prompt")
     if lines:
-        yield _Segment(name, tuple(lines))
+        yield _EpisodeText(name, tuple(lines))
 
 
-def _read_segment(path: Path, segment: _Segment) -> LoggedEpisode:
-    first = next((i for i, (_, line) in enumerate(segment.lines) if _ACT.fullmatch(line)), len(segment.lines))
-    opening = "\n".join([line for _, line in segment.lines[:first]])
+def _read_episode_text(path: Path, episode: _EpisodeText) -> LoggedEpisode:
+    first = next((i for i, (_, line) in enumerate(episode.lines) if _ACT.fullmatch(line)), len(episode.lines))
+    opening = "\n".join([line for _, line in episode.lines[:first]])
     if _TASK not in opening:
-        raise InputError(f"{path}, line {segment.lines[0][0]}: no task is stated")
-    name = segment.name or " ".join(opening.partition(_TASK)[2].split()).rstrip(".")
-    turns = _read_turns(path, segment.lines[first:])
+        raise InputError(
+            f"{path}, line {episode.lines[0][0]}: expected '{_TASK.strip()}' before the first action"
+        )
+    name = episode.name or " ".join(opening.partition(_TASK)[2].split()).rstrip(".")
+    turns = _read_turns(path, episode.lines[first:])
     steps = [_make_step(action, reply) for action, reply in turns if not _THOUGHT.match(action)]
-    if not segment.verdict:
-        return _make_episode(name, opening, steps, EpisodeOutcome.CANNOT_TELL, Ending.CANNOT_TELL)
-    number = segment.lines[-1][0]
-    if _WON.fullmatch(segment.verdict):
-        return _make_episode(name, opening, steps, EpisodeOutcome.WON, Ending.GOAL)
-    if not _LOST.fullmatch(segment.verdict):
+    outcome, ending = EpisodeOutcome.CANNOT_TELL, Ending.CANNOT_TELL
+    if episode.verdict in _WON:
+        outcome, ending = EpisodeOutcome.WON, Ending.GOAL
+    elif episode.verdict in _LOST:
+        outcome = EpisodeOutcome.GOAL_UNMET
+        if episode.verdict == "FAIL" and len(turns) > 1 and turns[-1][0] == turns[-2][0]:
+            ending = Ending.STOPPED  # Reflexion ends an episode after a repeated action
+        elif len(turns) >= _MAX_TURNS:
+            ending = Ending.OUT_OF_STEPS
+    elif episode.verdict:
+        number = episode.lines[-1][0]
         raise InputError(f"{path}, after line {number}: expected STATUS: OK or FAIL, or a score of 0 or 1")
-    ending = Ending.OUT_OF_STEPS if len(turns) >= _MAX_TURNS else Ending.CANNOT_TELL
-    if segment.verdict.startswith("STATUS") and len(turns) > 1 and turns[-1][0] == turns[-2][0]:
-        ending = Ending.STOPPED  # Reflexion ends an episode after a repeated action
-    return _make_episode(name, opening, steps, EpisodeOutcome.GOAL_UNMET, ending)
+    return _make_episode(name, opening, steps, outcome, ending)
 
 
 def _read_turns(path: Path, lines: Sequence[tuple[int, str]]) -> list[tuple[str, str]]:
@@ -193,24 +202,22 @@ def _read_turns(path: Path, lines: Sequence[tuple[int, str]]) -> list[tuple[str,
             if counts_turns and int(action[1]) != len(turns) + 1:
                 raise InputError(f"{path}, line {number}: expected {expected}")
             if follows_action:
-                raise InputError(f"{path}, line {number - 1}: no reply follows")
+                raise InputError(f"{path}, line {number - 1}: expected the game's reply after this action")
             turns.append((action[2].strip(), []))
         elif follows_action and counts_turns and (reply is None or int(reply[1]) != len(turns)):
-            raise InputError(f"{path}, line {number}: expected Obs {len(turns)}")
+            raise InputError(
+                f"{path}, line {number}: expected Obs {len(turns)}, the reply to Act {len(turns)}"
+            )
         else:
             turns[-1][1].append(line if reply is None else reply[2])
     if turns and not turns[-1][1]:
-        raise InputError(f"{path}, line {lines[-1][0]}: no reply follows")
+        raise InputError(f"{path}, line {lines[-1][0]}: expected the game's reply after this action")
     return [(action, "\n".join(replies)) for action, replies in turns]
 
 
-def _replay(episodes: Sequence[LoggedEpisode], benchmark: Benchmark, source: Source) -> list[LoggedEpisode]:
-    """Replay episodes in the games that their names or first observations determine."""
-    tasks = benchmark.tasks(source)
-    return [_replay_episode(episode, _find_games(episode, tasks), benchmark) for episode in episodes]
-
-
-def _replay_episode(episode: LoggedEpisode, games: Sequence[Task], benchmark: Benchmark) -> LoggedEpisode:
+def _replay(episode: LoggedEpisode, tasks: Mapping[str, Task], benchmark: Benchmark) -> LoggedEpisode:
+    """Replay an episode in the game that its name or first observation determines."""
+    games = _find_games(episode, tasks)
     if len(games) != 1:
         return replace(episode, unknown=("the game", *episode.unknown))
     (task,) = games
@@ -251,20 +258,21 @@ def _translate_commands(
     game accepted neither, its version is unknown. The replay skips a step with None, because the step changed
     nothing. An empty text stands for a command that the log's game could not read.
     """
-    accepted = [step.action for step in steps if step.accepted]
-    log_form = next((form for form in (_OLD_PUT, _NEW_PUT) if any(map(form.fullmatch, accepted))), None)
+    puts = {step.action[0].lower() for step in steps if step.accepted and _PUT.fullmatch(step.action)}
     notation, objects = CommandNotation(task, benchmark), range(len(task.scene.objects))
     meaning, _ = notation.read_command("put x 1 in/on y 1", objects, may_end=False)
     is_new_game = isinstance(meaning, ErrorReport) and meaning.kind is FaultKind.PARSING
-    template = r"move \1 to \2" if is_new_game else r"put \1 in/on \2"
+    form = "move {} to {}" if is_new_game else "put {} in/on {}"
     for step in steps:
-        form = next((form for form in (_OLD_PUT, _NEW_PUT) if form.fullmatch(step.action)), None)
-        if form is None:
-            yield None if step.accepted and step.action in _WITHOUT_EFFECT else step.action
-        elif form is log_form:
-            yield form.sub(template, step.action)
-        else:  # the log's game understands only the form of its own version
-            yield None if log_form is None else ""
+        put = _PUT.fullmatch(step.action)
+        if step.accepted and step.action in _WITHOUT_EFFECT:
+            yield None
+        elif put is None:
+            yield "" if step.action.startswith(">") else step.action
+        elif step.action[0].lower() in puts:
+            yield form.format(*filter(None, put.groups()))
+        else:  # a game reads either put or move, so the log's game did not read this command
+            yield "" if puts else None
 
 
-ALFWORLD = LogReader("ALFWorld", _recognize, _read, _replay)
+ALFWORLD = LogReader("ALFWorld", _is_alfworld_log, _read_episodes, _replay)

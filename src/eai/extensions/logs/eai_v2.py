@@ -11,56 +11,59 @@ import re
 from collections.abc import Mapping
 from dataclasses import replace
 from pathlib import Path
-from typing import Annotated, Literal
+from typing import Annotated, Any, Literal
 
 from pydantic import BaseModel, Field
 
 from eai.base.errors import InputError
 from eai.base.files import parse_json
 from eai.extensions.logs.episode import Ending, EpisodeOutcome, LoggedEpisode
-from eai.extensions.logs.readers import LogReader, validate
+from eai.extensions.logs.readers import Count, LogReader, Share, validate
 
 _KEYS = (rb'"benchmark"\s*:', rb'"run"\s*:', rb'"(?:tasks"\s*:\s*\{|mode"\s*:)')
 """Regular expressions for JSON keys that a file of EAI v2 has and other JSON files lack."""
 
 _ENDINGS = {None: Ending.BY_AGENT, "AgentTimeoutError": Ending.OUT_OF_TIME, "CancelledError": Ending.STOPPED}
 
+_BEHAVIOR = "behavior-1k"
+"""Name of the benchmark whose progress is the share of the goal's conditions that hold at the end."""
+
 _Flag = Annotated[int, Field(ge=0, le=1)]
-_Count = Annotated[int, Field(ge=0)]
 
 
-class _Reward(BaseModel):
-    success: _Flag
+class _GraderReward(BaseModel):
+    success: _Flag | None = None
     deterministic: _Flag | None = None
     live_success: _Flag | None = None
     replay_success: _Flag | None = None
     missing_trajectory: _Flag = 0
     missing_log: _Flag = 0
     grader_error: _Flag = 0
-    n_actions: _Count | None = None
+    n_actions: Count | None = None
 
 
-class _Totals(BaseModel):
-    input: _Count | None = None
-    output: _Count | None = None
-    calls: _Count | None = None
+class _TokenAndCallCounts(BaseModel):
+    input: Count | None = None
+    output: Count | None = None
+    calls: Count | None = None
 
 
-class _Trial(BaseModel):
+class _TrialOutcome(BaseModel):
     state: Literal["success", "failed", "error"]
     exception: str | None
-    reward: _Reward | None
+    reward: _GraderReward | None
     agent_wall_s: Annotated[float, Field(ge=0)] | None = None
-    progress: Annotated[float, Field(ge=0, le=1)] | None = None
+    progress: Share | None = None
 
 
-class _TrialRecord(_Trial):
-    calls: _Count | None = None
-    tokens: _Totals | None = None
+class _TrialRecord(_TrialOutcome):
+    calls: Count | None = None
+    tokens: _TokenAndCallCounts | None = None
 
 
-class _Run(BaseModel):
+class _PublishedRun(BaseModel):
     v: Literal[1]
+    benchmark: str
     run: str
     tasks: Mapping[str, Mapping[str, _TrialRecord]]
 
@@ -70,58 +73,68 @@ class _TrialStep(BaseModel):
     text: str = ""
 
 
-class _TrialLog(_Trial):
+class _TrialLog(_TrialOutcome):
     v: Literal[1]
+    benchmark: str
     run: str
     task: str
     mode: str
     previous: bool = False
-    totals: _Totals
+    totals: _TokenAndCallCounts
     steps: tuple[_TrialStep, ...]
+    ended: Mapping[str, Any] = {}
 
 
-def _recognize(content: bytes) -> bool:
+def _is_eai_v2_file(content: bytes) -> bool:
     return content.lstrip()[:1] == b"{" and all(re.search(key, content) for key in _KEYS)
 
 
-def _read(path: Path, content: bytes) -> list[LoggedEpisode]:
+def _read_episodes(path: Path, content: bytes) -> list[LoggedEpisode]:
     value = parse_json(path, content)
     if not isinstance(value, dict) or "tasks" not in value:
         return [_read_trial(path, validate(_TrialLog, str(path), value))]
-    run, episodes = validate(_Run, str(path), value), list[LoggedEpisode]()
+    run, episodes = validate(_PublishedRun, str(path), value), list[LoggedEpisode]()
     for task, modes in run.tasks.items():
         for mode, record in modes.items():
-            totals = (record.tokens or _Totals()).model_copy(update={"calls": record.calls})
+            totals = (record.tokens or _TokenAndCallCounts()).model_copy(update={"calls": record.calls})
             place = f"{path}: tasks.{task}.{mode}"
-            episodes.append(_make_episode(place, record, totals, run.run, task, mode))
+            episodes.append(_make_episode(place, record, totals, run, task, mode))
     return episodes
 
 
 def _read_trial(path: Path, log: _TrialLog) -> LoggedEpisode:
     setting = f"{log.mode}, replaced" if log.previous else log.mode
     words = next((step.text for step in reversed(log.steps) if step.k == "say"), "")
-    episode = _make_episode(str(path), log, log.totals, log.run, log.task, setting)
-    return replace(episode, words=" ".join(words.split()) or episode.words)
+    episode = _make_episode(str(path), log, log.totals, log, log.task, setting)
+    if error := log.ended.get("error"):
+        episode = replace(episode, ending=Ending.STOPPED)
+        words = f"{words} Simulator error: {error}"
+    return replace(episode, words=words or episode.words)
 
 
 def _make_episode(
-    place: str, trial: _Trial, totals: _Totals, agent: str, task: str, setting: str
+    place: str,
+    trial: _TrialOutcome,
+    totals: _TokenAndCallCounts,
+    run: _PublishedRun | _TrialLog,
+    task: str,
+    setting: str,
 ) -> LoggedEpisode:
     outcome = _find_outcome(trial.reward)
     expected = {EpisodeOutcome.WON: "success", EpisodeOutcome.NOT_GRADED: "error"}.get(outcome, "failed")
     if trial.state != expected:
         raise InputError(f"{place}: state {trial.state} contradicts the reward, which means {expected}")
     ending = _ENDINGS.get(trial.exception, Ending.CANNOT_TELL)
-    if trial.exception is None and outcome is EpisodeOutcome.NOT_GRADED and trial.reward is None:
+    if trial.exception is None and trial.reward is None:
         ending = Ending.CANNOT_TELL
     progress = trial.progress
     if outcome is EpisodeOutcome.WON:
         progress = 1.0
-    elif outcome is EpisodeOutcome.NOTHING_SUBMITTED:  # the file has progress 0, but nothing was measured
-        progress = None
+    elif run.benchmark != _BEHAVIOR or outcome is EpisodeOutcome.NOTHING_SUBMITTED:
+        progress = None  # other benchmarks measure something else; without a submission, 0 was not measured
     counts = [count for count in (totals.input, totals.output) if count is not None]
     return LoggedEpisode(
-        agent=agent,
+        agent=run.run,
         task=task,
         setting=setting,
         outcome=outcome,
@@ -136,16 +149,16 @@ def _make_episode(
     )
 
 
-def _find_outcome(reward: _Reward | None) -> EpisodeOutcome:
+def _find_outcome(reward: _GraderReward | None) -> EpisodeOutcome:
     if reward is not None and reward.success:
         return EpisodeOutcome.WON
-    if reward is None or reward.grader_error or reward.missing_log:
+    if reward is None or reward.success is None or reward.grader_error or reward.missing_log:
         return EpisodeOutcome.NOT_GRADED
     if reward.missing_trajectory or reward.n_actions == 0:
         return EpisodeOutcome.NOTHING_SUBMITTED
-    if reward.deterministic == 0 or reward.live_success != reward.replay_success:
+    if reward.deterministic == 0 or {reward.live_success, reward.replay_success} == {0, 1}:
         return EpisodeOutcome.NOT_REPRODUCED
     return EpisodeOutcome.CANNOT_TELL if reward.deterministic is None else EpisodeOutcome.GOAL_UNMET
 
 
-EAI_V2 = LogReader("EAI v2", _recognize, _read)
+EAI_V2 = LogReader("EAI v2", _is_eai_v2_file, _read_episodes)

@@ -1,7 +1,8 @@
-"""Read episodes of EmbodiedBench (EB-ALFRED and EB-Habitat): the steps of an episode, or its result.
+"""Read episodes of EmbodiedBench (EB-ALFRED and EB-Habitat): an episode's steps, its result, or trajectories.
 
-The file of an episode has a step as JSON in each line, and the file of a result is one JSON object. The
-environment gives a reason for each failure. A kind of error is proven only if the reason fits no other kind.
+The file of an episode has a step as JSON in each line, the file of a result is one JSON object, and published
+trajectories are one list of episodes. The environment gives a reason for each failure. A kind of error is
+proven only if the reason fits no other kind.
 """
 
 from __future__ import annotations
@@ -9,23 +10,18 @@ from __future__ import annotations
 import json
 import re
 from collections.abc import Sequence
-from dataclasses import replace
 from pathlib import Path
-from typing import Annotated
 
-from pydantic import BaseModel, Field
+from pydantic import BaseModel, RootModel
 
 from eai.base.errors import InputError
 from eai.base.files import number_lines, parse_json
 from eai.extensions.logs.episode import Ending, EpisodeOutcome, LoggedEpisode, LoggedStep
-from eai.extensions.logs.readers import LogReader, validate
+from eai.extensions.logs.readers import Count, LogReader, Share, validate
 from eai.world.fault import FaultKind
 
-_STEP_KEYS = (b'"last_action_success"', b'"action_id"')
-_RESULT_KEYS = (b'"num_invalid_actions"', b'"task_success"', b'"num_steps"')
-
 _INVALID, _EMPTY_PLAN = -1, -2
-"""Ids for a plan whose first action was not understood, and for a plan without actions."""
+"""Values of `action_id` if the first action was not understood, and if the plan has no actions."""
 
 _MAX_STEPS, _MAX_ERRORS = 30, 10
 """Numbers of actions and of failures at which the environments end an episode."""
@@ -33,143 +29,196 @@ _MAX_STEPS, _MAX_ERRORS = 30, 10
 _FULL_HAND = re.compile(r"Robot is currently holding|cannot pick any object when holding")
 _EMPTY_HAND = re.compile(r"not holding any object|when not holding something")
 _PICKS, _PLACES = re.compile(r"pick up "), re.compile(r"(?:put down|drop|place) ")
-_KINDS = (
-    (
-        re.compile(r"instruction not supported|Cannot find .+ to (?:open|close|slice)"),
-        FaultKind.HALLUCINATION,
-    ),
-    (
-        re.compile(r"action failed\. The .+ is already (?:open|closed)|\[open_api_failed\].*isOpen=True"),
-        FaultKind.ADDITIONAL_STEP,
-    ),
-    (re.compile(r"openable=False"), FaultKind.AFFORDANCE),
-)
-
-_OUTCOMES = {Ending.GOAL: EpisodeOutcome.WON, Ending.CANNOT_TELL: EpisodeOutcome.CANNOT_TELL}
-
-_Share = Annotated[float, Field(ge=0, le=1)]
-_Count = Annotated[int, Field(ge=0)]
+_KINDS = {
+    FaultKind.HALLUCINATION: r"instruction not supported|Cannot find .+ to (?:open|close|slice)",
+    FaultKind.ADDITIONAL_STEP: r"action failed\. The .+ is already (?:open|closed)"
+    r"|\[open_api_failed\].*isOpen=True|\[already_(?:open|closed|on|off)\]",
+    FaultKind.AFFORDANCE: r"openable=False|\[not_(?:pickupable|receptacle|openable|toggleable|sliceable)\]",
+}
+"""Kinds of error, and regular expressions for reasons of failures that prove them."""
 
 
 class _PlanLine(BaseModel):
     action_id: int | str
     action_description: str
-    last_action_success: _Share
+    last_action_success: Share
     reasoning: str | None = None
 
 
 class _StepLine(_PlanLine):
-    task_success: _Share
-    task_progress: _Share
-    env_step: _Count
+    task_success: Share
+    task_progress: Share
+    env_step: Count
     env_feedback: str
     instruction: str
 
 
-class _Result(BaseModel):
+class _EpisodeResult(BaseModel):
     instruction: str
-    task_success: _Share
-    task_progress: _Share
-    num_steps: _Count
-    num_invalid_actions: _Count
-    empty_plan: _Count = 0
-    planner_steps: _Count | None = None
+    task_success: Share
+    task_progress: Share
+    num_steps: Count
+    num_invalid_actions: Count
+    empty_plan: Count = 0
+    planner_steps: Count | None = None
 
 
-def _recognize(content: bytes) -> bool:
-    return any(all(key in content for key in keys) for keys in (_STEP_KEYS, _RESULT_KEYS))
+class _PublishedAction(BaseModel):
+    action: tuple[int, str]
+    action_success: Share
+    env_feedback: str | None = None
 
 
-def _read(path: Path, content: bytes) -> list[LoggedEpisode]:
-    if all(key in content for key in _STEP_KEYS):
-        return [_read_steps(path, content)]
-    result = validate(_Result, str(path), parse_json(path, content))
+class _PublishedPlan(BaseModel):
+    executable_plan: Sequence[_PublishedAction] = ()
+
+
+class _Trajectory(BaseModel):
+    model_name: str
+    eval_set: str
+    episode_id: int | str
+    instruction: str
+    success: Share
+    trajectory: Sequence[_PublishedPlan]
+
+
+class _Trajectories(RootModel[Sequence[_Trajectory]]):
+    pass
+
+
+def _read_trajectories(path: Path, content: bytes) -> list[LoggedEpisode]:
+    found = validate(_Trajectories, str(path), parse_json(path, content))
+    return [_make_published_episode(trajectory) for trajectory in found.root]
+
+
+def _make_published_episode(found: _Trajectory) -> LoggedEpisode:
+    steps = [
+        LoggedStep(done.action[1], bool(done.action_success), None, done.env_feedback or "")
+        for plan in found.trajectory
+        for done in plan.executable_plan
+    ]
+    ending = Ending.GOAL if found.success else Ending.CANNOT_TELL
+    return LoggedEpisode(
+        f"{found.instruction} ({found.episode_id})",
+        _find_outcome(ending, len(steps)),
+        ending,
+        _prove_kinds(steps),
+        agent=found.model_name,
+        setting=found.eval_set,
+        calls=len(found.trajectory),
+        unknown=("progress", *([] if found.success else ["the end"])),
+    )
+
+
+def _read_result(path: Path, content: bytes) -> list[LoggedEpisode]:
+    result = validate(_EpisodeResult, str(path), parse_json(path, content))
     ending = _find_ending(
         result.task_success, result.num_invalid_actions, result.num_steps, bool(result.empty_plan)
     )
-    episode = LoggedEpisode(result.instruction, _OUTCOMES.get(ending, EpisodeOutcome.GOAL_UNMET), ending)
-    episode = replace(episode, actions=result.num_steps, calls=result.planner_steps)
-    return [replace(episode, progress=result.task_progress, unknown=("errors of steps",))]
+    # if a reply has no known action, EmbodiedBench writes progress 0 without measuring it
+    is_measured = result.task_progress > 0 or ending not in (Ending.BY_AGENT, Ending.TOO_MANY_ERRORS)
+    return [
+        LoggedEpisode(
+            result.instruction,
+            _find_outcome(ending, result.num_steps),
+            ending,
+            actions=result.num_steps,
+            calls=result.planner_steps,
+            progress=result.task_progress if is_measured else None,
+            unknown=("errors of steps", *([] if is_measured else ["progress"])),
+        )
+    ]
 
 
-def _read_steps(path: Path, content: bytes) -> LoggedEpisode:
-    lines: list[_PlanLine] = []
+def _read_steps(path: Path, content: bytes) -> list[LoggedEpisode]:
+    steps: list[LoggedStep] = []
     done: list[_StepLine] = []
+    is_empty_plan = False
     for number, text in number_lines(content):
         place = f"{path}, line {number}"
-        if lines and lines[-1].action_id == _EMPTY_PLAN:
+        if is_empty_plan:
             raise InputError(f"{place}: an empty plan ends the episode, so no line can follow")
         value = parse_json(path, text, number)
-        line = validate(_PlanLine, place, value)
-        if line.action_id not in (_INVALID, _EMPTY_PLAN):
+        plan = validate(_PlanLine, place, value)
+        is_empty_plan = plan.action_id == _EMPTY_PLAN
+        if plan.action_id == _INVALID:
+            kind, progress = _find_plan_error(plan.reasoning), steps[-1].progress if steps else None
+            steps.append(LoggedStep(plan.action_description, False, kind, "", progress))
+        elif not is_empty_plan:
             line = validate(_StepLine, place, value)
             _check_step(place, line, done)
             done.append(line)
-        lines.append(line)
-    steps: list[LoggedStep] = []
-    for line in lines:
-        if line.action_id != _EMPTY_PLAN:
-            steps.append(_make_step(line, steps))
-    last = done[-1] if done else None
-    ending = _find_ending(
-        last.task_success if last else 0,
-        sum(not step.accepted for step in steps),
-        last.env_step if last else 0,
-        lines[-1].action_id == _EMPTY_PLAN,
-    )
-    return LoggedEpisode(
-        last.instruction if last else path.stem,
-        _OUTCOMES.get(ending, EpisodeOutcome.GOAL_UNMET),
-        ending,
-        tuple(steps),
-        progress=last.task_progress if last else None,
-        words=steps[-1].feedback if steps else "",
-        unknown=() if ending is not Ending.CANNOT_TELL else ("the end",),
-    )
+            is_done = bool(line.last_action_success)
+            name, feedback = line.action_description, line.env_feedback
+            steps.append(LoggedStep(name, is_done, None, feedback, line.task_progress))
+    success, count = (done[-1].task_success, done[-1].env_step) if done else (0, 0)
+    errors = sum(not step.accepted for step in steps)
+    ending = _find_ending(success, errors, count, is_empty_plan)
+    is_known = ending is not Ending.CANNOT_TELL
+    return [
+        LoggedEpisode(
+            done[-1].instruction if done else path.stem,
+            _find_outcome(ending, len(done)) if is_known else EpisodeOutcome.CANNOT_TELL,
+            ending,
+            _prove_kinds(steps),
+            progress=done[-1].task_progress if done else None,
+            unknown=() if is_known else ("the end",),
+        )
+    ]
 
 
-def _check_step(place: str, line: _StepLine, done: Sequence[_StepLine]) -> None:
+def _check_step(place: str, line: _StepLine, earlier_lines: Sequence[_StepLine]) -> None:
     if bool(line.last_action_success) is line.env_feedback.startswith("Last action is invalid"):
         raise InputError(f"{place}: last_action_success contradicts env_feedback")
-    if done and line.env_step <= done[-1].env_step:
-        raise InputError(f"{place}: expected env_step above {done[-1].env_step}, found {line.env_step}")
+    last_step = earlier_lines[-1].env_step if earlier_lines else None
+    if last_step is not None and line.env_step <= last_step:
+        raise InputError(f"{place}: expected env_step above {last_step}, found {line.env_step}")
 
 
-def _make_step(line: _PlanLine, before: Sequence[LoggedStep]) -> LoggedStep:
-    if not isinstance(line, _StepLine):
-        progress = before[-1].progress if before else None
-        return LoggedStep(line.action_description, False, _find_plan_error(line.reasoning), "", progress)
-    accepted = bool(line.last_action_success)
-    kind = None if accepted else _find_kind(line, before)
-    return LoggedStep(line.action_description, accepted, kind, line.env_feedback, line.task_progress)
+def _find_outcome(ending: Ending, actions: int) -> EpisodeOutcome:
+    if ending is Ending.GOAL:
+        return EpisodeOutcome.WON
+    return EpisodeOutcome.GOAL_UNMET if actions else EpisodeOutcome.NOTHING_SUBMITTED
+
+
+def _prove_kinds(steps: Sequence[LoggedStep]) -> tuple[LoggedStep, ...]:
+    """Return the steps, each with the kind of error that follows from the feedback of the environment."""
+    return tuple([step._replace(kind=_find_error_kind(number, steps)) for number, step in enumerate(steps)])
 
 
 def _find_plan_error(reply: str | None) -> FaultKind | None:
     """Return the kind of error of a reply whose first action was not understood, or None."""
     try:
         value = json.loads(reply or "null")
-    except ValueError:  # a reply <answer>...</answer> is not JSON, and no error
+    except ValueError:  # a reply in <answer> tags need not be JSON
         return None if "<answer>" in (reply or "") else FaultKind.PARSING
-    match value:
-        case {"executable_plan": [{"action_id": int()}, *_]}:
-            return FaultKind.HALLUCINATION
-    return None
+    plan = value.get("executable_plan") if isinstance(value, dict) else None
+    actions = plan if isinstance(plan, list) else []
+    ids = [action.get("action_id") for action in actions if isinstance(action, dict)]
+    all_named = len(ids) == len(actions) > 0 and all(isinstance(each, int) for each in ids)
+    return FaultKind.HALLUCINATION if all_named else None
 
 
-def _find_kind(line: _StepLine, before: Sequence[LoggedStep]) -> FaultKind | None:
-    """Return the kind of error that the reason of a failure proves, or None.
+def _find_error_kind(step_index: int, steps: Sequence[LoggedStep]) -> FaultKind | None:
+    """Return the kind of error that the feedback of a failed step proves, or None if it proves no kind.
 
-    After a successful pick, the hand has been both empty and full in the episode. So if an action fails
-    because the hand is empty or full, the actions are in wrong order.
+    After a successful pick, the hand has been both empty and full in the episode. So if a step fails because
+    the hand is empty or full, the actions are in wrong order. EB-Habitat says that the hand is full also if
+    the object does not exist. The object exists if the same action succeeds at another step of the episode.
     """
-    has_held = any(step.accepted and _PICKS.match(step.action) for step in before)
-    if _FULL_HAND.search(line.env_feedback) and _PICKS.match(line.action_description):
-        return FaultKind.WRONG_ORDER if has_held else None
-    if _EMPTY_HAND.search(line.env_feedback):
-        if not _PLACES.match(line.action_description):
+    step = steps[step_index]
+    if step.accepted or step.kind is not None:
+        return step.kind
+    has_held = any(before.accepted and _PICKS.match(before.action) for before in steps[:step_index])
+    if _FULL_HAND.search(step.feedback) and _PICKS.match(step.action):
+        exists = "currently holding" in step.feedback
+        exists = exists or any(other.accepted and other.action == step.action for other in steps)
+        return FaultKind.WRONG_ORDER if has_held and exists else None
+    if _EMPTY_HAND.search(step.feedback):
+        if not _PLACES.match(step.action):
             return None
         return FaultKind.WRONG_ORDER if has_held else FaultKind.MISSING_STEP
-    return next((kind for pattern, kind in _KINDS if pattern.search(line.env_feedback)), None)
+    return next((kind for kind, reason in _KINDS.items() if re.search(reason, step.feedback)), None)
 
 
 def _find_ending(success: float, errors: int, steps: int, is_empty_plan: bool) -> Ending:
@@ -182,4 +231,21 @@ def _find_ending(success: float, errors: int, steps: int, is_empty_plan: bool) -
     return Ending.OUT_OF_STEPS if steps >= _MAX_STEPS else Ending.CANNOT_TELL
 
 
-EMBODIEDBENCH = LogReader("EmbodiedBench", _recognize, _read)
+_FORMS = {
+    _read_steps: (b'"last_action_success"', b'"action_id"'),
+    _read_trajectories: (b'"eval_set"', b'"executable_plan"', b'"action_success"'),
+    _read_result: (b'"num_invalid_actions"', b'"task_success"', b'"num_steps"'),
+}
+"""Functions that read files, and JSON keys by which they recognize them."""
+
+
+def _is_embodiedbench_log(content: bytes) -> bool:
+    return any(all(key in content for key in keys) for keys in _FORMS.values())
+
+
+def _read_episodes(path: Path, content: bytes) -> list[LoggedEpisode]:
+    read = next(read for read, keys in _FORMS.items() if all(key in content for key in keys))
+    return read(path, content)
+
+
+EMBODIEDBENCH = LogReader("EmbodiedBench", _is_embodiedbench_log, _read_episodes)

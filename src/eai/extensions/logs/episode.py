@@ -57,6 +57,11 @@ class LoggedStep(NamedTuple):
     feedback: str = ""
     progress: float | None = None
 
+    @property
+    def is_error(self) -> bool:
+        """Whether the world rejected the action. A slip, a failure by chance, is no error of the agent."""
+        return self.accepted is False and self.kind is not FaultKind.SLIP
+
 
 @dataclass(frozen=True, slots=True)
 class LoggedEpisode:
@@ -101,7 +106,7 @@ class LoggedEpisode:
     @property
     def first_error(self) -> int | None:
         """Index of the first rejected action, from 0; None if the log shows no rejected action."""
-        return next((number for number, step in enumerate(self.steps) if step.accepted is False), None)
+        return next((number for number, step in enumerate(self.steps) if step.is_error), None)
 
     @property
     def best(self) -> float | None:
@@ -112,10 +117,8 @@ class LoggedEpisode:
     @property
     def best_step(self) -> int | None:
         """Index of the first step after which the largest share held, from 0; None if no step shows it."""
-        best = self.best
-        return next(
-            (i for i, step in enumerate(self.steps) if best is not None and step.progress == best), None
-        )
+        shares = [step.progress for step in self.steps]
+        return None if self.best is None or self.best not in shares else shares.index(self.best)
 
     @property
     def repeats(self) -> int | None:

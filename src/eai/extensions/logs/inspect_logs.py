@@ -6,8 +6,8 @@ Replies of `eai` state the kind of an error. Replies of other tasks prove nothin
 from __future__ import annotations
 
 import re
-from collections.abc import Iterator, Mapping, Sequence
-from contextlib import suppress
+from collections.abc import Mapping
+from math import isnan
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -17,7 +17,7 @@ from eai.benchmarks.benchmark import Benchmark
 from eai.extensions.logs.episode import Ending, EpisodeOutcome, LoggedEpisode, LoggedStep
 from eai.extensions.logs.readers import LogReader
 from eai.extensions.logs.replay import replay_steps
-from eai.tasks.source import Source
+from eai.tasks.task import Task
 from eai.world.fault import FaultKind
 
 if TYPE_CHECKING:
@@ -40,16 +40,21 @@ def _read(path: Path, content: bytes) -> list[LoggedEpisode]:
     with require_extra("run", "logs of Inspect need"):
         from eai.run.tasks import read_inspect_log
     log = read_inspect_log(path)
-    return [_read_sample(path, log, sample) for sample in log.samples or ()]
+    episodes = [_read_sample(log, sample) for sample in log.samples or ()]
+    if all(step.action == ACT for episode in episodes for step in episode.steps):
+        raise InputError(f"{path}: expected calls of {ACT} with an action and objects, found none")
+    return episodes
 
 
-def _read_sample(path: Path, log: InspectLog, sample: InspectSample) -> LoggedEpisode:
-    calls = [*_read_calls(sample)]
-    steps = [_make_step(command, reply, failed) for name, command, reply, failed in calls if name == ACT]
-    if all(step.action == ACT for step in steps):
-        place = f"{path}, sample {sample.id}, epoch {sample.epoch}"
-        raise InputError(f"{place}: expected calls of {ACT} with an action and objects, found none")
-    ending = Ending.BY_AGENT if any(name == END for name, *_ in calls) else Ending.CANNOT_TELL
+def _read_sample(log: InspectLog, sample: InspectSample) -> LoggedEpisode:
+    calls = [call for each in sample.messages if each.role == "assistant" for call in each.tool_calls or ()]
+    replies = {m.tool_call_id: (m.text, m.error is not None) for m in sample.messages if m.role == "tool"}
+    steps = [
+        _make_step({} if call.parse_error else call.arguments, *replies.get(call.id, ("", False)))
+        for call in calls
+        if call.function == ACT
+    ]
+    ending = Ending.BY_AGENT if any(call.function == END for call in calls) else Ending.CANNOT_TELL
     if sample.limit is not None:
         ending = _ENDINGS.get(sample.limit.type, Ending.OUT_OF_STEPS)
     usage = [each.total_tokens for each in sample.model_usage.values()]
@@ -65,34 +70,19 @@ def _read_sample(path: Path, log: InspectLog, sample: InspectSample) -> LoggedEp
         seconds=sample.total_time,
         calls=sum(message.role == "assistant" for message in sample.messages),
         tokens=sum(usage) if usage else None,
-        words=" ".join(sample.messages[-1].text.split()),
-        unknown=("progress", *([] if told and known else ["kinds of errors"])),
+        words=sample.messages[-1].text if sample.messages else "",
+        unknown=(
+            *("progress", *([] if steps else ["actions"])),
+            *([] if told and known else ["kinds of errors"]),
+        ),
     )
 
 
-def _read_calls(sample: InspectSample) -> Iterator[tuple[str, str, str, bool]]:
-    """Yield the name of each tool call, its command, its reply, and whether the tool failed.
-
-    The command is empty if the arguments are invalid. Calls of other tools are left out.
-    """
-    replies = {message.tool_call_id: message for message in sample.messages if message.role == "tool"}
-    for message in sample.messages:
-        for call in (message.tool_calls or ()) if message.role == "assistant" else ():
-            reply = replies.get(call.id)
-            text = "" if reply is None else reply.text
-            failed = reply is not None and reply.error is not None
-            if call.function == END:
-                yield END, "", text, failed
-            elif call.function == ACT:
-                command = ""
-                with suppress(InputError):
-                    command = read_tool_call(ACT, call.arguments) if call.parse_error is None else ""
-                yield ACT, command, text, failed
-
-
-def _make_step(command: str, reply: str, failed: bool) -> LoggedStep:
+def _make_step(arguments: Mapping[str, object], reply: str, failed: bool) -> LoggedStep:
     line = reply.partition("\n")[0]
-    if not command:
+    try:
+        command = read_tool_call(ACT, arguments)
+    except InputError:
         return LoggedStep(ACT, False, FaultKind.PARSING, line)
     if (match := _FAILED.match(line)) is not None:
         name = match[1].replace(" ", "_")
@@ -107,13 +97,18 @@ def _make_step(command: str, reply: str, failed: bool) -> LoggedStep:
 
 
 def _find_outcome(sample: InspectSample) -> EpisodeOutcome:
-    values = [score.value for score in (sample.scores or {}).values()]
+    values = [score.value for score in (sample.scores or {}).values() if not _is_unscored(score.value)]
     if not values or sample.error is not None:
         return EpisodeOutcome.NOT_GRADED
     verdicts = {_read_value(value) for value in values}
     if len(verdicts) > 1 or None in verdicts:
         return EpisodeOutcome.CANNOT_TELL
     return EpisodeOutcome.WON if verdicts == {True} else EpisodeOutcome.GOAL_UNMET
+
+
+def _is_unscored(value: object) -> bool:
+    """Whether the value of a score is NaN, which in Inspect stands for no value."""
+    return isinstance(value, float) and isnan(value)
 
 
 def _read_value(value: object) -> bool | None:
@@ -123,20 +118,12 @@ def _read_value(value: object) -> bool | None:
     return _VALUES.get(value) if isinstance(value, (str, bool, int, float)) else None
 
 
-def _replay(episodes: Sequence[LoggedEpisode], benchmark: Benchmark, source: Source) -> list[LoggedEpisode]:
-    """Replay episodes in the tasks that have the ids of their samples."""
-    tasks = benchmark.tasks(source)
-    return [
-        replay_steps(
-            episode,
-            [step.action if step.kind is None else None for step in episode.steps],
-            tasks[episode.task],
-            benchmark,
-        )
-        if episode.task in tasks
-        else episode
-        for episode in episodes
-    ]
+def _replay(episode: LoggedEpisode, tasks: Mapping[str, Task], benchmark: Benchmark) -> LoggedEpisode:
+    """Replay an episode in the task that has the id of its sample."""
+    if episode.task not in tasks or not episode.steps:
+        return episode
+    commands = [step.action if step.kind is None else None for step in episode.steps]
+    return replay_steps(episode, commands, tasks[episode.task], benchmark)
 
 
 INSPECT = LogReader("Inspect", _recognize, _read, _replay)

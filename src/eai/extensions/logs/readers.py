@@ -2,26 +2,31 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, replace
 from functools import cache
 from pathlib import Path
-from typing import TypeVar
+from typing import Annotated, TypeVar
 
-from pydantic import BaseModel, ValidationError
+from pydantic import BaseModel, Field, ValidationError
 
 from eai.base.entry_points import get_entry_points
 from eai.base.errors import InputError
-from eai.base.files import read_content
+from eai.base.files import find_files_below, read_content
 from eai.benchmarks.benchmark import Benchmark
 from eai.extensions.logs.episode import LoggedEpisode
 from eai.tasks.options import describe_validation_error
 from eai.tasks.source import Source
+from eai.tasks.task import Task
 
 GROUP = "eai.logs"
 """Group of entry points that register readers of logs."""
 
 M = TypeVar("M", bound=BaseModel)
+
+Share = Annotated[float, Field(ge=0, le=1)]
+Count = Annotated[int, Field(ge=0)]
+"""Types of fields of a log."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -33,14 +38,14 @@ class LogReader:
         recognizes: whether content has this form. The content may be damaged.
         read: reads a log, given its path for messages and its content. It raises InputError, with the place
             in the file, if any part of the log is damaged.
-        replay: replays the actions of episodes in the tasks of a benchmark; None if logs of this form have no
-            actions that can be replayed.
+        replay: replays the actions of an episode in a benchmark, given its tasks by id; None if logs of this
+            form have no actions that can be replayed.
     """
 
     format: str
     recognizes: Callable[[bytes], bool]
     read: Callable[[Path, bytes], Sequence[LoggedEpisode]]
-    replay: Callable[[Sequence[LoggedEpisode], Benchmark, Source], Sequence[LoggedEpisode]] | None = None
+    replay: Callable[[LoggedEpisode, Mapping[str, Task], Benchmark], LoggedEpisode] | None = None
 
 
 @cache
@@ -57,6 +62,19 @@ def list_readers() -> tuple[LogReader, ...]:
     return tuple(readers.values())
 
 
+def list_log_files(path: Path) -> list[Path]:
+    """Return a file, or all files below a folder whose names do not begin with a dot."""
+    return find_files_below(path, "[!.]*") if path.is_dir() else [path]
+
+
+def is_log(path: Path) -> bool:
+    """Whether a reader recognizes the content of a file, or of any file in a folder; it may be damaged."""
+    if path.is_dir():
+        return any(map(is_log, list_log_files(path)))
+    content = read_content(path)
+    return any(reader.recognizes(content) for reader in list_readers())
+
+
 def read_log(
     path: Path, benchmark: Benchmark | None = None, source: Source | None = None
 ) -> tuple[LoggedEpisode, ...]:
@@ -71,33 +89,43 @@ def read_log(
         InputError: the file cannot be read, not exactly one reader recognizes it, it is damaged, or it has
             no episode.
     """
-    if path.is_dir():
-        raise InputError(f"{path}: expected a log, found a folder; name the logs in it")
     content = read_content(path)
     readers = [reader for reader in list_readers() if reader.recognizes(content)]
     if len(readers) != 1:
         forms = ", ".join([reader.format for reader in readers or list_readers()])
         problem = "several readers recognize" if readers else "no reader recognizes"
         raise InputError(f"{path}: {problem} this file; the forms are {forms}")
-    episodes = readers[0].read(path, content)
+    (reader,) = readers
+    episodes = reader.read(path, content)
     if not episodes:
         raise InputError(f"{path}: expected at least one episode, found none")
-    if benchmark is not None and readers[0].replay is not None:
-        episodes = readers[0].replay(episodes, benchmark, source or Source())
-    return tuple([replace(episode, format=readers[0].format) for episode in episodes])
+    if benchmark is not None and reader.replay is not None:
+        tasks = benchmark.tasks(source or Source())
+        episodes = [reader.replay(episode, tasks, benchmark) for episode in episodes]
+    return tuple([_complete(episode, reader) for episode in episodes])
+
+
+def _complete(episode: LoggedEpisode, reader: LogReader) -> LoggedEpisode:
+    words = episode.words or (episode.steps[-1].feedback if episode.steps else "")
+    return replace(episode, format=reader.format, words=" ".join(words.split()))
 
 
 def read_logs(
-    paths: Iterable[Path], benchmark: Benchmark | None = None, source: Source | None = None
+    paths: Sequence[Path], benchmark: Benchmark | None = None, source: Source | None = None
 ) -> dict[Path, tuple[LoggedEpisode, ...]]:
-    """Return a mapping from paths of logs to their episodes. Arguments are those of `read_log`.
+    """Return a mapping from paths of logs, or of folders with logs only, to their episodes.
+
+    Arguments are those of `read_log`.
 
     Raises:
-        InputError: a log cannot be read, or two logs have the same episode of the same agent.
+        InputError: a log cannot be read, a folder is empty, or two logs have the same episode of the same
+            agent.
     """
-    logs = {path: read_log(path, benchmark, source) for path in paths}
+    logs: dict[Path, tuple[LoggedEpisode, ...]] = {}
     seen: set[tuple[str, ...]] = set()
-    for path, episodes in logs.items():
+    for place, path in [(given, path) for given in paths for path in list_log_files(given)]:
+        episodes = read_log(path, benchmark, source)
+        logs[place] = logs.get(place, ()) + episodes
         for episode in episodes:
             key = (episode.format, episode.agent, episode.task, episode.setting)
             if episode.agent and key in seen:
@@ -105,6 +133,8 @@ def read_logs(
                     f"{path}: the episode {' '.join(key[1:])} occurs twice; give each episode once"
                 )
             seen.add(key)
+    for folder in [given for given in paths if given not in logs]:
+        raise InputError(f"{folder}: expected logs, found an empty folder")
     return logs
 
 

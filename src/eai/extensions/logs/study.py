@@ -8,13 +8,13 @@ from itertools import chain
 from pathlib import Path
 from typing import TYPE_CHECKING, TypeAlias
 
-from eai.abilities.declaration import AnswerOutcome
 from eai.base.grouping import group_pairs
 from eai.benchmarks.registry import find_benchmark
 from eai.extensions.logs.episode import CANNOT_TELL, EpisodeOutcome, LoggedEpisode
+from eai.extensions.logs.explorer import make_explorer_page
 from eai.extensions.logs.readers import read_logs
 from eai.extensions.logs.twin import make_twins_table
-from eai.results.plots import COLUMN, INK, MUTED, OUTCOME_COLORS, RULE, make_figure, wrap_label
+from eai.results.plots import COLUMN, RULE, make_figure, wrap_label
 from eai.results.rate import Rate
 from eai.results.table import Estimate, Row, Table, make_table
 from eai.studies.records import StudyRecords
@@ -63,17 +63,20 @@ class _LogOptions(Options):
 def _analyze_logs(records: StudyRecords, options: _LogOptions) -> Iterator[Analysis]:
     benchmark = find_benchmark(options.tasks) if options.tasks else None
     logs = read_logs(records.paths, benchmark, records.source)
-    groups = group_pairs(((e.format, e.agent, e.setting), e) for episodes in logs.values() for e in episodes)
+    every = [*chain(*logs.values())]
+    groups = group_pairs(((e.format, e.agent, e.setting), e) for e in every)
     outcomes, episodes = _make_outcomes_table(groups), _make_episodes_table(groups)
     shown = [_drop_constant_names(table.drop_columns(_FILE_ONLY)) for table in (outcomes, episodes)]
     twins: list[Table] = []
     if benchmark is not None:
-        twins.append(make_twins_table(chain(*logs.values()), benchmark.tasks(records.source), benchmark))
+        twins.append(make_twins_table(every, benchmark.tasks(records.source), benchmark))
     yield Analysis(
         [outcomes, episodes, *twins],
         [("logs", _draw_outcomes(groups))],
-        [_describe_log(path, episodes) for path, episodes in logs.items()],
+        [describe_log(path, episodes) for path, episodes in logs.items()],
         screen_tables=[*shown, *[table.select_columns(_SHOWN_OF_TWINS) for table in twins if table.rows]],
+        facts={"outcomes": dict(Counter(episode.outcome.value for episode in every))},
+        pages={"explorer.html": make_explorer_page(every, _COLORS)},
     )
 
 
@@ -83,11 +86,12 @@ def _drop_constant_names(table: Table) -> Table:
     return table.drop_columns(constant[1:] if len(constant) == len(_NAMES) else constant)
 
 
-def _describe_log(path: Path, episodes: Sequence[LoggedEpisode]) -> str:
-    """Return a sentence with the number of episodes in a log, and the properties that it does not have."""
+def describe_log(path: Path, episodes: Sequence[LoggedEpisode]) -> str:
+    """Return a sentence with the form and number of episodes of logs, and with properties that they lack."""
     unknown = Counter(name for episode in episodes for name in episode.unknown)
     missing = ", ".join([f"{name} ({number})" for name, number in unknown.items()])
-    found = f"{path}: {episodes[0].format}, {len(episodes):,} episode{'s' * (len(episodes) != 1)}"
+    forms = ", ".join(dict.fromkeys(episode.format for episode in episodes))
+    found = f"{path}: {forms}, {len(episodes):,} episode{'s' * (len(episodes) != 1)}"
     return f"{found}; not in the log: {missing}" if missing else found
 
 
@@ -104,7 +108,7 @@ def _make_outcomes_table(groups: _Groups) -> Iterator[Row]:
     """
     for names, episodes in groups.items():
         outcomes = Counter(episode.outcome for episode in episodes)
-        errors = [step for episode in episodes for step in episode.steps if step.accepted is False]
+        errors = [step for episode in episodes for step in episode.steps if step.is_error]
         proven = Rate(sum(step.kind is not None for step in errors), len(errors))
         yield (
             *names,
@@ -158,8 +162,7 @@ def _draw_outcomes(groups: _Groups) -> Figure:
             start += counted[outcome]
         for episode in episodes:
             if episode.best is not None and episode.outcome is not EpisodeOutcome.WON:
-                color = _find_error_color(episode)
-                right.plot(100 * episode.best, row, "|", color=color, markersize=11)
+                right.plot(100 * episode.best, row, "|", color=_COLORS[episode.outcome], markersize=11)
     labels = [wrap_label(", ".join(filter(None, names[1:])) or names[0]) for names in groups]
     left.set_yticks(range(len(groups)), labels=labels, fontsize=6.5)
     left.set_ylim(len(groups) - 0.5, -0.5)
@@ -170,14 +173,6 @@ def _draw_outcomes(groups: _Groups) -> Figure:
     handles = dict(zip(*reversed(left.get_legend_handles_labels()), strict=True))
     figure.legend(handles.values(), handles, loc="outside lower center", ncols=3, frameon=False, fontsize=6.5)
     return figure
-
-
-def _find_error_color(episode: LoggedEpisode) -> str:
-    """Return the colour of the kind of an episode's first error."""
-    if episode.first_error is None:
-        return INK
-    kind = episode.steps[episode.first_error].kind
-    return MUTED if kind is None else OUTCOME_COLORS[AnswerOutcome(kind.value)]
 
 
 LOGS = Study(

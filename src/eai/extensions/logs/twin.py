@@ -12,38 +12,54 @@ from eai.agents.reference import make_setup
 from eai.agents.rules import GameRules
 from eai.base.grouping import group_pairs
 from eai.benchmarks.benchmark import Benchmark
-from eai.extensions.logs.episode import LoggedEpisode
+from eai.benchmarks.labels import derive_labels
+from eai.extensions.logs.episode import Ending, LoggedEpisode
 from eai.results.table import Row, make_table
 from eai.tasks.task import Task
 
 
-@make_table("twins", ("task", "outcomes", "reason", "hidden", "operators", "plan", "conditions", "at_start"))
+@make_table(
+    "twins",
+    ("task", "outcomes", "labels", "reason", "hidden", "operators", "plan", "conditions", "at_start"),
+)
 def make_twins_table(
     episodes: Iterable[LoggedEpisode], tasks: Mapping[str, Task], benchmark: Benchmark
 ) -> Iterator[Row]:
     """Tasks with a symbolic twin, by length.
 
-    outcomes: the logged outcomes. All other columns describe the twin and prove nothing about a robot. plan:
-    number of steps of the shortest known plan; operators: actions of the gold plan; hidden: objects of the
-    gold plan that cannot be seen at the start; conditions: conditions of the goal; at_start: conditions that
-    hold at the start; reason: why the twin has no plan.
+    outcomes: the logged outcomes. All other columns describe the twin: the benchmark's task of the same name.
+    They prove nothing about a robot. labels: kinds of task, as in tidy tables; plan: number of steps of the
+    shortest known plan; operators: actions of the gold plan; hidden: objects of the gold plan that cannot be
+    seen at the start; conditions: conditions of the goal; at_start: conditions that hold at the start;
+    reason: why the twin has no plan.
     """
     by_task = group_pairs((episode.task, episode) for episode in episodes if episode.task in tasks)
-    rows = []
-    for name, of_task in by_task.items():
-        outcomes = ", ".join([f"{episode.setting}: {episode.outcome.value}" for episode in of_task])
-        rows.append((name, outcomes, *_describe(tasks[name], benchmark)))
-    yield from sorted(rows, key=lambda row: (row[5] is None, row[5]))
+    rows = [
+        (name, ", ".join(map(_name_outcome, of_task)), *_make_twin_values(tasks[name], benchmark))
+        for name, of_task in by_task.items()
+    ]
+    yield from sorted(rows, key=lambda row: (row[6] is None, row[6]))
 
 
-def _describe(task: Task, benchmark: Benchmark) -> Row:
-    """Return the cells of a benchmark's task in the table of twins, from the column `reason` on."""
+def _name_outcome(episode: LoggedEpisode) -> str:
+    is_late = episode.ending is Ending.OUT_OF_TIME
+    return f"{episode.setting}: {episode.outcome.value}" + is_late * f" ({episode.ending.value})"
+
+
+def _make_twin_values(task: Task, benchmark: Benchmark) -> Row:
+    """Return the values of a row in the table of twins, from the column `labels` to the last column.
+
+    A twin is a benchmark's task with the name of a logged task.
+    """
+    labels = " ".join(derive_labels(task, benchmark.data.labels))
     if task.unplannable_reason is not None:
-        return str(task.unplannable_reason), "", "", None, None, None
+        return labels, str(task.unplannable_reason), "", "", None, None, None
     setup = make_setup(task, benchmark, GameRules(observe="partial"))
     met, total = setup.share_of_conditions_met_at_start
-    needed = {index for action in task.script or () for index in action.arguments}
-    hidden = sorted(needed.difference(Game(setup).memory.known))
-    names = ", ".join([task.scene.objects[index].name for index in hidden])
-    operators = ", ".join(dict.fromkeys(action.operator for action in task.script or ()))
-    return "", names, operators, setup.reference.shortest, int(total), int(met)
+    script = task.script or ()
+    needed = {index for action in script for index in action.arguments}
+    hidden = ", ".join(
+        [task.scene.objects[index].name for index in sorted(needed.difference(Game(setup).memory.known))]
+    )
+    operators = ", ".join(dict.fromkeys(action.operator for action in script))
+    return labels, "", hidden, operators, setup.reference.shortest, int(total), int(met)

@@ -1,0 +1,18 @@
+"""Find the extension that shows logs of other projects, for `eai score` and `eai explain`."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Any
+
+from eai.base.entry_points import get_entry_points, load_from_extension
+
+_OFFER = "logs"
+
+
+def find_log_extension(path: Path) -> Any:
+    """Return the extension that recognizes a log or a folder of logs, or None if no extension does."""
+    if not path.exists() or _OFFER not in get_entry_points("eai.offers"):
+        return None
+    extension = load_from_extension(_OFFER, str(path))
+    return extension if extension.is_log(path) else None

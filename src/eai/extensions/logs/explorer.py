@@ -1,0 +1,79 @@
+"""Make an explorer page of logged episodes. Such a page shows no answers that `eai` has scored."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Iterator, Mapping
+
+from eai.abilities.explanation import StepReport, parse_statement
+from eai.extensions.logs.episode import CANNOT_TELL, EpisodeOutcome, LoggedEpisode, LoggedStep
+from eai.studies.report.explorer import ExplorerData, build_explorer_page
+
+NO_AGENT = "agent not named"
+
+
+def describe_episode(episode: LoggedEpisode) -> Iterator[str]:
+    """Yield lines on the first error, the goal, the end, unknown properties and the last message."""
+    error = episode.first_error
+    if error is not None:
+        yield f"first error: action {error + 1}, {name_result(episode.steps[error])}"
+    else:
+        seen = bool(episode.steps) and all(step.accepted for step in episode.steps)
+        yield f"first error: {'none' if seen else CANNOT_TELL}"
+    best = _to_text(episode.best)
+    if episode.best is not None:
+        after = "" if episode.best_step is None else f" after action {episode.best_step + 1}"
+        best = f"at best {best}{after}, at the end {_to_text(episode.progress)}"
+    yield f"goal conditions met: {best}"
+    yield f"end: {episode.ending.value}"
+    if episode.unknown:
+        yield f"not in the log: {', '.join(episode.unknown)}"
+    if episode.words:
+        yield f"last message: {' '.join(episode.words.split())}"
+
+
+def _to_text(share: float | None) -> str:
+    return CANNOT_TELL if share is None else f"{100 * share:.3g} %"
+
+
+def name_result(step: LoggedStep) -> str:
+    """Return the result of an action: accepted, its kind of error, or "cannot tell"."""
+    if step.accepted is False:
+        return f"{CANNOT_TELL} which kind" if step.kind is None else step.kind.value
+    return "accepted" if step.accepted else CANNOT_TELL
+
+
+def make_explorer_page(episodes: Iterable[LoggedEpisode], colors: Mapping[EpisodeOutcome, str]) -> str:
+    """Return an explorer page of episodes.
+
+    Args:
+        episodes: the episodes.
+        colors: colours of all outcomes, success first.
+    """
+    data = ExplorerData(outcomes={_to_name(outcome.value): color for outcome, color in colors.items()})
+    for episode in episodes:
+        index, error = episode.first_error, None
+        if index is not None:
+            step = episode.steps[index]
+            error = (_to_name(name_result(step)), index, step.feedback)
+        steps = map(_make_report, episode.steps, (None, *episode.steps))
+        protocol = f"{episode.format}'s own, {episode.setting}"
+        data.add_logged_episode(
+            (episode.format, protocol.removesuffix(", "), episode.agent or NO_AGENT),
+            episode.task,
+            _to_name(episode.outcome.value),
+            error=error,
+            lines=[*describe_episode(episode)][0 if error is None else 1 :],
+            steps=steps,
+        )
+    return "".join(build_explorer_page(data.format_lines()))
+
+
+def _make_report(step: LoggedStep, before: LoggedStep | None) -> StepReport:
+    is_new = step.progress is not None and (before is None or before.progress != step.progress)
+    progress = f"{_to_text(step.progress)} of the goal's conditions hold" if is_new else ""
+    name = _to_name(name_result(step))
+    return StepReport(step.action, name, step.feedback, progress, call=parse_statement(step.action))
+
+
+def _to_name(text: str) -> str:
+    return text.replace(" ", "_")
