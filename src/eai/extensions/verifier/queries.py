@@ -1,12 +1,14 @@
 """Queries about plans for the tasks of a benchmark. Each query is a function of its arguments alone.
 
-The queries call the library's scorers, planner and worlds. Their results are JSON objects.
+The queries call the library's scorers, planner and worlds. Their results are JSON objects. The first line
+of each docstring describes a tool to models.
 """
 
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping
-from dataclasses import dataclass, replace
+from dataclasses import replace
+from inspect import signature
 from pathlib import Path
 from typing import Any
 
@@ -31,12 +33,12 @@ from eai.world.episode import Episode
 
 
 def check_plan(benchmark: str, task: str, plan: str) -> Mapping[str, Json]:
-    """Return the verdict on a plan, with the fields of a record."""
+    """Judge whether a plan can be executed and reaches all goals. The result has the fields of a record."""
     return verdict_to_record_fields(_open_suite(benchmark).score(task, plan))
 
 
 def explain_plan(benchmark: str, task: str, plan: str) -> Mapping[str, Json]:
-    """Return the verdict on a plan, with its smallest repair and a report on each step and goal."""
+    """Judge a plan, and report on each step and goal. A failed plan is repaired."""
     verdict, explain, analyze_failure = _open_suite(benchmark).assess(task, plan)
     if analyze_failure is not None and verdict.excluded is None and not verdict.success:
         verdict = replace(verdict, repair=analyze_failure(DEFAULT_EFFORT).repair)
@@ -44,7 +46,10 @@ def explain_plan(benchmark: str, task: str, plan: str) -> Mapping[str, Json]:
 
 
 def find_plan(benchmark: str, task: str) -> Mapping[str, Json]:
-    """Return a plan that the built-in search finds, and whether the scorer accepts the plan."""
+    """Search for a plan that reaches all goals of a task.
+
+    The result is a plan of the built-in search with the scorer's verdict, or the reason for finding no plan.
+    """
     suite = _open_suite(benchmark)
     suite.scorer(task)  # raises InputError for an unknown task
     answer = open_answers_of_planner(suite.benchmark, suite.ability, suite.source)[task]
@@ -54,7 +59,7 @@ def find_plan(benchmark: str, task: str) -> Mapping[str, Json]:
 
 
 def predict_effects(benchmark: str, task: str, action: str, after: str = "") -> Mapping[str, Json]:
-    """Return a report on an action: the facts that it changes, or the reason why it is impossible.
+    """Say which facts an action would change, or why it is impossible.
 
     Args:
         benchmark: the reference to the benchmark.
@@ -93,46 +98,30 @@ def _read_actions(scorer: PlanScorer, text: str, argument: str) -> tuple[Action,
 
 
 def _open_suite(reference: str) -> Suite:
-    _require_data_reference(reference)
+    _refuse_python_reference(reference)
     if reference in list_benchmarks() and not is_stored(Store(), reference):
         raise InputError(f"benchmark: the data of {reference} are missing; run eai data fetch")
     return eai.open(reference, Ability.ACTION_SEQUENCING)
 
 
-def _require_data_reference(reference: str) -> None:
-    """Raise InputError for references to Python objects, because their modules would run."""
+def _refuse_python_reference(reference: str) -> None:
+    """Raise InputError if a benchmark's reference names a Python object, because its module would run."""
     *prefixes, name = reference.split(":")
     unknown = [prefix for prefix in prefixes if prefix not in get_entry_points(OPENERS)]
     if unknown:
-        expected = "a benchmark's name, task files, or pddl:DOMAIN.pddl,PROBLEMS"
-        raise InputError(f"benchmark: {reference!r}: expected {expected}; Python objects are refused")
+        expected = "expected a benchmark's name, task files, or pddl:DOMAIN.pddl,PROBLEMS"
+        raise InputError(f"benchmark: {reference!r}: {expected}; Python objects are refused: they run code")
     if is_path_of_task_files(name) and prefixes[-1:] not in (["pddl"], ["alfworld"]):
-        _require_data_reference(open_task_files(Path(name)).base)
+        _refuse_python_reference(open_task_files(Path(name)).base)
 
 
-@dataclass(frozen=True, slots=True)
-class _Query:
-    """A query that callers choose by name.
-
-    Attributes:
-        description: text for the caller.
-        answer: computes the result.
-        parameters: the names of the arguments; all are texts.
-        optional: the arguments that may be left out.
-    """
-
-    description: str
-    answer: Callable[..., Mapping[str, Json]]
-    parameters: tuple[str, ...]
-    optional: frozenset[str] = frozenset()
-
-    @property
-    def schema(self) -> dict[str, Any]:
-        """The JSON schema of the arguments."""
-        texts = {name: {"type": "string", "description": _PARAMETERS[name]} for name in self.parameters}
-        required = [name for name in self.parameters if name not in self.optional]
-        return {"type": "object", "properties": texts, "required": required, "additionalProperties": False}
-
+QUERIES: Mapping[str, Callable[..., Mapping[str, Json]]] = {
+    "check_plan": check_plan,
+    "explain_plan": explain_plan,
+    "plan": find_plan,
+    "predict": predict_effects,
+}
+"""Mapping from the name of a tool to the function that answers its queries."""
 
 _PARAMETERS = {
     "benchmark": "A benchmark's name such as virtualhome, a path of task files, or "
@@ -143,22 +132,14 @@ _PARAMETERS = {
     "after": "A plan of the actions before; the task's initial state if left out.",
 }
 
-_PLAN = ("benchmark", "task", "plan")
 
-QUERIES: Mapping[str, _Query] = {
-    "check_plan": _Query("Judge whether a plan can be executed and reaches all goals.", check_plan, _PLAN),
-    "explain_plan": _Query(
-        "Judge a plan, and report on each step and goal. A failed plan is repaired.", explain_plan, _PLAN
-    ),
-    "plan": _Query("Search for a plan that reaches all goals of a task.", find_plan, ("benchmark", "task")),
-    "predict": _Query(
-        "Say which facts an action would change, or why it is impossible.",
-        predict_effects,
-        ("benchmark", "task", "action", "after"),
-        frozenset({"after"}),
-    ),
-}
-"""Mapping from the name of a tool to its query."""
+def describe_tool(name: str) -> tuple[str, Mapping[str, Any]]:
+    """Return the description of a tool, and the JSON schema of its arguments. All arguments are texts."""
+    parameters = signature(QUERIES[name]).parameters.values()
+    texts = {each.name: {"type": "string", "description": _PARAMETERS[each.name]} for each in parameters}
+    required = [each.name for each in parameters if each.default is each.empty]
+    schema = {"type": "object", "properties": texts, "required": required, "additionalProperties": False}
+    return (QUERIES[name].__doc__ or "").partition("\n")[0], schema
 
 
 def answer_query(name: str, arguments: Mapping[str, object]) -> Mapping[str, Json]:
@@ -169,20 +150,20 @@ def answer_query(name: str, arguments: Mapping[str, object]) -> Mapping[str, Jso
         DataError: the data set of the benchmark cannot be obtained.
     """
     check_arguments(name, arguments)
-    return QUERIES[name].answer(**arguments)
+    return QUERIES[name](**arguments)
 
 
 def check_arguments(name: str, arguments: Mapping[str, object]) -> None:
-    """Raise InputError if there is no query of a name, or if it does not accept the arguments."""
+    """Raise InputError if there is no tool of a name, or if it does not accept the arguments."""
     if name not in QUERIES:
         raise InputError(f"there is no tool {name[:100]!r}: expected one of {', '.join(QUERIES)}")
-    query = QUERIES[name]
+    _, schema = describe_tool(name)
     for argument, value in arguments.items():
-        if argument not in query.parameters:
-            hint = did_you_mean(argument, query.parameters)
+        if argument not in schema["properties"]:
+            hint = did_you_mean(argument, schema["properties"])
             raise InputError(f"{name} has no argument {argument[:100]!r}{hint}")
         if not isinstance(value, str):
             raise InputError(f"{argument}: expected a text, found {type(value).__name__}")
-    for argument in query.parameters:
-        if argument not in arguments and argument not in query.optional:
+    for argument in schema["required"]:
+        if argument not in arguments:
             raise InputError(f"{name} needs the argument {argument!r}")

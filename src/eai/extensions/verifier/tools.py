@@ -16,7 +16,7 @@ from pathlib import Path
 from typing import Any
 
 from eai.base.errors import InputError
-from eai.extensions.verifier.queries import QUERIES, check_arguments
+from eai.extensions.verifier.queries import QUERIES, check_arguments, describe_tool
 from eai.extensions.verifier.worker import MAX_RESULT
 from eai.pddl.limited import make_limited_command
 
@@ -24,7 +24,7 @@ MAX_REQUEST = 65_536
 """Maximum size of the name and the arguments of a call, in bytes of JSON."""
 
 _CPU_SECONDS = 3_600
-"""CPU seconds after which the operating system ends a process, in all its queries together."""
+"""Maximum CPU seconds of a process for all calls that it answers; then the operating system ends it."""
 
 _COMMAND = (sys.executable, str(Path(__file__).with_name("worker.py")))
 
@@ -49,7 +49,7 @@ class _VerifierTools:
 
     def list_names_texts_and_schemas(self) -> Sequence[tuple[str, str, Mapping[str, Any]]]:
         """Return the tools: name, description, and JSON schema of the arguments."""
-        return [(name, query.description, query.schema) for name, query in QUERIES.items()]
+        return [(name, *describe_tool(name)) for name in QUERIES]
 
     async def call(self, name: str, arguments: Mapping[str, object]) -> str:
         """Return the result of a call as JSON.
@@ -63,7 +63,9 @@ class _VerifierTools:
         check_arguments(name, arguments)
         request = json.dumps({"name": name, "arguments": arguments}).encode() + b"\n"
         if len(request) > MAX_REQUEST:
-            raise InputError(f"a call has at most {MAX_REQUEST:,} bytes")
+            raise InputError(
+                f"the call has {len(request):,} bytes: shorten its arguments to {MAX_REQUEST:,} bytes in all"
+            )
         async with self._permits:
             reply = b""
             if self._idle:
@@ -83,7 +85,7 @@ class _VerifierTools:
             await _kill(self._idle.pop())
 
     async def _ask(self, process: Process, request: bytes) -> bytes:
-        """Return the reply of a process; empty if the process ended."""
+        """Send a request to a process. Return the reply, or nothing if the process ended without a reply."""
         reply = b""
         try:
             reply = await asyncio.wait_for(_exchange(process, request), self._seconds)
@@ -92,7 +94,7 @@ class _VerifierTools:
         finally:
             if reply:
                 self._idle.append(process)
-            else:  # also if the client cancelled the call
+            else:  # the process ended, the time is over, or the client cancelled the call
                 await _kill(process)
         return reply
 
@@ -114,7 +116,7 @@ def open_verifier_tools(seconds: float = 30, memory_mib: int = 2048, processes: 
 
 async def _exchange(process: Process, request: bytes) -> bytes:
     if process.stdin is None or process.stdout is None:
-        raise TypeError("the process was started without pipes")
+        raise TypeError("the process has no pipes: start it with stdin=PIPE and stdout=PIPE")
     with suppress(BrokenPipeError, ConnectionResetError):
         process.stdin.write(request)
         await process.stdin.drain()

@@ -20,7 +20,7 @@ def run() -> None:
     requests = os.fdopen(os.dup(0), encoding="utf-8")
     results = os.fdopen(os.dup(1), "w", encoding="utf-8")
     with Path(os.devnull).open() as nothing:
-        os.dup2(nothing.fileno(), 0)  # queries may name /dev/stdin
+        os.dup2(nothing.fileno(), 0)  # a query that names /dev/stdin must not read the requests
     os.dup2(2, 1)  # libraries may print
     for line in requests:
         print(_answer_line(line), file=results, flush=True)
@@ -31,7 +31,7 @@ def _answer_line(line: str) -> str:
     reply: dict[str, Json]
     try:
         reply = {"result": answer_query(request["name"], request["arguments"])}
-    except MemoryError:  # ends the process, whose memory is full
+    except MemoryError:  # no reply: the process has to end, because its memory is full
         raise
     except EaiError as error:
         reply = {"error": str(error)}
