@@ -14,7 +14,7 @@ from functools import cached_property
 from pathlib import Path
 from statistics import mean
 
-from eai.abilities.action_sequencing.scorer import ActionSequencing
+from eai.abilities.action_sequencing.scorer import ActionSequencingScorer
 from eai.abilities.protocol import Ability, Protocol
 from eai.abilities.verdict import ErrorReport, PlanVerdict, SummaryCounts, Unreadable
 from eai.benchmarks.errata import load_errata
@@ -27,7 +27,7 @@ from eai.benchmarks.virtualhome.tasks import VirtualHomeTask, open_tasks
 from eai.extensions.reference import virtualhome_quirks
 from eai.extensions.reference.virtualhome_plans import (
     LIST_IS_NOT_JSON,
-    VirtualHomeActionSequencing,
+    VirtualHomeActionSequencingScorer,
     _VirtualHomeGoalTest,
     do_most_answers_use_object_ids,
 )
@@ -105,10 +105,12 @@ class Judge:
     with_ids: bool
 
     @cached_property
-    def scorers(self) -> Mapping[Protocol, ActionSequencing]:
+    def scorers(self) -> Mapping[Protocol, ActionSequencingScorer]:
         return {
-            STRICT: ActionSequencing(self.task, virtualhome.domain_in_paper_order(), VirtualHomePlans()),
-            REFERENCE: VirtualHomeActionSequencing(self.task, with_ids=self.with_ids),
+            STRICT: ActionSequencingScorer(
+                self.task, virtualhome.domain_in_paper_order(), VirtualHomePlans()
+            ),
+            REFERENCE: VirtualHomeActionSequencingScorer(self.task, with_ids=self.with_ids),
         }
 
     @cached_property

@@ -39,13 +39,13 @@ class CountScorer(Scorer):
         return Assessment(CountVerdict(right=off_by == 0, off_by=off_by), Explanation)
 
 
-def pose(world: BenchmarkParts, task: Task) -> QuestionAndAnswer:
+def pose(parts: BenchmarkParts, task: Task) -> QuestionAndAnswer:
     return f"How many objects does this task name: {task.title}?", str(len(task.relevant))
 
 
 COUNTING = AbilityDeclaration(
     ability=Ability("counting"),
-    interaction=ModelInteraction(lambda world: CountScorer, pose),
+    interaction=ModelInteraction(lambda parts: CountScorer, pose),
     title="Counting",
     short_title="count",
     verdict=CountVerdict,

@@ -5,7 +5,7 @@ from collections.abc import Callable
 import pytest
 
 from eai.abilities.protocol import Ability
-from eai.abilities.subgoal_decomposition.scorer import SubgoalDecomposition
+from eai.abilities.subgoal_decomposition.scorer import SubgoalDecompositionScorer
 from eai.base.store import Store
 from eai.benchmarks.behavior.notation import BehaviorSubgoalNotation
 from eai.benchmarks.behavior.tasks import BehaviorTask, BehaviorTasks, open_tasks
@@ -24,7 +24,7 @@ def tasks(data_store: Store) -> BehaviorTasks:
 
 
 @pytest.fixture
-def scorer_of() -> Callable[[BehaviorTask], SubgoalDecomposition]:
+def scorer_of() -> Callable[[BehaviorTask], SubgoalDecompositionScorer]:
     """Make scorers under `strict`. Tests of other protocols replace this fixture."""
     return behavior_subgoals()
 
@@ -36,7 +36,7 @@ def reached() -> int:
 
 
 def test_subgoals_of_the_annotated_plans_reach_the_goals(
-    tasks: BehaviorTasks, scorer_of: Callable[[BehaviorTask], SubgoalDecomposition], reached: int
+    tasks: BehaviorTasks, scorer_of: Callable[[BehaviorTask], SubgoalDecompositionScorer], reached: int
 ) -> None:
     verdicts = [scorer_of(task).score(WORDS.join(WORDS.write(task, task.script))) for task in tasks.values()]
     assert sum(bool(verdict.success) for verdict in verdicts) == reached

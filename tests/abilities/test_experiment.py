@@ -5,8 +5,8 @@ from typing import Any
 import pytest
 from hypothesis import given
 
-from eai.abilities.attempt_options import AttemptOptions
 from eai.abilities.experiment import Experiment, StudySettings
+from eai.abilities.replanning_options import ReplanningOptions
 from eai.base.errors import InputError
 from experiments import experiment
 from results.random_records import EXPERIMENTS
@@ -47,9 +47,9 @@ def test_an_experiment_lists_its_studies_and_has_a_label(varied: Experiment, nam
 
 
 def test_a_run_with_only_harness_and_effort_is_plain() -> None:
-    assert Experiment(harness="react", effort="high").has_no_settings
-    assert not experiment(harness="react", prompt_name="short").has_no_settings
-    assert not Experiment(harness="react", rules="until-goal").has_no_settings
+    assert Experiment(harness="react", effort="high").has_no_study_or_rules
+    assert not experiment(harness="react", prompt_name="short").has_no_study_or_rules
+    assert not Experiment(harness="react", rules="until-goal").has_no_study_or_rules
 
 
 def test_two_experiments_combine_their_choices() -> None:
@@ -93,9 +93,9 @@ def test_the_label_of_studies_names_neither_harness_nor_effort() -> None:
         {"feedback": "state"},  # the initial state again
     ],
 )
-def test_options_of_attempts_that_are_out_of_range_are_refused(wrong: dict[str, Any]) -> None:
+def test_options_of_replanning_that_are_out_of_range_are_refused(wrong: dict[str, Any]) -> None:
     with pytest.raises(InputError):
-        AttemptOptions(**wrong)
+        ReplanningOptions(**wrong)
 
 
 @pytest.mark.parametrize("name", ["prompt_name", "scene", "goals_from", "subgoals_from"])

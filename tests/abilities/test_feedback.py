@@ -13,10 +13,10 @@ import pytest
 
 import eai.logic.formula as w
 from agents.switches import DOMAIN, SWITCHES
-from eai.abilities.action_sequencing.scorer import ActionSequencing
-from eai.abilities.attempt_options import AttemptOptions, AttemptStart, FeedbackForm, FeedbackLevel
+from eai.abilities.action_sequencing.scorer import ActionSequencingScorer
 from eai.abilities.feedback import REASONS, QuestionWriter
 from eai.abilities.protocol import Ability
+from eai.abilities.replanning_options import AttemptStart, FeedbackForm, FeedbackLevel, ReplanningOptions
 from eai.abilities.trial import Trial
 from eai.benchmarks.prompt_library import PromptLibrary
 from eai.benchmarks.suite import open_suite
@@ -52,11 +52,14 @@ FAILURES = {
 
 
 def questions(
-    chosen: AttemptOptions, answers: Sequence[str], asker: QuestionWriter | None = None, task_id: str = "both"
+    chosen: ReplanningOptions,
+    answers: Sequence[str],
+    asker: QuestionWriter | None = None,
+    task_id: str = "both",
 ) -> list[Prompt]:
     """Return the questions of a trial, including the question after the last answer."""
     scorer = SUITE.scorer(task_id)
-    assert isinstance(scorer, ActionSequencing)
+    assert isinstance(scorer, ActionSequencingScorer)
     trial = Trial(scorer, chosen)
     asks = asker or QuestionWriter({task_id: PLAIN}.__getitem__, SuiteWording.from_domain(DOMAIN))
     found = [asks.write_question(trial)]
@@ -68,7 +71,7 @@ def questions(
 
 def added_text(feedback: FeedbackLevel, answer: str) -> str:
     """Return the text that a second question adds to the first."""
-    _, second = questions(AttemptOptions(1, feedback=feedback), [answer])
+    _, second = questions(ReplanningOptions(1, feedback=feedback), [answer])
     assert second.user.startswith(PLAIN.user.rstrip())
     return second.user.removeprefix(PLAIN.user.rstrip())
 
@@ -85,9 +88,9 @@ def test_each_failure_has_its_own_words() -> None:
 @pytest.mark.parametrize("feedback", get_args(FeedbackLevel))
 def test_a_task_is_tried_again_after_its_scorer_raised(feedback: FeedbackLevel) -> None:
     scorer = open_suite(RAISING, ACTIONS).scorer("both")
-    assert isinstance(scorer, ActionSequencing)
+    assert isinstance(scorer, ActionSequencingScorer)
     world: AttemptStart = "continue" if feedback == "state" else "restart"
-    trial = Trial(scorer, AttemptOptions(1, feedback=feedback, world=world))
+    trial = Trial(scorer, ReplanningOptions(1, feedback=feedback, world=world))
     asker = QuestionWriter({"both": PLAIN}.__getitem__, SuiteWording.from_domain(DOMAIN))
     trial.try_answer(BOOM)
     assert ("could not be judged" in asker.write_question(trial).user) == (feedback in ("kind", "explained"))
@@ -131,7 +134,7 @@ def test_the_text_of_each_attempt_reaches_the_next_question(
 ) -> None:
     """Two levels leave the plan out. Without feedback all questions are equal."""
     answers = [plan(LAMP, TORCH), plan(LAMP, "WAVE"), plan("WAVE", TORCH)]
-    asked = questions(AttemptOptions(3, world, feedback, form), answers)
+    asked = questions(ReplanningOptions(3, world, feedback, form), answers)
     for number, (before, after) in enumerate(pairwise(asked)):
         shown = after.user + "".join(text for turn in after.turns for text in turn)
         tells = feedback in ("kind", "explained")
@@ -148,7 +151,7 @@ def test_the_text_of_each_attempt_reaches_the_next_question(
 
 def test_a_conversation_asks_the_first_question_once() -> None:
     answers = [plan(TORCH), plan(LAMP, TORCH)]
-    *_, last = questions(AttemptOptions(2, feedback="explained", form="chat"), answers)
+    *_, last = questions(ReplanningOptions(2, feedback="explained", form="chat"), answers)
     assert (last.user, [answer for answer, _ in last.turns]) == (PLAIN.user, answers)
     assert "attempt 1" in last.turns[0][1]
     assert "attempt 2" in last.turns[1][1]
@@ -159,7 +162,7 @@ def test_the_question_in_a_continued_world_describes_the_present_state() -> None
 
     Other questions describe it at the end.
     """
-    chosen = AttemptOptions(1, "continue", "state")
+    chosen = ReplanningOptions(1, "continue", "state")
     library = PromptLibrary("eai")
     prompts = library.open(SWITCHES, ACTIONS)
     first, second = questions(chosen, [plan(SHED)], library.make_question_writer(SWITCHES, ACTIONS, prompts))
@@ -173,7 +176,7 @@ def test_the_question_in_a_continued_world_describes_the_present_state() -> None
 
 
 def test_actions_already_taken_are_not_requested_again() -> None:
-    chosen = AttemptOptions(1, "continue", "state")
+    chosen = ReplanningOptions(1, "continue", "state")
     asks = QuestionWriter({"greet": PLAIN}.__getitem__, SuiteWording.from_domain(DOMAIN))
     _, second = questions(chosen, [plan("WAVE")], asks, "greet")
     assert second.user.partition("in this order:\n")[2].splitlines()[0] == "PRESS"
@@ -191,10 +194,10 @@ def test_feedback_is_about_the_goals_that_the_question_stated(
 ) -> None:
     """The task's own goals are left out. Goals about unknown objects are never met."""
     scorer = SUITE.scorer("both")
-    assert isinstance(scorer, ActionSequencing)
+    assert isinstance(scorer, ActionSequencingScorer)
     lit = [w.Atom("lit", (w.Constant(name),)) for name in ("lamp", "moon")]
     stated = replace(SUITE.tasks["both"], goals=tuple(map(goal, lit)))
-    trial = Trial(scorer, AttemptOptions(1, world, "explained", form), stated=stated)
+    trial = Trial(scorer, ReplanningOptions(1, world, "explained", form), stated=stated)
     asks = QuestionWriter({"both": PLAIN}.__getitem__, SuiteWording.from_domain(DOMAIN))
     trial.try_answer(plan(LAMP))
     question = asks.write_question(trial)
@@ -215,10 +218,12 @@ def test_the_question_describes_the_perceived_scene() -> None:
         return BelievedTask(task, initial=f"seen before attempt {attempt}\n$initial"), {"scene": str(attempt)}
 
     asks = library.make_question_writer(SWITCHES, ACTIONS, library.open(SWITCHES, ACTIONS), look)
-    _, second = questions(AttemptOptions(1, "continue", "state"), [plan(SHED)], asks)
+    _, second = questions(ReplanningOptions(1, "continue", "state"), [plan(SHED)], asks)
     assert "seen before attempt 2\n" in second.user
     assert "at(robot, shed)" in second.user
-    trial = Trial(cast("ActionSequencing", SUITE.scorer("both")), AttemptOptions(1, "continue", "state"))
+    trial = Trial(
+        cast("ActionSequencingScorer", SUITE.scorer("both")), ReplanningOptions(1, "continue", "state")
+    )
     assert asks.describe_scene_metadata(trial) == {}
     trial.try_answer(plan(SHED))
     assert asks.describe_scene_metadata(trial) == {"scene": "2"}
@@ -229,5 +234,5 @@ def test_files_of_the_user_replace_the_words(tmp_path: Path) -> None:
     (tmp_path / "feedback" / "missing_step.txt").write_text("Too early: $action.\n")
     library = PromptLibrary("eai", tmp_path)
     asks = library.make_question_writer(SWITCHES, ACTIONS, library.open(SWITCHES, ACTIONS))
-    _, second = questions(AttemptOptions(1, feedback="kind"), [plan(LAMP, TORCH)], asks)
+    _, second = questions(ReplanningOptions(1, feedback="kind"), [plan(LAMP, TORCH)], asks)
     assert "- Too early: PRESS(torch).\n" in second.user

@@ -7,11 +7,11 @@ import json
 import pytest
 
 from by_path import ROOT
-from eai.abilities.action_sequencing.scorer import ActionSequencing
-from eai.abilities.attempt_options import AttemptOptions
-from eai.abilities.goal_interpretation.scorer import GoalInterpretation
+from eai.abilities.action_sequencing.scorer import ActionSequencingScorer
+from eai.abilities.goal_interpretation.scorer import GoalInterpretationScorer
 from eai.abilities.notation.goal_lexicon import write_goals
-from eai.abilities.subgoal_decomposition.scorer import SubgoalDecomposition
+from eai.abilities.replanning_options import ReplanningOptions
+from eai.abilities.subgoal_decomposition.scorer import SubgoalDecompositionScorer
 from eai.abilities.trial import Trial
 from eai.abilities.verdict import PlanVerdict
 from eai.agents.game import Game
@@ -88,7 +88,7 @@ def test_goals_over_time_are_tested_on_the_trajectory(
     lamps: Benchmark, goal: str, steps: str, met: bool, why: str
 ) -> None:
     asked = task(lamps, goal)
-    scorer = ActionSequencing(asked, lamps.domain, lamps.notation.plans)
+    scorer = ActionSequencingScorer(asked, lamps.domain, lamps.notation.plans)
     assessment = scorer.assess(plan(lamps, asked, steps))
     verdict = assessment.verdict
     assert isinstance(verdict, PlanVerdict)
@@ -99,7 +99,7 @@ def test_goals_over_time_are_tested_on_the_trajectory(
 
 def test_goals_at_the_end_must_hold_as_well(lamps: Benchmark) -> None:
     asked = task(lamps, "inside(ball, box)", "lit(lamp_1)", ORDERED, "GO()")
-    scorer = ActionSequencing(asked, lamps.domain, lamps.notation.plans)
+    scorer = ActionSequencingScorer(asked, lamps.domain, lamps.notation.plans)
     verdict = scorer.score(plan(lamps, asked, f"{OPEN}, {PACK}, {LIGHT}"))
     assert verdict.goals_satisfied == (True, True, False, True)  # type: ignore[attr-defined]
     assert not verdict.success  # type: ignore[attr-defined]
@@ -120,7 +120,7 @@ def test_a_goal_over_time_is_recognized(lamps: Benchmark) -> None:
 
 def test_goal_interpretation_ignores_goals_over_time(lamps: Benchmark) -> None:
     asked = task(lamps, "lit(lamp_1)", ORDERED)
-    scorer = GoalInterpretation(asked, lamps.domain, lamps.notation.goals)
+    scorer = GoalInterpretationScorer(asked, lamps.domain, lamps.notation.goals)
     gold = lamps.notation.goals.join(write_goals(asked, lamps.domain, lamps.notation.goals))
     assert scorer.score(gold).counts["all"] == (1, 0, 0)  # type: ignore[attr-defined]
 
@@ -142,7 +142,7 @@ def test_goals_over_time_are_tested_while_subgoals_are_executed(
     lamps: Benchmark, goal: str, subgoals: list[str], met: bool
 ) -> None:
     asked = task(lamps, goal)
-    assessment = SubgoalDecomposition(asked, lamps.domain).assess(json.dumps({"output": subgoals}))
+    assessment = SubgoalDecompositionScorer(asked, lamps.domain).assess(json.dumps({"output": subgoals}))
     assert (assessment.verdict.executable, assessment.verdict.success) == (True, met)  # type: ignore[attr-defined]
     assert bool(assessment.explain().goals[0].why) != met
 
@@ -150,8 +150,8 @@ def test_goals_over_time_are_tested_while_subgoals_are_executed(
 def test_a_continued_world_keeps_its_history(lamps: Benchmark) -> None:
     """The trajectory of a further attempt begins with the first attempt."""
     asked = task(lamps, "lit(lamp_1)", TAKEN)
-    scorer = ActionSequencing(asked, lamps.domain, lamps.notation.plans)
-    trial = Trial(scorer, AttemptOptions(replans=2, world="continue"))
+    scorer = ActionSequencingScorer(asked, lamps.domain, lamps.notation.plans)
+    trial = Trial(scorer, ReplanningOptions(replans=2, world="continue"))
     assert not trial.try_answer(plan(lamps, asked, "GO ball, TAKE ball, GO lamp_1")).verdict.success
     done = trial.try_answer(plan(lamps, asked, "PRESS lamp_1"))
     assert (done.verdict.success, done.goal_held_at) == (True, 1)

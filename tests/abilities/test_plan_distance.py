@@ -11,7 +11,7 @@ from itertools import pairwise
 import pytest
 
 import eai
-from eai.abilities.action_sequencing.scorer import ActionSequencing
+from eai.abilities.action_sequencing.scorer import ActionSequencingScorer
 from eai.abilities.notation.plans import JsonPlans
 from eai.abilities.plan_distance import NOT_TRIED, StepLabeler, make_step_labeler
 from eai.planning.successor_generator import generate_applicable_of_operator
@@ -34,7 +34,7 @@ TASKS = [eai.make_task(f"{n}", "Do it.", toy.initial(), *g, domain=toy.DOMAIN) f
 
 
 def labeler(task: Task, limit: int = MOST) -> StepLabeler:
-    return make_step_labeler(ActionSequencing(task, toy.DOMAIN, JsonPlans()).repairer, limit)
+    return make_step_labeler(ActionSequencingScorer(task, toy.DOMAIN, JsonPlans()).repairer, limit)
 
 
 def successors(state: State) -> Iterator[tuple[Action, State]]:

@@ -13,7 +13,7 @@ import pytest
 
 import eai
 from eai.abilities import plan_repairer
-from eai.abilities.action_sequencing.scorer import ActionSequencing
+from eai.abilities.action_sequencing.scorer import ActionSequencingScorer
 from eai.abilities.protocol import Ability
 from eai.abilities.repair import DEFAULT_EFFORT, Repair
 from eai.abilities.verdict import PlanVerdict, Unreadable
@@ -35,7 +35,7 @@ SLACK = 200
 """By how much the last thing that is done may exceed the effort that is allowed."""
 
 
-def repair_of(scorer: ActionSequencing, text: str) -> tuple[PlanVerdict, Repair]:
+def repair_of(scorer: ActionSequencingScorer, text: str) -> tuple[PlanVerdict, Repair]:
     look_back = scorer.assess(text).analyze_failure
     assert look_back is not None
     verdict = look_back(DEFAULT_EFFORT)
@@ -61,7 +61,7 @@ def action_of(text: str, task: Task) -> Action:
     return Action(operator, tuple(task.scene.index[name] for name in names.split(", ") if name))
 
 
-def succeeds(scorer: ActionSequencing, plan: list[Action | None]) -> bool:
+def succeeds(scorer: ActionSequencingScorer, plan: list[Action | None]) -> bool:
     steps = [step for step in plan if step is not None]
     course = execute_plan(scorer.domain, scorer.task.initial, steps)
     taken = [action.operator for action in course.executed_actions]
@@ -98,7 +98,7 @@ def check_repairs(name: str, store: Store, answers: Sequence[tuple[str, str]]) -
     seen = set()
     for task_id, text in answers:
         scorer = suite.scorer(task_id)
-        if not isinstance(scorer, ActionSequencing) or scorer.excluded is not None:
+        if not isinstance(scorer, ActionSequencingScorer) or scorer.excluded is not None:
             continue
         verdict, repair = repair_of(scorer, text)
         assert (repair.distance == 0) == bool(verdict.success)
@@ -114,7 +114,7 @@ def check_repairs(name: str, store: Store, answers: Sequence[tuple[str, str]]) -
 
 def test_caches_of_plans_are_bounded_and_change_no_result(monkeypatch: pytest.MonkeyPatch) -> None:
     scorer = eai.open("virtualhome", "action_sequencing").scorer("27_2")
-    assert isinstance(scorer, ActionSequencing)
+    assert isinstance(scorer, ActionSequencingScorer)
     text = '{"WALK": ["washing_machine", 1001]}'
     plan_repairer._get_cached_repairer.cache_clear()
     first = repair_of(scorer, text)
@@ -128,7 +128,7 @@ def test_caches_of_plans_are_bounded_and_change_no_result(monkeypatch: pytest.Mo
 def test_the_reported_edit_is_about_the_objects_of_the_failed_step() -> None:
     """The food lies in the freezer, so walking to either would do. The failed step grabs the food."""
     scorer = eai.open("virtualhome", "action_sequencing").scorer("152_2")
-    assert isinstance(scorer, ActionSequencing)
+    assert isinstance(scorer, ActionSequencingScorer)
     text = """{"WALK": ["dining_room", 201], "GRAB": ["food_food", 1000], "WALK": ["freezer", 289],
                "OPEN": ["freezer", 289], "PUTIN": ["food_food", 1000, "freezer", 289]}"""
     _, repair = repair_of(scorer, text)
@@ -136,14 +136,14 @@ def test_the_reported_edit_is_about_the_objects_of_the_failed_step() -> None:
 
 
 @cache
-def good_plans(name: str) -> list[tuple[ActionSequencing, tuple[Action, ...]]]:
+def good_plans(name: str) -> list[tuple[ActionSequencingScorer, tuple[Action, ...]]]:
     """Return successful plans, each with the scorer of its task."""
     suite, book = eai.open(name, "action_sequencing"), answer_book(name, Ability.ACTION_SEQUENCING)
     found = []
     for task_id in suite.task_ids:
         scorer, gold = suite.scorer(task_id), book[task_id]
         text = gold.join(gold.parts)
-        if isinstance(scorer, ActionSequencing) and getattr(scorer.score(text), "success", None):
+        if isinstance(scorer, ActionSequencingScorer) and getattr(scorer.score(text), "success", None):
             plan = scorer.notation.read(text)
             assert not isinstance(plan, Unreadable)
             steps = [step for step in scorer.repairer.read_steps(plan) if step is not None]
@@ -174,7 +174,7 @@ def plant_fault(task: Task, plan: Sequence[Action], kind: str, random: Random) -
     return steps, PlanEdit(at, at, was)
 
 
-def is_idle(scorer: ActionSequencing, action: Action) -> bool:
+def is_idle(scorer: ActionSequencingScorer, action: Action) -> bool:
     """Whether no repair needs an action, since it changes nothing and is no goal."""
     operator = scorer.domain.compiled_operators[action.operator].operator
     asked = {name for names in to_planning_goal(scorer.task).actions for name in names}

@@ -10,10 +10,10 @@ from typing import get_args
 import pytest
 
 from agents.switches import SWITCHES
-from eai.abilities.action_sequencing.scorer import ActionSequencing
+from eai.abilities.action_sequencing.scorer import ActionSequencingScorer
 from eai.abilities.attempt import Attempt
-from eai.abilities.attempt_options import AttemptOptions, AttemptStart
 from eai.abilities.protocol import Ability
+from eai.abilities.replanning_options import AttemptStart, ReplanningOptions
 from eai.abilities.trial import Trial
 from eai.benchmarks.suite import open_suite
 from eai.tasks.task import GoalKind
@@ -25,9 +25,9 @@ LAMP, SHED, BOX, TORCH = "PRESS lamp", "GO shed", "OPEN box", "PRESS torch"
 BOTH = (LAMP, SHED, BOX, TORCH)
 
 
-def scorer(task_id: str = "both") -> ActionSequencing:
+def scorer(task_id: str = "both") -> ActionSequencingScorer:
     found = SUITE.scorer(task_id)
-    assert isinstance(found, ActionSequencing)
+    assert isinstance(found, ActionSequencingScorer)
     return found
 
 
@@ -37,7 +37,7 @@ def plan(*steps: str) -> str:
     return json.dumps([{"action": name, "object": ", ".join(objects)} for name, *objects in words])
 
 
-def tried(experiment: AttemptOptions, answers: Sequence[str], task_id: str = "both") -> list[Attempt]:
+def tried(experiment: ReplanningOptions, answers: Sequence[str], task_id: str = "both") -> list[Attempt]:
     trial = Trial(scorer(task_id), experiment)
     for text in answers:
         trial.try_answer(text)
@@ -63,7 +63,7 @@ def test_a_further_attempt_restarts_or_continues_the_world(
     world: AttemptStart, second: tuple[str, ...], outcome: str
 ) -> None:
     """The first attempt presses the lamp on. A second press switches it off."""
-    first, last = tried(AttemptOptions(1, world), [plan(LAMP, TORCH), plan(*second)])
+    first, last = tried(ReplanningOptions(1, world), [plan(LAMP, TORCH), plan(*second)])
     assert outcome_of(first) == "missing_step lost"
     assert first.verdict.error is not None
     assert first.verdict.error.step == 1
@@ -71,14 +71,14 @@ def test_a_further_attempt_restarts_or_continues_the_world(
 
 
 def test_a_trial_ends_with_a_success_or_after_the_last_attempt() -> None:
-    trial = Trial(scorer(), AttemptOptions(2))
+    trial = Trial(scorer(), ReplanningOptions(2))
     trial.try_answer(plan(LAMP))
     assert not trial.is_over
     trial.try_answer(plan(*BOTH))
     assert trial.is_over
     with pytest.raises(ValueError, match="over"):
         trial.try_answer(plan(*BOTH))
-    lost = Trial(scorer(), AttemptOptions(2))
+    lost = Trial(scorer(), ReplanningOptions(2))
     for _ in range(3):
         assert not lost.is_over
         lost.try_answer("no plan")
@@ -86,7 +86,7 @@ def test_a_trial_ends_with_a_success_or_after_the_last_attempt() -> None:
 
 
 def test_an_excluded_task_gets_one_attempt() -> None:
-    trial = Trial(scorer("none"), AttemptOptions(3))
+    trial = Trial(scorer("none"), ReplanningOptions(3))
     attempt = trial.try_answer(plan(LAMP))
     assert trial.is_over
     assert attempt.verdict.excluded is not None
@@ -96,16 +96,16 @@ def test_an_excluded_task_gets_one_attempt() -> None:
 def test_the_first_state_with_all_goals_is_recorded() -> None:
     """The plan reaches the goal and leaves it again: it succeeds only if it ends at the goal."""
     through = plan(*BOTH, TORCH)
-    (whole,) = tried(AttemptOptions(), [through])
+    (whole,) = tried(ReplanningOptions(), [through])
     assert (outcome_of(whole), whole.goal_held_at) == ("ran lost", 4)
-    (ended,) = tried(AttemptOptions(until="goal"), [through])
+    (ended,) = tried(ReplanningOptions(until="goal"), [through])
     assert (outcome_of(ended), ended.goal_held_at) == ("ran won", 4)
-    (never,) = tried(AttemptOptions(), [plan(LAMP)])
+    (never,) = tried(ReplanningOptions(), [plan(LAMP)])
     assert never.goal_held_at is None
 
 
 def test_goals_that_hold_at_the_start_are_recorded_at_step_zero() -> None:
-    first, second = tried(AttemptOptions(1, "continue"), [plan(*BOTH, LAMP), plan("GO hall")])
+    first, second = tried(ReplanningOptions(1, "continue"), [plan(*BOTH, LAMP), plan("GO hall")])
     assert (outcome_of(first), first.goal_held_at) == ("wrong_order lost", 4)
     assert (outcome_of(second), second.goal_held_at) == ("ran won", 0)
 
@@ -122,7 +122,7 @@ def find_seed(numbers: Sequence[int], length: int) -> int:
 @pytest.mark.parametrize("world", get_args(AttemptStart))
 def test_a_detected_slip_ends_the_attempt_without_an_error_of_the_answer(world: AttemptStart) -> None:
     seed = find_seed([1], 6)
-    chosen = AttemptOptions(1, world, slip=0.5, slip_seed=seed)
+    chosen = ReplanningOptions(1, world, slip=0.5, slip_seed=seed)
     rest = BOTH if world == "restart" else BOTH[1:]
     first, second = tried(chosen, [plan(*BOTH), plan(*rest)])
     assert (outcome_of(first), first.slipped_at) == ("slip lost", 1)
@@ -133,19 +133,19 @@ def test_a_detected_slip_ends_the_attempt_without_an_error_of_the_answer(world: 
 
 
 def test_a_step_that_depends_on_a_silent_slip_fails() -> None:
-    chosen = AttemptOptions(slip=0.5, slip_seed=find_seed([1], 4), notice="silent")
+    chosen = ReplanningOptions(slip=0.5, slip_seed=find_seed([1], 4), notice="silent")
     (attempt,) = tried(chosen, [plan(*BOTH)])
     assert (outcome_of(attempt), attempt.slipped_at) == ("missing_step lost", 1)
     assert attempt.verdict.error is not None
     assert attempt.verdict.error.step == 2  # the box is not here
-    last = AttemptOptions(slip=0.5, slip_seed=find_seed([3], 4), notice="silent")
+    last = ReplanningOptions(slip=0.5, slip_seed=find_seed([3], 4), notice="silent")
     (unnoticed,) = tried(last, [plan(*BOTH)])
     assert (outcome_of(unnoticed), unnoticed.verdict.executable) == ("ran lost", True)
 
 
 def test_a_wrong_order_may_refer_to_an_earlier_attempt() -> None:
     """The attempt counts its steps from its own beginning."""
-    first, second = tried(AttemptOptions(1, "continue"), [plan(SHED, BOX, "GO hall"), plan(TORCH)])
+    first, second = tried(ReplanningOptions(1, "continue"), [plan(SHED, BOX, "GO hall"), plan(TORCH)])
     assert (outcome_of(first), outcome_of(second)) == ("ran lost", "wrong_order lost")
     assert second.verdict.error is not None
     assert second.verdict.error.step == 0
@@ -155,7 +155,7 @@ def test_a_wrong_order_may_refer_to_an_earlier_attempt() -> None:
 
 
 def test_action_goals_count_over_all_attempts_in_a_continued_world() -> None:
-    goes_on = AttemptOptions(1, "continue")
+    goes_on = ReplanningOptions(1, "continue")
     _, last = tried(goes_on, [plan("WAVE", SHED), plan(BOX, TORCH)], "greet")
     assert outcome_of(last) == "ran won"
     _, anew = tried(replace(goes_on, world="restart"), [plan("WAVE"), plan(SHED, BOX)], "greet")
@@ -163,14 +163,14 @@ def test_action_goals_count_over_all_attempts_in_a_continued_world() -> None:
 
 
 def test_the_rest_of_a_task_begins_in_the_present_state() -> None:
-    trial = Trial(scorer("greet"), AttemptOptions(2, "continue"))
+    trial = Trial(scorer("greet"), ReplanningOptions(2, "continue"))
     assert trial.next_attempt_task.goals == trial.task.goals
     trial.try_answer(plan("WAVE", SHED))
     left = trial.next_attempt_task
     assert left.initial is not trial.task.initial
     assert [goal.kind for goal in left.goals] == [GoalKind.ACTION, GoalKind.STATE]
     assert [action.operator for action in trial.executed_actions] == ["WAVE", "GO"]
-    anew = Trial(scorer("greet"), AttemptOptions(2))
+    anew = Trial(scorer("greet"), ReplanningOptions(2))
     anew.try_answer(plan("WAVE", SHED))
     assert anew.next_attempt_task is anew.task
     assert anew.executed_actions == ()
@@ -178,6 +178,6 @@ def test_the_rest_of_a_task_begins_in_the_present_state() -> None:
 
 def test_a_plain_attempt_has_the_scorers_verdict() -> None:
     for answer in (plan(*BOTH), plan(LAMP, TORCH), plan("FLY moon"), plan("GO shed shed"), "none", ""):
-        (attempt,) = tried(AttemptOptions(), [answer])
+        (attempt,) = tried(ReplanningOptions(), [answer])
         assessment = scorer().assess(answer)
         assert (attempt.verdict, attempt.explanation) == (assessment.verdict, assessment.explain())

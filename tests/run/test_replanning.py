@@ -14,9 +14,9 @@ import pytest
 from inspect_ai.log import read_eval_log
 
 from by_path import ROOT
-from eai.abilities.attempt_options import AttemptOptions, FeedbackLevel
 from eai.abilities.feedback import REASONS
 from eai.abilities.protocol import Ability, Protocol
+from eai.abilities.replanning_options import FeedbackLevel, ReplanningOptions
 from eai.base.store import Store
 from eai.benchmarks.gold_answers import make_answer_heeding_feedback, make_noisy_answer
 from eai.benchmarks.prompt_library import PromptLibrary
@@ -51,7 +51,9 @@ def records_of(folder: Path) -> list[Record]:
     return list(read_records(folder / "records.jsonl"))
 
 
-def offline(options: AttemptOptions, store: Store, heed: float | None) -> dict[str, list[tuple[str, object]]]:
+def offline(
+    options: ReplanningOptions, store: Store, heed: float | None
+) -> dict[str, list[tuple[str, object]]]:
     """Return the answers and verdicts of the loop without Inspect, by task."""
     suite, library = open_suite("behavior", ACTIONS, source=Source(store)), PromptLibrary("official")
     prompts = library.open(suite.benchmark, ACTIONS)
@@ -82,7 +84,7 @@ def test_a_run_makes_the_same_attempts_as_a_loop_without_inspect(
     feedback: FeedbackLevel, heed: float | None, data_store: Store, tmp_path: Path
 ) -> None:
     """The files of the run can be replayed, and give the same records."""
-    arguments = f"--with attempts.replans=2 --with attempts.feedback={feedback}"
+    arguments = f"--with replanning.replans=2 --with replanning.feedback={feedback}"
     heeding = "" if heed is None else f"-M heed={heed}"
     done = eai(*f"{NOISY} {heeding} {arguments} --out {tmp_path}".split())
     assert done.status == 0, done.err
@@ -93,7 +95,7 @@ def test_a_run_makes_the_same_attempts_as_a_loop_without_inspect(
         record.task_id: [(attempt.response, attempt.verdict) for attempt in record.attempts]
         for record in records
     }
-    assert attempts == offline(AttemptOptions(2, feedback=feedback), data_store, heed)
+    assert attempts == offline(ReplanningOptions(2, feedback=feedback), data_store, heed)
     assert {record.experiment.label for record in records if record.experiment} == {label}
     assert [record.verdict for record in records] == [record.attempts[-1].verdict for record in records]
     assert not list((tmp_path / FOLDER).glob("*.json*"))
@@ -117,7 +119,9 @@ def test_feedback_on_a_failure_reaches_the_model(data_store: Store, tmp_path: Pa
     script = defaultdict(lambda: [Reply(gold)], {prompt.user: [Reply(wrong)]})
     with serve(script) as served:
         arguments = f"run --model openai-api/local/scripted -M api_key=none --model-base-url {served.url}"
-        arguments += f" --domain behavior --tasks {task_id} --with attempts.replans=3 --json --out {tmp_path}"
+        arguments += (
+            f" --domain behavior --tasks {task_id} --with replanning.replans=3 --json --out {tmp_path}"
+        )
         done = eai(*arguments.split())
         assert done.status == 0, done.err
         said = [[message["content"] for message in each["messages"]] for each in served.log.requests]
@@ -138,7 +142,7 @@ def test_inspect_takes_the_same_options(
     """Inspect's log has the records of ``eai run``, and scoring it again changes nothing."""
     world = {"world": "continue", "feedback": "state"} if slip else {"feedback": "explained"}
     choices = {"replans": 2, **world, "slip": slip}
-    options = " ".join(f"--with attempts.{name}={value}" for name, value in choices.items())
+    options = " ".join(f"--with replanning.{name}={value}" for name, value in choices.items())
     done = eai(*f"{NOISY} {options} --out {tmp_path}".split())
     assert done.status == 0, done.err
     (folder,) = (tmp_path / FOLDER).iterdir()
@@ -162,15 +166,15 @@ def test_inspect_takes_the_same_options(
     ("options", "message"),
     [
         (
-            "--with attempts.feedback=kind",
-            "feedback kind: has no effect without further attempts; also give attempts.replans",
+            "--with replanning.feedback=kind",
+            "feedback kind: has no effect without further attempts; also give replanning.replans",
         ),
         (
-            "--with attempts.replans=1 --with attempts.feedback=state",
-            "feedback: state needs the world continue, since a restarted world is in its initial state",
+            "--with replanning.replans=1 --with replanning.feedback=state",
+            "feedback state: has no effect if attempts restart in the initial state; also give replanning",
         ),
         (
-            "--with attempts.replans=1 --ability goal_interpretation",
+            "--with replanning.replans=1 --ability goal_interpretation",
             "further attempts are only made at plans",
         ),
     ],

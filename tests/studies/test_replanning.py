@@ -11,7 +11,7 @@ import pytest
 from typer.testing import CliRunner
 
 from abilities.test_trial import BOTH, BOX, LAMP, SHED, SUITE, TORCH, plan, scorer
-from eai.abilities.attempt_options import AttemptOptions
+from eai.abilities.replanning_options import ReplanningOptions
 from eai.abilities.trial import Trial
 from eai.base.errors import InputError
 from eai.cli import app
@@ -21,24 +21,24 @@ from eai.results.responses import read_responses
 from eai.results.summary import compute_rates_by_attempt, drop_later_attempts
 from eai.results.table import Estimate
 from eai.results.trials import make_trial_record
-from eai.studies.attempts.study import (
-    _analyze_attempts,
+from eai.studies.records import StudyRecords
+from eai.studies.replanning.study import (
+    _analyze_replanning,
     _AttemptCountingOptions,
     estimate_success_by_attempt,
-    group_runs_by_attempt_options,
+    group_runs_into_arms,
     make_replanning_tables,
     write_remarks,
 )
-from eai.studies.records import StudyRecords
 from record_files import write_records
 from studies.told import told_tables
 
-EXPLAINED = AttemptOptions(2, feedback="explained")
+EXPLAINED = ReplanningOptions(2, feedback="explained")
 NONE = replace(EXPLAINED, feedback="none")
 RIGHT, EARLY, MISSED, UNREADABLE = plan(*BOTH), plan(LAMP, TORCH), plan(SHED, BOX, TORCH), "no plan"
 
 
-def run_of(options: AttemptOptions, answers: Sequence[Sequence[str]]) -> list[Record]:
+def run_of(options: ReplanningOptions, answers: Sequence[Sequence[str]]) -> list[Record]:
     """A run of one task under many names, each with its answers."""
     records = []
     for number, given in enumerate(answers):
@@ -68,7 +68,7 @@ def test_the_answers_of_each_attempt_are_read_from_a_file(tmp_path: Path) -> Non
 
 
 def test_success_by_the_number_of_attempts_never_falls() -> None:
-    untold, told = group_runs_by_attempt_options([TOLD, UNTOLD])  # the control comes first
+    untold, told = group_runs_into_arms([TOLD, UNTOLD])  # the control comes first
     assert (untold.label, told.label) == ("replans-2-restart-none", "replans-2-restart-explained")
     assert numerators(estimate_success_by_attempt(told)) == [1, 2, 3]
     assert numerators(estimate_success_by_attempt(untold)) == [1, 1, 2]
@@ -77,17 +77,17 @@ def test_success_by_the_number_of_attempts_never_falls() -> None:
 
 
 def test_arms_with_feedback_are_compared_with_arms_without() -> None:
-    _, worth, _ = make_replanning_tables(group_runs_by_attempt_options([TOLD, UNTOLD]))
+    _, worth, _ = make_replanning_tables(group_runs_into_arms([TOLD, UNTOLD]))
     differences = [row[-1] for row in worth.rows]
     assert [each.value for each in differences if isinstance(each, Estimate)] == [0, 25, 25]
-    assert write_remarks(group_runs_by_attempt_options([TOLD, UNTOLD])) == []
-    (alone,) = write_remarks(group_runs_by_attempt_options([TOLD]))
+    assert write_remarks(group_runs_into_arms([TOLD, UNTOLD])) == []
+    (alone,) = write_remarks(group_runs_into_arms([TOLD]))
     assert alone.startswith("No resampling arm stands beside replans-2-restart-explained")
-    assert make_replanning_tables(group_runs_by_attempt_options([TOLD]))[1].rows == ()
+    assert make_replanning_tables(group_runs_into_arms([TOLD]))[1].rows == ()
 
 
 def test_outcomes_are_counted_by_the_first_failure() -> None:
-    *_, mended = make_replanning_tables(group_runs_by_attempt_options([TOLD, UNTOLD]))
+    *_, mended = make_replanning_tables(group_runs_into_arms([TOLD, UNTOLD]))
     counts = {
         row[:2]: (row[2], row[3].numerator if isinstance(row[3], Estimate) else None, *row[4:])
         for row in mended.rows
@@ -102,13 +102,13 @@ def test_outcomes_are_counted_by_the_first_failure() -> None:
 
 
 def test_several_seeds_form_one_arm_with_tasks_as_units() -> None:
-    slipping = AttemptOptions(1, "continue", "state", slip=0.2)
+    slipping = ReplanningOptions(1, "continue", "state", slip=0.2)
     one, two = (run_of(replace(slipping, slip_seed=seed), [[plan(*BOTH)]]) for seed in (1, 2))
-    (arm,) = group_runs_by_attempt_options([one, two])
+    (arm,) = group_runs_into_arms([one, two])
     assert list(arm.runs) == [1, 2]
     assert len(arm.list_records_up_to_attempt(1)) == 2
     assert {case.name for case in arm.make_cases("task_success", 2)} == {"0"}
-    assert "One seed of slips" in "".join(write_remarks(group_runs_by_attempt_options([one])))
+    assert "One seed of slips" in "".join(write_remarks(group_runs_into_arms([one])))
 
 
 def test_the_command_writes_tables_notes_and_a_plot(tmp_path: Path) -> None:
@@ -133,4 +133,4 @@ def test_the_command_writes_tables_notes_and_a_plot(tmp_path: Path) -> None:
 def test_plain_records_are_refused_by_the_analysis_of_replanning(tmp_path: Path) -> None:
     write_records(tmp_path / "records.jsonl", [replace(TOLD[0], experiment=None)])
     with pytest.raises(InputError, match="found no records of runs with further attempts"):
-        list(_analyze_attempts(StudyRecords((tmp_path,)), _AttemptCountingOptions()))
+        list(_analyze_replanning(StudyRecords((tmp_path,)), _AttemptCountingOptions()))

@@ -1,7 +1,7 @@
 """JSON schemas for answers.
 
-They use only features that are supported by all providers whose models must keep to a schema. An object has
-exactly its declared members. A text may be limited to a list of words.
+Some providers make sure that a model's answer fits a schema. The schemas use only features that all these
+providers support. An object has exactly its declared members. A text may be limited to a list of words.
 """
 
 from __future__ import annotations
@@ -15,12 +15,12 @@ Schema: TypeAlias = Mapping[str, Json]
 """A JSON schema."""
 
 MAX_WORDS = 1000
-"""Maximum number of words in all enumerations of a schema: OpenAI's limit, the smallest published one."""
+"""Maximum number of words in all enumerations (``enum``) of a schema: OpenAI's limit, the smallest known."""
 
-LONG_CHOICE_WORDS = 250
-"""Maximum number of words of an enumeration for which providers do not limit the number of characters."""
-MAX_LONG_CHOICE_CHARACTERS = 15_000
-"""Maximum number of characters of all words of an enumeration with more than `LONG_CHOICE_WORDS` words."""
+MAX_SHORT_ENUM_WORDS = 250
+"""Maximum number of words of a short enumeration, whose number of characters providers do not limit."""
+MAX_LONG_ENUM_CHARACTERS = 15_000
+"""Maximum number of characters in all words of a long enumeration (more than `MAX_SHORT_ENUM_WORDS`)."""
 
 
 def make_text_schema(words: Iterable[str] | None = None) -> Schema:
@@ -52,7 +52,7 @@ def is_schema_accepted_by_providers(schema: Schema) -> bool:
     """Whether a schema keeps all providers' limits on the numbers of words and characters."""
     choices = [list(map(str, choice)) for choice in _list_enumerated_values(schema)]
     return sum(map(len, choices)) <= MAX_WORDS and all(
-        len(choice) <= LONG_CHOICE_WORDS or sum(map(len, choice)) <= MAX_LONG_CHOICE_CHARACTERS
+        len(choice) <= MAX_SHORT_ENUM_WORDS or sum(map(len, choice)) <= MAX_LONG_ENUM_CHARACTERS
         for choice in choices
     )
 

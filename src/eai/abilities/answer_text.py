@@ -70,7 +70,7 @@ _STRING_OR_COMMA = re.compile(r"""(?P<string>"[^"\\]*(?:\\.[^"\\]*)*")|(?P<comma
 _JSON_LIKE_LITERAL = re.compile(r"""[\[\]{},:0-9\s]*(?:'[^'"\\\x00-\x1f\ud800-\udfff]*'[\[\]{},:0-9\s]*)*""")
 """Pattern of Python literals that become equal JSON if double quotes replace their single quotes."""
 _NUMBERING = re.compile(r"(?i:[\s,;*_#>-]|•|step\b|\d+[.):]|\d+(?=\s*$)|:)*")
-"""Pattern of text between parts of a value that only separates or numbers these parts."""
+"""Pattern of a text that only separates or numbers two JSON values, which therefore belong together."""
 _SEPARATORS = re.compile(r"[\s,;]*")
 _CURLY = str.maketrans("“”„‟‘’‚‛", "\"\"\"\"''''")
 _OPENING_BRACKET = {"}": "{", "]": "["}
@@ -276,24 +276,24 @@ class _AnswerReader(Generic[T]):
         return Unreadable(f"there is no {self.form.description}", spans=self._make_spans([]))
 
     def _read_values(self) -> list[_ValueInText[T]] | Unreadable:
-        """Return all bracketed values that have the form, or the reason why the answer cannot be read.
+        """Return all bracketed texts that can be read as an answer, or why the answer cannot be read.
 
-        A part that cannot be read makes the answer unreadable, unless it is a draft: a closed part before a
-        complete answer.
+        A bracketed text that looks like a part of the answer, but cannot be read, makes the answer
+        unreadable. If a complete answer follows such a text, the text counts as a draft and is ignored.
         """
         values: list[_ValueInText[T]] = []
         error: Unreadable | None = None
-        for number, stretch in enumerate(_find_bracketed_texts(self.text)):
+        for number, bracketed_text in enumerate(_find_bracketed_texts(self.text)):
             if number == MAX_VALUES:
                 return Unreadable(f"the answer has more than {MAX_VALUES:,} bracketed values")
-            if stretch.problem is not None:
-                return self._report_error(stretch, stretch.problem)
-            inside = self.text[stretch.start : stretch.end]
+            if bracketed_text.problem is not None:
+                return self._report_error(bracketed_text, bracketed_text.problem)
+            inside = self.text[bracketed_text.start : bracketed_text.end]
             if inside in _OPENING_BRACKET:
-                self.strays.append(stretch)
+                self.strays.append(bracketed_text)
                 continue
             is_part = self.form.is_part(inside)
-            decoded = _decode_with_repairs(inside, stretch.start, repair=is_part)
+            decoded = _decode_with_repairs(inside, bracketed_text.start, repair=is_part)
             meaning = (
                 None
                 if isinstance(decoded, _JsonProblem)
@@ -301,20 +301,22 @@ class _AnswerReader(Generic[T]):
             )
             if meaning is not None and isinstance(decoded, _DecodedJson):
                 repairs = (*decoded.repairs, *meaning[1])
-                values.append(_ValueInText(stretch.start, stretch.end, meaning[0], repairs))
+                values.append(_ValueInText(bracketed_text.start, bracketed_text.end, meaning[0], repairs))
                 if self.form.is_certain(meaning[0]) and not self.form.is_piece(meaning[0]):
                     error = None
             elif is_part and error is None:
-                error = self._report_error(stretch, decoded)
+                error = self._report_error(bracketed_text, decoded)
         return values if error is None else error
 
-    def _report_error(self, stretch: _BracketedText, cause: _JsonProblem | _DecodedJson) -> Unreadable:
-        if isinstance(cause, _JsonProblem):
-            flaw: str | None = f"{_format_line_and_column(self.text, cause.position)}: {cause.reason}"
+    def _report_error(
+        self, bracketed_text: _BracketedText, result: _JsonProblem | _DecodedJson
+    ) -> Unreadable:
+        if isinstance(result, _JsonProblem):
+            flaw: str | None = f"{_format_line_and_column(self.text, result.position)}: {result.reason}"
         else:
-            flaw = self.form.flaw(cause.value)
+            flaw = self.form.flaw(result.value)
         reason = f"there is no {self.form.description}" + (f": {flaw}" if flaw else "")
-        return Unreadable(reason, spans=self._make_spans([], unread_text=stretch))
+        return Unreadable(reason, spans=self._make_spans([], unread_text=bracketed_text))
 
     def _choose_answer_value(self, values: list[_ValueInText[T]]) -> ParsedAnswer[T] | Unreadable:
         """Return the value that counts as the answer, or the reason why no value does.
@@ -347,9 +349,11 @@ class _AnswerReader(Generic[T]):
         return self._make_parsed_answer(chosen[-1:], chosen[-1].meaning, ())
 
     def _select_values_with_known_names(self, values: list[_ValueInText[T]]) -> list[_ValueInText[T]]:
-        """Return the values that name something of the task, and values that directly precede or follow them.
+        """Return the values that belong to the answer. All other values count as examples.
 
-        If no value names something of the task, return all values.
+        A value belongs to the answer if it names something of the task (`AnswerFormat.is_certain`). So do
+        values that only punctuation or numbers separate from such a value. If there is no such value, return
+        all values.
         """
         groups: list[list[_ValueInText[T]]] = []
         for value in values:
@@ -449,8 +453,8 @@ def _format_line_and_column(text: str, position: int) -> str:
 def has_unclosed_bracket(text: str) -> bool:
     """Whether a text opens a bracket that it never closes."""
     return any(
-        stretch.problem is not None and stretch.problem.reason == _UNCLOSED
-        for stretch in _find_bracketed_texts(text)
+        bracketed_text.problem is not None and bracketed_text.problem.reason == _UNCLOSED
+        for bracketed_text in _find_bracketed_texts(text)
     )
 
 
@@ -462,11 +466,11 @@ def _find_bracketed_texts(text: str) -> Iterator[_BracketedText]:
             yield _BracketedText(start, start + 1)
             position = start + 1
             continue
-        stretch = _find_bracketed_text_at(text, start)
-        yield stretch
-        if stretch.problem is not None:
+        bracketed_text = _find_bracketed_text_at(text, start)
+        yield bracketed_text
+        if bracketed_text.problem is not None:
             return
-        position = stretch.end
+        position = bracketed_text.end
 
 
 def _find_bracketed_text_at(text: str, start: int) -> _BracketedText:
@@ -489,11 +493,11 @@ def _find_bracketed_text_at(text: str, start: int) -> _BracketedText:
 def _read_value_or_wrapped_json(
     value: object, form: AnswerFormat[T], max_depth: int = 3
 ) -> tuple[T, tuple[str, ...]] | None:
-    """Return the meaning of a JSON value in an answer, and the names of the repairs that the value needs.
+    """Return the meaning of a JSON value (`AnswerFormat.read`), and the names of the repairs that it needs.
 
-    A value that has no meaning as such may be a string that contains JSON, or an object with exactly one
-    meaningful member. It then has the meaning of this JSON or of this member. Return None for any other
-    value.
+    A string without a meaning gets the meaning of the JSON in it. An object without a meaning gets the
+    meaning of its only member with a meaning, unless other members are objects or lists. Return None if there
+    is no meaning.
     """
     meaning = form.read(value)
     if meaning is not None or max_depth == 0:
@@ -541,7 +545,7 @@ def _decode_with_repairs(text: str, offset: int = 0, *, repair: bool = True) -> 
         return value
     if not repair or text[:1] not in ("{", "["):
         return value._replace(position=value.position + offset)
-    repaired_texts = list(_try_repairs(text))
+    repaired_texts = list(_yield_repaired_texts(text))
     for repaired, names in repaired_texts:
         again = _decode_json(repaired, _LENIENT)
         if isinstance(again, _DecodedJson):
@@ -553,8 +557,8 @@ def _decode_with_repairs(text: str, offset: int = 0, *, repair: bool = True) -> 
     return value._replace(position=value.position + offset)
 
 
-def _try_repairs(text: str) -> Iterator[tuple[str, tuple[str, ...]]]:
-    """Yield the text after no repair, one repair, two and more repairs, each time with the repairs' names."""
+def _yield_repaired_texts(text: str) -> Iterator[tuple[str, tuple[str, ...]]]:
+    """Yield the text itself, then the text after each further repair, with the names of all its repairs."""
     names: tuple[str, ...] = ()
     yield text, names
     for repair, name in (
@@ -641,16 +645,18 @@ def _evaluate_literal(node: ast.expr, depth: int) -> object:
         ValueError: the expression is not a literal, or is nested too deep.
     """
     if depth == 0:
-        raise ValueError("the literal is nested too deep")
+        raise ValueError(f"the Python literal has more than {MAX_DEPTH} nested levels")
     if isinstance(node, ast.Constant):
         return node.value
     if isinstance(node, ast.List | ast.Tuple):
         return [_evaluate_literal(element, depth - 1) for element in node.elts]
     if not isinstance(node, ast.Dict):
-        raise ValueError("expected a text, a number, a list or a dictionary, found another Python expression")
+        raise ValueError(
+            "the Python literal contains an expression other than a constant, a list or a dictionary"
+        )
     members = []
     for key, value in zip(node.keys, node.values, strict=True):
         if not isinstance(key, ast.Constant) or not isinstance(key.value, str):
-            raise ValueError("a key of the dictionary is not a string")
+            raise ValueError("the Python literal has a dictionary with a key that is not a string")
         members.append((key.value, _evaluate_literal(value, depth - 1)))
     return JsonObject(members)

@@ -30,7 +30,7 @@ from eai.abilities.verdict import (
 from eai.base.errors import InputError
 from eai.tasks.share import Share
 from eai.tasks.task import GoalKind
-from eai.world.fault import FaultKind
+from eai.world.fault import NOT_EXECUTED, FaultKind
 
 if TYPE_CHECKING:
     from eai.abilities.answer_schema import Schema
@@ -50,7 +50,7 @@ V = TypeVar("V", bound=Verdict)
 class AnswerOutcome(str, Enum):
     """The outcome of one answer, or of a missing answer.
 
-    The first outcomes are those of answers without an error.
+    `EXCLUDED` to `GOAL_MISSED` are outcomes without an error. All other outcomes are kinds of errors.
     """
 
     EXCLUDED = "excluded"
@@ -122,7 +122,7 @@ The question is a text, or a mapping from the placeholders of the ability's temp
 
 
 QuestionMaker: TypeAlias = Callable[[BenchmarkParts, Any], QuestionAndAnswer]
-"""Function that makes the question about a task in a benchmark's world, and a right answer."""
+"""Function that takes the parts of a benchmark and a task, and makes the question and a right answer."""
 
 SchemaMaker: TypeAlias = "Callable[[Sequence[str] | None], Schema | None]"
 """Function that makes the JSON schema of an answer.
@@ -140,7 +140,7 @@ class ModelInteraction:
     `lists_are_sets` or `plain_text_prefix` say otherwise.
 
     Attributes:
-        scorers: takes a benchmark's world and returns a function that makes the scorer of a task.
+        scorers: takes the parts of a benchmark and returns a function that makes the scorer of a task.
         make_question: makes the question about a task. None if questions are published, or are rendered from
             the template with the ability's name. The data set then has the right answers.
         pictures: returns the pictures before a question, each with its media type.
@@ -240,7 +240,7 @@ class AbilityDeclaration(Generic[V]):
         """Return the experiment of an episode: the harness (the program around the model) and the game rules.
 
         If answers are no episodes, return an experiment without settings. If the episode is empty or
-        unreadable, return None, so that it fails under any rules.
+        unreadable, its rules are unknown: return None. Such an episode fails under any rules.
         """
         return (
             self.interaction.read_episode_settings(answer)
@@ -266,7 +266,10 @@ def get_declaration(ability: Ability) -> AbilityDeclaration[Any]:
         raise InputError(f"the ability {ability} is not installed: install the package that provides it")
     value = point.load()
     if not isinstance(value, AbilityDeclaration) or value.ability is not ability:
-        raise InputError(f"{point.value}: expected the AbilityDeclaration of {ability}, found {value!r:.100}")
+        raise InputError(
+            f"entry point {point.value}: expected the AbilityDeclaration of {ability}, found {value!r:.100}; "
+            "install another release of the package that provides it"
+        )
     return value
 
 
@@ -357,6 +360,9 @@ ENDING_FAULTS = {
 }
 """Name of a metric -> the kind of error that it counts; only errors that end the execution of a plan."""
 
+RUNTIME_FAULTS = {name: kind for name, kind in ENDING_FAULTS.items() if kind not in NOT_EXECUTED}
+"""Name of a metric -> the kind of error that it counts; only errors of steps that cannot be executed."""
+
 P = TypeVar("P", bound=PlanVerdict)
 
 
@@ -387,9 +393,10 @@ def declare_plan_ability(
 
 
 def count_faults(verdict: PlanVerdict, kind: FaultKind) -> int:
-    """Return the number of errors of a kind that one answer adds to a summary of many answers.
+    """Return how many errors of a kind one answer adds to the sum over many answers.
 
-    If the verdict has no `SummaryCounts`, this number is 1 if an error of the kind ended the plan, else 0.
+    This is 1 if an error of the kind ended the plan, else 0. If the verdict has `SummaryCounts`, their number
+    of errors counts instead.
     """
     if verdict.counted is not None:
         return verdict.counted.errors.get(kind, 0)
@@ -397,9 +404,10 @@ def count_faults(verdict: PlanVerdict, kind: FaultKind) -> int:
 
 
 def count_additional_steps(verdict: PlanVerdict) -> int:
-    """Return the number of additional (needless) steps that one answer adds to a summary of many answers.
+    """Return how many additional (needless) steps one answer adds to the sum over many answers.
 
-    All additional steps of an answer count once together, unless the verdict's `SummaryCounts` say otherwise.
+    This is 1 if the answer has such steps, however many, else 0. If the verdict has `SummaryCounts`, their
+    number counts instead.
     """
     if verdict.counted is not None:
         return count_faults(verdict, FaultKind.ADDITIONAL_STEP)
@@ -407,9 +415,9 @@ def count_additional_steps(verdict: PlanVerdict) -> int:
 
 
 def compute_reached_goal_shares(verdict: PlanVerdict) -> ShareByMetric:
-    """Return a mapping from metrics to the share that an answer adds to each rate of reached goals.
+    """Return for each metric of reached goals the share (numerator and denominator) that one answer adds.
 
-    The share is 0 of 0 if the verdict does not say which goals are reached.
+    Both numbers are 0 if the verdict does not say which goals are reached.
     """
     goals = verdict.goals if verdict.counted is None else verdict.counted.goals
     shares: tuple[Share, ...] = (EMPTY_SHARE,) * len(KINDS) if goals is None else goals

@@ -62,9 +62,9 @@ def write_expected_declining_answer(task: Task, notation: PlanNotation) -> str |
 
 
 def write_refusal_command(task: Task, notation: PlanNotation) -> str | None:
-    """Return the command that refuses an impossible task and names its missing facts.
+    """Return the command that refuses an impossible task, or None if the task is not impossible.
 
-    Return None if the task is not impossible.
+    The command names the facts whose absence makes the task impossible.
     """
     match task.special:
         case ImpossibleTaskMark(missing) if missing:

@@ -54,7 +54,10 @@ class StudySettings:
     def __post_init__(self) -> None:
         parts = self.label.split(SEPARATOR)
         if [to_file_name(part) for part in parts] != parts:
-            raise InputError(f"label {self.label!r}: expected a text that can be the name of a folder")
+            raise InputError(
+                f"label {self.label!r}: expected a text that can be the name of a folder: "
+                "use letters, digits, '.', '-' and '_'"
+            )
 
     def __hash__(self) -> int:
         return hash(self.label)
@@ -70,7 +73,8 @@ class StudySettings:
         for name, value in self.options.items():
             if other.options.get(name, value) != value:
                 raise InputError(
-                    f"{study}: {name} has two values in one run, {value} and {other.options[name]}"
+                    f"{study}: {name} has two values in one run, {value} and {other.options[name]}: "
+                    "give one of them"
                 )
         label = SEPARATOR.join(dict.fromkeys([self.label, other.label]))
         return replace(self, label=label, options={**self.options, **other.options})
@@ -79,15 +83,15 @@ class StudySettings:
 def make_settings_with_option(
     label_prefix: str, option: str, value: str, label_position: int = _DEFAULT_POSITION
 ) -> StudySettings:
-    """Return `StudySettings` with one option, whose value is a name. Their label is ``kind-name``."""
+    """Return `StudySettings` with one option, and with the label ``PREFIX-VALUE``."""
     return StudySettings(make_option_label(label_prefix, value), {option: value}, label_position)
 
 
 def make_option_label(label_prefix: str, option_value: str) -> str:
-    """Return ``kind-name``, the part of a label that names an option's value.
+    """Return ``PREFIX-VALUE``, the part of a label that names an option's value.
 
     Raises:
-        InputError: the name cannot be part of a file's name.
+        InputError: the value cannot be part of a file's name.
     """
     return f"{label_prefix}-{to_file_name(option_value)}"
 
@@ -122,8 +126,8 @@ class Experiment:
         return hash((frozenset(self.study.items()), self.harness, self.effort, self.rules))
 
     @property
-    def has_no_settings(self) -> bool:
-        """Whether study and rules are unset. Runs with only harness or effort are ranked as plain runs."""
+    def has_no_study_or_rules(self) -> bool:
+        """Whether neither a study nor game rules are set. Only runs of such experiments are ranked."""
         return not self.study and self.rules is None
 
     def combine(self, other: Experiment) -> Experiment:
@@ -135,7 +139,8 @@ class Experiment:
         for name, value in self.agent_settings.items():
             if other.agent_settings.get(name, value) != value:
                 raise InputError(
-                    f"{name} has two values in one run, {value} and {other.agent_settings[name]}"
+                    f"{name} has two values in one run, {value} and {other.agent_settings[name]}: "
+                    "give one of them"
                 )
         study = {
             name: self.study[name].combine(name, choice) if name in self.study else choice
@@ -144,7 +149,10 @@ class Experiment:
         return self.replace_study_settings(replace(other, study=study))
 
     def replace_study_settings(self, other: Experiment) -> Experiment:
-        """Return this experiment with the study settings of another experiment."""
+        """Return this experiment with the study settings of another experiment.
+
+        Earlier settings of the same studies are replaced.
+        """
         study = {**self.study}
         for name, choice in other.study.items():
             study[name] = (

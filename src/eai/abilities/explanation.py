@@ -66,8 +66,8 @@ class StepReport:
     Attributes:
         action: the action on its objects, as text.
         outcome: `EXECUTED`, ``slip``, or the kind of the fault.
-        reason: the failed check in words, or that the step slipped; otherwise empty. An action may try
-            several effects. After its execution, this text names the effects that it did not reach.
+        reason: the failed check in words, or that the step slipped. For an action with alternative effects,
+            it states the effects that failed, and why. Otherwise empty.
         earlier: for steps in the wrong order, the earlier step after which the missing condition held.
         added: facts that became true.
         removed: facts that became false.
@@ -112,8 +112,8 @@ class GoalPartReport:
 
     Attributes:
         part: the part as text.
-        met_after: number of the step after which the part was first met, counted among all steps; 0 for the
-            start, None if the part was not met.
+        met_after: number of the step after which the part was first met, not before the previous part,
+            counted among all steps; 0 for the start, None if the part was not met.
         missing: formulas in the first unmet part that never held; the complete part if each formula held at
             some time, but never all together.
         met_at: for a part about an action, the number of the action that met the part, counted among all
@@ -127,7 +127,7 @@ class GoalPartReport:
 
     @property
     def time_met_text(self) -> str:
-        """The time at which the part was met, in words; empty if it was not met."""
+        """The time at which this part of the goal was first met, in words; empty if it was not met."""
         if self.met_at is not None:
             return f"at step {self.met_at}"
         if self.met_after is None:
@@ -155,7 +155,7 @@ class Explanation:
     atoms: Mapping[str, Statement] | None = field(default=None, compare=False)
 
     def get_statement(self, text: str) -> Statement:
-        """Return the `Statement` of a goal's text. An unknown text becomes a name without arguments."""
+        """Return the `Statement` of a goal's text. A text that is not in `atoms` is a name alone."""
         return (self.atoms or {}).get(text, Statement(text, None))
 
 
@@ -175,7 +175,7 @@ def find_predicate_names(goal: str) -> tuple[str, ...]:
 _FactWords: TypeAlias = tuple[str, ...]
 
 MAX_NEAR_MISSES = 2
-"""Maximum number of near misses for one goal."""
+"""Maximum number of near misses (facts that an answer reached instead) for one goal."""
 
 
 def map_missed_goals_to_similar_facts(explanation: Explanation) -> Mapping[str, tuple[str, ...]]:
@@ -187,46 +187,46 @@ def map_missed_goals_to_similar_facts(explanation: Explanation) -> Mapping[str, 
     directions is no near miss: it only means that two objects are close.
     """
     missed = [goal.goal for goal in explanation.goals if not goal.satisfied]
-    made, ended = _find_added_facts_with_ended_facts(explanation.steps if missed else ())
+    made, replaced = _find_lasting_and_replaced_facts(explanation.steps if missed else ())
     near_misses = {}
     for goal in missed:
         wanted = _split_fact(goal)
         if wanted is not None:
             near = sorted(
-                (fact for fact in made if _is_similar_fact(wanted, fact, ended)),
+                (fact for fact in made if _is_similar_fact(wanted, fact, replaced)),
                 key=lambda fact: fact[1:] != wanted[1:],
             )
             if near:
-                near_misses[goal] = tuple(_join_fact(fact) for fact in near[:MAX_NEAR_MISSES])
+                near_misses[goal] = tuple(_write_fact(fact) for fact in near[:MAX_NEAR_MISSES])
     return near_misses
 
 
-def _find_added_facts_with_ended_facts(
+def _find_lasting_and_replaced_facts(
     steps: Iterable[StepReport],
 ) -> tuple[list[_FactWords], Mapping[_FactWords, frozenset[_FactWords]]]:
-    """Return the facts that became true and stayed true, and a mapping from added facts to ended facts.
+    """Return the facts that became true and stayed true, and a mapping from facts to the facts they replaced.
 
-    The mapping has for each fact the facts that became false in a step that made it true. A relation that
-    holds in both directions at the end is left out of the first result.
+    A fact replaces all facts that become false in the step that makes the fact true. The first result leaves
+    out relations that hold in both directions at the end.
     """
     made: dict[_FactWords, None] = {}
-    ended: dict[_FactWords, frozenset[_FactWords]] = {}
+    replaced: dict[_FactWords, frozenset[_FactWords]] = {}
     for step in steps:
         removed = frozenset(filter(None, map(_split_fact, step.removed)))
         for fact in removed:
             made.pop(fact, None)
         for fact in filter(None, map(_split_fact, step.added)):
             made[fact] = None
-            ended[fact] = ended.get(fact, frozenset()) | removed
-    return [fact for fact in made if len(fact) != 3 or (fact[0], fact[2], fact[1]) not in made], ended
+            replaced[fact] = replaced.get(fact, frozenset()) | removed
+    return [fact for fact in made if len(fact) != 3 or (fact[0], fact[2], fact[1]) not in made], replaced
 
 
 def _is_similar_fact(
-    wanted: _FactWords, fact: _FactWords, facts_ended_with: Mapping[_FactWords, frozenset[_FactWords]]
+    wanted: _FactWords, fact: _FactWords, replaced_facts: Mapping[_FactWords, frozenset[_FactWords]]
 ) -> bool:
     same_objects = fact[1:] == wanted[1:] and fact[0] != wanted[0]
     if same_objects and len(wanted) == 2:
-        return wanted in facts_ended_with[fact]
+        return wanted in replaced_facts[fact]
     other_place = len(wanted) == len(fact) == 3 and fact[:2] == wanted[:2] and fact[2] != wanted[2]
     return same_objects or other_place
 
@@ -242,6 +242,6 @@ def _split_fact(text: str) -> tuple[str, ...] | None:
     return (name, *(word.strip() for word in rest[:-1].split(",")))
 
 
-def _join_fact(fact: Iterable[str]) -> str:
+def _write_fact(fact: Iterable[str]) -> str:
     name, *arguments = fact
     return f"{name}({', '.join(arguments)})"

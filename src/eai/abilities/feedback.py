@@ -1,7 +1,7 @@
 """Feedback on failed attempts: the next question to a model, written from templates.
 
-`eai.abilities.attempt_options.FeedbackLevel` lists the levels of feedback. The folder ``templates/feedback``
-has a template for each kind of error.
+`eai.abilities.replanning_options.FeedbackLevel` lists the levels of feedback. The folder
+``templates/feedback`` has a template for each kind of error.
 """
 
 from __future__ import annotations
@@ -11,8 +11,8 @@ from dataclasses import dataclass, field, replace
 from typing import TypeAlias
 
 from eai.abilities.attempt import Attempt
-from eai.abilities.attempt_options import AttemptOptions
 from eai.abilities.explanation import Explanation, GoalReport, StepReport
+from eai.abilities.replanning_options import ReplanningOptions
 from eai.abilities.reports import HIDDEN_HAZARD
 from eai.abilities.trial import Trial
 from eai.abilities.verdict import RAISED, ErrorReport
@@ -130,7 +130,7 @@ class QuestionWriter:
         return self._fill_template("reasons", number=str(attempt_number), reasons=lines)
 
     def _list_failure_reasons(
-        self, attempt: Attempt, goals: Sequence[GoalReport], options: AttemptOptions
+        self, attempt: Attempt, goals: Sequence[GoalReport], options: ReplanningOptions
     ) -> Iterator[str]:
         """Yield the reasons why an attempt failed: needless and failed steps, the error, and missed goals."""
         error, explanation = attempt.verdict.error, attempt.explanation or Explanation()
@@ -167,7 +167,7 @@ class QuestionWriter:
         return self._fill_template("earlier", meaning=meaning, reason=step.reason, earlier=step.earlier)
 
     def _describe_world(self, trial: Trial) -> str:
-        """Return a text on the present state of the world, and on actions that a plan must still contain."""
+        """Return a text on the present state of the world, and on the actions that are unreached goals."""
         belief = self._get_task_belief_and_metadata(trial)[0]
         actions = [write_goal(goal.formula) for goal in belief.task.get_goals_of_kind(GoalKind.ACTION)]
         state = write_initial_state(self.wording, belief)

@@ -37,14 +37,14 @@ The search goes from the last state to the first, because distances near the goa
 """
 
 
-class _Bounds(NamedTuple):
+class _DistanceBounds(NamedTuple):
     """The proved minimum and the proved maximum of a distance, in actions."""
 
     at_least: float
     at_most: float
 
     @property
-    def exact(self) -> int | None:
+    def exact_distance(self) -> int | None:
         return int(self.at_least) if self.at_least == self.at_most else None
 
 
@@ -54,9 +54,9 @@ class _StepWithDistance(NamedTuple):
     Attributes:
         step: the action as text.
         outcome: ``executed``, the kind of the fault, or `NOT_TRIED`.
-        distance: the distance of the state after the step; None if it is unknown.
-        change: the change of the distance by the step: -1 for a step of a shortest plan, 0 for a step without
-            effect. None if it is unknown, or the step was not tried.
+        distance: the number of actions in a shortest plan from the state after the step; None if unknown.
+        change: this distance minus the distance before the step: -1 for a step of a shortest plan, 0 for a
+            step without effect. None if it is unknown, or the step was not tried.
     """
 
     step: str
@@ -78,16 +78,16 @@ def make_step_labeler(repairer: PlanRepairer, max_tried_steps: int) -> StepLabel
         repairer: the repairer of plans for the task.
         max_tried_steps: the approximate limit of the effort for each state, as in `Repairer.repair`.
     """
-    return _DistanceLabeler(repairer, max_tried_steps).measure_start_and_step_distances
+    return _StepDistanceMeasurer(repairer, max_tried_steps).measure_start_and_step_distances
 
 
-class _DistanceLabeler:
+class _StepDistanceMeasurer:
     def __init__(self, repairer: PlanRepairer, limit: int) -> None:
         self._task, self._domain, self._limit = repairer.task, repairer.domain, limit
         self._has_distances = (
             repairer.why_distance_unknown is None and self._domain.begin is make_declared_simulator
         )
-        self._known: dict[tuple[State, tuple[Goal, ...], tuple[int, ...]], _Bounds] = {}
+        self._known: dict[tuple[State, tuple[Goal, ...], tuple[int, ...]], _DistanceBounds] = {}
 
     def measure_start_and_step_distances(
         self, actions: Sequence[Action]
@@ -96,14 +96,14 @@ class _DistanceLabeler:
         named = {index for action in actions for index in action.arguments}
         objects = tuple(dict.fromkeys([*self._task.planning_object_indices, *sorted(named)]))
         executed = [action.operator for action in trajectory.executed_actions]
-        bounds, unknown = [_Bounds(0, inf)] * len(trajectory.states), 0
+        bounds, unknown = [_DistanceBounds(0, inf)] * len(trajectory.states), 0
         for number, state in reversed([*enumerate(trajectory.states)]):
             goals = find_remaining_goals(self._task, executed[:number])
             bounds[number] = self._find_bounds(state, goals, objects)
-            unknown = 0 if bounds[number].exact is not None else unknown + 1
+            unknown = 0 if bounds[number].exact_distance is not None else unknown + 1
             if unknown == _MAX_UNKNOWN:
                 break
-        distances = [distance.exact for distance in _tighten_distance_bounds(bounds)]
+        distances = [distance.exact_distance for distance in _tighten_distance_bounds(bounds)]
         return distances[0], tuple(self._label_steps(actions, trajectory.steps, distances))
 
     def _label_steps(
@@ -123,19 +123,21 @@ class _DistanceLabeler:
                 fault = steps[place].fault
                 yield _StepWithDistance(text, SLIP if fault is None else fault.kind.value, before, 0)
 
-    def _find_bounds(self, state: State, goals: tuple[Goal, ...], objects: tuple[int, ...]) -> _Bounds:
+    def _find_bounds(
+        self, state: State, goals: tuple[Goal, ...], objects: tuple[int, ...]
+    ) -> _DistanceBounds:
         if not self._has_distances:
-            return _Bounds(0, inf)
+            return _DistanceBounds(0, inf)
         key = state, goals, objects
         if key not in self._known:
             goal = to_planning_goal(self._task.replace_goals(goals))
             search = Repairer(get_planner(self._domain), state, goal, objects)
             at_least, edits = search.repair((), SearchEffort(self._limit))
-            self._known[key] = _Bounds(at_least, inf if edits is None else len(edits))
+            self._known[key] = _DistanceBounds(at_least, inf if edits is None else len(edits))
         return self._known[key]
 
 
-def _tighten_distance_bounds(bounds: Sequence[_Bounds]) -> list[_Bounds]:
+def _tighten_distance_bounds(bounds: Sequence[_DistanceBounds]) -> list[_DistanceBounds]:
     """Return narrower bounds of the distances of successive states.
 
     One action lowers a distance by at most one, so bounds of one state limit the distances of its neighbours.
@@ -143,8 +145,8 @@ def _tighten_distance_bounds(bounds: Sequence[_Bounds]) -> list[_Bounds]:
     tightened = [*bounds]
     for i in range(1, len(tightened)):
         at_least, at_most = tightened[i]
-        tightened[i] = _Bounds(max(at_least, tightened[i - 1].at_least - 1), at_most)
+        tightened[i] = _DistanceBounds(max(at_least, tightened[i - 1].at_least - 1), at_most)
     for i in range(len(tightened) - 2, -1, -1):
         at_least, at_most = tightened[i]
-        tightened[i] = _Bounds(at_least, min(at_most, tightened[i + 1].at_most + 1))
+        tightened[i] = _DistanceBounds(at_least, min(at_most, tightened[i + 1].at_most + 1))
     return tightened

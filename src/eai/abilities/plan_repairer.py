@@ -1,4 +1,8 @@
-"""Find the smallest repair of a plan: the fewest edits after which the plan succeeds."""
+"""Find the smallest repair of a plan: the fewest edits after which the plan succeeds.
+
+If several single edits repair the plan, the most natural edit is reported. It adds few objects that neither
+the goals nor the plan name, and is at the failed step if possible.
+"""
 
 from __future__ import annotations
 
@@ -23,11 +27,12 @@ from eai.world.fault import FaultKind
 _KIND_RANKS: dict[EditKind, int] = {"insert": 0, "object": 1, "hand": 1, "action": 2, "delete": 3, "step": 4}
 """Rank of each kind of edit.
 
-Among equally good edits, the edit whose kind has the lowest rank is reported.
+If several single edits repair a plan, and add equally many new objects at equally good positions, the edit of
+the kind with the lowest rank is reported.
 """
 
 _STEPS_TRIED_PER_STEP, _MAX_CLOSENESS_STEPS = 200, 5_000
-"""Limits of the steps that a search for a plan's closeness may try: per step of the plan, and in all."""
+"""Limits of the steps that a search for a plan's closeness to success may try: per step, and in all."""
 
 _MAX_CACHED_PLANS = 10_000
 """Maximum number of plans for a task whose closeness to success is cached."""
@@ -81,8 +86,8 @@ class PlanRepairer:
             return Repair(at_least, effort=effort.used)
         shown = len(steps) if verdict.error is None else verdict.error.step
         if at_least == len(edits) == 1 and not repairer.change_finder.has_too_many_actions:
-            return self._describe_single_edits(plan, steps, repairer, shown, effort.used)
-        told = tuple([self._to_edit(edit, plan, steps) for edit in edits])
+            return self._make_single_edit_repair(plan, steps, repairer, shown, effort.used)
+        told = tuple([self._write_edit(edit, plan, steps) for edit in edits])
         return Repair(at_least, len(told), edits=told, effort=effort.used)
 
     @property
@@ -116,7 +121,7 @@ class PlanRepairer:
         number = len(steps) + self._min_plan_steps
         effort = min(
             _MAX_CLOSENESS_STEPS, _STEPS_TRIED_PER_STEP << number.bit_length()
-        )  # limits are powers of two, because each different limit starts a new search
+        )  # times a power of two: few different limits, because plans are cached for each limit
         return self._cached_closeness(tuple(steps), effort)
 
     def _search_closeness_to_success(self, steps: PlanSteps, max_tried_steps: int) -> float:
@@ -137,7 +142,7 @@ class PlanRepairer:
         named = [index for step in steps if step is not None for index in step.arguments]
         return _get_cached_repairer(self, tuple(dict.fromkeys([*self.task.relevant, *sorted(named)])))
 
-    def _describe_single_edits(
+    def _make_single_edit_repair(
         self,
         plan: WrittenPlan,
         steps: PlanSteps,
@@ -177,7 +182,7 @@ class PlanRepairer:
             )
 
         singles = sorted(single_edits, key=rank_edit)
-        told = [self._to_edit(edit, plan, steps) for edit in singles]
+        told = [self._write_edit(edit, plan, steps) for edit in singles]
         kinds = {edit.kind for edit in told}
         blame, blamed = find_blame_kind_and_step(told)
         return Repair(
@@ -214,7 +219,7 @@ class PlanRepairer:
         changed = {pair for pair in words if pair[0] != pair[1]}
         return "hand" if len(changed) == 1 and changed <= _HAND_CHANGES else "action"
 
-    def _to_edit(self, edit: PlanEdit, plan: WrittenPlan, steps: PlanSteps) -> Edit:
+    def _write_edit(self, edit: PlanEdit, plan: WrittenPlan, steps: PlanSteps) -> Edit:
         kind = self._classify_edit(edit, plan, steps)
         action = "" if edit.action is None else action_text(edit.action, self.task.scene)
         return Edit(

@@ -18,11 +18,11 @@ if TYPE_CHECKING:
     from pydantic_core.core_schema import CoreSchema
 
 
-_NAMES: dict[tuple[type[_RegisteredName], str], _RegisteredName] = {}
+_NAMES: dict[tuple[type[_AbilityOrProtocolName], str], _AbilityOrProtocolName] = {}
 """Cache of name objects, so that equal names are the same object."""
 
 
-class _RegisteredName(str):
+class _AbilityOrProtocolName(str):
     """The name of a registered ability or protocol, as records, files and options write it.
 
     There is only one object for each name, so that programs can compare names by identity.
@@ -42,12 +42,12 @@ class _RegisteredName(str):
 
     @classmethod
     def list_names(cls) -> Collection[Self]:
-        """Return the registered names of this class."""
+        """Return all registered names of abilities, or of protocols."""
         raise NotImplementedError
 
     @classmethod
     def from_name(cls, name: str) -> Self:
-        """Return the registered ability or protocol with a name.
+        """Return the registered ability or protocol of the given name.
 
         Raises:
             InputError: the name is not registered.
@@ -62,7 +62,7 @@ class _RegisteredName(str):
         from pydantic_core import PydanticCustomError, core_schema
 
         @cache
-        def read(name: str) -> _RegisteredName:
+        def read(name: str) -> _AbilityOrProtocolName:
             if name not in cls.list_names():
                 names = " or ".join(map(repr, map(str, cls.list_names())))
                 raise PydanticCustomError("enum", "Input should be {expected}", {"expected": names})
@@ -71,7 +71,7 @@ class _RegisteredName(str):
         return core_schema.no_info_after_validator_function(read, core_schema.str_schema())
 
 
-class Protocol(_RegisteredName):
+class Protocol(_AbilityOrProtocolName):
     """The name of a protocol: a versioned set of rules for scoring.
 
     `STRICT` follows the paper and corrects the defects of its reference package. Other protocols are
@@ -107,7 +107,7 @@ def find_protocols() -> Mapping[str, EntryPoint]:
     return get_entry_points(PROTOCOL_GROUP)
 
 
-class Ability(_RegisteredName):
+class Ability(_AbilityOrProtocolName):
     """The name of an ability.
 
     An `AbilityDeclaration` (`eai.abilities.declaration`) is registered under this name. It contains the
@@ -162,7 +162,7 @@ _LISTED_FIRST = (*_ALL_PAPER_ABILITIES, "world_model", "scene_graph", "acting")
 
 @cache
 def find_abilities() -> Mapping[Ability, EntryPoint]:
-    """Return the installed abilities; the paper's abilities come first."""
+    """Return a mapping from installed abilities to their entry points; the paper's abilities come first."""
     return {Ability(name): point for name, point in get_entry_points(ABILITY_GROUP, _LISTED_FIRST).items()}
 
 

@@ -26,7 +26,7 @@ _OPENING = "|".join(
         rf"◁{_NAMES}▷",
         r"<unused94>(?:thought\b)?",
         r"<\|channel\|?>\s*(?:analysis|commentary|thought)\b(?:[^<\n]*<\|message\|>)?",
-        r"\Aanalysis(?=[A-Z])",  # as in "analysisWe ...": a tokenizer removed the special tokens
+        r"\Aanalysis(?=[A-Z])",  # "analysisWe ...": a tokenizer removed the special tokens
     ]
 )
 _CLOSING = "|".join(
@@ -101,8 +101,11 @@ def blank_out_thoughts(thoughts: Iterable[_Thought], text: str) -> str:
     return "".join([*pieces, text[position:]])
 
 
-def split_reasoning(text: str) -> tuple[str, str]:
-    """Return the answer and the reasoning in a model's output, without marks. Either text may be empty."""
+def split_answer_and_reasoning(text: str) -> tuple[str, str]:
+    """Return the answer and the reasoning in a model's output. Either text may be empty.
+
+    The marks before and after reasoning are left out.
+    """
     thoughts = find_thoughts(text)
     if not thoughts:
         return text, ""

@@ -16,11 +16,11 @@ EditKind: TypeAlias = Literal["insert", "delete", "object", "hand", "action", "s
 """Kind of an edit: a step is inserted (``insert``), is deleted (``delete``), or one part of it is replaced.
 
 The replaced part is an object (``object``), the hand that acts (``hand``), the action but not the last object
-(``action``), or the complete step (``step``). A replacement in an answer without steps has the kind ``step``.
+(``action``), or the complete step (``step``).
 """
 
 EDIT_KINDS: tuple[EditKind, ...] = ("insert", "object", "hand", "action", "delete", "step")
-"""All kinds of edits. Among equally small edits, the edit whose kind comes first is reported."""
+"""All kinds of edits, in the order of `Repair.kinds`."""
 
 
 DEFAULT_EFFORT = 20_000
@@ -112,7 +112,7 @@ def describe_repair(repair: Repair) -> Iterator[str]:
 
 
 def _describe_step_at_fault(repair: Repair) -> Iterator[str]:
-    """Yield the sentence that blames a step, if all single sufficient edits concern this step."""
+    """Yield a sentence on the step or the missing action that `Repair.blame` names, if it names one."""
     if repair.blame == "step" and repair.blamed is not None:
         missing = all(kind == "insert" for kind in repair.kinds)
         where = f"step {repair.blamed + 1}"
@@ -122,9 +122,9 @@ def _describe_step_at_fault(repair: Repair) -> Iterator[str]:
 
 
 def find_blame_kind_and_step(edits: Sequence[Edit]) -> tuple[str, int | None]:
-    """Return a property that all edits share (`Repair.blame`), and the blamed step.
+    """Return `Repair.blame` (a property that all edits share) and `Repair.blamed` (the step they concern).
 
-    Each of the edits alone repairs the answer.
+    Each of the edits alone repairs the answer. The step is None if the edits share no property (``several``).
     """
     steps = [edit.step for edit in edits if edit.step is not None]
     if len(set(steps)) == 1:

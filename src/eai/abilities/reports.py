@@ -32,7 +32,7 @@ from eai.world.state import Fact, Scene, State, compare_states
 
 def report_steps(task: Task, domain: Domain, trajectory: Trajectory) -> tuple[StepReport, ...]:
     """Return a report on each tried step of a trajectory."""
-    focus = _FactFilter.from_task(task)
+    fact_filter = _FactFilter.from_task(task)
     reports = []
     carried_out: list[int] = []
     for number, (action, fault, slipped) in enumerate(trajectory.steps):
@@ -50,7 +50,7 @@ def report_steps(task: Task, domain: Domain, trajectory: Trajectory) -> tuple[St
         else:
             carried_out.append(number)
             after = trajectory.states[len(carried_out)]
-            reports.append(_report_executed(focus, domain, action, before, after))
+            reports.append(_report_executed(fact_filter, domain, action, before, after))
     return tuple(reports)
 
 
@@ -62,7 +62,7 @@ class _FactFilter:
 
     Attributes:
         scene: the scene of the task.
-        predicates: the visible predicates.
+        predicates: the visible predicates, which prompts may mention.
         objects: the agent and the objects that matter to the task.
         goals: the objects in the task's goals; if goals quantify over a class, all objects that matter to the
             task.
@@ -112,26 +112,29 @@ class _FactFilter:
 
 
 def _report_executed(
-    focus: _FactFilter, domain: Domain, action: Action, before: State, after: State
+    fact_filter: _FactFilter, domain: Domain, action: Action, before: State, after: State
 ) -> StepReport:
     difference = compare_states(before, after)
-    added, removed = focus.filter_visible(difference.added), focus.filter_visible(difference.removed)
+    added, removed = (
+        fact_filter.filter_visible(difference.added),
+        fact_filter.filter_visible(difference.removed),
+    )
     placed = [fact.arguments[0] for fact in removed if len(fact.arguments) == 1]
-    added_texts = focus.write_visible_facts(added, {*action.arguments, *placed})
-    removed_texts = focus.write_visible_facts(removed, action.arguments)
+    added_texts = fact_filter.write_visible_facts(added, {*action.arguments, *placed})
+    removed_texts = fact_filter.write_visible_facts(removed, action.arguments)
     return StepReport(
-        action_text(action, focus.scene),
+        action_text(action, fact_filter.scene),
         EXECUTED,
         reason=_describe_failed_effects(domain, action, before, after),
         added=added_texts,
         removed=removed_texts,
         hidden_changes=len(added) + len(removed) - len(added_texts) - len(removed_texts),
-        call=to_statement(action, focus.scene),
+        call=to_statement(action, fact_filter.scene),
     )
 
 
 def _describe_failed_effects(domain: Domain, action: Action, before: State, after: State) -> str:
-    """Return a text on an operator's alternative effects that failed, and why; empty if no effect failed."""
+    """Return a text on the failed alternatives of an executed operator, and why; empty if none failed."""
     operator = domain.compiled_operators[action.operator]
     if not operator.alternatives:
         return ""
@@ -239,7 +242,10 @@ def _describe_violation(formula: f.Formula, trajectory: Trajectory) -> str:
 
 
 def report_goal_parts(goal: f.Formula | None, trajectory: Trajectory) -> tuple[GoalPartReport, ...]:
-    """Return a report on each part of a task's temporal goal. Reports use the domain's names."""
+    """Return a report on each part of a task's temporal goal; empty if there is no goal.
+
+    Reports use the domain's names.
+    """
     if goal is None:
         return ()
     evidence = explain_truth(goal, to_trace(trajectory))

@@ -116,8 +116,10 @@ class PlanScorer(Scorer):
     def compute_closeness_to_success(self, text: str) -> float | None:
         """Return the closeness of a plan to success, from 0 to 1; 0 if the plan cannot be read.
 
+        Return None if the closeness is unknown, as for tasks with goals over time.
+
         Raises:
-            InputError: the protocol is not ``strict``.
+            InputError: the scorer's rules (its protocol) are not ``strict``.
         """
 
 

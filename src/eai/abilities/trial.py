@@ -6,9 +6,9 @@ from collections.abc import Sequence
 from dataclasses import dataclass, replace
 
 from eai.abilities.attempt import Attempt
-from eai.abilities.attempt_options import AttemptOptions
 from eai.abilities.explanation import GoalReport
 from eai.abilities.notation.plans import Execution
+from eai.abilities.replanning_options import ReplanningOptions
 from eai.abilities.reports import report_goals
 from eai.abilities.scorer import PlanScorer, assess_or_report_failure
 from eai.abilities.verdict import PlanVerdict
@@ -41,7 +41,7 @@ class Trial:
     """
 
     def __init__(
-        self, scorer: PlanScorer, options: AttemptOptions, epoch: int = 1, stated: Task | None = None
+        self, scorer: PlanScorer, options: ReplanningOptions, epoch: int = 1, stated: Task | None = None
     ) -> None:
         self.options = options
         self.attempts: list[Attempt] = []
@@ -81,8 +81,8 @@ class Trial:
     def next_attempt_task(self) -> Task:
         """The task of the next attempt.
 
-        If each attempt begins where the previous one ended, this task begins in the present state and has
-        only the goals that remain.
+        Its goals are the goals that questions state. If each attempt begins where the previous one ended,
+        this task begins in the present state and has only the goals that remain.
         """
         stated = self._question_goals
         task = self.task if stated is None else self.task.replace_goals(stated.goals)
@@ -101,7 +101,7 @@ class Trial:
             ValueError: the trial is over.
         """
         if self.is_over:
-            raise ValueError(f"the trial of {self.task.id} is over")
+            raise ValueError(f"the trial of {self.task.id} is over: no further answer can be tried")
         if self.attempts and self.options.world == "restart":
             self.episode = self.start_episode()
         start = len(self.episode.trajectory.steps)
@@ -111,7 +111,9 @@ class Trial:
         )
         explanation, verdict = assessment.explain(), assessment.verdict
         if not isinstance(verdict, PlanVerdict):
-            raise TypeError(f"{self.task.id}: expected the verdict on a plan, since only plans are executed")
+            raise TypeError(
+                f"{self.task.id}: a trial needs a scorer of plans, but got a {type(verdict).__name__}"
+            )
         slipped = [i for i, step in enumerate(self.episode.trajectory_from(start).steps) if step.slipped]
         attempt = Attempt(
             text,

@@ -213,7 +213,7 @@ def mark_as_cut_off(verdict: V, explanation: Explanation | None) -> tuple[V, Exp
     """Return a verdict and its explanation, changed because a length limit cut the answer off.
 
     If the answer is unreadable with the cause ``prose`` or without a cause, its cause becomes ``cut_off``.
-    Else nothing changes.
+    Else nothing changes. An explanation that is None stays None.
     """
     error = verdict.error
     if error is None or error.kind is not FaultKind.PARSING or error.check not in (None, "prose"):

@@ -142,9 +142,9 @@ def compute_goal_gain(goals_reached: Sequence[bool], goals_at_start: Sequence[bo
 def compute_condition_gain(conditions_met: Share, conditions_met_at_start: Share, goal_gain: float) -> float:
     """Return the gain in met conditions, as a share of the possible gain from 0 to 1.
 
-    An option is a list of conditions that satisfies all goals. All its conditions can be met although a goal
-    is missed: for example, if the goal is exactly two cups on the table and there are three. Then the gain in
-    goals is returned. It is also returned if all conditions hold at the start.
+    An option is a list of conditions that satisfies all goals, which can have several options. All conditions
+    of an option can be met although a goal is missed: for example, if the goal is exactly two cups on the
+    table and there are three. Then ``goal_gain`` is returned, and also if all conditions hold at the start.
 
     Args:
         conditions_met: two numbers at the end, for the option with the largest share of met conditions: its
@@ -256,7 +256,10 @@ class Verdict:
         Raises:
             NotImplementedError: no reward pays for answers of this ability.
         """
-        raise NotImplementedError(f"{type(self).__name__} defines no credit, so no reward can be computed")
+        raise NotImplementedError(
+            f"{type(self).__name__} defines no credit, so no reward can be computed: "
+            "define `compute_reward_basis`"
+        )
 
     def is_step_an_action(self, step: int) -> bool:
         """Whether a step of the explanation, counted from 0, is an action that was tried."""
@@ -269,7 +272,7 @@ class Verdict:
 
     @property
     def fallback_planner_outcome(self) -> str | None:
-        """Outcome of the second planner; None if the first planner decided."""
+        """Outcome of the second planner, which runs if the first does not decide; else None."""
         return None
 
 
@@ -298,9 +301,10 @@ class PlanVerdict(Verdict):
         additional_steps: number of steps that were skipped because they were not needed.
         goals: numbers of satisfied goals and of all goals, by kind of goal.
         goals_satisfied: for each goal of the task, in order, whether the plan reaches it.
-        partial: number of met conditions and of all conditions in that option of the goals which the plan
-            meets best (`eai.tasks.goal_test`); None in older records.
-        summary_counts: the counts of the answer in a summary; None if they follow from the verdict.
+        partial: number of met conditions and of all conditions in one option (`eai.tasks.goal_test`): a list
+            of conditions that satisfies all goals. The option with the largest share of met conditions
+            counts. None in older records.
+        counted: the counts of the answer in a summary; None if they follow from the verdict.
         refused: the reason in the answer why the task is impossible, or the question in the answer; None for
             answers that do not decline the task.
     """
@@ -316,7 +320,7 @@ class PlanVerdict(Verdict):
 
     @property
     def declines_task(self) -> bool:
-        """Whether the answer calls the task impossible, or asks for the meant object."""
+        """Whether the answer calls the task impossible, or asks which object the instruction means."""
         return self.refused is not None
 
     @property
@@ -346,7 +350,10 @@ class PlanVerdict(Verdict):
         return +faults
 
     def compute_reward_basis(self, goals_at_start: Sequence[bool]) -> RewardBasis | None:
-        """Return the credit for the plan. An answer that rightly declines the task gets full credit."""
+        """Return the credit for the plan, or None if no goal can be gained.
+
+        An answer that rightly declines the task gets full credit.
+        """
         if self.refused is not None:
             return RewardBasis(float(self.success or 0), bool(self.success), ended=False, faults={})
         ended = not self.executable
@@ -395,7 +402,7 @@ class Unreadable:
 
 
 ShareByMetric: TypeAlias = Mapping[str, Share]
-"""Mapping from names of metrics to the contributions of one answer to the rates."""
+"""Mapping from names of metrics to the numerator and denominator that one answer adds to each."""
 
 EMPTY_SHARE = Share(0, 0)
 """The contribution of an answer to a rate for which the answer does not count: 0 of 0."""

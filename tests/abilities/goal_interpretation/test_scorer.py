@@ -11,7 +11,7 @@ from hypothesis import strategies as st
 from abilities.goal_interpretation.lamps import DOMAIN, OBJECTS, atom, make_task
 from eai.abilities.declaration import AnswerOutcome
 from eai.abilities.goal_interpretation.declaration import GOAL_INTERPRETATION
-from eai.abilities.goal_interpretation.scorer import GoalInterpretation
+from eai.abilities.goal_interpretation.scorer import GoalInterpretationScorer
 from eai.abilities.goal_interpretation.verdict import GoalVerdict
 from eai.abilities.notation.goal_lexicon import write_goals
 from eai.abilities.notation.goals import JsonGoals
@@ -20,7 +20,7 @@ from eai.logic.formula import FALSE, Eventually, Or
 from eai.tasks.task import Task
 from eai.world.fault import FaultKind
 
-SCORER = GoalInterpretation(make_task(), DOMAIN, JsonGoals())
+SCORER = GoalInterpretationScorer(make_task(), DOMAIN, JsonGoals())
 
 LAMPS = [["lit", "lamp_0"], ["lit", "lamp_1"]]
 SHUT = ["not", ["open", "box_0"]]
@@ -39,13 +39,13 @@ def answer(states: object = (), relations: object = (), actions: object = ()) ->
     return json.dumps({"node goals": states, "edge goals": relations, "action goals": actions})
 
 
-def judge(text: str, scorer: GoalInterpretation = SCORER) -> GoalVerdict:
+def judge(text: str, scorer: GoalInterpretationScorer = SCORER) -> GoalVerdict:
     verdict = scorer.score(text)
     assert isinstance(verdict, GoalVerdict)
     return verdict
 
 
-def counts(text: str, scorer: GoalInterpretation = SCORER) -> tuple[object, ...]:
+def counts(text: str, scorer: GoalInterpretationScorer = SCORER) -> tuple[object, ...]:
     found: Any = judge(text, scorer).counts
     parts = tuple(tuple(found[kind]) for kind in ("state", "relation", "action"))
     assert found["all"] == Confusion(*map(sum, zip(*parts, strict=True)))
@@ -172,14 +172,14 @@ def test_an_explanation_names_the_missed_part_of_a_goal() -> None:
 
 def test_a_wrong_goal_of_another_option_is_marked_as_such() -> None:
     either = Or((atom("lit", "lamp_0"), atom("open", "box_0")))
-    scorer = GoalInterpretation(make_task(either), DOMAIN, ByCategory())
+    scorer = GoalInterpretationScorer(make_task(either), DOMAIN, ByCategory())
     notes = scorer.explain(answer([["lit", "lamp"], ["open", "box"]])).notes
     assert notes[-1].startswith("wrong: ")
     assert notes[-1].endswith(", of another way to meet a goal than the one that counts")
 
 
 def test_a_goal_that_is_repeated_too_often_is_wrong_and_noted() -> None:
-    scorer = GoalInterpretation(make_task(atom("lit", "lamp_0")), DOMAIN, ByCategory())
+    scorer = GoalInterpretationScorer(make_task(atom("lit", "lamp_0")), DOMAIN, ByCategory())
     text = answer([["lit", "lamp"], ["lit", "lamp"], ["open", "lamp"], ["open", "lamp"]])
     verdict = judge(text, scorer)
     assert (verdict.matched, verdict.wrong) == (("lit(lamp)",), ("lit(lamp)", "open(lamp)", "open(lamp)"))
@@ -191,7 +191,7 @@ def test_a_goal_that_is_repeated_too_often_is_wrong_and_noted() -> None:
 
 def test_shared_names_are_matched_up_to_renaming() -> None:
     task = make_task(atom("lit", "lamp_0"), atom("lit", "lamp_1"), atom("open", "box_1"))
-    scorer = GoalInterpretation(task, DOMAIN, ByCategory())
+    scorer = GoalInterpretationScorer(task, DOMAIN, ByCategory())
     lamp, box = ["lit", "lamp"], ["open", "box"]
     assert counts(answer([lamp, box]), scorer)[0] == (2, 0, 1)
     assert counts(answer([lamp, lamp, lamp]), scorer)[0] == (2, 0, 1)
@@ -206,46 +206,46 @@ def test_shared_names_are_matched_up_to_renaming() -> None:
 
 
 def test_symmetric_relations_hold_both_ways() -> None:
-    scorer = GoalInterpretation(make_task(atom("together", "box_0", "ball_0")), DOMAIN, ByCategory())
+    scorer = GoalInterpretationScorer(make_task(atom("together", "box_0", "ball_0")), DOMAIN, ByCategory())
     for pair in (["ball", "box"], ["box", "ball"]):
         assert counts(answer([["together", *pair]]), scorer)[1] == (1, 0, 0)
 
 
 def test_an_explanation_says_that_a_task_has_no_goals() -> None:
-    scorer = GoalInterpretation(replace(make_task(), goals=()), DOMAIN, JsonGoals())
+    scorer = GoalInterpretationScorer(replace(make_task(), goals=()), DOMAIN, JsonGoals())
     assert "the task has no goals, so nothing that is stated is right" in scorer.explain(answer(LAMPS)).notes
     assert not any("no goals" in note for note in SCORER.explain(answer(LAMPS)).notes)
 
 
 def test_a_condition_of_two_goals_counts_once() -> None:
     lamp = atom("lit", "lamp_0")
-    scorer = GoalInterpretation(make_task(lamp, lamp & atom("open", "box_0")), DOMAIN, JsonGoals())
+    scorer = GoalInterpretationScorer(make_task(lamp, lamp & atom("open", "box_0")), DOMAIN, JsonGoals())
     assert counts(answer([LAMPS[0]]), scorer)[0] == (1, 0, 1)
     assert [goal.satisfied for goal in scorer.explain(answer([LAMPS[0]])).goals] == [True, False]
 
 
 def test_an_answer_is_compared_with_the_option_that_it_meets_best() -> None:
     one, other = atom("lit", "lamp_0"), atom("open", "box_0") & atom("open", "box_1") & atom("lit", "lamp_1")
-    scorer = GoalInterpretation(make_task(Or((other, one))), DOMAIN, JsonGoals())
+    scorer = GoalInterpretationScorer(make_task(Or((other, one))), DOMAIN, JsonGoals())
     assert counts(answer(), scorer)[0] == (0, 0, 1)
     assert counts(answer([["open", "box_1"]]), scorer)[0] == (1, 0, 2)
     assert counts(answer([["open", "box_1"], LAMPS[0]]), scorer)[0] == (1, 1, 0)
 
 
 def test_an_unreachable_goal_has_no_condition_and_is_not_met() -> None:
-    scorer = GoalInterpretation(make_task(FALSE), DOMAIN, JsonGoals())
+    scorer = GoalInterpretationScorer(make_task(FALSE), DOMAIN, JsonGoals())
     assert counts(answer([LAMPS[0]]), scorer)[0] == (0, 1, 0)
     assert [goal.satisfied for goal in scorer.explain(answer()).goals] == [False]
 
 
 def test_a_task_without_goals_can_only_be_answered_wrongly() -> None:
-    scorer = GoalInterpretation(replace(make_task(), goals=()), DOMAIN, JsonGoals())
+    scorer = GoalInterpretationScorer(replace(make_task(), goals=()), DOMAIN, JsonGoals())
     assert counts(answer([LAMPS[0]]), scorer)[0] == (0, 1, 0)
     assert judge("", scorer).error is not None
 
 
 def test_goals_over_time_are_left_out() -> None:
-    scorer = GoalInterpretation(make_task(Eventually(atom("lit", "lamp_0"))), DOMAIN, JsonGoals())
+    scorer = GoalInterpretationScorer(make_task(Eventually(atom("lit", "lamp_0"))), DOMAIN, JsonGoals())
     assert scorer.task.goals == ()
 
 

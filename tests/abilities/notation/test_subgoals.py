@@ -6,7 +6,7 @@ import pytest
 
 from abilities.subgoal_decomposition.test_scorer import TASK
 from eai.abilities.notation.subgoals import SubgoalNotation, WrittenSubgoals
-from eai.abilities.subgoal_decomposition.scorer import SubgoalDecomposition
+from eai.abilities.subgoal_decomposition.scorer import SubgoalDecompositionScorer
 from eai.abilities.verdict import Unreadable
 from eai.logic.formula import Atom, Constant, Not, Variable
 from eai.logic.ltl import map_formula_spellings_to_names
@@ -111,7 +111,7 @@ def test_a_domain_is_scored_by_its_own_spelling() -> None:
     notation = SubgoalNotation(domain)
     subgoals = notation.write(task, [Action("pick-up", (0,))])
     assert subgoals == ("not on_table(a_1)",)
-    scorer = SubgoalDecomposition(task, domain)
+    scorer = SubgoalDecompositionScorer(task, domain)
     assert scorer.score(notation.join(subgoals)).success
     assert scorer.score('{"output": ["pick_up(a_1)", "not hand_empty"]}').repairs == ("brackets",)
     assert scorer.score('{"output": ["pick_up(a_1)"]}').success

@@ -11,7 +11,7 @@ from eai.abilities.notation.subgoals import SubgoalNotation
 from eai.abilities.subgoal_decomposition.builder import ProgramCompiler
 from eai.abilities.subgoal_decomposition.declaration import compute_share_by_metric
 from eai.abilities.subgoal_decomposition.refinement import SubgoalRefiner
-from eai.abilities.subgoal_decomposition.scorer import SubgoalDecomposition
+from eai.abilities.subgoal_decomposition.scorer import SubgoalDecompositionScorer
 from eai.abilities.subgoal_decomposition.search import ExplorationLimits
 from eai.abilities.subgoal_decomposition.verdict import SubgoalVerdict
 from eai.logic.formula import Atom, Constant, Formula, Not, Occurs, Or
@@ -52,7 +52,7 @@ def make_task(*goals: Formula, temporal_goal: str | None = None) -> Task:
 
 
 TASK = make_task(atom("lit", "lamp"), atom("at", "red", "shed"))
-SCORER = SubgoalDecomposition(TASK, toy.DOMAIN)
+SCORER = SubgoalDecompositionScorer(TASK, toy.DOMAIN)
 
 
 def answer(*subgoals: object) -> str:
@@ -152,14 +152,14 @@ DIM = Operator("DIM", (toy.X,), (additional_step(toy.lit(toy.X), "it is dark"),)
 def test_subgoals_are_executed_by_these_actions(
     subgoals: list[str], steps: str, additional_steps: int
 ) -> None:
-    scorer = SubgoalDecomposition(TASK, toy.DOMAIN.replace_operators(DIM))
+    scorer = SubgoalDecompositionScorer(TASK, toy.DOMAIN.replace_operators(DIM))
     assert scorer.score(answer(*subgoals)).additional_steps == additional_steps
     assert ", ".join([step.action for step in scorer.explain(answer(*subgoals)).steps]) == steps
 
 
 def test_a_condition_made_true_by_an_action_is_not_achieved_again() -> None:
     """If the condition were achieved before, PRESS would undo it. Only the other order is executed."""
-    scorer = SubgoalDecomposition(TASK, toy.DOMAIN.replace_operators(LIGHT))
+    scorer = SubgoalDecompositionScorer(TASK, toy.DOMAIN.replace_operators(LIGHT))
     text = answer("PRESS(lamp) and lit(lamp)")
     assert [step.action for step in scorer.explain(text).steps] == ["GO(shed)", "PRESS(lamp)"]
     assert scorer.score(text).additional_steps == 0
@@ -174,7 +174,7 @@ def test_a_verdict_reports_goals_errors_and_effort() -> None:
 
 
 def test_an_answer_that_is_not_executed_meets_no_goal() -> None:
-    scorer = SubgoalDecomposition(make_task(Not(atom("lit", "lamp"))), toy.DOMAIN)
+    scorer = SubgoalDecompositionScorer(make_task(Not(atom("lit", "lamp"))), toy.DOMAIN)
     assert scorer.score(answer()).goals_satisfied == (True,)
     rejected = scorer.score(answer("lit(torch)"))
     assert (rejected.goals_satisfied, rejected.offences) == ((False,), ("unknown_object",))
@@ -227,12 +227,12 @@ LAMPS = [f"lamp_{i}" for i in range(17)]
 ANY_LAMP = ["exists x. (lit(x))", "lit(lamp)", "exists x. (PRESS(x))"]
 
 
-def among_lamps(goal: str) -> SubgoalDecomposition:
+def among_lamps(goal: str) -> SubgoalDecompositionScorer:
     """Return a task of a robot in a hall of lamps, with the goal to light one."""
     things = {"robot": "robot", "hall": "place", "shed": "place", **dict.fromkeys(LAMPS, "lamp")}
     scene = Scene(toy.VOCABULARY, (WorldObject(*thing) for thing in things.items()), agent=0)
     initial = scene.state(("at", (scene.index[x], scene.index["hall"])) for x in ("robot", *LAMPS))
-    return SubgoalDecomposition(task_of("1", "", initial, atom("lit", goal)), toy.DOMAIN)
+    return SubgoalDecompositionScorer(task_of("1", "", initial, atom("lit", goal)), toy.DOMAIN)
 
 
 @pytest.mark.parametrize("goal", [LAMPS[0], LAMPS[15], LAMPS[16]])
@@ -271,14 +271,14 @@ def test_a_subgoal_that_takes_too_long_earns_nothing() -> None:
 
 def test_action_goals_are_met_in_order_without_a_temporal_goal() -> None:
     task = make_task(Or((Occurs("DROP"), Occurs("PRESS"))), Occurs("LIFT"), atom("lit", "lamp"))
-    scorer = SubgoalDecomposition(task, toy.DOMAIN)
+    scorer = SubgoalDecompositionScorer(task, toy.DOMAIN)
     assert summary(scorer.score(answer("PRESS(lamp)", "LIFT(blue)"))) == "correct"
     assert summary(scorer.score(answer("LIFT(red)", "lit(lamp)"))) == "goal_unreachable"
 
 
 def test_a_temporal_goal_is_met_in_order_and_goals_hold_at_the_end() -> None:
     goal = "holding(red) then exists x. (PRESS(x)) then at(robot, hall)"
-    scorer = SubgoalDecomposition(replace(TASK, temporal_goal=goal), toy.DOMAIN)
+    scorer = SubgoalDecompositionScorer(replace(TASK, temporal_goal=goal), toy.DOMAIN)
     there = ("holding(red)", "at(red, shed)", "lit(lamp)")
     assert summary(scorer.score(answer(*there))) == "goal_unreachable"
     assert summary(scorer.score(answer(*there, "at(robot, hall) and holding(red)"))) == "goal_unreachable"
@@ -287,7 +287,7 @@ def test_a_temporal_goal_is_met_in_order_and_goals_hold_at_the_end() -> None:
 
 def test_an_explanation_dates_each_part_of_the_temporal_goal() -> None:
     goal = "holding(red) then (lit(lamp) and at(robot, hall)) then at(robot, shed)"
-    scorer = SubgoalDecomposition(replace(TASK, temporal_goal=goal), toy.DOMAIN)
+    scorer = SubgoalDecompositionScorer(replace(TASK, temporal_goal=goal), toy.DOMAIN)
     explanation = scorer.explain(answer("holding(red)", "lit(lamp)"))
     assert [step.action for step in explanation.steps] == ["LIFT(red)", "GO(shed)", "PRESS(lamp)"]
     first, second, third = explanation.parts
@@ -298,13 +298,13 @@ def test_an_explanation_dates_each_part_of_the_temporal_goal() -> None:
 
 
 def test_a_task_without_goals_is_excluded_and_explained() -> None:
-    scorer = SubgoalDecomposition(make_task(), toy.DOMAIN)
+    scorer = SubgoalDecompositionScorer(make_task(), toy.DOMAIN)
     assert scorer.score(answer("lit(lamp)")) == SubgoalVerdict(excluded=NO_GOALS)
     assert scorer.explain(answer("lit(lamp)")).notes == ("correct", "subgoal 1: lit(lamp)")
 
 
 def test_an_explanation_reports_why_the_search_ended() -> None:
-    scorer = SubgoalDecomposition(TASK, toy.DOMAIN, limits=ExplorationLimits(attempts=1))
+    scorer = SubgoalDecompositionScorer(TASK, toy.DOMAIN, limits=ExplorationLimits(attempts=1))
     verdict = scorer.score(answer("at(red, shed)", "lit(lamp)"))
     assert verdict.search == "attempts"
 
@@ -315,7 +315,7 @@ def test_plans_of_the_planner_succeed_as_subgoals() -> None:
     plan = find_plan(task, Planner(toy.DOMAIN)).plan
     subgoals = notation.write(task, plan)
     assert len(subgoals) == len(plan) > 4
-    assert summary(SubgoalDecomposition(task, toy.DOMAIN).score(notation.join(subgoals))) == "correct"
+    assert summary(SubgoalDecompositionScorer(task, toy.DOMAIN).score(notation.join(subgoals))) == "correct"
 
 
 @pytest.mark.parametrize(

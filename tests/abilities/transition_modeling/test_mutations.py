@@ -12,7 +12,7 @@ from collections.abc import Callable
 import pytest
 
 from eai.abilities.transition_modeling.rules import OperatorScoringRules, PaperOperatorRules
-from eai.abilities.transition_modeling.scorer import TransitionModeling
+from eai.abilities.transition_modeling.scorer import TransitionModelingScorer
 from eai.abilities.transition_modeling.verdict import OperatorVerdict
 from eai.abilities.verdict import Verdict
 from eai.pddl.model import UnparsedOperator
@@ -49,7 +49,7 @@ def task() -> TransitionTask:
 
 
 def score(task: TransitionTask, text: str, rules: Callable[[PddlPlanner], OperatorScoringRules]) -> Verdict:
-    return TransitionModeling(task, rules(BuiltInPlanner())).score(text)
+    return TransitionModelingScorer(task, rules(BuiltInPlanner())).score(text)
 
 
 def operator(

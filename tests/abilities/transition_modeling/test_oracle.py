@@ -8,7 +8,7 @@ import pytest
 
 from eai.abilities.protocol import Ability, Protocol
 from eai.abilities.transition_modeling.rules import OperatorScoringRules, PaperOperatorRules
-from eai.abilities.transition_modeling.scorer import TransitionModeling
+from eai.abilities.transition_modeling.scorer import TransitionModelingScorer
 from eai.abilities.transition_modeling.verdict import OperatorStatus, OperatorVerdict
 from eai.abilities.verdict import Confusion
 from eai.base.errors import DataError
@@ -51,7 +51,7 @@ def test_strict_refuses_undefined_names_as_the_current_translator(
     rules = PaperOperatorRules(planner())
     outcomes: Counter[bool] = Counter()
     for row in rows:
-        scorer = TransitionModeling(virtualhome[row["id"]], rules)
+        scorer = TransitionModelingScorer(virtualhome[row["id"]], rules)
         verdict = scorer.score(row["llm_output"])
         found = verdict.planner is PlannerOutcome.SOLVED
         assert found is row["planner"]["success"], row["id"]
@@ -108,7 +108,7 @@ def test_gold_answers_are_right_in_every_respect(
 ) -> None:
     tasks = virtualhome if domain == "virtualhome" else behavior
     for task in tasks.values():
-        verdict = TransitionModeling(task, rules).score(gold_answer(task))
+        verdict = TransitionModelingScorer(task, rules).score(gold_answer(task))
         assert verdict.planner is PlannerOutcome.SOLVED, task.id
         assert verdict.plan_works is plan_works
         assert verdict.repairs == ()

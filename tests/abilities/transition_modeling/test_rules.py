@@ -9,7 +9,7 @@ from itertools import islice
 import pytest
 
 from eai.abilities.transition_modeling.rules import PaperOperatorRules
-from eai.abilities.transition_modeling.scorer import TransitionModeling
+from eai.abilities.transition_modeling.scorer import TransitionModelingScorer
 from eai.abilities.transition_modeling.verdict import OperatorVerdict
 from eai.base.store import Store
 from eai.benchmarks.published import TransitionTasks, open_behavior_operators, open_virtualhome_operators
@@ -54,7 +54,7 @@ def test_operators_that_assert_everything_have_plans_and_none_works(
     planned = 0
     for task in islice(tasks.values(), 0, None, step):
         text = write_all_true_operators(task, with_parameters=with_parameters)
-        verdict = TransitionModeling(task, rules).score(text)
+        verdict = TransitionModelingScorer(task, rules).score(text)
         assert isinstance(verdict, OperatorVerdict)
         planned += verdict.planner is PlannerOutcome.SOLVED
         assert (verdict.plan_works, verdict.success) == (False, False), task.id

@@ -9,7 +9,7 @@ import pytest
 
 from eai.abilities.transition_modeling.extraction import MAX_CACHED_CHARACTERS, ResultCache
 from eai.abilities.transition_modeling.rules import OperatorScoringRules, PaperOperatorRules
-from eai.abilities.transition_modeling.scorer import TransitionModeling, count_matches_by_category
+from eai.abilities.transition_modeling.scorer import TransitionModelingScorer, count_matches_by_category
 from eai.abilities.transition_modeling.verdict import OperatorStatus, OperatorVerdict, classify_clause
 from eai.abilities.verdict import ALL, Confusion, Verdict
 from eai.pddl.fast_downward import FastDownward
@@ -68,7 +68,7 @@ def rules_with() -> MakeRules:
 
 
 def score(text: str, rules_with: MakeRules = PaperOperatorRules) -> OperatorVerdict:
-    verdict = TransitionModeling(TASK, rules_with(BuiltInPlanner())).score(text)
+    verdict = TransitionModelingScorer(TASK, rules_with(BuiltInPlanner())).score(text)
     assert isinstance(verdict, OperatorVerdict)
     return verdict
 
@@ -138,7 +138,7 @@ def test_a_clause_is_right_or_wrong_as_a_unit_in_each_category() -> None:
         ),
     ):
         rules = PaperOperatorRules(None)
-        verdict = TransitionModeling(task, rules).assess(answer(operator)).verdict
+        verdict = TransitionModelingScorer(task, rules).assess(answer(operator)).verdict
         assert isinstance(verdict, OperatorVerdict)
         assert verdict.counts == {
             "precondition": side,
@@ -159,7 +159,7 @@ def test_an_unreadable_answer_misses_all_clauses() -> None:
     "text", [gold_answer(TASK), "3", answer(UnparsedOperator("open", "()", "(dark)", "()"))]
 )
 def test_without_a_planner_nothing_is_said_of_plans(rules_with: MakeRules, text: str) -> None:
-    verdict = TransitionModeling(TASK, rules_with(None)).score(text)
+    verdict = TransitionModelingScorer(TASK, rules_with(None)).score(text)
     assert (verdict.success, verdict.plan_works) == (None, None)
     assert verdict.planner in ({PlannerOutcome.NOT_RUN} if verdict.excluded is None else {None})
 
@@ -180,14 +180,14 @@ def test_equal_operators_are_planned_with_once(rules_with: MakeRules, problems: 
             return PlannerResult(PlannerOutcome.UNSOLVABLE)
 
     planner = Counting()
-    scorer = TransitionModeling(TASK, rules_with(planner))
+    scorer = TransitionModelingScorer(TASK, rules_with(planner))
     verdicts = {scorer.score(text) == scorer.score(text) for text in (answer(OPEN, LIGHT), answer(OPEN))}
     assert verdicts == {True}
     assert planner.calls == problems
 
 
 def test_an_explanation_names_the_defects_and_shows_the_plan() -> None:
-    scorer = TransitionModeling(TASK, PaperOperatorRules(BuiltInPlanner()))
+    scorer = TransitionModelingScorer(TASK, PaperOperatorRules(BuiltInPlanner()))
     notes = scorer.explain(answer(UnparsedOperator("open", "(?o)", "(near ?x)", "(not (shut ?o))"))).notes
     assert "open: the precondition lacks the clauses (shut ?o), (near ?o)" in notes
     assert "open: the precondition has the additional clause (near ?x) (no parameter: ?x)" in notes
@@ -201,7 +201,7 @@ def test_an_explanation_names_the_defects_and_shows_the_plan() -> None:
 
 def test_an_unreadable_side_misses_only_its_own_clauses() -> None:
     half = OPEN.write_pddl.replace(OPEN.effect, "(or (lit ?o) (shut ?o))")
-    scorer = TransitionModeling(TASK, PaperOperatorRules(BuiltInPlanner()))
+    scorer = TransitionModelingScorer(TASK, PaperOperatorRules(BuiltInPlanner()))
     text = json.dumps({"output": f"{half}\n{LIGHT.write_pddl}"})
     verdict = scorer.score(text)
     assert isinstance(verdict, OperatorVerdict)
@@ -216,7 +216,7 @@ def test_an_unreadable_side_misses_only_its_own_clauses() -> None:
 
 
 def test_an_explanation_names_renamed_parameters() -> None:
-    scorer = TransitionModeling(TASK, PaperOperatorRules(BuiltInPlanner()))
+    scorer = TransitionModelingScorer(TASK, PaperOperatorRules(BuiltInPlanner()))
     other = OPEN.write_pddl.replace("?o", "?thing")
     notes = scorer.explain(json.dumps({"output": f"{other}\n{LIGHT.write_pddl}"})).notes
     assert [note for note in notes if "compared so" in note] == [
@@ -229,7 +229,7 @@ def test_an_explanation_says_which_clauses_are_alternatives() -> None:
     gold = UnparsedOperator("open", "(?o)", "(or (shut ?o) (near ?o))", "(not (shut ?o))")
     library = OperatorLibrary(DOMAIN.header, {"open": gold, "stamp": STAMP}, DOMAIN.categories)
     task = TransitionTask("t", library, ("open", "stamp"), TASK.categories, TASK.problem_text)
-    scorer = TransitionModeling(task, PaperOperatorRules(None))
+    scorer = TransitionModelingScorer(task, PaperOperatorRules(None))
     written = [
         UnparsedOperator("open", "(?o)", "(and (shut ?o) (used ?o))", "(not (shut ?o))"),
         UnparsedOperator("stamp", "(?o)", "(or (near ?o) (used ?o))", "(lit ?o)"),
@@ -243,13 +243,13 @@ def test_an_explanation_says_which_clauses_are_alternatives() -> None:
 
 def test_an_explanation_says_what_an_unreadable_side_lacks() -> None:
     nested = UnparsedOperator("open", "(?o)", "(shut (lid ?o))", "(not (shut ?o))")
-    notes = TransitionModeling(TASK, PaperOperatorRules(BuiltInPlanner())).explain(answer(nested)).notes
+    notes = TransitionModelingScorer(TASK, PaperOperatorRules(BuiltInPlanner())).explain(answer(nested)).notes
     assert "open: malformed in the precondition of open: expected a word, not a list" in notes
     assert "planner: input_error (precondition of open: malformed: expected a word, not a list)" in notes
 
 
 def test_an_explanation_names_the_repairs_of_each_operator() -> None:
-    scorer = TransitionModeling(TASK, PaperOperatorRules(BuiltInPlanner()))
+    scorer = TransitionModelingScorer(TASK, PaperOperatorRules(BuiltInPlanner()))
     short = OPEN.write_pddl.replace("(near ?o))", "(near ?o)")
     text = f"{short}\n{LIGHT.write_pddl}"
     notes = scorer.explain(text).notes
@@ -290,7 +290,7 @@ TASK_OF_TWO = TransitionTask(
     ],
 )
 def test_a_plan_succeeds_if_it_works_with_the_gold_operators(opened: str, works: bool, note: str) -> None:
-    scorer = TransitionModeling(TASK_OF_TWO, PaperOperatorRules(BuiltInPlanner()))
+    scorer = TransitionModelingScorer(TASK_OF_TWO, PaperOperatorRules(BuiltInPlanner()))
     light = TASK_OF_TWO.domain.operators["light"]
     assessment = scorer.assess(answer(UnparsedOperator("open", *opened.split("|")), light))
     verdict = assessment.verdict
@@ -334,13 +334,13 @@ def test_a_verdict_names_the_planner(rules_with: MakeRules) -> None:
     planner = BuiltInPlanner(then=FastDownward(Path(), "1.0.0", 100, 4096))
     assert planner.name == "built-in search, then Fast Downward 1.0.0"
     for asked, name in ((BuiltInPlanner(), "built-in search"), (planner, planner.name), (None, None)):
-        scorer = TransitionModeling(TASK, rules_with(asked))
+        scorer = TransitionModelingScorer(TASK, rules_with(asked))
         assert scorer.score(answer(OPEN, LIGHT)).planner_name == name
 
 
 def test_caches_of_rules_have_a_maximum_size(rules_with: MakeRules) -> None:
     rules = rules_with(None)
-    scorer = TransitionModeling(TASK, rules)
+    scorer = TransitionModelingScorer(TASK, rules)
     length = 100_000
     texts = [
         answer(UnparsedOperator("open", "(?o)", f"({number:x<{length}} ?o)", "(not (shut ?o))"))

@@ -26,7 +26,7 @@ if TYPE_CHECKING:
 
 
 def compute_share_by_metric(verdict: PlanVerdict) -> dict[str, Share]:
-    """Return a mapping from metrics to the share that one plan adds to each metric.
+    """Return a mapping from metrics to the shares (numerator and denominator) that one plan adds.
 
     If the verdict has separate counts for summaries (`SummaryCounts`), the shares of success, errors and
     goals come from these counts.
@@ -41,29 +41,29 @@ def compute_share_by_metric(verdict: PlanVerdict) -> dict[str, Share]:
     }
 
 
-def _make_scorer_factory(world: BenchmarkParts) -> Callable[[Task], Scorer]:
+def _make_scorer_factory(parts: BenchmarkParts) -> Callable[[Task], Scorer]:
     """Return a function that makes the scorer of a task.
 
     The module with scorers is imported only here, so that programs that only make reports do not load the
     simulator.
     """
-    from eai.abilities.action_sequencing.scorer import ActionSequencing
+    from eai.abilities.action_sequencing.scorer import ActionSequencingScorer
 
-    return partial(ActionSequencing, domain=world.domain, notation=world.notation.plans)
+    return partial(ActionSequencingScorer, domain=parts.domain, notation=parts.notation.plans)
 
 
 def _get_object_words_and_schema_maker(
-    world: BenchmarkParts, task: Task | None
+    parts: BenchmarkParts, task: Task | None
 ) -> tuple[Sequence[str], SchemaMaker]:
     """Return the words for objects in answers, and a function that makes an answer's JSON schema from them.
 
-    If `task` is None, there are no words. If answers may decline the task, they have no schema: the function
-    returns None.
+    If `task` is None, there are no words. If answers may decline the task, they have no schema, so the second
+    result always returns None.
     """
     if task is not None and task.may_be_declined:
-        return world.notation.plans.list_words_for_objects(task), lambda words: None
-    words = () if task is None else world.notation.plans.list_words_for_objects(task)
-    return words, lambda words: world.notation.plans.make_schema(world.domain, words)
+        return parts.notation.plans.list_words_for_objects(task), lambda words: None
+    words = () if task is None else parts.notation.plans.list_words_for_objects(task)
+    return words, lambda words: parts.notation.plans.make_schema(parts.domain, words)
 
 
 ACTION_SEQUENCING = declare_plan_ability(

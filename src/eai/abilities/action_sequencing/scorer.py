@@ -34,7 +34,7 @@ _MAX_CACHED_OUTCOMES = 200
 """Maximum number of steps whose outcomes are cached for a task. A cached outcome takes up to 2 kB."""
 
 
-class ActionSequencing(PlanScorer):
+class ActionSequencingScorer(PlanScorer):
     """The scorer of the plans for one task.
 
     Three tests come before any step is executed: whether all steps can be read, whether all names are
@@ -82,16 +82,20 @@ class ActionSequencing(PlanScorer):
         """
         if self.domain.begin is not make_declared_simulator:
             return False
-        return type(self) is ActionSequencing and type(self.goals) is GoalTest
+        return type(self) is ActionSequencingScorer and type(self.goals) is GoalTest
 
     def compute_closeness_to_success(self, text: str) -> float | None:
         """Return the closeness of a plan to success, from 0 to 1; 0 if the plan cannot be read.
+
+        Return None if the closeness is unknown (`PlanRepairer.why_distance_unknown`).
 
         Raises:
             InputError: the protocol is not ``strict``.
         """
         if not self._uses_default_execution_and_goal_test:
-            raise InputError("the closeness of a plan to success needs the protocol strict")
+            raise InputError(
+                "the closeness of a plan to success is computed only under the protocol strict: use strict"
+            )
         declined = read_declining_answer(self.task, text, self.notation)
         if declined is not None or self.task.has_no_plan:  # no edits lead to a plan
             return float(declined is not None and declined.is_right)
@@ -172,15 +176,15 @@ class ActionSequencing(PlanScorer):
         try:
             new = tuple([step for step in plan.steps if step not in known])
         except TypeError:  # a step that contains a list cannot be looked up in the cache
-            return self._resolve_uncached(plan)
+            return self._resolve_names_uncached(plan)
         if new:
-            actions = self._resolve_uncached(WrittenPlan(new))
+            actions = self._resolve_names_uncached(WrittenPlan(new))
             if isinstance(actions, ErrorReport) or not all(map(_has_only_string_names, new)):
-                return self._resolve_uncached(plan)
+                return self._resolve_names_uncached(plan)
             known.update(zip(new, actions, strict=True))
         return tuple([known[step] for step in plan.steps])
 
-    def _resolve_uncached(self, plan: WrittenPlan) -> tuple[Action, ...] | ErrorReport:
+    def _resolve_names_uncached(self, plan: WrittenPlan) -> tuple[Action, ...] | ErrorReport:
         return resolve_plan(plan, self.domain, self.notation, self._object)
 
     def _assess_declining_answer(
@@ -201,7 +205,7 @@ class ActionSequencing(PlanScorer):
 
         def explain_rejection() -> Explanation:
             goals = report_goals(self.task, verdict.goals_satisfied)
-            return Explanation((*self._write_notes(plan.repairs), reason), goals=goals)
+            return Explanation((*self._write_repair_and_exclusion_notes(plan.repairs), reason), goals=goals)
 
         return Assessment(verdict, explain_rejection)
 
@@ -237,7 +241,7 @@ class ActionSequencing(PlanScorer):
             error = make_error_report(failure, number, self.domain, action, self.task.scene)
         elif execution.slipped:
             error = ErrorReport(FaultKind.SLIP, number, SLIPPED)
-        success, additional = self._succeeds(error, reached), trajectory.additional_step_count
+        success, additional = self._is_success(error, reached), trajectory.additional_step_count
         return self._make_verdict(
             reached,
             plan,
@@ -280,14 +284,14 @@ class ActionSequencing(PlanScorer):
 
     def _explain(self, verdict: PlanVerdict, execution: Execution) -> Explanation:
         return Explanation(
-            self._write_notes(verdict.repairs),
+            self._write_repair_and_exclusion_notes(verdict.repairs),
             report_steps(self.task, self.domain, execution.trajectory),
             report_goals(
                 self.task, verdict.goals_satisfied, execution.whole_trajectory or execution.trajectory
             ),
         )
 
-    def _write_notes(self, repairs: tuple[str, ...]) -> tuple[str, ...]:
+    def _write_repair_and_exclusion_notes(self, repairs: tuple[str, ...]) -> tuple[str, ...]:
         excluded = () if self.excluded is None else (f"excluded: {self.excluded}",)
         return (*write_repair_notes(repairs), *excluded)
 
@@ -303,10 +307,13 @@ class ActionSequencing(PlanScorer):
         return execution.trajectory.final_state
 
     def _test_goals_of_rejected_answer(self, execute: PlanExecutor) -> tuple[bool, ...]:
-        """Return False for each goal, because the answer is not executed. Subclasses may differ."""
+        """Return False for each goal, because the answer is not executed.
+
+        A subclass may count goals that hold in the initial state as reached.
+        """
         return self.goals.none_reached
 
-    def _succeeds(self, error: ErrorReport | None, reached: tuple[bool, ...]) -> bool:
+    def _is_success(self, error: ErrorReport | None, reached: tuple[bool, ...]) -> bool:
         return error is None and all(reached)
 
 

@@ -38,7 +38,7 @@ _SCORES = make_score_columns(_PARTS)
 
 
 def compute_share_by_metric(verdict: GoalVerdict) -> dict[str, Share]:
-    """Return a mapping from metrics to the share that one answer adds to each metric.
+    """Return a mapping from metrics to the shares (numerator and denominator) that one answer adds.
 
     Three metrics are not in the paper's tables. ``parsing`` is the share of unreadable answers.
     ``ill_formed`` and ``hallucination`` are the shares of stated goals that are incomplete, or that name
@@ -67,24 +67,24 @@ def classify_outcome(verdict: GoalVerdict) -> AnswerOutcome:
     )
 
 
-def _make_scorer_factory(world: BenchmarkParts) -> Callable[[Task], Scorer]:
+def _make_scorer_factory(parts: BenchmarkParts) -> Callable[[Task], Scorer]:
     """Return a function that makes the scorer of a task.
 
     The module with scorers is imported only here, so that programs that only make reports do not load the
     simulator.
     """
-    from eai.abilities.goal_interpretation.scorer import GoalInterpretation
+    from eai.abilities.goal_interpretation.scorer import GoalInterpretationScorer
 
-    return partial(GoalInterpretation, domain=world.domain, notation=world.notation.goals)
+    return partial(GoalInterpretationScorer, domain=parts.domain, notation=parts.notation.goals)
 
 
 def _get_object_words_and_schema_maker(
-    world: BenchmarkParts, task: Task | None
+    parts: BenchmarkParts, task: Task | None
 ) -> tuple[Sequence[str], SchemaMaker]:
-    names = () if task is None else world.notation.goals.list_object_names(task)
+    names = () if task is None else parts.notation.goals.list_object_names(task)
     relevant = () if task is None else task.relevant
     words = list(dict.fromkeys([names[i] for i in relevant]))
-    return words, lambda words: world.notation.goals.make_schema(world.domain, words)
+    return words, lambda words: parts.notation.goals.make_schema(parts.domain, words)
 
 
 GOAL_INTERPRETATION = AbilityDeclaration(

@@ -49,22 +49,22 @@ class _GoalsByValidity(NamedTuple):
 
 
 _ConditionMask: TypeAlias = int
-"""Set of conditions of gold goals: a bit mask in which bit i stands for condition i."""
+"""Set of conditions of a task's goals: a bit mask in which bit i stands for condition i."""
 
 
 class _GoldGoals:
-    """The goals of a task, whose conditions have numbers.
+    """The goals of a task. All conditions in these goals have numbers.
 
     A bit mask stands for a set of conditions: bit i for condition i. An option of a goal is a set of
     conditions that meets the goal.
 
     Attributes:
         goals: the goals, in order.
-        best: for each goal, a function that takes the mask of stated conditions and returns the option with
-            most stated conditions.
+        option_finders: for each goal, a function that takes the mask of the conditions in an answer, and
+            returns the option with most stated conditions.
         stated: for each condition, the goal by which an answer states the condition, in canonical form.
-        mask_of: mapping from goals in answers to the mask of the conditions that the goal can mean.
-        of_kind: mapping from the names of kinds of goals to the mask of the conditions of this kind.
+        mask_of: mapping from each goal in ``stated`` to the mask of all conditions that it can mean.
+        mask_of_kind: mapping from the name of each kind of goals to the mask of the conditions of this kind.
     """
 
     def __init__(self, alternatives: tuple[GoalAlternatives, ...], lexicon: GoalLexicon) -> None:
@@ -73,31 +73,31 @@ class _GoldGoals:
         self.stated: list[WrittenGoal] = []
         self._texts: list[str] = []
         self.mask_of: dict[WrittenGoal, int] = {}
-        self.of_kind: dict[str, int] = {kind.value: 0 for kind in GoalKind}
+        self.mask_of_kind: dict[str, int] = {kind.value: 0 for kind in GoalKind}
         self.goals = alternatives
-        self.best = [
+        self.option_finders = [
             make_closest_dnf_term_finder(goal.options, self._get_condition_number) for goal in alternatives
         ]
 
     def choose_best_met_alternatives(self, stated: _ConditionMask) -> list[_ConditionMask]:
-        """Return for each goal a bit mask of its option with most conditions in the answer.
+        """Return for each goal the bit mask of the option that contains most of the stated conditions.
 
         An option is a set of conditions that meets the goal. ``stated`` is the bit mask of the conditions
         that the answer states. The mask of a goal without options is 0.
         """
-        options = [best(stated) for best in self.best]
+        options = [find_option(stated) for find_option in self.option_finders]
         return [0 if option is None else option.conditions for option in options]
 
-    def get_conditions(self, conditions: _ConditionMask) -> tuple[WrittenGoal, ...]:
-        """Return the conditions in a bit mask, in the form of an answer's goals."""
+    def list_conditions_as_goals(self, conditions: _ConditionMask) -> tuple[WrittenGoal, ...]:
+        """Return for each condition of a set the goal by which an answer states it."""
         return tuple([self.stated[number] for number in iterate_bits(conditions)])
 
-    def get_condition_texts(self, conditions: _ConditionMask) -> tuple[str, ...]:
-        """Return the conditions in a bit mask as texts."""
+    def list_condition_texts(self, conditions: _ConditionMask) -> tuple[str, ...]:
+        """Return the text of each condition of a set."""
         return tuple([self._texts[number] for number in iterate_bits(conditions)])
 
     def _get_condition_number(self, literal: Literal) -> int:
-        ground = self._lexicon.canonicalize(self._lexicon.to_ground_goal(literal))
+        ground = self._lexicon.canonicalize(self._lexicon.to_goal_with_scene_names(literal))
         number = self._numbers.get(ground)
         if number is None:
             number = self._numbers[ground] = len(self.stated)
@@ -105,11 +105,11 @@ class _GoldGoals:
             self.stated.append(stated)
             self._texts.append(str(stated))
             self.mask_of[stated] = self.mask_of.get(stated, 0) | 1 << number
-            self.of_kind[self._lexicon.classify_goal(stated)] |= 1 << number
+            self.mask_of_kind[self._lexicon.classify_goal(stated)] |= 1 << number
         return number
 
 
-class GoalInterpretation(Scorer):
+class GoalInterpretationScorer(Scorer):
     """The scorer of goal interpretations for one task.
 
     It leaves out goals over time, because answers cannot state them.
@@ -160,7 +160,7 @@ class GoalInterpretation(Scorer):
             counts={
                 **{
                     kind: Confusion((matched & of).bit_count(), kinds.count(kind), (missing & of).bit_count())
-                    for kind, of in self.gold.of_kind.items()
+                    for kind, of in self.gold.mask_of_kind.items()
                 },
                 ALL: Confusion(matched.bit_count(), len(wrong), missing.bit_count()),
             },
@@ -172,9 +172,9 @@ class GoalInterpretation(Scorer):
             unknown_predicates=tuple(
                 [goal.predicate for goal in goals.goals if not self.lexicon.has_predicate(goal)]
             ),
-            matched=self.gold.get_condition_texts(matched),
+            matched=self.gold.list_condition_texts(matched),
             wrong=tuple(wrong),
-            missing=self.gold.get_condition_texts(missing),
+            missing=self.gold.list_condition_texts(missing),
         )
 
     def describe_left_out_goals(self, goals: WrittenGoals) -> Iterable[str]:
@@ -200,9 +200,9 @@ class GoalInterpretation(Scorer):
                 left[condition] = times - 1
                 met |= 1 << number
         reports = []
-        for goal, best, option in zip(self.gold.goals, self.gold.best, options, strict=True):
-            text = goal.text or " and ".join(map(str, self.gold.get_conditions(option)))
-            is_met = best(0) is not None and not option & ~met
+        for goal, find_option, option in zip(self.gold.goals, self.gold.option_finders, options, strict=True):
+            text = goal.text or " and ".join(map(str, self.gold.list_conditions_as_goals(option)))
+            is_met = find_option(0) is not None and not option & ~met
             reports.append(GoalReport(goal.kind, text, is_met, predicates=find_predicate_names(text)))
         return tuple(reports)
 
@@ -227,7 +227,7 @@ class GoalInterpretation(Scorer):
         )
 
     def list_goals_with_known_names(self, goals: WrittenGoals) -> Iterable[WrittenGoal]:
-        """Return the goals of an answer that count as right or wrong."""
+        """Return the well-formed goals of an answer that contain only known names."""
         return self._group_goals_by_validity(goals).known
 
     def _describe_incompletely_stated_goals(self, goals: WrittenGoals) -> Iterator[str]:
@@ -235,7 +235,9 @@ class GoalInterpretation(Scorer):
         left = self._group_goals_by_validity(goals).known
         for option in self._choose_best_met_alternatives(left):
             missed = [
-                str(condition) for condition in self.gold.get_conditions(option) if condition not in left
+                str(condition)
+                for condition in self.gold.list_conditions_as_goals(option)
+                if condition not in left
             ]
             if 0 < len(missed) < option.bit_count():
                 yield f"missed of a goal that is stated in part: {', '.join(missed)}"
@@ -267,7 +269,7 @@ class GoalInterpretation(Scorer):
 
 
 def describe_ill_formed_entries(entries: Iterable[IllFormed]) -> Iterator[str]:
-    """Yield one line of text on each ill-formed entry of an answer. Long entries are cut off."""
+    """Yield one line of text on each different ill-formed entry of an answer. Long entries are cut off."""
     for _, text in dict.fromkeys(entries):
         yield f"left out as ill-formed: {shorten(text, _MAX_ENTRY_CHARACTERS, placeholder=' ...')}"
 
@@ -277,7 +279,8 @@ def describe_wrong_goals(verdict: GoalVerdict, options: Container[str] = ()) -> 
 
     Args:
         verdict: the verdict on the answer.
-        options: texts of the conditions in all options of the task's goals.
+        options: texts of all conditions that can help to meet a goal of the task. Wrong goals among these
+            conditions get an explanation.
     """
     return tuple(
         f"wrong: {goal}"

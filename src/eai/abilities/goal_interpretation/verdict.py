@@ -64,9 +64,9 @@ class GoalVerdict(Verdict):
         return {"stated": self.predicted, "ill_formed": self.ill_formed, "hallucinated": hallucinated}
 
     def compute_reward_basis(self, goals_at_start: Sequence[bool]) -> RewardBasis | None:
-        """Return the credit for the answer: the F1 of its goals.
+        """Return the results that rewards may pay for: the gain is F1. Return None if the task has no goals.
 
-        Ill-formed goals and goals with unknown names count as wrong and as faults.
+        Ill-formed goals and goals with unknown names count as wrong goals, and are also listed as faults.
         """
         hallucinated = len(self.hallucinated)
         faults = +Counter({FaultKind.PARSING: self.ill_formed, FaultKind.HALLUCINATION: hallucinated})

@@ -1,1 +1,1 @@
-"""Notations of answers, one for each benchmark. Abilities read a notation, and built-in models write it."""
+"""Notations of answers, one for each benchmark: how answers are written by models and read by abilities."""

@@ -2,8 +2,9 @@
 
 `read_stated_goals` returns the goals of an answer to goal interpretation, so that they can replace the task's
 goals. It reads an answer as the scorer of goal interpretation does, and also reads connectives and
-quantifiers if the notation has them. A well-formed goal is kept even if it is wrong, and its unknown names
-stay as written. Ill-formed goals are left out. An unreadable answer states no goals.
+quantifiers if the notation has them. The scorer itself reads only literals and actions. A well-formed goal is
+kept even if it is wrong, and its unknown names stay as written. Ill-formed goals are left out. An unreadable
+answer states no goals.
 """
 
 from __future__ import annotations
@@ -89,7 +90,10 @@ class GoalLexicon:
         return goal
 
     def replace_scene_names_by_answer_names(self, goal: WrittenGoal) -> WrittenGoal:
-        """Return a goal with the objects' names in answers in place of their names in the scene."""
+        """Return a goal of an answer with the objects' names in answers in place of their names in the scene.
+
+        Messages name objects as the scene does, so an answer may also use these names.
+        """
         if all(name in self.objects for name in goal.names):
             return goal
         return goal._replace(names=tuple(map(self._get_name_in_answers, goal.names)))
@@ -100,12 +104,12 @@ class GoalLexicon:
         return scene_name if scene_name in self.objects else self._name_of.get(in_scene, scene_name)
 
     def to_goal_with_answer_names(self, literal: Literal) -> WrittenGoal:
-        """Return a condition as answers state it: with the answers' predicates and names of objects."""
-        ground = self.to_ground_goal(literal)
+        """Return the goal by which an answer states a condition, with the names of answers."""
+        ground = self.to_goal_with_scene_names(literal)
         return ground._replace(names=tuple([self._name_of[name] for name in ground.names]))
 
-    def to_ground_goal(self, literal: Literal) -> WrittenGoal:
-        """Return a condition with the predicates of answers, but with the scene's names of objects."""
+    def to_goal_with_scene_names(self, literal: Literal) -> WrittenGoal:
+        """Return a condition as a goal with the predicate's name in answers and the objects' scene names."""
         positive = not isinstance(literal, Not)
         match literal.operand if isinstance(literal, Not) else literal:
             case Occurs(action, arguments):
@@ -114,7 +118,7 @@ class GoalLexicon:
                 word = self._spelling.get(predicate, predicate)
                 return WrittenGoal(word, _get_object_names(arguments), positive)
             case other:
-                raise TypeError(f"{other}: expected an atom, a negated atom or an action")
+                raise TypeError(f"the condition {other} is not an atom, a negated atom or an action")
 
 
 def _get_object_names(arguments: tuple[Term, ...]) -> tuple[str, ...]:
@@ -157,12 +161,12 @@ class _StatedGoals:
 
 def read_stated_goals(text: str, task: Task, domain: Domain, notation: GoalNotation) -> _StatedGoals:
     """Return the goals that an answer to goal interpretation states for a task."""
-    meaning = _AnswerInterpreter(task, domain, notation)
-    read = notation.read_conditions(text, meaning.to_formula)
+    translator = _GoalTranslator(task, domain, notation)
+    read = notation.read_conditions(text, translator.to_formula)
     if isinstance(read, Unreadable):
         return _StatedGoals((), unreadable=read.reason)
     formulas, left_out = read
-    strange = {formula: tuple(meaning.find_unknown_names(formula)) for formula in formulas}
+    strange = {formula: tuple(translator.find_unknown_names(formula)) for formula in formulas}
     return _StatedGoals(
         tuple([goal(formula) for formula in strange]),
         tuple([goal(formula) for formula, names in strange.items() if not names]),
@@ -171,12 +175,12 @@ def read_stated_goals(text: str, task: Task, domain: Domain, notation: GoalNotat
     )
 
 
-class _AnswerInterpreter:
+class _GoalTranslator:
     """Translates the words of an answer into formulas about the scene of a task.
 
-    If several objects have the same name, the name means the object that is listed last, as in plans without
-    object numbers. If an answer repeats a goal, the second statement of it means the object listed before,
-    and so on, as in the counts of goal interpretation.
+    If several objects have the same name, the name means the object that is listed last. Plans without object
+    numbers are read in the same way. If an answer repeats a goal, each repetition means other objects with
+    these names, as in the counts of the scorer of goal interpretation.
     """
 
     def __init__(self, task: Task, domain: Domain, notation: GoalNotation) -> None:

@@ -1,6 +1,6 @@
-"""Notations of goals: how answers to goal interpretation state goals, in a benchmark or by default.
+"""Notations of goals: how answers to goal interpretation state goals. `JsonGoals` is the default notation.
 
-A goal in the form in which an answer writes it may contain unknown names.
+A `WrittenGoal` is a goal as an answer writes it, so it may contain unknown names.
 
 Prompts ask for literals. Some answers nest conditions as JSON lists with the words of BDDL: ``["forall",
 ["jar", "-", "jar"], ["not", ["open", "jar"]]]``. The operands of a connective may stand in a list of their
@@ -45,7 +45,10 @@ the entry is not a literal.
 def read_nested_formula(
     entry: object, literal: LiteralReader, variables: frozenset[str] = frozenset()
 ) -> f.Formula | None:
-    """Return the formula for an entry that may be nested, or None if an entry in it has another form."""
+    """Return the formula for an entry of an answer, whose connectives and quantifiers may be nested lists.
+
+    Return None if some part of the entry is neither such a list nor a literal.
+    """
 
     def read_subformula(value: object, *bound_variables: f.Variable) -> f.Formula | None:
         return read_nested_formula(
@@ -73,13 +76,17 @@ def read_nested_formula(
                 if (variable := _read_variable(entry_variable)) is not None
             ]
             inner = read_subformula(body, *bound)
-            return None if inner is None or len(bound) < len(head) else _quantify(word, count, bound, inner)
+            return (
+                None
+                if inner is None or len(bound) < len(head)
+                else _make_quantified_formula(word, count, bound, inner)
+            )
         case _:
             return literal(entry, variables)
 
 
 def unwrap_operands(operands: Sequence[object]) -> Sequence[object]:
-    """Return the operands of a connective. An answer may list them or write them one after the other."""
+    """Return the operands of a connective without the list around them, if an answer writes such a list."""
     match operands:
         case [[[*_], *_] as inner]:
             return inner
@@ -87,7 +94,7 @@ def unwrap_operands(operands: Sequence[object]) -> Sequence[object]:
             return operands
 
 
-def _quantify(
+def _make_quantified_formula(
     word: str, count: int | None, variables: Sequence[f.Variable], body: f.Formula
 ) -> f.Formula | None:
     match word, count, variables:
@@ -158,8 +165,8 @@ def make_sections_format(
     """Return the form of an answer that is an object with goals in sections.
 
     Args:
-        read: takes sections and returns them if they state goals, else None.
-        find_flaw: takes a JSON value and returns in words why the value has another form, or None.
+        read: returns the given sections if goals can be read from them, else None.
+        find_flaw: returns in words why no goals can be read from a JSON value, or None.
     """
 
     def read_sections(value: object) -> GoalSections | None:
@@ -211,7 +218,7 @@ class WrittenGoal(NamedTuple):
 
     @property
     def statement(self) -> Statement:
-        """The goal as a `Statement`. An action without objects becomes a name without arguments."""
+        """The goal as a `Statement`, without its kind. An action without objects becomes a name alone."""
         predicate, names, positive, is_action = self
         return Statement(predicate, None if is_action and not names else names, positive)
 
@@ -241,20 +248,20 @@ class WrittenGoals:
 
     @classmethod
     def from_entries(
-        cls, entries: Sequence[WrittenGoal | IllFormed], reading: ParsedAnswer[GoalSections] | None = None
+        cls, entries: Sequence[WrittenGoal | IllFormed], answer: ParsedAnswer[GoalSections] | None = None
     ) -> WrittenGoals:
         """Return the goals among the entries of an answer, and the entries that are not goals."""
         goals = tuple([entry for entry in entries if isinstance(entry, WrittenGoal)])
         ill_formed = tuple([entry for entry in entries if not isinstance(entry, WrittenGoal)])
-        if reading is None:
+        if answer is None:
             return cls(goals, ill_formed)
-        return cls(goals, ill_formed, reading.repairs, reading.spans)
+        return cls(goals, ill_formed, answer.repairs, answer.spans)
 
 
 SpellingAndArity: TypeAlias = tuple[str, int]
 """A pair: a predicate as answers spell it, and its number of objects."""
 
-GoalMeaning: TypeAlias = Callable[[WrittenGoal, frozenset[str]], Formula | None]
+GoalReader: TypeAlias = Callable[[WrittenGoal, frozenset[str]], Formula | None]
 """Function that returns the formula for a goal in an answer, or None if the goal is ill-formed.
 
 It takes the goal and the names of the variables that quantifiers around the goal bind.
@@ -297,12 +304,12 @@ class GoalNotation(ABC):
     def read(self, text: str) -> WrittenGoals | Unreadable:
         """Return the goals of an answer, or the reason why the answer cannot be read."""
 
-    def read_conditions(self, text: str, meaning: GoalMeaning) -> StatedConditions | Unreadable:
+    def read_conditions(self, text: str, to_formula: GoalReader) -> StatedConditions | Unreadable:
         """Return the goals of an answer as formulas about the task, or why the answer cannot be read."""
         read = self.read(text)
         if isinstance(read, Unreadable):
             return read
-        meant = [(goal, meaning(goal, frozenset())) for goal in read.goals]
+        meant = [(goal, to_formula(goal, frozenset())) for goal in read.goals]
         unmeant = [str(goal) for goal, formula in meant if formula is None]
         formulas = tuple([formula for _, formula in meant if formula is not None])
         return formulas, (*unmeant, *[entry for _, entry in read.ill_formed])
@@ -318,7 +325,7 @@ class GoalNotation(ABC):
     def map_spellings_to_predicate_names(self, domain: Domain) -> Mapping[SpellingAndArity, str]:
         """Return a mapping from the spelling of a predicate in answers to the predicate's name in the domain.
 
-        If a predicate has two spellings, texts of tasks use the first.
+        If a predicate has several spellings, goals of tasks are written with the first of them.
         """
         vocabulary = domain.vocabulary
         stored = [
@@ -328,7 +335,7 @@ class GoalNotation(ABC):
         return words | {(predicate.name, predicate.arity): predicate.name for predicate in vocabulary.derived}
 
     def list_object_names(self, task: Task) -> tuple[str, ...]:
-        """Return the name in answers of each object in the scene. Several objects may share a name."""
+        """Return for each object in the scene the name that answers use. Several objects may share a name."""
         return tuple([scene_object.name for scene_object in task.scene.objects])
 
     def make_schema(self, domain: Domain, words: Sequence[str] | None) -> Schema | None:
@@ -341,10 +348,10 @@ class GoalNotation(ABC):
         return None
 
     def list_alternatives_of_goals(self, task: Task) -> tuple[GoalAlternatives, ...]:
-        """Return the goals of the task with their options, for the comparison with answers.
+        """Return the goals of the task, each with all sets of conditions (options) that meet the goal.
 
         Raises:
-            InputError: a goal has infinitely many options (see `choice.build_and_or_tree`).
+            InputError: the options of a goal cannot be listed (see `eai.logic.choice.build_and_or_tree`).
         """
         return tuple(
             GoalAlternatives(
@@ -380,7 +387,11 @@ class JsonGoals(GoalNotation):
         return WrittenGoals.from_entries(goals, reading)
 
     def read_entries(self, text: str) -> list[tuple[GoalKind | None, object]] | Unreadable:
-        """Return all entries of an answer with their kinds, states first, or why it cannot be read."""
+        """Return all entries of an answer, each after its kind of goal, or why the answer cannot be read.
+
+        Entries are sorted by kind: states, relations, actions. Entries in a section that this notation does
+        not have come last, with the kind None.
+        """
         reading = read_json(text, _LISTS)
         if isinstance(reading, Unreadable):
             return reading
@@ -394,12 +405,12 @@ class JsonGoals(GoalNotation):
         lists = [(self._kinds.get(key), part) for key, part in sections.members if isinstance(part, list)]
         return [(kind, entry) for kind, entries in lists for entry in entries]
 
-    def read_conditions(self, text: str, meaning: GoalMeaning) -> StatedConditions | Unreadable:
+    def read_conditions(self, text: str, to_formula: GoalReader) -> StatedConditions | Unreadable:
         """Return the goals of an answer as formulas about the task. Entries of the answer may be nested."""
         entries = self.read_entries(text)
         if isinstance(entries, Unreadable):
             return entries
-        read = [(entry, self._read_condition(kind, entry, meaning)) for kind, entry in entries]
+        read = [(entry, self._read_condition(kind, entry, to_formula)) for kind, entry in entries]
         formulas = tuple([formula for _, formula in read if formula is not None])
         return formulas, tuple([str(entry) for entry, formula in read if formula is None])
 
@@ -414,7 +425,7 @@ class JsonGoals(GoalNotation):
         """
         sections: dict[str, list[object]] = {key: [] for key in self._kinds}
         for entry in map(json.loads, parts):
-            sections[SECTIONS[_get_section_kind(entry)]].append(entry)
+            sections[SECTIONS[_get_goal_kind_of_entry(entry)]].append(entry)
         return json.dumps(sections)
 
     def make_schema(self, domain: Domain, words: Sequence[str] | None) -> Schema:
@@ -443,10 +454,10 @@ class JsonGoals(GoalNotation):
             return [self._normalize_words(part) for part in value]
         return self.normalize_word(value).lstrip("?") if isinstance(value, str) else value
 
-    def _read_condition(self, kind: GoalKind | None, entry: object, meaning: GoalMeaning) -> Formula | None:
+    def _read_condition(self, kind: GoalKind | None, entry: object, to_formula: GoalReader) -> Formula | None:
         def read_literal(value: object, variables: frozenset[str]) -> Formula | None:
             goal = self._read_goal(kind, value)
-            return None if goal is None else meaning(goal, variables)
+            return None if goal is None else to_formula(goal, variables)
 
         return (
             read_literal(entry, frozenset())
@@ -473,10 +484,10 @@ class JsonGoals(GoalNotation):
         return words if len(words) == len(entry) else []
 
 
-def _check_section_lists(sections: GoalSections) -> GoalSections | None:
-    """Return the sections if each section is a list, else None.
+def _accept_lists_of_goals(sections: GoalSections) -> GoalSections | None:
+    """Return the members of an object if goals can be read from them: if each member is a list, else None.
 
-    An object with a key of `SECTIONS` may have other members, too. Those that are not lists count as remarks.
+    If a key is in `SECTIONS`, members with other keys may also be texts or numbers, which are remarks.
     """
     has_section = any(key in _SECTION_OF for key, _ in sections.members)
     plain = [key for key, part in sections.members if not isinstance(part, list | None)]
@@ -485,7 +496,7 @@ def _check_section_lists(sections: GoalSections) -> GoalSections | None:
     return sections if not has_parts and (are_remarks or not plain) else None
 
 
-_LISTS = make_sections_format(_check_section_lists, lambda value: None)
+_LISTS = make_sections_format(_accept_lists_of_goals, lambda value: None)
 
 
 def _to_entry(goal: WrittenGoal) -> object:
@@ -495,7 +506,7 @@ def _to_entry(goal: WrittenGoal) -> object:
     return literal if goal.positive else ["not", literal]
 
 
-def _get_section_kind(entry: object) -> GoalKind:
+def _get_goal_kind_of_entry(entry: object) -> GoalKind:
     if not isinstance(entry, list):
         return GoalKind.ACTION
     literal = entry[1] if entry[0] == "not" else entry

@@ -90,11 +90,11 @@ class StepList(NamedTuple):
     is_single_step: bool = False
 
 
-def join_step_lists(step_lists: Iterable[StepList], *, is_single_step: bool = False) -> StepList:
+def join_step_lists(step_lists: Iterable[StepList]) -> StepList:
     """Return the steps in several JSON values as one list."""
     listed = list(step_lists)
     repairs = dict.fromkeys([repair for part in listed for repair in part.repairs])
-    return StepList(tuple([step for part in listed for step in part.steps]), tuple(repairs), is_single_step)
+    return StepList(tuple([step for part in listed for step in part.steps]), tuple(repairs))
 
 
 def make_plan_format(
@@ -183,7 +183,7 @@ def _is_step_line(line_pattern: re.Pattern[str], text: str) -> bool:
 
 
 def read_labelled_step(value: JsonObject) -> StepList | None:
-    """Return the step in a JSON object with keys for action and objects, or None for another object.
+    """Return the only step in a JSON object with keys for action and objects; None for other values.
 
     Two objects of an action are separated by a comma or stand in a list. An empty text stands for no object.
     """
@@ -226,12 +226,12 @@ def find_unknown_keys(step: JsonObject) -> list[str]:
 def read_keyed_steps(value: JsonObject, actions: Collection[str]) -> StepList | None:
     """Return the steps of a JSON object whose keys are actions, or None if a member is not a step.
 
-    The value of each key is a list of objects. A text that names the objects is read with the repair
-    ``step_form``.
+    The value of each key is a list of objects. A text of names with commas is accepted, too, and recorded as
+    the repair ``step_form``.
 
     Args:
         value: the JSON object.
-        actions: names of the actions whose objects may be named by a text instead of a list.
+        actions: names of the actions whose objects may be such a text.
     """
     steps: list[WrittenStep] = []
     repairs: tuple[str, ...] = ()
@@ -252,7 +252,7 @@ def strip_names(words: Iterable[str]) -> tuple[str, ...]:
 
 
 def _find_list_flaw(value: object, step_of: Callable[[object], StepList | None]) -> str | None:
-    """Return why some item of a list is not a step, or None if all items are steps."""
+    """Return in words what is wrong with the first item that is no step, or None if all items are steps."""
     if isinstance(value, JsonObject):
         lists = [member for _, member in value.members if isinstance(member, list | JsonObject)]
         return (
@@ -268,10 +268,10 @@ def _find_list_flaw(value: object, step_of: Callable[[object], StepList | None])
     return _describe_item_flaw(item, f"step {number}") if number else None
 
 
-def _describe_item_flaw(item: object, step: str) -> str:
+def _describe_item_flaw(item: object, item_name: str) -> str:
     members = dict(item.members) if isinstance(item, JsonObject) else {}
     missing = [key for key in (ACTION, OBJECT) if key not in members]
     if missing:
-        return f'{step} has no "{missing[0]}"'
+        return f'{item_name} has no "{missing[0]}"'
     unknown = find_unknown_keys(item) if isinstance(item, JsonObject) else []
-    return f'{step} has the unknown key "{unknown[0]}"' if unknown else f"{step} has another form"
+    return f'{item_name} has the unknown key "{unknown[0]}"' if unknown else f"{item_name} has another form"

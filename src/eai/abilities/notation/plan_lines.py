@@ -1,9 +1,9 @@
 """Plans with one step a line, as planners, text games and small models write them.
 
-Each line counts as a step, a comment, a number, or prose before or after the plan. A line cannot be prose if
-it begins with the name of an action, stands between steps, or has an unclosed bracket. Such a line makes the
-answer unreadable unless it states a step. In every notation, lines such as ``WALK(soap)`` or ``1. walk soap``
-are read with the repair ``action_lines`` if the answer has no JSON.
+Each line is a step, a comment, a list number alone, or prose before or after the plan. A line cannot be prose
+if it begins with the name of an action, stands between steps, or has an unclosed bracket. If such a line
+cannot be read as a step, the answer is unreadable. In every notation, lines such as ``WALK(soap)`` or
+``1. walk soap`` are read with the repair ``action_lines`` if the answer has no JSON.
 """
 
 from __future__ import annotations
@@ -93,17 +93,19 @@ def _read_action_lines(text: str, actions: Collection[str]) -> WrittenPlan | Unr
         return None
     names = {name.casefold() for name in actions}
     plain = _EMPHASIS.sub(lambda mark: " " * len(mark[0]), text)
-    plan = read_plan_lines(plain, lambda line: _read_action_line(line, names), names, _is_call, _NO_COMMENT)
+    plan = read_plan_lines(
+        plain, lambda line: _read_action_line(line, names), names, _has_form_of_call, _NO_COMMENT
+    )
     if not isinstance(plan, WrittenPlan):
         return plan
     steps = [text[span.start : span.end] for span in plan.spans if span.kind is SpanKind.READ]
     are_steps = any("(" in step for step in steps) or any(step.action in actions for step in plan.steps)
     if "prose" in plan.repairs and not are_steps and "numbered" not in plan.repairs:
-        return None  # no plan, but short sentences such as "wash hands"
+        return None  # the lines are short sentences such as "wash hands"
     if "numbered" in plan.repairs:
         prose = [plain[span.start : span.end] for span in plan.spans if span.kind is SpanKind.PROSE]
         if any(map(_LABEL.match, prose)):
-            return None  # an item of the list is no action
+            return None  # the list has an item that is not an action
     kinds = {SpanKind.READ: SpanKind.REPAIRED}
     spans = tuple([replace(span, kind=kinds.get(span.kind, span.kind)) for span in plan.spans])
     return correct_action_spelling(replace(plan, repairs=(*plan.repairs, ACTION_LINES), spans=spans), actions)
@@ -119,7 +121,7 @@ def _read_action_line(line: str, action_names: Collection[str]) -> WrittenStep |
     return None if is_sentence else WrittenStep(match[1], tuple(objects))
 
 
-def _is_call(line: str) -> bool:
+def _has_form_of_call(line: str) -> bool:
     return _CALL.fullmatch(line.strip(_AROUND).strip("\"'")) is not None
 
 

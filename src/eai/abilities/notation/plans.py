@@ -44,7 +44,10 @@ from eai.world.fault import FaultKind
 from eai.world.state import Scene
 
 ObjectLookup: TypeAlias = Callable[[object], int | None]
-"""Function that returns the index of the object that an expression in an answer means, or None."""
+"""Function that finds the object that a JSON value in a step of an answer names.
+
+It returns the object's index in the scene, or None if the value names no object.
+"""
 
 
 def resolve_plan(
@@ -92,7 +95,7 @@ class Execution(NamedTuple):
         trajectory: the trajectory of this plan alone, from the state in which it began.
         earlier_actions: names of the actions that were executed in this world before the plan.
         slipped: whether the plan ended because an action slipped (had no effect).
-        whole_trajectory: the trajectory since the beginning of this world; None if the plan began the world.
+        whole_trajectory: the trajectory since the beginning of this world; None if it equals ``trajectory``.
     """
 
     trajectory: Trajectory
@@ -193,9 +196,9 @@ class JsonPlans(PlanNotation):
         )
 
     def make_object_lookup(self, task: Task) -> Callable[[object], int | None]:
-        """Return the function that finds objects by their names in the scene.
+        """Return the function that finds objects by their names in the scene; None for unknown names.
 
-        ``jar.0`` means ``jar_0``, as in subgoals.
+        ``jar.0`` means ``jar_0``, because subgoals use the dot.
         """
         index = task.scene.index
 
@@ -219,7 +222,10 @@ class JsonPlans(PlanNotation):
         return tuple([task.scene.objects[index].name for index in task.relevant])
 
     def make_schema(self, domain: Domain, words: Sequence[str] | None) -> Schema | None:
-        """Return the schema of an object that holds the list of steps, since providers require an object."""
+        """Return the schema of an object that holds the list of steps, since providers require an object.
+
+        A subclass returns None if no schema describes its answers.
+        """
         names = group_pairs((operator.arity, operator.name) for operator in domain.operators)
         steps = [
             make_object_schema(
@@ -260,7 +266,7 @@ class PddlPlans(JsonPlans):
         return word.lower()
 
     def make_object_lookup(self, task: Task) -> Callable[[object], int | None]:
-        """Return the function that finds objects by their names in the scene.
+        """Return the function that finds objects by their names in the scene; None for unknown names.
 
         Upper and lower case do not matter.
         """

@@ -39,7 +39,10 @@ _FORMULA_LINE = re.compile(
 )
 
 _NO_NEIGHBOURS = frozenset({",", ".", ":", "="})
-"""Characters that may stand next to an object or a variable, but never next to a formula."""
+"""Characters that may stand next to an object or a variable, but never next to a formula.
+
+A name next to such a character gets no brackets.
+"""
 
 
 @dataclass(frozen=True, slots=True)
@@ -61,8 +64,8 @@ class SubgoalNotation:
     """Reads and writes subgoals, and knows the names that subgoals may contain.
 
     This default works for any declared domain. An answer is a JSON object whose key ``output`` has a list of
-    formulas. Formulas use the names that the domain declares (`spelt`), and the names of objects in the scene
-    or of the objects' classes.
+    formulas. Formulas use the names that the domain declares, and the names of objects in the scene or of the
+    objects' classes. Characters that formulas do not allow in names become underscores.
 
     Args:
         domain: the domain.
@@ -89,8 +92,9 @@ class SubgoalNotation:
         """Return subgoals for the actions of a plan: the facts that each action makes true about its objects.
 
         If the notation cannot state these facts, the subgoal consists of the facts that the action makes
-        false, or else of the action's name. The subgoal for an action about the agent alone is its name.
-        Actions that fail, and actions without a name in subgoals, get no subgoal.
+        false, or else of the action's name. If an action has no object except the agent, its subgoal is the
+        action's name. An action gets no subgoal if it fails, or if the notation can express neither facts nor
+        name.
         """
         lexicon = self.make_formula_lexicon(task.scene)
         subgoals: list[str] = []
@@ -113,14 +117,15 @@ class SubgoalNotation:
         named = lexicon.has_text_name_for_action(action.operator)
         if about or not named:
             changes = compare_states(before, after)
-            for facts, truth in ((changes.added, True), (changes.removed, False)):
+            for facts, is_true_after in ((changes.added, True), (changes.removed, False)):
                 # a relation that holds in both directions makes only one subgoal
                 distinct: dict[tuple[str, frozenset[int]], Fact] = {}
                 for fact in facts:
                     if not about or not about.isdisjoint(fact.arguments):
                         distinct.setdefault((fact.predicate, frozenset(fact.arguments)), fact)
                 written = [
-                    self._write_change(fact, truth, before, after, lexicon) for fact in distinct.values()
+                    self._write_change(fact, is_true_after, before, after, lexicon)
+                    for fact in distinct.values()
                 ]
                 literals = tuple([literal for literal in written if literal is not None])
                 if literals:
@@ -128,7 +133,7 @@ class SubgoalNotation:
         return lexicon.write_action(action) if named else None
 
     def _write_change(
-        self, fact: Fact, truth: bool, before: State, after: State, lexicon: FormulaLexicon
+        self, fact: Fact, is_true_after: bool, before: State, after: State, lexicon: FormulaLexicon
     ) -> Formula | None:
         """Return the subgoal for a changed fact, or None if no predicate states it.
 
@@ -140,8 +145,11 @@ class SubgoalNotation:
         terms = tuple([Constant(before.scene.objects[i].name) for i in fact.arguments])
         for name in lexicon.find_predicates_of_arity(len(terms), put_first=fact.predicate):
             atom = Atom(name, terms)
-            if self.domain.holds(atom, after) is truth and self.domain.holds(atom, before) is not truth:
-                return lexicon.write_literal(GroundAtom(name, fact.arguments, truth))
+            if (
+                self.domain.holds(atom, after) is is_true_after
+                and self.domain.holds(atom, before) is not is_true_after
+            ):
+                return lexicon.write_literal(GroundAtom(name, fact.arguments, is_true_after))
         return None
 
     def join(self, parts: Iterable[str]) -> str:

@@ -61,7 +61,7 @@ TOO_MUCH = f"the answer expands to more than {MAX_LITERALS:,} literals"
 
 
 class _QuantifierRange:
-    """Finds the objects over which quantifiers in subgoals range, and counts literals in expanded subgoals.
+    """Finds the objects over which quantifiers in subgoals range, and counts literals for these objects.
 
     Args:
         task: the task.
@@ -107,12 +107,12 @@ class _QuantifierRange:
     def count_literals_of_disjuncts(self, formula: f.Formula) -> int:
         """Return the number of literals in all alternatives of a formula together.
 
-        Negations stand only before atoms in this formula (negation normal form). An alternative counts as at
-        least one literal, even if it requires no literal because a class is empty.
+        Negations stand only before atoms in this formula (negation normal form). An alternative without
+        literals counts as one literal: for example, a ``forall`` over a class without objects.
 
         Raises:
-            InputError: there are more than `MAX_LITERALS` literals, or a test evaluates more literals than
-                that.
+            InputError: there are more than `MAX_LITERALS` literals, or a test of the formula evaluates more
+                than `MAX_LITERALS` literals.
         """
         self.count_literals(formula)
         return _check_literal_limit(
@@ -158,7 +158,7 @@ MAX_INSTRUCTIONS = 20_000
 """Maximum number of instructions of a program. Each object with an ambiguous name adds alternatives."""
 
 _LITERALS_PER_ACTION = 100
-"""Number of literals whose tests cost as much as one applied action."""
+"""Number of literals whose tests count as one applied action in the effort of a search."""
 
 _MAX_EXCLUSION_LITERALS = 100
 """Maximum number of literals in a subgoal that is tested for contradictions between its literals."""
@@ -208,6 +208,7 @@ class ProgramCompiler:
 
     The conditions and plans of the last `_MAX_CACHED_SUBGOALS` subgoals are cached, because answers to one
     task often begin with the same subgoals. The plans of a subgoal do not depend on the rest of the answer.
+    For each subgoal, they are cached for the last `_MAX_CACHED_STATES` states.
 
     Args:
         task: the task.
@@ -232,7 +233,7 @@ class ProgramCompiler:
         self.make_action_planner = lru_cache(_MAX_CACHED_SUBGOALS)(self._make_action_planner)
 
     def compile_subgoals(self, written: WrittenSubgoals | Unreadable) -> CompiledAnswer | RejectedAnswer:
-        """Return the program of an answer, or the rejection of the answer.
+        """Return an answer's subgoals as a program for the search for actions, or the answer's rejection.
 
         Each subgoal is parsed separately.
         """
@@ -281,16 +282,16 @@ class ProgramCompiler:
     def _make_state_requirement(
         self,
         formula: f.Formula,
-        why_unmet: _FailureReason,
+        failure_reason: _FailureReason,
         disjuncts: tuple[tuple[GroundAtom, ...], ...] = (),
     ) -> _StateRequirement:
         if self.lexicon.has_unknown_names(formula):
             raise _make_not_executable_error(formula)
         meaning = self.lexicon.to_domain_names(formula)
 
-        def make_check(why: _FailureReason) -> Check:
-            reason = f"{print_ltl(formula)} does not hold, and {why.words}"
-            return Check(meaning, FaultKind.MISSING_STEP, reason, id=why.id)
+        def make_check(why_not: _FailureReason) -> Check:
+            reason = f"{print_ltl(formula)} does not hold, and {why_not.words}"
+            return Check(meaning, FaultKind.MISSING_STEP, reason, id=why_not.id)
 
         def find_contradiction() -> Check | None:
             sizes = [*map(len, disjuncts)]
@@ -300,7 +301,7 @@ class ProgramCompiler:
 
         effort = self.extent.count_literals(formula) // _LITERALS_PER_ACTION
         return _StateRequirement(
-            StateTest(meaning, self.task.scene), make_check(why_unmet), effort, cache(find_contradiction)
+            StateTest(meaning, self.task.scene), make_check(failure_reason), effort, cache(find_contradiction)
         )
 
     def _make_planner_for_reached_subgoal(
@@ -402,7 +403,9 @@ class _ProgramBuilder:
             case f.Or(parts):
                 return self._add_alternatives(parts, subgoal, next_instruction)
             case f.Exists(variable, body):
-                instances = self._instantiate(variable, body, self._extent.list_relevant_objects(variable))
+                instances = self._replace_variable_by_each_object(
+                    variable, body, self._extent.list_relevant_objects(variable)
+                )
                 return self._add_alternatives(list(instances), subgoal, next_instruction)
             case _:
                 raise _make_not_executable_error(formula)
@@ -410,7 +413,7 @@ class _ProgramBuilder:
     def _add_conjunction(self, parts: Sequence[f.Formula], subgoal: int, next_instruction: int) -> int:
         """Add instructions for actions in order, and for conditions that must hold after all actions.
 
-        Other actions make the conditions true before or after these actions: both ways are tried.
+        Further actions make the conditions true, before or after the given actions. Both orders are tried.
         """
         states = [part for part in parts if _is_about_single_state(part)]
         actions = f.Then(tuple([part for part in parts if part not in states]))
@@ -468,15 +471,15 @@ class _ProgramBuilder:
             if is_whole_subgoal
             else next_instruction
         )
-        ways = (to_do,), (held,)
+        targets = (to_do,), (held,)
         return self._add_instruction(
-            ForkInstruction(lambda state: ways[required.holds(state)], subgoal, 1 + required.effort)
+            ForkInstruction(lambda state: targets[required.holds(state)], subgoal, 1 + required.effort)
         )
 
     def _list_disjuncts(self, formula: f.Formula) -> Iterator[tuple[GroundAtom, ...]]:
         """Yield the literals of each alternative of a formula.
 
-        A part that can only be tested adds no literals.
+        A part that is not a literal of the domain, such as an equality, adds no literals: it is only tested.
         """
         match formula:
             case f.And(parts):
@@ -486,19 +489,21 @@ class _ProgramBuilder:
                 for part in parts:
                     yield from self._list_disjuncts(part)
             case f.Exists(variable, body):
-                for instance in self._instantiate(
+                for instance in self._replace_variable_by_each_object(
                     variable, body, self._extent.list_relevant_objects(variable)
                 ):
                     yield from self._list_disjuncts(instance)
             case f.ForAll(variable, body):
-                instances = self._instantiate(variable, body, self._extent.list_all_objects(variable))
+                instances = self._replace_variable_by_each_object(
+                    variable, body, self._extent.list_all_objects(variable)
+                )
                 yield from self._list_disjuncts(f.And(tuple(instances)))
             case _:
                 literal = self._lexicon.to_literal(formula)
                 yield () if literal is None else (literal,)
 
     def _drop_literals_unknown_to_domain(self, formula: f.Formula) -> f.Formula:
-        """Return a formula with true in place of atoms whose predicates the domain does not observe."""
+        """Return a formula with true in place of literals with names that the domain does not know."""
         match formula:
             case f.And(parts) | f.Or(parts):
                 return type(formula)(tuple([self._drop_literals_unknown_to_domain(part) for part in parts]))
@@ -509,7 +514,7 @@ class _ProgramBuilder:
             case _:
                 return formula
 
-    def _instantiate(
+    def _replace_variable_by_each_object(
         self, variable: f.Variable, body: f.Formula, indices: Iterable[int]
     ) -> Iterator[f.Formula]:
         for index in indices:

@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING
 
 from eai.abilities.declaration import (
     COLUMNS,
+    RUNTIME_FAULTS,
     BenchmarkParts,
     MetricColumn,
     ModelInteraction,
@@ -29,15 +30,15 @@ if TYPE_CHECKING:
     from eai.tasks.task import Task
 
 
-_RUNTIME_FAULTS = (FaultKind.WRONG_ORDER, FaultKind.MISSING_STEP, FaultKind.AFFORDANCE)
 _EXECUTED = (SubgoalCategory.CORRECT, SubgoalCategory.GOAL_UNREACHABLE)
 
 
 def compute_share_by_metric(verdict: SubgoalVerdict) -> dict[str, Share]:
-    """Return a mapping from metrics to the share that one answer adds to each metric.
+    """Return a mapping from metrics to the shares (numerator and denominator) that one answer adds.
 
     An answer that cannot be executed counts as an error of its category, or as a wrong number of arguments.
-    Errors during the execution count as the verdict's `SummaryCounts` say, or else as the verdict says.
+    If the verdict has `SummaryCounts`, its errors during the execution are counted from them. Otherwise only
+    the error that ended the answer counts.
     ``granularity`` is the number of actions that the search added, divided by the number of subgoals with
     executed actions.
     """
@@ -50,7 +51,11 @@ def compute_share_by_metric(verdict: SubgoalVerdict) -> dict[str, Share]:
         "parsing": make_share_of_one(category is SubgoalCategory.NOT_PARSEABLE),
         "hallucination": make_share_of_one(unknown),
         "argument_number": make_share_of_one(wrong_arity),
-        **{kind.value: make_share_of_one(count_faults(verdict, kind)) for kind in _RUNTIME_FAULTS},
+        **{
+            name: make_share_of_one(count_faults(verdict, kind))
+            for name, kind in RUNTIME_FAULTS.items()
+            if kind is not FaultKind.UNCATEGORISED
+        },
         "additional_step": make_share_of_one(count_additional_steps(verdict)),
         "goal_unreachable": make_share_of_one(category is SubgoalCategory.GOAL_UNREACHABLE),
         "granularity": Share(verdict.added_actions or 0, verdict.refined or 0),
@@ -58,24 +63,26 @@ def compute_share_by_metric(verdict: SubgoalVerdict) -> dict[str, Share]:
     }
 
 
-def _make_scorer_factory(world: BenchmarkParts) -> Callable[[Task], Scorer]:
+def _make_scorer_factory(parts: BenchmarkParts) -> Callable[[Task], Scorer]:
     """Return a function that makes the scorer of a task.
 
     The module with scorers is imported only here, so that programs that only make reports do not load the
     search.
     """
     from eai.abilities.subgoal_decomposition.refinement import SubgoalRefiner
-    from eai.abilities.subgoal_decomposition.scorer import SubgoalDecomposition
+    from eai.abilities.subgoal_decomposition.scorer import SubgoalDecompositionScorer
 
-    notation = world.subgoals()
+    notation = parts.subgoals()
     domain = notation.domain_for_execution()
-    return partial(SubgoalDecomposition, domain=domain, notation=notation, refinement=SubgoalRefiner(domain))
+    return partial(
+        SubgoalDecompositionScorer, domain=domain, notation=notation, refinement=SubgoalRefiner(domain)
+    )
 
 
 def _get_object_words_and_schema_maker(
-    world: BenchmarkParts, task: Task | None
+    parts: BenchmarkParts, task: Task | None
 ) -> tuple[Sequence[str], SchemaMaker]:
-    subgoals = world.subgoals()
+    subgoals = parts.subgoals()
     return (), lambda words: subgoals.make_schema()
 
 

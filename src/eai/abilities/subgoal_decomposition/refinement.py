@@ -36,9 +36,9 @@ from eai.world.operator import Operator, OperatorRole
 from eai.world.state import Scene, State
 
 _MAX_TESTED_LITERALS = 200_000
-"""Maximum number of literals that one search may test.
+"""Maximum number of literals that one search tests.
 
-So a search for a subgoal with very many literals may apply only few actions.
+Tests follow each applied action, so a search for a subgoal with very many literals applies few actions.
 """
 
 
@@ -170,7 +170,7 @@ class SubgoalRefiner:
         covered = 0
         for action, parts in self._repertoire.find_achieving_actions(literals, state.scene).items():
             releases = self._get_role(action) is OperatorRole.RELEASES
-            if not releases and parts & ~covered and self._is_additional_step(action, state):
+            if not releases and parts & ~covered and self._is_needless(action, state):
                 needless.append(action)
                 covered |= parts
         return tuple(needless)
@@ -186,7 +186,7 @@ class SubgoalRefiner:
         named = list_objects([action.arguments], scene)
 
         def find_action_plans(state: State) -> SubgoalPlans:
-            if self._is_additional_step(action, state):
+            if self._is_needless(action, state):
                 return SubgoalPlans(((action,),))
             return self._search_plans(goal, _SubgoalSearchInput(state, {action: 1}, {}, named, objects, {}))
 
@@ -202,8 +202,9 @@ class SubgoalRefiner:
         Actions of the first set use only the objects in the subgoal. Actions of the second set may also
         release any object. Actions of the third set may also go to any object, and use any object for
         parameters that the subgoal does not determine. If the domain has movement but the subgoal does not
-        depend on the position, only actions with tools are added. In domains without movement, as most PDDL
-        domains, actions with all objects that fixed checks allow are added.
+        depend on the agent's position, the third set adds only actions with a tool: an object that the
+        action's effects do not mention. In domains without movement, as most PDDL domains, it adds actions
+        with all objects that the fixed checks allow.
         """
         helping, movement = self._repertoire.find_enabling_hand_and_movement_operators(
             _get_operator_names(search_input.wanted)
@@ -236,12 +237,12 @@ class SubgoalRefiner:
     def _separate_movement_actions(
         self, achieving_actions: Mapping[Action, LiteralBits], search_input: _SubgoalSearchInput
     ) -> tuple[list[CandidateAction], list[CandidateAction]]:
-        """Return two lists of wanted actions: movement to a position that is wanted, and other actions."""
-        leading = search_input.wider is not None
+        """Return two lists of achieving actions: movement that the subgoal requires, and other actions."""
+        may_require_movement = search_input.wider is not None
         moves = {
             a: p
             for a, p in achieving_actions.items()
-            if leading and self._get_role(a) is OperatorRole.MOVEMENT
+            if may_require_movement and self._get_role(a) is OperatorRole.MOVEMENT
         }
         changes = {action: parts for action, parts in achieving_actions.items() if action not in moves}
         return self._to_candidates(moves, search_input), self._to_candidates(changes, search_input)
@@ -249,10 +250,10 @@ class SubgoalRefiner:
     def _list_actions_of_role(
         self, operators: Iterable[Operator], role: OperatorRole, objects: Sequence[int]
     ) -> dict[Action, int]:
-        """Return a mapping from actions of a role, with different objects as arguments, to 0.
+        """Return a mapping from actions to 0, the empty set of literals that they make true (`LiteralBits`).
 
-        The value is a bit mask of the literals that an action achieves. These actions only prepare other
-        actions.
+        These actions only prepare other actions. Their operators have the given role, such as movement.
+        Arguments of an action are different objects.
         """
         return {
             Action(o.name, arguments): 0
@@ -285,7 +286,7 @@ class SubgoalRefiner:
             candidates.append(candidate.with_literal_masks(parts, touched))
         return candidates
 
-    def _is_additional_step(self, action: Action, state: State) -> bool:
+    def _is_needless(self, action: Action, state: State) -> bool:
         return is_action_needless(self._repertoire.operators[action.operator].operator, action, state)
 
     def _get_role(self, action: Action) -> OperatorRole:

@@ -115,7 +115,7 @@ class OperatorIndex:
 
     Attributes:
         operators: mapping from names to operators.
-        movement: the operators that move the agent, without duplicates.
+        movement: the operators that move the agent; only the first of operators that do the same.
         with_tools: names of operators that use a tool: an object that their effects do not mention. They do
             not move the agent.
         find_operators_that_change: returns the operators that change a predicate (cached).
@@ -186,7 +186,8 @@ class OperatorIndex:
         """Return a function that tests a literal in a state. Each predicate is compiled only once."""
         frame, truth = self._compiled(literal.predicate, len(literal.arguments), literal.truth)
         binding = frame.bind_arguments(scene, literal.arguments)
-        return lambda state: truth(state, [*binding])  # copied, because quantifiers write into the list
+        # each test gets a copy of the list, because quantifiers write the object that they test into it
+        return lambda state: truth(state, [*binding])
 
     def _compile_literal_test(
         self, predicate: str, arity: int, expected_truth: bool
@@ -230,15 +231,17 @@ class OperatorIndex:
         objects = list_objects([named, other_objects], scene)
         agent = UNBOUND if scene.agent is None else scene.agent
         values = (agent, *named)
-        shape = literal._replace(arguments=tuple([values.index(i) for i in literal.arguments]))
+        numbered_literal = literal._replace(arguments=tuple([values.index(i) for i in literal.arguments]))
         actions: dict[Action, None] = {}
-        for operator, numbers in self._cached_patterns(shape):
+        for operator, numbers in self._cached_patterns(numbered_literal):
             given = [None if number is None else values[number] for number in numbers]
             if possible_in is None:
-                ways = [*islice(_fill_arguments(given, objects), MAX_LISTED)]
+                argument_tuples = [*islice(_fill_arguments(given, objects), MAX_LISTED)]
             else:
-                ways = self._find_possible_arguments(operator, given, objects, possible_in)
-            actions |= {Action(operator, arguments): None for arguments in ways if agent not in arguments}
+                argument_tuples = self._find_possible_arguments(operator, given, objects, possible_in)
+            actions |= {
+                Action(operator, arguments): None for arguments in argument_tuples if agent not in arguments
+            }
         moving = [
             action for action in actions if self.operators[action.operator].role is OperatorRole.MOVEMENT
         ]
@@ -263,10 +266,10 @@ class OperatorIndex:
         bindings = complete_bindings(state, partial, usable, effort)
         return [taken.get_operator_arguments(binding) for binding in islice(bindings, _MAX_FITTING_ACTIONS)]
 
-    def _find_operator_patterns(self, shape: GroundAtom) -> Sequence[_OperatorPattern]:
-        changes = find_changes_for_literal(shape, self._domain.vocabulary, _get_agent_placeholder)
+    def _find_operator_patterns(self, numbered_literal: GroundAtom) -> Sequence[_OperatorPattern]:
+        changes = find_changes_for_literal(numbered_literal, self._domain.vocabulary, _get_agent_placeholder)
         patterns: dict[_OperatorPattern, None] = {}
-        for operator in self.find_operators_that_change(shape.predicate):
+        for operator in self.find_operators_that_change(numbered_literal.predicate):
             for effect, change in product(self._effects[operator.name], changes):
                 scope = _match_effect(effect, change)
                 if scope is not None:
@@ -342,7 +345,10 @@ class OperatorIndex:
         candidates: Sequence[Operator],
         required_predicates: Mapping[str, frozenset[str]],
     ) -> list[Operator]:
-        """Return the candidates that change a condition of the operators or of other returned candidates."""
+        """Return those of the candidate operators that can make the enabled operators possible.
+
+        Such a candidate changes a predicate in a condition of an enabled operator or of a returned candidate.
+        """
         supporting: list[Operator] = []
         asking = list(enabled_operators)
         while asking:
@@ -392,7 +398,7 @@ def _match_effect(effect: EffectSchema, change: FactChange) -> dict[str, int] | 
 
 
 def _get_agent_placeholder(constant: Constant) -> int | None:
-    """Return the agent's number in an `_OperatorPattern` for a constant that names the agent, or None."""
+    """Return `_AGENT`, which stands for the agent in patterns, if a constant names the agent; else None."""
     return _AGENT if constant == AGENT else None
 
 
@@ -451,9 +457,9 @@ class CandidateAction(NamedTuple):
 
     @property
     def is_achiever(self) -> bool:
-        """Whether the action changes the world.
+        """Whether the action changes more than the agent's position, posture and hands.
 
-        Such an action is only taken to make literals of the subgoal true.
+        A search takes such an action only to make literals of the subgoal true, not to prepare other actions.
         """
         return self.info.role is OperatorRole.CHANGE
 
@@ -469,14 +475,20 @@ class CandidateAction(NamedTuple):
         return self.info.fixed_checks_hold(state, self.binding)
 
     def is_possible_if_fixed_checks_hold(self, state: State) -> bool:
-        """Whether all checks of the action hold in a state; its `FIXED` and `COMMON` checks must hold."""
+        """Whether all checks of the action hold in a state.
+
+        Callers must have tested that the `FIXED` and `COMMON` checks (`_CheckChangeability`) hold.
+        """
         is_possible = self.possible.get(state)
         if is_possible is None:
             is_possible = self.possible[state] = self.info.rest_checks_hold(state, self.binding)
         return is_possible
 
     def can_agent_movement_enable(self, state: State) -> bool:
-        """Whether movement can make all failing checks true; the `FIXED` and `COMMON` checks must hold."""
+        """Whether movement can make all failing checks true.
+
+        Callers must have tested that the `FIXED` and `COMMON` checks (`_CheckChangeability`) hold.
+        """
         if not self.info.unmovable_checks_hold(state, self.binding):
             return False
         return not self.info.operator.alternatives or all(
@@ -493,14 +505,14 @@ class CandidateAction(NamedTuple):
     def find_failing_checks(self, state: State) -> list[int]:
         """Return the numbers of the failing checks.
 
-        The number after the last check means that all attempted alternatives of the operator fail.
+        If all checks hold but all alternatives of the operator fail, the only number is the number of checks.
         """
         checks = self.info.operator.checks
         numbers = [i for i, check in enumerate(checks) if not check.holds(state, self.binding)]
         return numbers if numbers or self.all_checks_hold(state) else [len(checks)]
 
     def count_failures_movement_cannot_fix(self, state: State, max_count: int) -> int:
-        """Return the number of failing checks that movement cannot change, but at most ``max_count``."""
+        """Count the failing checks that movement cannot change. The count stops at ``max_count``."""
         count = 0
         for check, moved in zip(self.info.operator.checks, self.info.movable, strict=False):
             if not moved and not check.holds(state, self.binding):
@@ -510,7 +522,7 @@ class CandidateAction(NamedTuple):
         return count
 
     def needs_objects_of_other_kind(self, failing_checks: Sequence[int]) -> bool:
-        """Whether a failing check requires objects of another kind. Then no other action can help."""
+        """Whether a failing check requires another kind of object. No other action can help then."""
         checks = self.info.operator.checks
         return any(checks[i].check.fault is FaultKind.AFFORDANCE for i in failing_checks if i < len(checks))
 

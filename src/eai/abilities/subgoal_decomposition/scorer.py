@@ -1,4 +1,7 @@
-"""The scorer of subgoal decomposition: from the text of an answer to its verdict, in any domain."""
+"""The scorer of subgoal decomposition: from the text of an answer to its verdict, in any domain.
+
+It translates the reports of the search to verdicts.
+"""
 
 from __future__ import annotations
 
@@ -34,7 +37,7 @@ from eai.world.state import Scene
 
 
 def classify_exploration(outcome: ExplorationResult) -> SubgoalCategory:
-    """Return the category of an executed answer, which the reported branch of the search determines."""
+    """Return the category of an executed answer from the result of the search."""
     if outcome.success:
         return SubgoalCategory.CORRECT
     return SubgoalCategory.GOAL_UNREACHABLE if outcome.executable else SubgoalCategory.RUNTIME
@@ -43,7 +46,7 @@ def classify_exploration(outcome: ExplorationResult) -> SubgoalCategory:
 def find_branch_error(branch: ExecutionBranch, domain: Domain, scene: Scene) -> ErrorReport | None:
     """Return the error that ended a branch of the search, or None.
 
-    The step in it is the subgoal's number, from 0.
+    The step in this error is the number of the failed subgoal, from 0.
     """
     failure = branch.failure
     if failure is None:
@@ -57,7 +60,7 @@ def find_branch_error(branch: ExecutionBranch, domain: Domain, scene: Scene) -> 
     )
 
 
-class SubgoalDecomposition(Scorer):
+class SubgoalDecompositionScorer(Scorer):
     """The scorer of the subgoals for one task.
 
     Two tests come before any action is executed: whether all subgoals of the answer can be read, and whether
@@ -211,7 +214,7 @@ class SubgoalDecomposition(Scorer):
         return best
 
     def _list_branches(self, outcome: ExplorationResult) -> tuple[ExecutionBranch, ...]:
-        """Return the branches whose reached goals may count; the reported branch comes first."""
+        """Return the branches among which the one with most goals is chosen; the reported branch is first."""
         return (outcome.reported, *outcome.ended)
 
     def _test_goals(self, branch: ExecutionBranch) -> tuple[bool, ...]:
@@ -220,7 +223,10 @@ class SubgoalDecomposition(Scorer):
         return self.goals.find_reached_goals(branch.state, list_executed_actions(branch), trajectory)
 
     def _test_goals_of_rejected_answer(self) -> tuple[bool, ...]:
-        """Return False for each goal, because the answer is not executed. Subclasses may differ."""
+        """Return False for each goal, because the answer is not executed.
+
+        A subclass may count goals that hold in the initial state as reached.
+        """
         return self.goals.none_reached
 
     def _explain(self, compiled: CompiledAnswer, outcome: ExplorationResult) -> Explanation:

@@ -33,6 +33,7 @@ from eai.abilities.subgoal_decomposition.program import (
     RequireInstruction,
 )
 from eai.base.errors import InputError
+from eai.logic.ltl_printer import print_ltl
 from eai.logic.rewriting import rewrite_leaves
 from eai.logic.traversal import is_state_formula, walk_subformulas
 from eai.planning.search import SearchEffort
@@ -66,9 +67,9 @@ class _GoalPart:
         return self._test(action.operator)(state, action.arguments)
 
     def _compile_test_at_action(self, action_name: str | None) -> StateTest:
-        """Return a test of the formula in states in which the agent takes an action of this name.
+        """Return a test of the formula for positions at which the agent takes an action with a given name.
 
-        None stands for no action, and for all actions that do not occur in the formula.
+        The name is None if the agent takes no action, or an action that does not occur in the formula.
         """
         formula = self._formula
         at_action = (
@@ -104,7 +105,7 @@ class GoalProgress:
 
     Attributes:
         actions: the operators in the goal.
-        trajectory_test: as in the arguments.
+        trajectory_test: a further test of the trajectory from start to end; None for no test.
 
     Raises:
         InputError: the goal is not a sequence of state formulas.
@@ -121,7 +122,9 @@ class GoalProgress:
         parts = goal.parts if isinstance(goal, f.Then) else (goal,)
         for part in parts:
             if not is_state_formula(part):
-                raise InputError("a goal must be a sequence of state formulas, 'f then g then ...'")
+                raise InputError(
+                    f"a goal must be a sequence of state formulas, 'f then g then ...', not {print_ltl(part)}"
+                )
         self._parts = tuple(_GoalPart(part, scene) for part in parts)
         self._at_end = final_test
         self.trajectory_test = trajectory_test
@@ -130,7 +133,10 @@ class GoalProgress:
         )
 
     def count_parts_met_after(self, parts_met_before: int, state: State, action: Action) -> int:
-        """Return the number of goal parts that are met after a position."""
+        """Return the number of goal parts that are met after the agent takes an action in a state.
+
+        Before the action, ``parts_met_before`` parts were met.
+        """
         if parts_met_before < len(self._parts) and self._parts[parts_met_before].holds(state, action):
             return parts_met_before + 1
         return parts_met_before
@@ -138,7 +144,7 @@ class GoalProgress:
     def is_reached(self, parts_met: int, final_state: State) -> bool:
         """Whether the goal is reached at the end of a trajectory.
 
-        The last state itself may meet the last part.
+        If only the last part of the goal is not met yet, it is tested in the last state.
         """
         missing = len(self._parts) - parts_met
         met_by_now = missing == 0 or (missing == 1 and self._parts[-1].holds(final_state, None))
@@ -215,6 +221,7 @@ class ExecutionBranch(NamedTuple):
 
 
 def _rank_success(branch: ExecutionBranch) -> int:
+    """Return the sort key of a successful branch: fewer errors come first."""
     return branch.errors
 
 
@@ -240,8 +247,8 @@ def _drop_needless_branches(
         return branches
     groups: dict[object, list[ExecutionBranch]] = {}
     for branch in branches:
-        way = branch.trajectory.executed_actions if same_actions_only else ()
-        key = (branch.state, branch.met, branch.count_executed(subgoal_number), way)
+        executed_actions = branch.trajectory.executed_actions if same_actions_only else ()
+        key = (branch.state, branch.met, branch.count_executed(subgoal_number), executed_actions)
         groups.setdefault(key, []).append(branch)
     best = [
         (min(branches_to_merge, key=_rank_success), min(branches_to_merge, key=_rank_failure))
@@ -252,7 +259,7 @@ def _drop_needless_branches(
 
 
 _PAST_STATES_PER_ACTION = 16
-"""Number of past states for which tests of a subgoal cost as much as one applied action."""
+"""Number of past states in which tests of a subgoal count as one applied action in a search's effort."""
 
 
 _NO_SUBGOAL = -1
@@ -481,7 +488,7 @@ class _Exploration:
     def _find_earlier_state(self, branch: ExecutionBranch, instruction: RequireInstruction) -> int | None:
         """Return the number of the latest state in which a required subgoal held, or None.
 
-        If the limit of effort is reached, the number is meaningless.
+        If a limit of the search is reached during the tests, callers must ignore the number.
         """
 
         def has_held(state: State) -> bool:

@@ -25,7 +25,7 @@ MAX_PLANS = 4
 """Maximum number of plans that a search returns for one subgoal."""
 
 _PARTS_PER_ACTION = 16
-"""Number of parts of a goal whose tests cost as much as one applied action."""
+"""Number of parts of a goal whose tests count as one applied action in the effort of a search."""
 
 _MAX_MOVEMENTS = 3
 """Maximum number of movements before one action: to stand up, to go to an object, and to turn to it."""
@@ -123,38 +123,40 @@ class _MovementFinder:
     def __init__(self, moves: Sequence[CandidateAction], effort: SearchEffort) -> None:
         self._moves = moves
         self._effort = effort
-        self._ways: dict[State, Iterator[MovementPath]] = {}
+        self._paths: dict[State, Iterator[MovementPath]] = {}
 
     def __bool__(self) -> bool:
         return bool(self._moves)
 
     def list_paths(self, state: State) -> Iterable[MovementPath]:
         """Yield all movement paths from a state, the shortest first. Paths are explored lazily."""
-        if state not in self._ways:
-            (self._ways[state],) = tee(self._explore_paths(state), 1)
-        return copy(self._ways[state])  # each copy starts at the first path; explored paths are stored
+        if state not in self._paths:
+            (self._paths[state],) = tee(self._explore_paths(state), 1)
+        return copy(self._paths[state])  # each copy starts at the shortest path; all copies share paths
 
     def _explore_paths(self, start: State) -> Iterator[MovementPath]:
         moves = [candidate for candidate in self._moves if candidate.fixed_checks_hold(start)]
         seen = {start}
-        ways: list[MovementPath] = [SearchNode(start)]
+        paths: list[MovementPath] = [SearchNode(start)]
         for _ in range(_MAX_MOVEMENTS):
-            farther: list[MovementPath] = []
-            for way in ways:
-                taken = [action.operator for action in way.list_actions()]
+            longer_paths: list[MovementPath] = []
+            for path in paths:
+                taken = [action.operator for action in path.list_actions()]
                 for candidate in moves:
                     if candidate.action.operator in taken or self._effort.is_used_up:
                         continue
                     if candidate.info.common_checks_hold(
-                        way.state, candidate.binding
-                    ) and candidate.is_possible_if_fixed_checks_hold(way.state):
+                        path.state, candidate.binding
+                    ) and candidate.is_possible_if_fixed_checks_hold(path.state):
                         self._effort.used += 1
-                        after = candidate.compute_result(way.state)
+                        after = candidate.compute_result(path.state)
                         if after not in seen:
                             seen.add(after)
-                            farther.append(SearchNode(after, 0, way.depth + 1, way, (candidate.action,)))
-                            yield farther[-1]
-            ways = farther
+                            longer_paths.append(
+                                SearchNode(after, 0, path.depth + 1, path, (candidate.action,))
+                            )
+                            yield longer_paths[-1]
+            paths = longer_paths
 
 
 class _UniformCostSearch:
@@ -194,7 +196,7 @@ class _UniformCostSearch:
     def find_shortest_plans(self, start: State) -> list[ActionSequence]:
         """Return at most `MAX_PLANS` shortest plans.
 
-        Among plans with equal results for the goal, one is returned.
+        If plans have the same end state and the same actions that matter to the goal, only one is returned.
         """
         actions = (*self.permitted.achievers, *self.permitted.helping)
         self._candidates = [candidate for candidate in actions if candidate.fixed_checks_hold(start)]
@@ -235,7 +237,7 @@ class _UniformCostSearch:
         return self.goal.holds(state)
 
     def _expand_node(self, node: PlanNode) -> Iterator[PlanNode]:
-        """Yield the successors of a node whose plans are no longer than the best plan so far."""
+        """Yield the successors of a node, except those with a longer plan than the best plan so far."""
         allowed: dict[str, bool] = {}
         for candidate in self._candidates:
             is_achiever, parts = candidate.is_achiever, candidate.parts & ~node.met
@@ -244,29 +246,32 @@ class _UniformCostSearch:
             name = candidate.action.operator
             if name not in allowed:
                 allowed[name] = candidate.info.common_checks_hold(node.state, candidate.binding)
-            way = self._find_enabling_movement(node, candidate) if allowed[name] else None
-            if way is None:
+            path = self._find_enabling_movement(node, candidate) if allowed[name] else None
+            if path is None:
                 continue
             self.effort.used += 1
-            after = candidate.compute_result(way.state)
-            touched = candidate.touched | (self.permitted.touched if way.depth else 0)
+            after = candidate.compute_result(path.state)
+            touched = candidate.touched | (self.permitted.touched if path.depth else 0)
             gained = self.goal.met(after, parts, 0) if is_achiever else 0
             if is_achiever and not gained:
                 continue
             met = gained | self.goal.met(after, touched & ~parts if is_achiever else touched, node.met)
-            depth = node.depth + way.depth + 1
-            yield SearchNode(after, met, depth, node, (*way.list_actions(), candidate.action))
+            depth = node.depth + path.depth + 1
+            yield SearchNode(after, met, depth, node, (*path.list_actions(), candidate.action))
         if self.permitted.moving:
-            for way in self.movement.list_paths(node.state):
-                depth = node.depth + way.depth
+            for path in self.movement.list_paths(node.state):
+                depth = node.depth + path.depth
                 if depth > self._best:
                     break
-                met = self.goal.met(way.state, self.permitted.touched, node.met)
+                met = self.goal.met(path.state, self.permitted.touched, node.met)
                 if met & ~node.met:
-                    yield SearchNode(way.state, met, depth, node, way.list_actions())
+                    yield SearchNode(path.state, met, depth, node, path.list_actions())
 
     def _find_enabling_movement(self, node: PlanNode, candidate: CandidateAction) -> MovementPath | None:
-        """Return the shortest movement that makes an action possible, or None if no short movement does."""
+        """Return the shortest movement that makes an action possible, or None.
+
+        The result is None if no movement does, or if the plan would be longer than the best plan so far.
+        """
         state, before = node.state, node.depth + 1
         if before > self._best:
             return None
@@ -274,11 +279,11 @@ class _UniformCostSearch:
             return SearchNode(state)
         if not self.movement or not candidate.can_agent_movement_enable(state):
             return None
-        for way in self.movement.list_paths(state):
-            if before + way.depth > self._best:
+        for path in self.movement.list_paths(state):
+            if before + path.depth > self._best:
                 return None
-            if candidate.is_possible_if_fixed_checks_hold(way.state):
-                return way
+            if candidate.is_possible_if_fixed_checks_hold(path.state):
+                return path
         self.out_of_reach.add((state, candidate.action))
         return None
 
@@ -318,11 +323,11 @@ _NearestAttempt: TypeAlias = tuple[_AttemptRank, _TriedAction | None]
 def _find_best_failed_attempt(searches: Sequence[_UniformCostSearch]) -> SubgoalPlans:
     """Return the failed plan that comes nearest to the goal, after all searches failed.
 
-    The plan ends with a failing action: the action that would meet most parts of the goal. If several actions
-    would meet equally many, the action with the fewest failing checks counts, then the action with the
-    shortest plan. If actions that would make failing checks true fail too, the first of them may be reported
-    instead. If no action fails but the plan is too long, no plan is returned. If all parts can be reached,
-    but not together, the plan is the shortest that meets most parts.
+    The plan ends with a failing action. If this action were possible, more parts of the goal would hold than
+    after any other action. Among equal actions, the action with the fewest failing checks is taken, then the
+    action with the shortest plan. `_choose_attempt_to_report` can replace the action by a failing
+    helping action. If no action fails but the plan is too long, no plan is returned. If all parts can be
+    reached, but not together, the plan leads to a visited state in which most parts hold.
     """
     failing = [_FailedSearch(search) for search in searches]
     most_met = max([failed_search.most_met for failed_search in failing])
@@ -373,7 +378,8 @@ class _FailedSearch:
     def find_nearest_attempt(self) -> _NearestAttempt | None:
         """Return the attempt that comes nearest to the goal, or None if no attempt makes progress.
 
-        A failing action is not reported if some visited state meets as many parts as the action would.
+        If some visited state already meets as many parts as a failing action would, the action does not
+        explain the failure and is left out.
         """
         best: _TriedAction | None = None
         rank: _AttemptRank = (0, 0, 0)
@@ -392,7 +398,7 @@ class _FailedSearch:
         if best is not None:
             return rank, self._choose_attempt_to_report(best)
         first = self._nodes[0]
-        # report an action that another action must precede, or an action whose alternatives alone fail
+        # report an action that another action must precede, or whose checks hold but all alternatives fail
         for candidate in self._permitted.achievers:
             attempt = self._try_action(first, candidate)
             reported = self._choose_attempt_to_report(attempt)
@@ -428,7 +434,7 @@ class _FailedSearch:
         return failures_movement_cannot_fix or int((node.state, candidate.action) in self._out_of_reach)
 
     def _try_action(self, node: PlanNode, candidate: CandidateAction) -> _TriedAction:
-        """Return the result of an action after the movement with which the fewest of its checks fail."""
+        """Return an attempt to take an action at a node. Movement precedes it if fewer checks then fail."""
         self.effort += 1
         failing = candidate.find_failing_checks(node.state)
         best = _TriedAction(node, candidate, (*node.list_actions(), candidate.action), node.state, failing)
@@ -436,12 +442,12 @@ class _FailedSearch:
             node, candidate, sum([not candidate.info.movable[i] for i in failing])
         )
         if len(failing) > least:
-            for way in self._movement.list_paths(node.state):
+            for path in self._movement.list_paths(node.state):
                 self.effort += 1
-                failing = candidate.find_failing_checks(way.state)
+                failing = candidate.find_failing_checks(path.state)
                 if len(failing) < len(best.failing):
-                    plan = (*node.list_actions(), *way.list_actions(), candidate.action)
-                    best = _TriedAction(node, candidate, plan, way.state, failing)
+                    plan = (*node.list_actions(), *path.list_actions(), candidate.action)
+                    best = _TriedAction(node, candidate, plan, path.state, failing)
                     if len(failing) == least:
                         break
         return best

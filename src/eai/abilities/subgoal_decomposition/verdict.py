@@ -53,7 +53,7 @@ class SubgoalVerdict(PlanVerdict):
         return Counter(self.errors) or PlanVerdict.faults(self)
 
     def compute_reward_basis(self, goals_at_start: Sequence[bool]) -> RewardBasis | None:
-        """Return the credit for the executed subgoals.
+        """Return the credit for the executed subgoals, or None if no goal can be gained.
 
         It contains the number of actions that the search added.
         """

@@ -51,12 +51,12 @@ _PLAN_WORKS = f"{OVERALL}.plan_works"
 
 
 def compute_share_by_metric(verdict: OperatorVerdict) -> dict[str, Share]:
-    """Return a mapping from metrics to the share that one answer adds to each metric.
+    """Return a mapping from metrics to the shares (numerator and denominator) that one answer adds.
 
-    The counts of preconditions and of effects are added up. The rates over all categories, and the rates that
-    count literals, add up all categories. The result of planning counts in each category of the task and once
-    overall. It does not count if no planner ran. The rate of working plans includes only answers for which it
-    is known whether the plan works.
+    Preconditions and effects are counted together. Each category of predicates has its own metrics. The
+    metrics that begin with `OVERALL` or `LITERALS` count all categories together. The result of planning
+    counts in each category of the task and once overall, unless no planner ran. The rate of working plans
+    includes only answers for which it is known whether the plan works.
     """
     counts = get_counts_by_category(verdict)
     planned = verdict.planner not in (None, PlannerOutcome.NOT_RUN)
@@ -98,21 +98,21 @@ def list_unmeasured_metrics(verdict: OperatorVerdict) -> Sequence[str]:
     return _PLANNED if verdict.planner is PlannerOutcome.NOT_RUN else ()
 
 
-def _make_scorer_factory(world: BenchmarkParts) -> Callable[[TransitionTask], Scorer]:
+def _make_scorer_factory(parts: BenchmarkParts) -> Callable[[TransitionTask], Scorer]:
     """Return a function that makes the scorer of a task.
 
     The module with scorers is imported only here, so that scoring of plans does not load the planner of
     operators.
     """
     from eai.abilities.transition_modeling.rules import PaperOperatorRules
-    from eai.abilities.transition_modeling.scorer import TransitionModeling
+    from eai.abilities.transition_modeling.scorer import TransitionModelingScorer
 
-    rules = PaperOperatorRules(world.make_planner())
-    return lambda task: TransitionModeling(task, rules)
+    rules = PaperOperatorRules(parts.make_planner())
+    return lambda task: TransitionModelingScorer(task, rules)
 
 
 def _get_object_words_and_schema_maker(
-    world: BenchmarkParts, task: Task | None
+    parts: BenchmarkParts, task: Task | None
 ) -> tuple[Sequence[str], SchemaMaker]:
     return (), lambda words: make_object_schema({"output": make_text_schema()})
 

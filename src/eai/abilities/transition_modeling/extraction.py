@@ -168,7 +168,7 @@ def _make_unreadable(reading: ParsedAnswer[str], reason: str) -> Unreadable:
 
 
 def _read_output_text(json_value: object) -> str | None:
-    if not isinstance(json_value, JsonObject) or _find_flaw(json_value) is not None:
+    if not isinstance(json_value, JsonObject) or _describe_wrong_key(json_value) is not None:
         return None
     output = dict(json_value.members).get("output")
     if isinstance(output, list) and all(isinstance(item, str) for item in output):
@@ -176,12 +176,12 @@ def _read_output_text(json_value: object) -> str | None:
     return output if isinstance(output, str) else None
 
 
-def _find_flaw(value: object) -> str | None:
-    if not isinstance(value, JsonObject):
+def _describe_wrong_key(json_value: object) -> str | None:
+    if not isinstance(json_value, JsonObject):
         return None
-    if value.repeated_key is not None:
-        return f'the key "{value.repeated_key}" occurs twice'
-    keys = [key for key, part in value.members if key != "output" and _HEAD.search(repr(part))]
+    if json_value.repeated_key is not None:
+        return f'the key "{json_value.repeated_key}" occurs twice'
+    keys = [key for key, part in json_value.members if key != "output" and _HEAD.search(repr(part))]
     return f'the key "{keys[0]}" is not known' if keys else None
 
 
@@ -190,7 +190,7 @@ _OUTPUT = AnswerFormat(
     _read_output_text,
     is_part=lambda text: _OPERATOR_SIGN.search(text) is not None,
     is_line_of_answer=lambda line: _HEAD.search(line) is not None,
-    flaw=_find_flaw,
+    flaw=_describe_wrong_key,
     is_certain=lambda text: _HEAD.search(text) is not None,
 )
 
@@ -235,12 +235,12 @@ def _split_operators(text: str) -> list[str]:
     return [text[start:end] for start, end in pairwise(bounds)]
 
 
-def _read_operator(segment: str) -> WrittenOperator | PddlFinding:
+def _read_operator(text_with_comments: str) -> WrittenOperator | PddlFinding:
     """Return the operator at the beginning of a text. Prose after the operator is ignored."""
-    text = _COMMENT.sub("", segment)
-    operator = _read_operator_definition(text, len(segment))
+    text = _COMMENT.sub("", text_with_comments)
+    operator = _read_operator_definition(text, len(text_with_comments))
     end = _find_end_before_prose(text) if isinstance(operator, PddlFinding) else None
-    return operator if end is None else _read_operator_definition(text[:end], len(segment))
+    return operator if end is None else _read_operator_definition(text[:end], len(text_with_comments))
 
 
 def _find_end_before_prose(text: str) -> int | None:
@@ -338,7 +338,7 @@ def _add_part(action: PddlAction, part: _OperatorPart, expression: ExpressionLis
     """Return an operator with one more part.
 
     Raises:
-        PddlError: the list cannot be a part of this kind.
+        PddlError: the list is not valid PDDL after the part's keyword, such as ``:effect``.
     """
     reader = PddlReader(part.text)
     match part.keyword:

@@ -42,11 +42,11 @@ from eai.world.fault import FaultKind
 def find_plan_flaw(
     task: TransitionTask, written: Mapping[str, PddlAction], plan: Sequence[PlanStep]
 ) -> tuple[int, str] | None:
-    """Return why a plan fails with the gold operators on the way from start to goal, or None if it works.
+    """Return why a plan fails if the gold operators execute it, or None if it reaches the goal.
 
-    The parameters of an operator correspond to those of its gold operator by name. If the answer lacks some
-    of the names, parameters correspond by position, and a step with another number of objects cannot be
-    executed.
+    Steps of the plan name the answer's operators. The parameters of an operator correspond to those of its
+    gold operator by name. If the answer lacks some of the names, parameters correspond by position, and a
+    step with another number of objects cannot be executed.
 
     Args:
         task: the task, which asks for the operators of the plan.
@@ -64,7 +64,11 @@ def find_plan_flaw(
 def to_gold_steps(
     task: TransitionTask, written: Mapping[str, PddlAction], plan: Sequence[PlanStep]
 ) -> list[PlanStep]:
-    """Return the steps of a plan as steps of gold operators. Parameters correspond as in `find_plan_flaw`."""
+    """Return the steps of a plan as steps of gold operators.
+
+    Parameters with the same name get the same object. If the answer's operator lacks the name of a gold
+    operator's parameter, the step keeps its objects in their order.
+    """
     return [_to_gold_step(step, written[step.action], task.gold_operators[step.action]) for step in plan]
 
 
@@ -127,7 +131,7 @@ ReplacedPart: TypeAlias = Literal["operator", "precondition", "effect"]
 """The part of a gold operator that is replaced by the answer's operator, for a test of the answer's operator.
 
 If only precondition or effect is replaced, the parameters are those of the gold operator. If the answer names
-its parameters differently, its variables are unbound in this test.
+its parameters differently, the replaced part then has variables that are not parameters.
 """
 
 
@@ -160,10 +164,11 @@ class OperatorScoringRules(ABC):
     def plan_with_each_written_operator(
         self, task: TransitionTask, answer: str, replaced_part: ReplacedPart
     ) -> dict[str, PlannerResult | None]:
-        """Map each operator's name to the planner's result with the answer's version of this operator.
+        """Plan once for each operator of the task, with the answer's operator in place of the gold operator.
 
-        All other operators are gold operators. The result is None for an operator that the answer lacks. The
-        mapping is empty for an excluded answer.
+        Return the planner's results by operator name. All other operators of a planning task are gold
+        operators. The result is None for an operator that the answer lacks. The mapping is empty for an
+        answer that statistics leave out.
         """
 
     @property
@@ -261,10 +266,11 @@ class PaperOperatorRules(OperatorScoringRules):
     def plan_with_each_written_operator(
         self, task: TransitionTask, answer: str, replaced_part: ReplacedPart
     ) -> dict[str, PlannerResult | None]:
-        """Map each operator's name to the planner's result with the answer's version of this operator.
+        """Plan once for each operator of the task, with the answer's operator in place of the gold operator.
 
-        All other operators are gold operators. The result is None for an operator that the answer lacks. The
-        mapping is empty for an excluded answer.
+        Return the planner's results by operator name. All other operators of a planning task are gold
+        operators. The result is None for an operator that the answer lacks. The mapping is empty for an
+        answer that statistics leave out.
         """
         written = read_operators(answer, self.readings)
         by_name = {} if isinstance(written, Unreadable) else written.value
@@ -303,7 +309,7 @@ class PaperOperatorRules(OperatorScoringRules):
         action = written.action
         if action is None:
             return written.unread
-        return (*written.unread, *_check_operator(task, action))
+        return (*written.unread, *_find_pddl_violations(task, action))
 
     def _plan_with_all_operators(
         self,
@@ -335,14 +341,14 @@ def _compare_read_operator_with_gold(
     action, findings = read_operator or (None, ())
     if action is not None:
         status, match = OperatorStatus.COMPARED, match_operators(action, gold)
-        findings = (*findings, *_check_operator(task, action))
+        findings = (*findings, *_find_pddl_violations(task, action))
     else:
         status = OperatorStatus.MISSING if read_operator is None else OperatorStatus.UNREADABLE
         match = mark_all_clauses_missing(gold)
     return OperatorReport(operator_name, status, match.precondition, match.effect, findings), match
 
 
-def _check_operator(task: TransitionTask, action: PddlAction) -> tuple[PddlFinding, ...]:
+def _find_pddl_violations(task: TransitionTask, action: PddlAction) -> tuple[PddlFinding, ...]:
     return check_action(action, DeclaredNames.from_domain(task.domain.header))
 
 

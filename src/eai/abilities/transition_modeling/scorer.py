@@ -1,4 +1,4 @@
-"""The scorer of transition modeling: from the text of an answer to counts of its clauses by category."""
+"""The scorer of transition modeling: from an answer to a verdict with counts by category of predicate."""
 
 from __future__ import annotations
 
@@ -52,7 +52,7 @@ def count_matches_by_category(
     return {name: Confusion(*counts[name]) for name in sorted(counts)}
 
 
-class TransitionModeling(Scorer):
+class TransitionModelingScorer(Scorer):
     """The scorer of the operators for one task.
 
     As long as the planner is the same, results depend only on answers.
@@ -81,10 +81,11 @@ class TransitionModeling(Scorer):
     def plan_with_each_written_operator(
         self, answer: str, replaced_part: ReplacedPart = "operator"
     ) -> Mapping[str, PlannerResult | None]:
-        """Map each operator's name to the planner's result with the answer's version of this operator.
+        """Plan once for each operator of the task, with the answer's operator in place of the gold operator.
 
-        All other operators are gold operators. The result is None for an operator that the answer lacks. The
-        mapping is empty for an excluded answer.
+        Return the planner's results by operator name. All other operators of a planning task are gold
+        operators. The result is None for an operator that the answer lacks. The mapping is empty for an
+        answer that statistics leave out.
         """
         return self._rules.plan_with_each_written_operator(self.task, answer, replaced_part)
 
@@ -97,11 +98,11 @@ class TransitionModeling(Scorer):
         outcome, planner = judgement.planning.outcome, self._rules.planner
         works = judgement.plan_works
         solved = None if outcome is PlannerOutcome.NOT_RUN else outcome is PlannerOutcome.SOLVED
-        contents = self._classify_clauses(judgement.operators)
+        predicates_of_clauses = self._classify_clauses(judgement.operators)
         return OperatorVerdict(
             success=solved if works is None else works,
             error=judgement.error,
-            counts=self._count_clauses_by_category(judgement.operators, contents),
+            counts=self._count_clauses_by_category(judgement.operators, predicates_of_clauses),
             literals=judgement.literals,
             planner=outcome,
             plan_works=works,
@@ -112,7 +113,7 @@ class TransitionModeling(Scorer):
             plan=tuple(str(step) for step in judgement.planning.plan),
             planner_detail=judgement.planning.detail,
             planner_name=None if planner is None else planner.name,
-            clauses=contents,
+            clauses=predicates_of_clauses,
         )
 
     def _classify_clauses(self, reports: tuple[OperatorReport, ...]) -> dict[str, ClausePredicates]:
@@ -123,14 +124,16 @@ class TransitionModeling(Scorer):
         return {clause: self._cached_content(clause) for clause in clauses}
 
     def _count_clauses_by_category(
-        self, reports: tuple[OperatorReport, ...], contents: Mapping[str, ClausePredicates]
+        self, reports: tuple[OperatorReport, ...], predicates_of_clauses: Mapping[str, ClausePredicates]
     ) -> Mapping[str, Mapping[str, Confusion]]:
         clauses = self._rules.counts_clauses
         return {
             "precondition": count_matches_by_category(
-                [r.precondition for r in reports], contents, count_clauses=clauses
+                [r.precondition for r in reports], predicates_of_clauses, count_clauses=clauses
             ),
-            "effect": count_matches_by_category([r.effect for r in reports], contents, count_clauses=clauses),
+            "effect": count_matches_by_category(
+                [r.effect for r in reports], predicates_of_clauses, count_clauses=clauses
+            ),
         }
 
 
@@ -141,10 +144,10 @@ def _explain_judgement(judgement: OperatorJudgement) -> Explanation:
         StepReport(str(step), "planned", call=Statement(step.action, step.arguments))
         for step in judgement.planning.plan
     )
-    return Explanation(notes=tuple(_list_notes(judgement)), steps=steps)
+    return Explanation(notes=tuple(_list_explanation_notes(judgement)), steps=steps)
 
 
-def _list_notes(judgement: OperatorJudgement) -> Iterator[str]:
+def _list_explanation_notes(judgement: OperatorJudgement) -> Iterator[str]:
     of_operators = {repair for repairs in judgement.operator_repairs.values() for repair in repairs}
     of_answer = [repair for repair in judgement.repairs if repair not in of_operators]
     if of_answer:

@@ -127,13 +127,16 @@ class OperatorVerdict(Verdict):
 
     @property
     def fallback_planner_outcome(self) -> str | None:
-        """Outcome of the second planner; None if the built-in search decided without it."""
+        """Outcome of the planner that ran after the built-in search; None if the built-in search decided."""
         _, then, authority = (self.planner_name or "").partition(", then ")
         decided = not then or not self.planner_detail.startswith(authority)
         return None if decided or self.planner is None else self.planner.value
 
     def compute_reward_basis(self, goals_at_start: Sequence[bool]) -> RewardBasis | None:
-        """Return the credit for the answer: the F1 of all clauses in preconditions and effects."""
+        """Return the credit for the answer: the F1 of all clauses in preconditions and effects.
+
+        Return None if the required operators have no clauses.
+        """
         return compute_reward_basis_of_parts(
             sum_counts(get_counts_by_category(self)), self.error, self._count_faults()
         )

@@ -1,4 +1,4 @@
-"""Options of attempts at a task: their number, the state in which each begins, and feedback on failures."""
+"""Options of replanning: number of attempts at a task, the state that each begins in, and feedback."""
 
 from __future__ import annotations
 
@@ -36,8 +36,8 @@ EndCondition: TypeAlias = Literal["goal", "done"]
 
 
 @dataclass(frozen=True, slots=True)
-class AttemptOptions:
-    """Options of attempts at a task. By default a task has one attempt, in which every action works.
+class ReplanningOptions:
+    """Options of replanning. By default a task has one attempt, in which every action works.
 
     Attributes:
         replans: maximum number of further attempts after a failure.
@@ -73,12 +73,13 @@ class AttemptOptions:
             to_file_name(self.preset)
         if self.feedback == "state" and self.world == "restart":
             raise InputError(
-                "feedback: state needs the world continue, since a restarted world is in its initial state"
+                "feedback state: has no effect if attempts restart in the initial state; "
+                f"also give {STUDY}.world=continue"
             )
 
     @classmethod
-    def from_experiment(cls, experiment: Experiment | None) -> AttemptOptions | None:
-        """Return the options of attempts in an experiment, or None if the experiment has no such options."""
+    def from_experiment(cls, experiment: Experiment | None) -> ReplanningOptions | None:
+        """Return an experiment's options of replanning, or None if the experiment has no replanning."""
         choice = None if experiment is None else experiment.study.get(STUDY)
         if choice is None:
             return None
@@ -92,7 +93,7 @@ class AttemptOptions:
 
     @property
     def executes_answers_as_episodes(self) -> bool:
-        """Whether answers are executed as episodes: with several attempts, with slips, or up to the goal."""
+        """Whether answers are executed as episodes: in several attempts, with slips, or until goals hold."""
         return bool(self.replans or self.slip or self.until == "goal")
 
     @property
@@ -102,7 +103,7 @@ class AttemptOptions:
 
     @property
     def label(self) -> str:
-        """A short text that no other options have."""
+        """A short text for the name of a run. Different options have different labels."""
         return SEPARATOR.join(self._list_label_parts())
 
     def _list_label_parts(self) -> Iterator[str]:

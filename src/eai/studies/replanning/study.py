@@ -17,20 +17,20 @@ from typing import TYPE_CHECKING, get_args
 from pydantic import Field, model_validator
 from typing_extensions import Self
 
-from eai.abilities.attempt_options import (
-    AttemptOptions,
+from eai.abilities.declaration import COLUMNS, GRAMMAR, RUNTIME, AnswerOutcome
+from eai.abilities.experiment import Experiment, StudySettings
+from eai.abilities.protocol import Ability
+from eai.abilities.replanning_options import (
     AttemptStart,
     EndCondition,
     FeedbackForm,
     FeedbackLevel,
+    ReplanningOptions,
 )
-from eai.abilities.declaration import COLUMNS, GRAMMAR, RUNTIME, AnswerOutcome
-from eai.abilities.experiment import Experiment, StudySettings
-from eai.abilities.protocol import Ability
 from eai.base.errors import InputError
 from eai.base.files import to_file_name
 from eai.base.grouping import group_pairs
-from eai.benchmarks.protocols import make_attempt_options_of_protocol
+from eai.benchmarks.protocols import make_replanning_options_of_protocol
 from eai.results.certainty import RateCase
 from eai.results.paper_tables import PaperTable, read_paper_table
 from eai.results.plots import LINES, MUTED, RULE, clip_label, draw_line, make_figure
@@ -55,7 +55,7 @@ _NOT_FAILED = (AnswerOutcome.SUCCESS, AnswerOutcome.EXCLUDED, AnswerOutcome.NOT_
 
 
 @dataclass(frozen=True, slots=True)
-class _RunsWithSameAttemptOptions:
+class _ReplanningArm:
     """An arm of the study: one way to ask again after failures, with a run for each seed.
 
     Seeds decide which actions fail at random.
@@ -69,9 +69,9 @@ class _RunsWithSameAttemptOptions:
     runs: Mapping[int | None, Sequence[Record]]
 
     @property
-    def attempt_options(self) -> AttemptOptions:
-        """Options of the arm for attempts: their number, feedback, and failing actions."""
-        return AttemptOptions.from_experiment(self.experiment) or AttemptOptions()
+    def options(self) -> ReplanningOptions:
+        """Options of the arm: number of attempts, feedback, and failing actions."""
+        return ReplanningOptions.from_experiment(self.experiment) or ReplanningOptions()
 
     @property
     def label(self) -> str:
@@ -81,13 +81,13 @@ class _RunsWithSameAttemptOptions:
     @property
     def max_attempts(self) -> int:
         """Maximum number of attempts at a task, the first attempt included."""
-        return self.attempt_options.replans + 1
+        return self.options.replans + 1
 
     @property
     def control_experiment(self) -> Experiment:
         """Options of the control arm: as many attempts, without feedback."""
         return self.experiment.replace_study_settings(
-            replace(self.attempt_options, feedback="none", form="prompt").experiment
+            replace(self.options, feedback="none", form="prompt").experiment
         )
 
     def list_records_up_to_attempt(self, max_attempts: int) -> list[Record]:
@@ -97,7 +97,7 @@ class _RunsWithSameAttemptOptions:
         ]
 
     def make_cases(self, metric: str, attempts: int) -> list[RateCase]:
-        """Return each task's contribution to a metric after a number of attempts, for all seeds in order."""
+        """Return the numerator and denominator of each task in a metric after some attempts, seed by seed."""
         return [
             case
             for records in self.runs.values()
@@ -110,7 +110,7 @@ def _make_cases_after_attempts(records: Sequence[Record], metric: str, attempts:
     return make_cases_by_metric(stopped, stopped[0].ability).get(metric, [])
 
 
-def group_runs_by_attempt_options(runs: Sequence[Sequence[Record]]) -> list[_RunsWithSameAttemptOptions]:
+def group_runs_into_arms(runs: Sequence[Sequence[Record]]) -> list[_ReplanningArm]:
     """Return the arms of one model and suite: runs grouped by their way to ask again after failures.
 
     Arms without feedback come first. Runs without further attempts are left out.
@@ -122,24 +122,22 @@ def group_runs_by_attempt_options(runs: Sequence[Sequence[Record]]) -> list[_Run
         )
         for records in runs
         if (experiment := records[0].experiment) is not None
-        and (options := AttemptOptions.from_experiment(experiment)) is not None
+        and (options := ReplanningOptions.from_experiment(experiment)) is not None
     )
     arms = [
-        _RunsWithSameAttemptOptions(experiment, dict(sorted(by_seed, key=lambda pair: str(pair[0]))))
+        _ReplanningArm(experiment, dict(sorted(by_seed, key=lambda pair: str(pair[0]))))
         for experiment, by_seed in by_experiment.items()
     ]
     order = [*get_args(FeedbackLevel)]
-    return sorted(
-        arms, key=lambda arm: (arm.attempt_options.slip, order.index(arm.attempt_options.feedback), arm.label)
-    )
+    return sorted(arms, key=lambda arm: (arm.options.slip, order.index(arm.options.feedback), arm.label))
 
 
-def make_replanning_tables(arms: Sequence[_RunsWithSameAttemptOptions]) -> list[Table]:
+def make_replanning_tables(arms: Sequence[_ReplanningArm]) -> list[Table]:
     """Return the tables that compare arms (ways to ask again after failures)."""
     return [_make_attempts_table(arms), _make_feedback_table(arms), _make_outcomes_table(arms)]
 
 
-def write_remarks(arms: Sequence[_RunsWithSameAttemptOptions]) -> list[str]:
+def write_remarks(arms: Sequence[_ReplanningArm]) -> list[str]:
     """Return remarks for readers: which arms have no control arm, and which have runs of only one seed."""
     experiments = {arm.experiment for arm in arms}
     lone_arms = [
@@ -149,18 +147,18 @@ def write_remarks(arms: Sequence[_RunsWithSameAttemptOptions]) -> list[str]:
     if lone_arms:
         texts.append(
             f"No resampling arm stands beside {', '.join(lone_arms)}: what feedback is worth is not known. "
-            "`eai run` with the same options and `attempts.feedback=none` makes it."
+            "`eai run` with the same options and `replanning.feedback=none` makes it."
         )
-    once = [arm.label for arm in arms if arm.attempt_options.slip and len(arm.runs) == 1]
+    once = [arm.label for arm in arms if arm.options.slip and len(arm.runs) == 1]
     if once:
         texts.append(
             f"One seed of slips: {', '.join(once)}. Its intervals are of other tasks, not of other luck; run "
-            "more with `attempts.slip_seed`."
+            "more with `replanning.slip_seed`."
         )
     return texts
 
 
-def estimate_success_by_attempt(arm: _RunsWithSameAttemptOptions) -> list[Estimate]:
+def estimate_success_by_attempt(arm: _ReplanningArm) -> list[Estimate]:
     """Return the success rate after at most 1, 2, ... attempts at each task."""
     return [Estimate.from_cases(arm.make_cases(SUCCESS, number)) for number in range(1, arm.max_attempts + 1)]
 
@@ -173,14 +171,14 @@ def estimate_success_by_attempt(arm: _RunsWithSameAttemptOptions) -> list[Estima
         *("slip", "attempts used", "tokens"),
     ),
 )
-def _make_attempts_table(arms: Sequence[_RunsWithSameAttemptOptions]) -> Iterator[Row]:
+def _make_attempts_table(arms: Sequence[_ReplanningArm]) -> Iterator[Row]:
     """Results by the number of attempts.
 
-    The result of each arm after a number of attempts, in percent, with 95 % intervals whose units are names
-    of tasks. Errors are those of the last attempt. A slip (an action that was possible but had no effect) is
-    not an error of the model. Success cannot fall,
-    since a success ends the attempts: a rise from row to row is no finding by itself. Attempts used and
-    tokens are means per task, up to that attempt.
+    The result of each arm (way to ask again) after a number of attempts, in percent, with 95 % intervals
+    whose units are names of tasks. Errors are those of the last attempt. A slip (an action that was possible
+    but had no effect) is not an error of the model. Success cannot fall, because a success ends the attempts.
+    A rise from row to row is therefore no finding by itself. Attempts used and tokens are means per task, up
+    to the attempt of the row.
     """
     for arm, number in ((item, number) for item in arms for number in range(1, item.max_attempts + 1)):
         records = [
@@ -211,14 +209,14 @@ def _make_attempts_table(arms: Sequence[_RunsWithSameAttemptOptions]) -> Iterato
     ("arm", "attempts", "told nothing", "with feedback", "difference"),
     title="What feedback is worth",
 )
-def _make_feedback_table(arms: Sequence[_RunsWithSameAttemptOptions]) -> Iterator[Row]:
+def _make_feedback_table(arms: Sequence[_ReplanningArm]) -> Iterator[Row]:
     """Compare each arm with feedback with the arm without feedback.
 
     Task success of the resampling arm, which gets no feedback, and of an arm with feedback, after as many
     attempts on the same tasks and seeds. The difference is in percentage points. Both arms ask the same
     question in the first attempt, so a difference after one attempt is due to chance.
     """
-    controls = {arm.experiment: arm for arm in arms if arm.attempt_options.feedback == "none"}
+    controls = {arm.experiment: arm for arm in arms if arm.options.feedback == "none"}
     for arm in arms:
         control = controls.get(arm.control_experiment)
         if control is None or control is arm:
@@ -238,7 +236,7 @@ def _make_feedback_table(arms: Sequence[_RunsWithSameAttemptOptions]) -> Iterato
     ("arm", "first answer", "tasks", "mended", "same", "another"),
     title="What became of first answers that failed",
 )
-def _make_outcomes_table(arms: Sequence[_RunsWithSameAttemptOptions]) -> Iterator[Row]:
+def _make_outcomes_table(arms: Sequence[_ReplanningArm]) -> Iterator[Row]:
     """Count the outcomes of tasks by the outcome of their first answers.
 
     Tasks are grouped by the error of their first answer. Shown are the percentage of tasks solved in the end,
@@ -260,9 +258,9 @@ def _make_outcomes_table(arms: Sequence[_RunsWithSameAttemptOptions]) -> Iterato
 
 
 def _pair_cases(
-    control: _RunsWithSameAttemptOptions, arm: _RunsWithSameAttemptOptions, attempts: int
+    control: _ReplanningArm, arm: _ReplanningArm, attempts: int
 ) -> tuple[list[RateCase], list[RateCase]]:
-    """Return the results of two arms on the tasks and seeds that both arms have, as two lists."""
+    """Return two lists, of the control arm and of another arm: success on the tasks and seeds of both."""
     pairs: list[tuple[RateCase, RateCase]] = []
     for seed in [seed for seed in arm.runs if seed in control.runs]:
         before = {
@@ -282,7 +280,7 @@ _SCREEN_COLUMNS = (
 """Names of the columns that the tables show on the screen."""
 
 
-class _ReplanningOptions(VariationOptions):
+class _ReplanningRunOptions(VariationOptions):
     """The number of attempts at a task, the feedback between them, and actions that fail.
 
     Raises:
@@ -292,8 +290,8 @@ class _ReplanningOptions(VariationOptions):
         replans: Further attempts at a task that fails.
         world: Where further attempts begin: restart (in the initial state), or continue (in the last state of
             the attempt before).
-        feedback: What a model is told of failures: explained (if not given), kind, state, or none: the same
-            question.
+        feedback: The feedback on a failure: explained (if not given), kind, state, or none (the same question
+            again).
         feedback_form: Where feedback is given: prompt (at the end of the question), or chat (as turns of a
             conversation).
         slip: The probability that a possible action does not work.
@@ -316,26 +314,26 @@ class _ReplanningOptions(VariationOptions):
 
     @model_validator(mode="after")
     def _check_options(self) -> Self:
-        _ = self.attempts
+        _ = self.replanning
         return self
 
     @property
     def chosen_option(self) -> str:
-        """Text that names the chosen options; empty for one attempt in which no action fails at random."""
-        return "attempts.replans, slip or until" if self.attempts else ""
+        """Text that names the chosen options in messages; empty if they are those of a plain run."""
+        return "replanning.replans, slip or until" if self.replanning else ""
 
     @property
     def results_heading(self) -> str:
-        """Label of the attempts for readers."""
-        return self.attempts.label if self.attempts else ""
+        """Heading above the results of a run: the label of the options; empty for a plain run."""
+        return self.replanning.label if self.replanning else ""
 
-    def select_abilities(self, named: Collection[Ability]) -> list[Ability]:
+    def select_abilities(self, requested: Collection[Ability]) -> list[Ability]:
         """Return action sequencing, the only ability with attempts.
 
         Raises:
             InputError: another ability is named.
         """
-        for ability in named:
+        for ability in requested:
             if ability is not Ability.ACTION_SEQUENCING:
                 raise InputError(
                     f"--ability {ability.value}: further attempts are only made at plans; "
@@ -344,23 +342,24 @@ class _ReplanningOptions(VariationOptions):
         return [Ability.ACTION_SEQUENCING]
 
     @property
-    def attempts(self) -> AttemptOptions | None:
-        """The options of attempts at each task, or None for one attempt in which all actions work.
+    def replanning(self) -> ReplanningOptions | None:
+        """The options of replanning; None for a plain run (one attempt at each task, all actions work).
 
-        Options without an effect have the values of a plain run. By default, feedback explains failures.
-        If attempts continue in the last state, an attempt ends by default when all goals are reached.
+        An option that has no effect beside the other options gets its value in a plain run. By default,
+        feedback explains failures. If attempts continue in the last state, an attempt ends by default when
+        all goals are reached.
         """
-        scripted = make_attempt_options_of_protocol(self.preset, self.slip, self.slip_seed, self.replans)
+        scripted = make_replanning_options_of_protocol(self.preset, self.slip, self.slip_seed, self.replans)
         if scripted is not None:
             return scripted
         feedback = self.feedback or ("explained" if self.replans else "none")
         if feedback != "none" and not self.replans:
             raise InputError(
-                f"attempts.feedback {feedback}: has no effect without further attempts; "
-                "also give attempts.replans"
+                f"replanning.feedback {feedback}: has no effect without further attempts; "
+                "also give replanning.replans"
             )
         continues = self.world == "continue" and bool(self.replans)
-        options = AttemptOptions(
+        options = ReplanningOptions(
             self.replans,
             "continue" if continues else "restart",
             feedback,
@@ -372,43 +371,46 @@ class _ReplanningOptions(VariationOptions):
         )
         return options if options.executes_answers_as_episodes else None
 
-    def make_recorded_settings(self, study: str) -> StudySettings | None:
-        """Return the options of attempts as records store them."""
-        return None if self.attempts is None else self.attempts.experiment.study[study]
+    def make_recorded_settings(self, study_name: str) -> StudySettings | None:
+        """Return the options of replanning as records store them."""
+        return None if self.replanning is None else self.replanning.experiment.study[study_name]
 
 
 class _AttemptCountingOptions(Options):
     """How attempts are counted.
 
     Attributes:
-        published_counts: Count as the published script did: errors only in tasks that used all attempts.
+        published_counts: Count errors only in tasks that used all attempts, as the published script does.
     """
 
     published_counts: bool = False
 
 
-def _analyze_attempts(records: StudyRecords, chosen: _AttemptCountingOptions) -> Iterator[Analysis]:
+def _analyze_replanning(records: StudyRecords, chosen: _AttemptCountingOptions) -> Iterator[Analysis]:
     """Compare runs of one model, domain, ability and protocol.
 
-    They are the runs with feedback, and the run with attempts.feedback=none that shows the gain of feedback.
+    They are the runs with feedback, and the run with replanning.feedback=none. The latter shows the gain of
+    feedback.
 
     Raises:
         InputError: there are no such runs.
     """
     acting = (
-        run for run in records.read_runs() if AttemptOptions.from_experiment(run.key.experiment) is not None
+        run
+        for run in records.read_runs()
+        if ReplanningOptions.from_experiment(run.key.experiment) is not None
     )
     groups = list(group_runs_by_suite_and_model(acting).values())
     if not groups:
         raise InputError(
             "found no records of runs with further attempts or slips; eai run "
-            "--with attempts.replans=3 makes some"
+            "--with replanning.replans=3 makes some"
         )
     for group in groups:
         key = group[0].key
         place = f"{key.domain}-{key.protocol.value}-{to_file_name(key.model)}"
         counted = map(recount_errors_as_in_paper, group) if chosen.published_counts else group
-        arms = group_runs_by_attempt_options([run.records for run in counted])
+        arms = group_runs_into_arms([run.records for run in counted])
         made, notes = _make_tables(arms, key)
         first = replace(made[0], title=f"{key.model}, {key.domain}, protocol {key.protocol.value}")
         yield Analysis(
@@ -420,8 +422,8 @@ def _analyze_attempts(records: StudyRecords, chosen: _AttemptCountingOptions) ->
         )
 
 
-def _make_tables(arms: Sequence[_RunsWithSameAttemptOptions], key: RunKey) -> tuple[list[Table], list[str]]:
-    """Return all tables and remarks, with the paper's table if it has figures of the domain."""
+def _make_tables(arms: Sequence[_ReplanningArm], key: RunKey) -> tuple[list[Table], list[str]]:
+    """Return all tables, and remarks on the paper's figures, if the paper has figures for the domain."""
     papers = [
         paper for paper in map(read_paper_table, _PAPER) if any(c.domain == key.domain for c in paper.columns)
     ]
@@ -432,7 +434,7 @@ def _make_tables(arms: Sequence[_RunsWithSameAttemptOptions], key: RunKey) -> tu
     )
 
 
-def _draw_success_by_attempt_figure(arms: Sequence[_RunsWithSameAttemptOptions], key: RunKey) -> Figures:
+def _draw_success_by_attempt_figure(arms: Sequence[_ReplanningArm], key: RunKey) -> Figures:
     yield add_run_title(key, "success_by_attempt", draw_success_by_attempt(arms))
 
 
@@ -440,7 +442,8 @@ def _draw_success_by_attempt_figure(arms: Sequence[_RunsWithSameAttemptOptions],
 def _make_paper_table(papers: Sequence[PaperTable], domain: str) -> Iterator[Row]:
     """The paper's figures.
 
-    Percent, as printed. Read the notes at the head of this page before comparing them.
+    Percentages as the paper prints them. Read the notes at the head of this page before you compare them with
+    other tables.
     """
     for paper in papers:
         columns = {column.metric: column for column in paper.columns if column.domain == domain}
@@ -458,7 +461,7 @@ _ARM_DISTANCE = 0.05
 """Horizontal distance between the points of two arms, in attempts, so that intervals do not overlap."""
 
 
-def draw_success_by_attempt(arms: Sequence[_RunsWithSameAttemptOptions]) -> Figure | None:
+def draw_success_by_attempt(arms: Sequence[_ReplanningArm]) -> Figure | None:
     """Draw success by attempt with its 95 % intervals; return None if no task had a second attempt."""
     shown = [arm for arm in arms if arm.max_attempts > 1]
     if not shown:
@@ -468,7 +471,7 @@ def draw_success_by_attempt(arms: Sequence[_RunsWithSameAttemptOptions]) -> Figu
     for number, arm in enumerate(shown):
         estimates = estimate_success_by_attempt(arm)
         places = [k + _ARM_DISTANCE * (number - (len(shown) - 1) / 2) for k in range(1, arm.max_attempts + 1)]
-        has_feedback = arm.attempt_options.feedback != "none"
+        has_feedback = arm.options.feedback != "none"
         color, style = (LINES[number % len(LINES)], "o-") if has_feedback else (MUTED, "o--")
         label = f"{clip_label(arm.label)}, n = {estimates[0].denominator:,.0f}"
         draw_line(panel, places, estimates, color, style, label=label)
@@ -482,8 +485,7 @@ def draw_success_by_attempt(arms: Sequence[_RunsWithSameAttemptOptions]) -> Figu
 REPLANNING = Study(
     "replanning",
     "Replanning and actions that fail (action sequencing).",
-    _ReplanningOptions,
-    section="attempts",
+    _ReplanningRunOptions,
     choices=_AttemptCountingOptions,
-    analyze=_analyze_attempts,
+    analyze=_analyze_replanning,
 )
