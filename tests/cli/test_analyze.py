@@ -93,7 +93,7 @@ def test_operators_are_tried_and_written_with_the_same_bytes(
 def test_sensitivity_needs_operators_and_a_planner(eai: Command, tmp_path: Path) -> None:
     runs = write_runs(tmp_path / "runs", [action_run("first")])
     assert (
-        "expected records of transition modeling"
+        "the records have no answers to transition modeling"
         in eai("analyze", "sensitivity", runs, "--out", tmp_path / "a").err
     )
     none = eai("analyze", "sensitivity", runs, "--with", "planner=none", "--out", tmp_path / "a")
@@ -113,6 +113,17 @@ def test_all_analyses_are_those_of_the_single_commands(eai: Command, tmp_path: P
         assert eai("analyze", name, runs, "--no-plots", "--out", tmp_path / name).status == 0
         together = {file.name: file.read_bytes() for file in (tmp_path / "all" / name).iterdir()}
         assert together == {file.name: file.read_bytes() for file in (tmp_path / name).iterdir()}
+
+
+def test_figures_are_svg_unless_other_formats_are_named(eai: Command, tmp_path: Path) -> None:
+    pytest.importorskip("matplotlib")
+    runs, out = write_runs(tmp_path / "runs", [action_run("first"), action_run("second")]), tmp_path / "out"
+    refused = eai("analyze", "errors", runs, "--out", out, "--formats", "svg,bmp")
+    assert refused.err == "eai: --formats: expected some of svg, png, pdf, not 'svg,bmp'\n"
+    assert not out.exists()
+    for more, endings in (((), {".svg"}), (("--formats", "pdf,png"), {".svg", ".png", ".pdf"})):
+        assert eai("analyze", "errors", runs, "--out", out, *more).status == 0
+        assert {file.suffix for file in out.iterdir()} - {".csv", ".json", ".md"} == endings
 
 
 def test_what_was_written_is_told_as_json(eai: Command, tmp_path: Path) -> None:

@@ -36,14 +36,14 @@ def test_all_options_are_listed_where_the_documentation_has_them(eai: Command) -
 @pytest.mark.parametrize(
     ("setting", "message"),
     [
-        ("replans=3", "--with replans=3: expected SECTION.OPTION=VALUE; did you mean attempts.replans?"),
-        ("attempts.replans", "--with attempts.replans: expected SECTION.OPTION=VALUE"),
+        ("replans=3", "--with replans=3: expected SECTION.OPTION=VALUE; did you mean replanning.replans?"),
+        ("replanning.replans", "--with replanning.replans: expected SECTION.OPTION=VALUE"),
         (
-            "attempts.replan=3",
-            "attempts.replan: unknown; did you mean replans? (attempts has replans, world, ",
+            "replanning.replan=3",
+            "replanning.replan: unknown; did you mean replans? (replanning has replans, world, ",
         ),
-        ("attempts.replans=x", "attempts.replans: expected a whole number, found 'x'"),
-        ("attempts.replans.x=1", "attempts.replans: expected "),
+        ("replanning.replans=x", "replanning.replans: expected a whole number, found 'x'"),
+        ("replanning.replans.x=1", "replanning.replans: expected "),
     ],
 )
 def test_a_setting_that_is_none_is_refused(setting: str, message: str, eai: Command, tmp_path: Path) -> None:
@@ -65,14 +65,14 @@ def test_a_run_is_repeated_from_its_file(data_store: Store, tmp_path: Path) -> N
         "action_sequencing",
     )
     out = ("--out", tmp_path, "--json")
-    first = run_eai("run", *named, "--limit", 2, "--with", "attempts.replans=1", *out)
+    first = run_eai("run", *named, "--limit", 2, "--with", "replanning.replans=1", *out)
     assert first.status == 0, first.err
     file, (journal,) = tmp_path / "run.toml", tmp_path.glob("**/answers.jsonl")
     before = journal.read_bytes()
     assert run_eai("run", file, *out).out == first.out
     assert journal.read_bytes() == before
     assert len([*(tmp_path / "logs").iterdir()]) == 1
-    fewer = run_eai("run", file, "--limit", 1, "--with", "attempts.replans=0", *out)
+    fewer = run_eai("run", file, "--limit", 1, "--with", "replanning.replans=0", *out)
     (result,) = json.loads(fewer.out)
     assert (result["answered"], Path(result["folder"]).name) == (1, "eai_noisy")
     assert sorted(each.name for each in tmp_path.glob("*.toml")) == ["run-2.toml", "run.toml"]

@@ -15,7 +15,7 @@ from eai.benchmarks.generator.generator import TaskGenerator
 from eai.benchmarks.generator.prior import UsualGoals
 from eai.benchmarks.generator.seeds import JudgedSeed
 from eai.benchmarks.generator.spec import SeedRejectionReason
-from eai.pddl.val import VALID
+from eai.pddl.val import NOT_VALID, VALID
 from eai.tasks.task import Task
 
 pytestmark = pytest.mark.usefixtures("data_store")
@@ -133,7 +133,12 @@ def test_a_world_that_has_no_more_tasks_says_so(
         f"; {number} tasks written to {tmp_path / 'tasks.jsonl'}, those that --n {number} gives"
         in outcome.err
     )
-    assert eai("generate", "--like", "lamps:lamps", "--n", number, "--out", tmp_path / "again").status == 0
+    again = eai("generate", "--like", "lamps:lamps", "--n", number, "--out", tmp_path / "again")
+    assert again.status == 0
+    entry = json.loads((tmp_path / "generated.json").read_text())["sets"]["tasks"]
+    estimate = f"estimated number of different tasks: at least {entry['estimated_tasks']}"
+    assert estimate in outcome.err
+    assert again.out.endswith(f"{estimate}\n")
     for name in ("tasks.jsonl", "generated.json"):
         assert (tmp_path / "again" / name).read_bytes() == (tmp_path / name).read_bytes()
 
@@ -210,18 +215,20 @@ def test_val_is_asked_where_that_is_wanted(
     assert (outcome.status, outcome.out) == (2, "")
     plain = made(eai, tmp_path / "plain")
     monkeypatch.setattr("eai.cli.generate.find_val_program", lambda: Path("Validate"))
-    for verdict, status in ((VALID, 0), ("no answer in time", 1)):
+    for verdict, status in ((VALID, 0), ("no answer in 60 CPU seconds", 0), (NOT_VALID, 1)):
         monkeypatch.setattr("eai.cli.generate.run_val", lambda *_, verdict=verdict: verdict)
         outcome = eai("generate", "--like", "behavior", "--n", 3, "--val", "--out", tmp_path / verdict)
         assert (outcome.status == 0) == (status == 0)
         assert (tmp_path / verdict / "tasks.jsonl").exists() == (status == 0)
-    assert "VAL rejects the task's own plan: no answer in time; nothing is written" in outcome.err
+        if verdict not in (VALID, NOT_VALID):
+            assert "VAL accepts 0 certificates, no answer on 3" in outcome.out
+    assert "VAL rejects the task's own plan; nothing is written" in outcome.err
     text = (tmp_path / VALID / "tasks.jsonl").read_text()
     assert [json.loads(line) for line in text.splitlines()] == plain
 
 
 def test_the_order_of_a_pair_does_not_say_which_has_a_plan(eai: Command, tmp_path: Path) -> None:
-    first, second = made(eai, tmp_path, "--kind", "pairs", "--seed", 8, n=1)
+    first, second = made(eai, tmp_path, "--kind", "pairs", "--seed", 2, n=1)
     assert [line["id"] for line in (first, second)] == sorted([str(first["id"]), str(second["id"])])
     assert first["missing"], "the one that was made first has a plan"
     assert not second["missing"]

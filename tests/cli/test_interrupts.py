@@ -13,6 +13,7 @@ from pathlib import Path
 
 import pytest
 
+from counted_planner import CountedPlanner
 from eai.abilities.protocol import Ability
 from eai.base.store import Store
 from eai.pddl.fast_downward import FastDownward
@@ -58,11 +59,78 @@ def test_nothing_outlives_scoring_that_ends_early(
         assert wait_until(lambda: not working_in(scratch)), "a planner is still alive"
         if number is not signal.SIGKILL:
             assert (process.returncode, printed) == (128 + number, "")
-            assert errors.splitlines()[-1] == "eai: interrupted; nothing is written"
+            assert errors.splitlines()[-1] == (
+                "eai: interrupted; nothing is written, because --out is not given"
+            )
             assert list(scratch.iterdir()) == []
     finally:
         process.kill()
         process.communicate()
+
+
+def contents(folder: Path) -> dict[str, bytes]:
+    """Return the contents of the files in a folder, without locks."""
+    return {
+        str(file.relative_to(folder)): file.read_bytes()
+        for file in sorted(folder.rglob("*"))
+        if file.is_file() and not file.name.endswith(".lock")
+    }
+
+
+@pytest.mark.parametrize(
+    ("number", "workers", "shards"),
+    [(signal.SIGINT, 1, 1), (signal.SIGTERM, 1, 2), (signal.SIGKILL, 2, 1)],
+)
+def test_scoring_goes_on_after_an_interrupt_to_the_same_files(
+    data_store: Store,
+    tmp_path: Path,
+    tmp_path_factory: pytest.TempPathFactory,
+    monkeypatch: pytest.MonkeyPatch,
+    number: signal.Signals,
+    workers: int,
+    shards: int,
+) -> None:
+    counted = CountedPlanner(tmp_path / "planner", monkeypatch)
+    book = answer_book(*SUITE, data_store)
+    answers, task_ids = tmp_path / "answers", [*book]
+    answers.mkdir()
+    for model, ids in (("first", task_ids[:2]), ("second", task_ids[2:10])):
+        rows = [{"identifier": task_id, "llm_output": book[task_id].text} for task_id in ids]
+        (answers / f"{model}_outputs.json").write_text(json.dumps(rows))
+    arguments = f"score {answers} --domain {SUITE[0]} --ability {SUITE[1].value} --planner fast_downward"
+    arguments += f" --workers {workers}" + (f" --shard 1/{shards}" if shards > 1 else "")
+    command = [sys.executable, "-c", "from eai.cli import main; main()", *arguments.split(), "--out"]
+    scratch = tmp_path_factory.mktemp("s")  # a killed command leaves its temporary files there
+    environment = {**os.environ, "PYTHONPATH": str(counted.folder), "TMPDIR": str(scratch)}
+
+    def score(out: str) -> subprocess.CompletedProcess[str]:
+        options = {"env": environment, "capture_output": True, "text": True, "check": True}
+        return subprocess.run([*command, str(tmp_path / out)], **options)  # type: ignore[call-overload, no-any-return]
+
+    score("whole")
+    assert counted.calls == 10 // shards
+    counted.limit_calls(6 // shards)
+    process = subprocess.Popen(
+        [*command, str(tmp_path / "ended")], env=environment, stderr=subprocess.PIPE, text=True
+    )
+    try:
+        assert wait_until(lambda: counted.is_waiting)
+        process.send_signal(number)
+        _, errors = process.communicate(timeout=600)
+    finally:
+        process.kill()
+    counted.limit_calls(None)
+    again = score("ended")
+    if workers == 1:
+        assert errors.splitlines()[-1] == (
+            f"eai: interrupted; {106 // shards} of {200 // shards} answers are scored; "
+            "the same command resumes from here"
+        )
+        assert again.stderr.startswith(f"{106 // shards} of {200 // shards} answers are kept")
+        assert counted.calls == 4 // shards
+    else:
+        assert counted.calls <= 8
+    assert contents(tmp_path / "ended") == contents(tmp_path / "whole")
 
 
 @pytest.mark.parametrize("number", [signal.SIGINT, signal.SIGTERM])

@@ -32,7 +32,7 @@ def test_a_new_domain_is_checked_and_run(eai: Command, monkeypatch: pytest.Monke
     [
         ("my-world", "my-world: expected a name in Python: letters, digits and underscores"),
         ("class", "class: expected a name in Python: letters, digits and underscores"),
-        ("json", "json: expected another name; Python has a module of this one"),
+        ("json", "json: expected another name; a Python module has this name"),
         ("old", "old: expected a new folder; this one is there already"),
     ],
 )

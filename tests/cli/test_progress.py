@@ -12,6 +12,7 @@ from eai.cli import progress
 from eai.cli.progress import (
     LONGEST_SILENCE,
     PATIENCE,
+    count_scoring_progress,
     show_data_progress,
     show_making_progress,
     show_run_progress,
@@ -196,3 +197,46 @@ def test_a_terminal_shows_what_is_made_and_refused(width: int, monkeypatch: pyte
         report(1000, 12_345)
     assert "1000/1000" in screen.getvalue()
     assert "12345 refused" in screen.getvalue()
+
+
+def test_without_a_terminal_the_first_hundred_answers_give_the_time_for_all_files(
+    monkeypatch: pytest.MonkeyPatch, clock: Clock
+) -> None:
+    screen = make_screen(monkeypatch)
+    show_file = count_scoring_progress(30_000, 0, quiet=False)
+    for title, seconds in (("scoring a", 40), ("scoring b", 20)):
+        with show_file(title) as add_answers:
+            for _ in range(60):
+                clock.seconds += seconds / 60
+                add_answers(1)
+    assert screen.getvalue().splitlines() == [
+        "scoring a: 8/30000, about 5 h 33 min left",
+        "scoring b: 100/30000, about 4 h 26 min left",
+    ]
+
+
+def test_kept_answers_take_no_time(monkeypatch: pytest.MonkeyPatch, clock: Clock) -> None:
+    screen = make_screen(monkeypatch)
+    with count_scoring_progress(342, 200, quiet=False)("scoring") as add_answers:
+        clock.seconds += 10
+        add_answers(2)
+    assert screen.getvalue() == "scoring: 202/342, about 12 min left\n"
+
+
+def test_a_terminal_shows_the_time_left_for_all_files(monkeypatch: pytest.MonkeyPatch, clock: Clock) -> None:
+    screen = make_screen(monkeypatch, force_terminal=True, color_system=None)
+    show_file = count_scoring_progress(300, 0, quiet=False)
+    for title in ("scoring behavior goal_interpretation m", "scoring behavior action_sequencing m"):
+        with show_file(title) as add_answers:
+            clock.seconds += 50
+            add_answers(100)
+    printed = screen.getvalue()
+    assert [words for words in ("100/300", "0:01:40", "200/300", "0:00:50") if words not in printed] == []
+    assert all(len(line.rstrip()) <= 80 for line in re.split(r"[\r\n]|\x1b\[\S*?[A-Za-z]", printed))
+
+
+def test_json_shows_no_progress_of_scoring(monkeypatch: pytest.MonkeyPatch) -> None:
+    screen = make_screen(monkeypatch, force_terminal=True)
+    with count_scoring_progress(1, 0, quiet=True)("scoring") as add_answers:
+        add_answers(1)
+    assert screen.getvalue() == ""

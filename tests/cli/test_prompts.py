@@ -62,6 +62,6 @@ def test_prompts_of_a_pipeline_state_the_goals_of_answers(
     assert "is not a task of" in eai("export", "prompts", *NAMED, *again, "--tasks", "no_such").err
     other = ("--domain", "behavior", "--ability", "transition_modeling", "--out", tmp_path / "p.json")
     assert (
-        "state goals, those of transition_modeling do not"
+        "questions of transition_modeling state no goals; choose action_sequencing or subgoal_decomposition"
         in eai("export", "prompts", *other, "--goals", tmp_path).err
     )

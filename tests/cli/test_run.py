@@ -375,7 +375,7 @@ def test_a_planner_plans_for_the_goals_that_it_is_told(data_store: Store, tmp_pa
 @pytest.mark.parametrize(
     ("options", "why"),
     [
-        (("--ability", "goal_interpretation"), "those of goal_interpretation do not"),
+        (("--ability", "goal_interpretation"), "questions of goal_interpretation state no goals"),
         (
             ("--with", "tasks.adaptive=0.5"),
             "tasks.adaptive: cannot be combined with pipeline.goals; adaptive runs choose tasks by",

@@ -19,7 +19,7 @@ JARS = "bottling_fruit_0_Wainscott_0_int_0_2021-05-24_19-46-46"
 HOW = ("run", "--domain", "behavior", "--tasks", JARS, "--set", "eai", "--model")
 PLANS = ("eai/planner", "--ability", "action_sequencing")
 
-CONTINUED = ("--with", "attempts.replans=1", "--with", "attempts.world=continue")
+CONTINUED = ("--with", "replanning.replans=1", "--with", "replanning.world=continue")
 
 
 def with_options(*options: str) -> tuple[str, ...]:
@@ -76,12 +76,12 @@ def test_a_noisy_scene_is_told_counted_and_analysed(eai: Command, data_store: St
         ),
         (
             (*with_options("scene=image", "images=x"), *CONTINUED),
-            "perception.scene image: cannot be combined with attempts.replans, "
+            "perception.scene image: cannot be combined with replanning.replans, "
             "slip or until; the scene is only shown at",
         ),
         (
-            (*with_options("scene=image"), *CONTINUED, "--with", "attempts.feedback_form=chat"),
-            "perception.scene image: cannot be combined with attempts.replans, "
+            (*with_options("scene=image"), *CONTINUED, "--with", "replanning.feedback_form=chat"),
+            "perception.scene image: cannot be combined with replanning.replans, "
             "slip or until; a chat cannot show pictures",
         ),
         (
@@ -111,4 +111,4 @@ def test_what_makes_no_sense_is_said_in_one_line(
 def test_the_captioner_only_lists_scenes(eai: Command, tmp_path: Path) -> None:
     done = eai("run", "--model", "eai/captioner", "--out", tmp_path)
     assert (done.status, done.err.partition(":")[0]) == (2, "eai")
-    assert "it only lists scenes" in done.err
+    assert "this model only lists scenes" in done.err

@@ -304,7 +304,8 @@ def test_a_zip_that_holds_far_more_than_it_weighs_is_refused(eai: Command) -> No
     printed = eai("score", "bomb.zip", *HERE)
     assert printed.status == 2
     assert re.fullmatch(
-        r"eai: bomb\.zip: expected at most 3\d,\d{3},\d{3} bytes of answers in it\n", printed.err
+        r"eai: bomb\.zip: expected at most 3\d,\d{3},\d{3} bytes of answers in it; split the zip\n",
+        printed.err,
     )
     with zipfile.ZipFile("twice.zip", "w") as archive:
         archive.writestr("m_outputs.json", json.dumps([WALK]))

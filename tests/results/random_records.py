@@ -7,11 +7,11 @@ from typing import Any, TypeVar, get_args, get_type_hints
 from hypothesis import strategies as st
 
 from eai.abilities.attempt import Attempt, Usage
-from eai.abilities.attempt_options import AttemptOptions, FeedbackLevel
 from eai.abilities.declaration import get_declaration
 from eai.abilities.experiment import Experiment
 from eai.abilities.explanation import Explanation, GoalPartReport, GoalReport, StepReport
 from eai.abilities.protocol import PAPER_ABILITIES, Ability, Protocol
+from eai.abilities.replanning_options import FeedbackLevel, ReplanningOptions
 from eai.abilities.transition_modeling.verdict import OperatorReport
 from eai.abilities.verdict import ErrorReport, SummaryCounts
 from eai.pddl.matching import ClauseComparison
@@ -67,8 +67,8 @@ st.register_type_strategy(
     SummaryCounts,
     with_every_field(SummaryCounts, errors=st.dictionaries(st.sampled_from(FaultKind), COUNTS)),
 )
-ATTEMPTS = with_every_field(
-    AttemptOptions,
+REPLANNING = with_every_field(
+    ReplanningOptions,
     replans=COUNTS,
     slip=st.floats(0, 1),
     preset=st.sampled_from((None, "eai-1.0.5")),
@@ -85,7 +85,7 @@ NAMED = st.fixed_dictionaries(
         "rules": st.just("until-goal"),
     },
 )
-EXPERIMENTS = st.builds(read_older_experiment, NAMED, ATTEMPTS).filter(lambda each: each != Experiment())
+EXPERIMENTS = st.builds(read_older_experiment, NAMED, REPLANNING).filter(lambda each: each != Experiment())
 st.register_type_strategy(Experiment, EXPERIMENTS)
 for kind in (Explanation, AnswerOrigin):
     st.register_type_strategy(kind, with_every_field(kind))

@@ -15,12 +15,11 @@ from eai.cli.console import get_output_console
 from eai.cli.explain import print_record
 from eai.cli.table import make_rates_table
 from eai.results.record import AnswerOrigin, Record
-from eai.results.runs import read_runs
 from eai.results.terminal import print_table
 from eai.results.tidy import TidyTables
 from eai.results.totals import RunTotals
-from eai.studies.report.explorer import ExplorerData, ExplorerDomainData
 from eai.tasks.source import Source
+from explorer_pages import read_explorer
 from record_files import write_records
 from studies.report.samples import action_run
 
@@ -68,7 +67,5 @@ def test_a_report_has_a_column_and_the_explorer_marks_the_answer(eai: Command, t
     write_records(tmp_path / "runs" / "records.jsonl", cut_run())
     assert eai("report", tmp_path / "runs", "--out", tmp_path / "report").status == 0
     assert "| cut off |" in (tmp_path / "report" / "report.md").read_text()
-    data = ExplorerData(lambda domain: ExplorerDomainData())
-    for run in read_runs([tmp_path / "runs"]):
-        data.add_run(run)
-    assert data.to_json().count('"z":1') == 1
+    content = read_explorer((tmp_path / "report" / "explorer.html").read_text(encoding="utf-8"))
+    assert [answer.get("z", 0) for answer in content["runs"][0]["answers"]].count(1) == 1

@@ -7,7 +7,7 @@ from typing import Any
 
 import pytest
 
-from eai.abilities.attempt_options import AttemptOptions
+from eai.abilities.replanning_options import ReplanningOptions
 from eai.base.errors import InputError
 from eai.results.codec import record_from_json, record_to_json
 from eai.results.record import Record
@@ -59,7 +59,7 @@ def test_an_older_record_of_each_study_is_read(
 def test_the_studies_of_an_older_record_are_in_the_order_of_its_label() -> None:
     record = older(3, prompt_name="brief", replans=1, scene="image", goals_from="m")
     assert [*record.study] == ["pipeline", "perception", "replanning", "prompts"]
-    assert AttemptOptions.from_experiment(record.experiment) == AttemptOptions(1)
+    assert ReplanningOptions.from_experiment(record.experiment) == ReplanningOptions(1)
 
 
 def test_an_older_record_has_the_same_summaries_as_a_new_one() -> None:

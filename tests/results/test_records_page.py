@@ -11,17 +11,17 @@ import pytest
 
 from by_path import ROOT
 from eai.abilities.attempt import Attempt, Usage
-from eai.abilities.attempt_options import (
-    AttemptOptions,
-    AttemptStart,
-    EndCondition,
-    FeedbackForm,
-    FeedbackLevel,
-)
 from eai.abilities.declaration import load_paper_abilities
 from eai.abilities.experiment import Experiment, StudySettings
 from eai.abilities.explanation import Explanation, GoalPartReport, GoalReport, StepReport
 from eai.abilities.protocol import PAPER_ABILITIES, Ability
+from eai.abilities.replanning_options import (
+    AttemptStart,
+    EndCondition,
+    FeedbackForm,
+    FeedbackLevel,
+    ReplanningOptions,
+)
 from eai.abilities.subgoal_decomposition.verdict import SubgoalCategory
 from eai.abilities.task_features import TaskFeatures
 from eai.abilities.transition_modeling.verdict import OperatorReport, OperatorStatus
@@ -52,7 +52,7 @@ def test_every_field_is_on_the_page() -> None:
         TaskFeatures,
         Experiment,
         StudySettings,
-        AttemptOptions,
+        ReplanningOptions,
         PerceptionErrors,
         Attempt,
         AnswerOrigin,

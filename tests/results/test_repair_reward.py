@@ -11,7 +11,7 @@ import pytest
 import eai
 from agents.switches import DOMAIN, as_plan, initial
 from eai import Benchmark, InputError, Reward, Suite, Task, given, make_task
-from eai.abilities.action_sequencing.scorer import ActionSequencing
+from eai.abilities.action_sequencing.scorer import ActionSequencingScorer
 from eai.abilities.protocol import Ability
 from eai.abilities.repair import DEFAULT_EFFORT
 from eai.agents.gym import make
@@ -37,9 +37,9 @@ def suite_of(name: str) -> Suite:
     return eai.open(name, "action_sequencing")
 
 
-def scorer_of(suite: Suite, task_id: str) -> ActionSequencing:
+def scorer_of(suite: Suite, task_id: str) -> ActionSequencingScorer:
     scorer = suite.scorer(task_id)
-    assert isinstance(scorer, ActionSequencing)
+    assert isinstance(scorer, ActionSequencingScorer)
     return scorer
 
 
@@ -63,7 +63,7 @@ def drawn(name: str, random: Random) -> tuple[Suite, Task, list[Action]]:
     return suite, task, plan
 
 
-def _applicable(scorer: ActionSequencing, episode: Episode, operator: eai.Operator) -> Sequence[Action]:
+def _applicable(scorer: ActionSequencingScorer, episode: Episode, operator: eai.Operator) -> Sequence[Action]:
     return [*generate_applicable_of_operator(scorer.domain, operator, episode.state, scorer.task.relevant)]
 
 

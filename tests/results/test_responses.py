@@ -182,6 +182,10 @@ def test_json_lines_have_one_answer_a_line(tmp_path: Path) -> None:
     bad = written(tmp_path, f"{first}\n\n[1, }}\n".encode(), "bad_outputs.jsonl")
     with pytest.raises(InputError, match=r"bad_outputs\.jsonl, line 3, column 5: expected JSON"):
         read_responses(bad, TASKS)
+    twice = f'{first}\n{{"identifier": "27_2", "llm_output": "a", "llm_output": "b"}}\n'
+    bad = written(tmp_path, twice.encode(), "bad_outputs.jsonl")
+    with pytest.raises(InputError, match=r"jsonl, line 2: the member 'llm_output' occurs twice"):
+        read_responses(bad, TASKS)
 
 
 def test_only_a_line_feed_ends_a_line_of_answers(tmp_path: Path) -> None:

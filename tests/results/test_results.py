@@ -23,9 +23,8 @@ ANSWERS = ResponseFile("m", tuple(Response(i, f"answer to {i}") for i in TASK_ID
 
 
 def summary(folder: Path, records: list[Record], **run: Any) -> dict[str, Any]:
-    write_record_batches(
-        folder, [make_record_batch(records)], **run, rates_after_attempts=compute_rates_by_attempt(records)
-    )
+    described = run.get("run", {}), compute_rates_by_attempt(records)
+    write_record_batches(folder, [make_record_batch(records)], lambda totals: described)
     found: dict[str, Any] = json.loads((folder / SUMMARY).read_text())
     return found
 

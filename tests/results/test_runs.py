@@ -80,10 +80,12 @@ def test_a_pipe_in_a_folder_is_ignored(tmp_path: Path) -> None:
 def test_a_run_reads_the_log_reference_beside_its_records(tmp_path: Path) -> None:
     folder = write_runs(tmp_path, [action_run()])
     assert [run.log for run in read_runs([folder])] == [None]
-    write_inspect_log_reference(folder / "run0", Path("logs/a.eval"), 2)
+    write_inspect_log_reference(folder / "run0", {"27_2": Path("logs/a.eval")}, 2)
     assert [run.log for run in read_runs([folder])] == [("a.eval", 2)]
-    write_inspect_log_reference(folder / "run0", Path("logs/a.eval"), {"27_2": 3})
-    assert [run.log for run in read_runs([folder])] == [("a.eval", {"27_2": 3})]
+    logs = {"27_2": Path("logs/a.eval"), "28_1": Path("logs/b.eval")}
+    write_inspect_log_reference(folder / "run0", logs, {"27_2": 3})
+    names = {"27_2": "a.eval", "28_1": "b.eval"}
+    assert [run.log for run in read_runs([folder])] == [(names, {"27_2": 3})]
     (folder / "run0" / "inspect.json").write_text("{}")
     with pytest.raises(InputError, match=r'inspect.json: expected a JSON object {"log": ..., "epoch": ...}'):
         list(read_runs([folder]))

@@ -22,11 +22,11 @@ from eai.results.records import (
     find_shards,
     merge_shards,
     write_record_batches,
-    write_shard,
 )
 from eai.results.responses import Response, ResponseFile, read_responses
 from eai.results.runs import read_runs
 from eai.results.totals import RunTotals
+from record_files import write_shard
 from results.work import TASK_IDS, echo_suite
 
 SAMPLES = 100
@@ -118,7 +118,7 @@ def test_commands_for_one_answer_a_task_refuse_several(tmp_path: Path) -> None:
     with pytest.raises(InputError, match="row 7: identifier '1_1' occurs twice"):
         read_responses(file, TASK_IDS)
     scored(read(file), tmp_path)
-    several = "has several answers to a task; reports read runs with one answer to each task"
+    several = "has several answers to a task; give records with one answer to each task"
     with pytest.raises(InputError, match=several):
         list(read_runs([tmp_path]))
     twice = tmp_path / "twice"

@@ -17,9 +17,9 @@ from eai.results.records import (
     make_record_batch,
     merge_shards,
     read_records,
-    write_shard,
 )
 from eai.results.totals import RunTotals
+from record_files import write_shard
 
 
 @pytest.mark.parametrize(

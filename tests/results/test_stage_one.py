@@ -152,5 +152,5 @@ def test_two_runs_of_a_model_are_refused(source: Source, tmp_path: Path) -> None
 
 
 def test_only_plans_and_subgoals_have_a_first_stage(source: Source, tmp_path: Path) -> None:
-    with pytest.raises(InputError, match="those of transition_modeling do not"):
+    with pytest.raises(InputError, match="questions of transition_modeling state no goals"):
         read_goal_beliefs(tmp_path, BEHAVIOR, Ability.TRANSITION_MODELING, source)

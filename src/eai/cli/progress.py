@@ -1,4 +1,4 @@
-"""Show the progress of downloads and runs: a bar on a terminal, a few lines elsewhere.
+"""Show the progress of downloads and runs: a bar with the time left on a terminal, few lines elsewhere.
 
 An interrupt prints how to resume.
 """
@@ -8,7 +8,8 @@ from __future__ import annotations
 import time
 from collections.abc import Callable, Iterator
 from contextlib import AbstractContextManager, ExitStack, contextmanager, nullcontext
-from functools import wraps
+from datetime import timedelta
+from functools import partial, wraps
 from threading import Event, Lock, Thread
 from typing import TYPE_CHECKING, Protocol, TypeAlias
 
@@ -30,15 +31,21 @@ LONGEST_SILENCE = 60
 """Maximum seconds without a line of progress, once some work is done."""
 
 LINES = 10
-"""Maximum number of progress lines without a terminal; slow work may have more."""
+"""Number of equal parts of some work. Without a terminal, a progress line is due after each part."""
+
+FIRST_ESTIMATE = 100
+"""Number of finished parts after which, without a terminal, a line shows the time left, even of much work."""
 
 BESIDE_THE_TITLE = 42
 """Characters that a progress line needs beside its title: for bar, count, rate and time left."""
 
+_UNKNOWN_TIME = "-:--:--"
+"""Text of a progress bar in place of the time left, before a part is finished."""
+
 P = ParamSpec("P")
 
 BESIDE_A_MAKER = 20
-"""Further characters of a progress line that shows how many attempts to make a thing were refused."""
+"""Characters that a progress line needs, besides `BESIDE_THE_TITLE`, for the number of refused attempts."""
 
 MakingCallback: TypeAlias = Callable[[int, int], None]
 """Function that is called with the numbers of things made and of refused attempts to make one."""
@@ -75,7 +82,7 @@ def show_data_progress() -> Iterator[ReportProgress]:
             size, unit = (1_000_000, " MB") if stage == "fetching" else (1, "")
             if title not in watches:
                 shown.close()
-                watches[title] = shown.enter_context(_show_work_progress(title, unit=unit))
+                watches[title] = shown.enter_context(_WorkProgress(unit=unit).show(title))
             watches[title](done // size, total // size)
 
         yield report_progress
@@ -84,7 +91,8 @@ def show_data_progress() -> Iterator[ReportProgress]:
 def show_run_progress(title: str, *, quiet: bool) -> AbstractContextManager[ProgressWatch | None]:
     """Show the progress of a run on standard error: a line that changes on a terminal, else lines.
 
-    The line tells the answers, the seconds since the last answer, the speed and the time left.
+    The line tells the answers, the seconds since the last answer, the speed and the time left. On a terminal
+    it disappears when the run ends. With ``quiet``, nothing is shown, and the block gets None.
     """
     if quiet:
         return nullcontext()
@@ -94,12 +102,42 @@ def show_run_progress(title: str, *, quiet: bool) -> AbstractContextManager[Prog
 
 @contextmanager
 def show_scoring_progress(title: str, total: int, *, quiet: bool) -> Iterator[ProgressCallback]:
-    """Show the progress of scoring. Without a terminal, lines begin after a few seconds."""
+    """Show the progress of scoring on standard error. Without a terminal, lines begin after a few seconds."""
     if quiet:
         yield lambda scored: None
         return
-    with _show_work_progress(title, PATIENCE) as watch:
+    with _WorkProgress(PATIENCE).show(title) as watch:
         yield lambda scored: watch(scored, total)
+
+
+def count_scoring_progress(
+    total: int, kept: int, *, quiet: bool
+) -> Callable[[str], AbstractContextManager[ProgressCallback]]:
+    """Return a function that opens a progress display under the title of a file.
+
+    The display counts the answers in all files, and estimates the time for the remaining answers. Its
+    callback takes the number of newly scored answers.
+
+    Args:
+        total: number of answers in all files.
+        kept: number of answers that an interrupted command scored, which take no time.
+        quiet: show nothing.
+    """
+    progress, done = _WorkProgress(PATIENCE, kept=kept), kept
+
+    @contextmanager
+    def show_file(title: str) -> Iterator[ProgressCallback]:
+        with progress.show(title) as watch:
+
+            def add_answers(number: int) -> None:
+                nonlocal done
+                done += number
+                watch(done, total)
+
+            add_answers(0)
+            yield add_answers
+
+    return (lambda title: nullcontext(lambda number: None)) if quiet else show_file
 
 
 @contextmanager
@@ -108,45 +146,76 @@ def show_making_progress(title: str, total: int, *, quiet: bool) -> Iterator[Mak
     if quiet:
         yield lambda made, refused: None
         return
-    with _show_work_progress(title, PATIENCE, beside=BESIDE_THE_TITLE + BESIDE_A_MAKER) as watch:
+    with _WorkProgress(PATIENCE, beside=BESIDE_THE_TITLE + BESIDE_A_MAKER).show(title) as watch:
         yield lambda made, refused: watch(made, total, refused)
 
 
-def _show_work_progress(
-    title: str, first: float = 0, unit: str = "", beside: int = BESIDE_THE_TITLE
-) -> AbstractContextManager[_WorkWatch]:
-    """Show the progress of local work by a bar on a terminal, or by lines in other output."""
-    console = get_error_console()
-    return (
-        _show_progress_bar(title, console, beside)
-        if console.is_terminal
-        else nullcontext(_make_line_printer(title, console, first, unit))
-    )
+class _WorkProgress:
+    """Progress of local work under one title, or under several titles one after the other.
 
+    The time left follows from the mean pace since the object was made.
 
-@contextmanager
-def _show_progress_bar(title: str, console: Console, beside: int) -> Iterator[_WorkWatch]:
-    from rich.progress import BarColumn, MofNCompleteColumn, Progress, TextColumn, TimeRemainingColumn
+    Args:
+        first: minimum seconds before the first line, without a terminal.
+        unit: unit of the parts, after their number.
+        beside: characters that a progress bar needs beside its title.
+        kept: number of parts that were finished before; they take no time.
+    """
 
-    columns = (
-        TextColumn("{task.description}"),
-        BarColumn(),
-        MofNCompleteColumn(),
-        TextColumn("{task.fields[rate]}"),
-        TimeRemainingColumn(),
-    )
-    # a narrower column would cut counts and times off
-    title = _cut_start(title, console.width - beside)
-    with Progress(*columns, console=console, transient=True) as bar:
-        task = bar.add_task(title, total=None, rate="")
+    def __init__(
+        self, first: float = 0, unit: str = "", beside: int = BESIDE_THE_TITLE, kept: int = 0
+    ) -> None:
+        self._console = get_error_console()
+        self._lines = _SpacedLinePrinter(self._console, first)
+        self._began = time.monotonic()
+        self._unit, self._beside, self._kept = unit, beside, kept
 
-        def update_bar(done: int, total: int, refused: int | None = None) -> None:
-            speed = bar.tasks[0].speed
-            parts = [] if refused is None else [f"{refused} refused"]
-            parts += [] if speed is None else [f"{speed:.1f}/s"]
-            bar.update(task, total=total or None, completed=done, rate=", ".join(parts))
+    def show(self, title: str) -> AbstractContextManager[_WorkWatch]:
+        """Show the progress by a bar on a terminal, or by lines in other output."""
+        if self._console.is_terminal:
+            return self._show_bar(title)
+        return nullcontext(partial(self._print_line_if_due, title))
 
-        yield update_bar
+    def _estimate_seconds_left(self, done: int, total: int) -> float | None:
+        """Return the seconds for the remaining parts, or None if no part is finished or none remains."""
+        new = done - self._kept
+        return (time.monotonic() - self._began) / new * (total - done) if new > 0 and done < total else None
+
+    @contextmanager
+    def _show_bar(self, title: str) -> Iterator[_WorkWatch]:
+        from rich.progress import BarColumn, MofNCompleteColumn, Progress, TextColumn
+
+        columns = (
+            TextColumn("{task.description}"),
+            BarColumn(),
+            MofNCompleteColumn(),
+            TextColumn("{task.fields[rate]}"),
+            TextColumn("{task.fields[left]}"),
+        )
+        # a narrower column would cut counts and times off
+        title = _cut_start(title, self._console.width - self._beside)
+        with Progress(*columns, console=self._console, transient=True) as bar:
+            task = bar.add_task(title, total=None, rate="", left=_UNKNOWN_TIME)
+
+            def update_bar(done: int, total: int, refused: int | None = None) -> None:
+                speed = bar.tasks[0].speed
+                parts = [] if refused is None else [f"{refused} refused"]
+                parts += [] if speed is None else [f"{speed:.1f}/s"]
+                seconds = self._estimate_seconds_left(done, total)
+                left = _UNKNOWN_TIME if seconds is None else str(timedelta(seconds=round(seconds)))
+                bar.update(task, total=total or None, completed=done, rate=", ".join(parts), left=left)
+
+            yield update_bar
+
+    def _print_line_if_due(self, title: str, done: int, total: int, refused: int | None = None) -> None:
+        seconds = time.monotonic() - self._began
+        pace = "" if refused is None or not seconds else f", {refused} refused, {done / seconds:.1f}/s"
+        left = self._estimate_seconds_left(done, total)
+        has_enough = done - self._kept >= min(FIRST_ESTIMATE, total // LINES)
+        is_shown = left is not None and (has_enough or left >= LONGEST_SILENCE)
+        about = f", about {_format_seconds(left or 0)} left" if is_shown else ""
+        count = f": {done}/{total}{self._unit}" if total else ""
+        self._lines.print_line_if_due(f"{title}{count}{pace}{about}", done, total)
 
 
 def _cut_start(text: str, width: int) -> str:
@@ -236,7 +305,9 @@ def _print_progress_lines(title: str, console: Console) -> Iterator[ProgressWatc
 
 
 class _SpacedLinePrinter:
-    """Lines for each tenth of some work, with a minimum time between lines, and a line after a long silence.
+    """Lines for each tenth and for the first hundred parts of some work, and a line after a long silence.
+
+    There is a minimum time between lines.
 
     Args:
         console: where the lines are printed.
@@ -246,31 +317,16 @@ class _SpacedLinePrinter:
     def __init__(self, console: Console, first: float = 0) -> None:
         now = time.monotonic()
         self._console = console
-        self._tenth, self._due, self._overdue = -1, now + first, now + LONGEST_SILENCE
+        self._step, self._due, self._overdue = -1, now + first, now + LONGEST_SILENCE
         self._lock = Lock()
 
     def print_line_if_due(self, line: str, done: int, total: int) -> None:
         """Print a line about the work done so far, if a line is due."""
         with self._lock:
             now = time.monotonic()
-            tenth = done * LINES // total if total else LINES
-            is_last = done == total and self._tenth >= 0
-            if (tenth != self._tenth and (is_last or now >= self._due)) or now >= self._overdue:
-                self._tenth, self._due, self._overdue = tenth, now + PATIENCE, now + LONGEST_SILENCE
+            step = done * LINES // total if total else LINES
+            step += done >= min(FIRST_ESTIMATE, total // LINES)
+            is_last = done == total and self._step >= 0
+            if (step != self._step and (is_last or now >= self._due)) or now >= self._overdue:
+                self._step, self._due, self._overdue = step, now + PATIENCE, now + LONGEST_SILENCE
                 self._console.print(line, markup=False, highlight=False, soft_wrap=True)
-
-
-def _make_line_printer(title: str, console: Console, first: float, unit: str) -> _WorkWatch:
-    """Return a function that prints lines about local work, with the estimated time left if it is slow."""
-    began, lines = time.monotonic(), _SpacedLinePrinter(console, first)
-
-    def print_if_due(done: int, total: int, refused: int | None = None) -> None:
-        seconds = time.monotonic() - began
-        left = seconds / done * (total - done) if done else 0
-        pace = "" if refused is None or not seconds else f", {refused} refused, {done / seconds:.1f}/s"
-        about = f", about {round(left / 60)} min left" if left >= LONGEST_SILENCE else ""
-        lines.print_line_if_due(
-            f"{title}{f': {done}/{total}{unit}' if total else ''}{pace}{about}", done, total
-        )
-
-    return print_if_due

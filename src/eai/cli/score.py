@@ -3,21 +3,23 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Collection, Iterable, Iterator, Sequence
-from contextlib import ExitStack
+from contextlib import AbstractContextManager, ExitStack
 from dataclasses import dataclass, replace
 from functools import partial
 from itertools import groupby
 from pathlib import Path
-from typing import Annotated
+from typing import Annotated, TypeAlias
 
 import typer
 
+from eai import __version__
 from eai.abilities.declaration import get_declaration
 from eai.abilities.experiment import Experiment
 from eai.abilities.protocol import DEFAULT_PROTOCOL, Ability, Protocol
+from eai.abilities.verdict import Verdict
 from eai.base.entry_points import load_from_extension
 from eai.base.errors import InputError, InterruptError, require_extra
-from eai.base.files import lock_run_folder
+from eai.base.files import LOCK_FILE, find_files_below, lock_run_folder
 from eai.base.json_value import Json
 from eai.benchmarks.registry import find_benchmark
 from eai.benchmarks.suite import Suite, open_suite
@@ -31,28 +33,39 @@ from eai.cli.console import (
     print_note_if_planner_missing,
     print_result_line,
 )
+from eai.cli.logs import find_log_extension
 from eai.cli.options import ANSWERS, OUTPUT, SCORING, make_flag, make_scoring_flag
-from eai.cli.progress import show_scoring_progress
+from eai.cli.progress import count_scoring_progress
 from eai.cli.table import print_note_if_incomplete, print_results, result_to_json
+from eai.pddl.planners import resolve_automatic_choice
 from eai.pddl.planning import PlannerChoice, PlannerOutcome
 from eai.results import records
 from eai.results.answer_files import (
     find_benchmarks_of_runs,
     find_files_of_suite,
     find_suite_files,
+    read_suite_from_path,
     unpack_answers,
 )
 from eai.results.batch import (
     OTHER_RULES,
+    ProgressCallback,
     Scoring,
     map_unanswered_tasks_to_reason,
     score_run,
     split_answers_by_game_rules,
 )
 from eai.results.options import ScoringOptions
+from eai.results.partial_records import (
+    append_record_batches,
+    count_kept_records,
+    find_partial_file,
+    publish_records,
+    remove_partial_files,
+)
 from eai.results.record import Record
 from eai.results.records import RecordBatch, RunShard, read_records
-from eai.results.responses import ResponseFile, find_response_files, read_responses
+from eai.results.responses import SUFFIX, ResponseFile, find_response_files, read_responses
 from eai.results.totals import RunTotals
 from eai.tasks.source import ErrataChoice, Source
 
@@ -63,14 +76,17 @@ LOG_SUFFIX = ".eval"
 
 
 @dataclass(frozen=True, slots=True)
-class _AnswersToScore:
-    """The answers of one model to one suite, with the folder for the results.
+class _ScoringJob:
+    """A scoring job: the answers of one model to one suite, with the folder for the results.
 
     Attributes:
         rules: Rules of the episodes in which the model answered; None for the standard rules.
         elsewhere: Ids of tasks that the model answered in episodes with other rules.
-        logged: Function that adds, to a record, the options of studies that its Inspect log contains; None if
-            there are no such options.
+        logged: Function that adds, to a record, the options of studies (variations around benchmarks and
+            abilities) in its Inspect log; None if the log has no such options.
+        log: The Inspect log with the answers; None if they are in a response file.
+        partial_file: File of the records until the command ends; None if nothing is written.
+        kept: Number of records that an interrupted command wrote to the partial file.
     """
 
     suite: Suite
@@ -82,6 +98,32 @@ class _AnswersToScore:
     prompt_name: str | None = None
     shard: RunShard | None = None
     logged: Callable[[Record], Record] | None = None
+    log: Path | None = None
+    partial_file: Path | None = None
+    kept: int = 0
+
+    @property
+    def records_file(self) -> Path:
+        """The file of records; without a folder for results, the file that it would be in this folder."""
+        return (self.out or Path()) / (records.RECORDS if self.shard is None else self.shard.file_name)
+
+    @property
+    def missing(self) -> dict[str, str]:
+        """The tasks without an answer, each with the reason."""
+        missing = map_unanswered_tasks_to_reason(self.suite, self.answers)
+        return missing | dict.fromkeys(missing.keys() & set(self.elsewhere), OTHER_RULES)
+
+    @property
+    def combine_epochs(self) -> Callable[[Sequence[Verdict]], Verdict] | None:
+        """The function that combines the verdicts on a task over several epochs; None with one epoch."""
+        return get_declaration(self.suite.ability).combine_epochs if self.answers.further_epochs else None
+
+    @property
+    def number(self) -> int:
+        """Number of records."""
+        answers = len(self.answers.responses) + len(self.missing)
+        places = range(answers if self.combine_epochs is None else len(self.suite.task_ids))
+        return len(places if self.shard is None else places[self.shard.number - 1 :: self.shard.of])
 
     @property
     def name(self) -> str:
@@ -120,6 +162,7 @@ def score(
     """Score answers: write verdicts to OUT/records.jsonl and rates to OUT/summary.json, print the main table.
 
     A task without an answer counts as failed. With several files, each model has its own folder in OUT.
+    The same command resumes where it was interrupted.
 
     Without --domain or --ability, suites are taken from the paths of files, as in
     <domain>/<ability>/<model>_outputs.json or <domain>_<ability>_outputs.json. Each suite has a folder in
@@ -132,7 +175,8 @@ def score(
     Example: eai score answers --shard $SLURM_ARRAY_TASK_ID/8 --out scores; eai score scores --merge
 
     Options:
-        paths: Response files (JSON, JSONL, Parquet), folders or zips of such files, or Inspect logs.
+        paths: Response files (JSON, JSONL, Parquet), folders or zips of such files, Inspect logs, or logs of
+            other projects and folders of these.
         ray: Score with --workers on a Ray cluster: auto, HOST:PORT, or local.
         goals: For pipelines: the answers to goal interpretation whose goals the questions stated.
         prompt_name: Name of the prompts.
@@ -143,53 +187,76 @@ def score(
     if merge:
         _merge_shards_and_print(paths, wide=wide, as_json=as_json)
         return
+    if domain is None and ability is None and all(map(_is_log_of_other_project, paths)):
+        find_log_extension(paths[0]).show_logs(context, paths, out, as_json=as_json)
+        return
     for path in paths:
         find_response_files(path)  # report missing files before the data set is fetched
     settings = ScoringOptions(
         workers=workers, explanations=explanations, allow_missing=allow_missing, look_back=look_back
     )
-    if shard is not None and out is None:
-        raise InputError("--shard: also give --out, the folder in which the shards are merged")
-    if goals is not None and ability is not None:
-        from eai.studies.pipeline.stage_one import require_questions_state_goals
-
-        require_questions_state_goals(ability)
+    _check_options(shard, out, goals, ability)
     with ExitStack() as unpacking:
         places = [unpacking.enter_context(unpack_answers(path)) for path in paths]
         terms = options.open_planner_limits(context, planner_seconds, planner_memory)
         with options.open_data_source(data, planner, errata, terms) as source:
             if domain is not None and ability is not None:
                 suite = open_suite(domain, ability, protocol, source=source)
-                shares = _find_answers_of_suite(places, suite, out)
+                jobs = _find_answers_of_suite(places, suite, out)
             else:
-                shares = _find_answers_by_path(places, domain, ability, protocol, source, out)
-        shares = [part for share in shares for part in _split_answers_by_game_rules(share)]
-        shares = [replace(share, goals=goals, prompt_name=prompt_name, shard=shard) for share in shares]
-        print_note_if_planner_missing([share.suite for share in shares])
-        _print_note_on_unknown_tasks(shares)
-        with _open_scoring(workers, ray) as workplace, ExitStack() as stack:
-            for folder in {share.out: None for share in shares if shard is None}:
+                jobs = _find_answers_by_path(places, domain, ability, protocol, source, out)
+        jobs = [part for job in jobs for part in _split_answers_by_game_rules(job)]
+        jobs = [replace(job, goals=goals, prompt_name=prompt_name, shard=shard) for job in jobs]
+        print_note_if_planner_missing([job.suite for job in jobs])
+        _print_note_on_unknown_tasks(jobs)
+        with _open_scoring(workers, ray) as scoring, ExitStack() as stack:
+            lock_file = LOCK_FILE if shard is None else f".{shard.file_name}.lock"
+            for folder in {job.out: None for job in jobs}:
                 if folder is not None:
-                    stack.enter_context(lock_run_folder(folder))
-            parts_of = partial(_score_in_batches, settings=settings, workplace=workplace, quiet=as_json)
-            if shard is not None:
-                for share in shares:
-                    records.write_shard(share.out or Path(), shard, parts_of(share))
-            printed = (
-                _score_all_answers(shares, parts_of, as_json=as_json, wide=wide) if shard is None else []
-            )
+                    stack.enter_context(lock_run_folder(folder, lock_file))
+            jobs = [_find_kept_records(job, settings) for job in jobs]
+            score_in_batches = partial(_score_in_batches, settings=settings, scoring=scoring)
+            printed = _score_all_answers(jobs, score_in_batches, as_json=as_json, wide=wide)
         if as_json:
             print_json(printed)
         elif out is not None:
             print_result_line(f"written to {out}")
 
 
-def _split_answers_by_game_rules(answers_to_score: _AnswersToScore) -> list[_AnswersToScore]:
-    """Split answers by their game rules. If there are several rules, each has a separate folder."""
-    parts = split_answers_by_game_rules(answers_to_score.suite.ability, answers_to_score.answers)
-    shares = []
+def _check_options(
+    shard: RunShard | None, out: Path | None, goals: Path | None, ability: Ability | None
+) -> None:
+    if shard is not None and out is None:
+        raise InputError("--shard: also give --out, the folder in which the shards are merged")
+    if goals is not None and ability is not None:
+        from eai.studies.pipeline.stage_one import require_questions_state_goals
+
+        require_questions_state_goals(ability)
+
+
+def _is_log_of_other_project(path: Path) -> bool:
+    """Whether an extension reads a file, and neither the path nor the content names a suite.
+
+    A folder counts if a file in it is a log, and no name of a file ends as names of answer files do.
+    """
+    if path.is_dir():
+        files = find_files_below(path, "[!.]*")
+        return not any(f.name.endswith(SUFFIX) for f in files) and any(map(_is_log_of_other_project, files))
+    if read_suite_from_path(path) is not None or find_log_extension(path) is None:
+        return False
+    if path.suffix != LOG_SUFFIX:
+        return True
+    with inspect_needed():
+        from eai.run.tasks import read_inspect_log
+    return "ability" not in (read_inspect_log(path, header_only=True).eval.metadata or {})
+
+
+def _split_answers_by_game_rules(job: _ScoringJob) -> list[_ScoringJob]:
+    """Split answers by game rules. If these differ, answers by other than standard rules get own folders."""
+    parts = split_answers_by_game_rules(job.suite.ability, job.answers)
+    jobs = []
     for rules, answers in parts.items():
-        out = answers_to_score.out
+        out = job.out
         if len(parts) > 1 and rules is not None:
             out = None if out is None else out / Experiment(rules=rules).label
             number = format_count(len(answers.responses), "answer")
@@ -198,16 +265,16 @@ def _split_answers_by_game_rules(answers_to_score: _AnswersToScore) -> list[_Ans
                 f"{answers.model}: {number} by other rules than the standard setting, scored apart: {words}"
             )
         others = {task for other in parts if other != rules for task in parts[other].answered_task_ids}
-        shares.append(replace(answers_to_score, answers=answers, out=out, rules=rules, elsewhere=others))
-    return shares
+        jobs.append(replace(job, answers=answers, out=out, rules=rules, elsewhere=others))
+    return jobs
 
 
-def _print_note_on_unknown_tasks(shares: Sequence[_AnswersToScore]) -> None:
+def _print_note_on_unknown_tasks(jobs: Sequence[_ScoringJob]) -> None:
     """Print a note on standard error if answers are to tasks outside the data set."""
-    for share in shares:
-        if share.answers.skipped_rows:
-            title = f"{share.suite.domain}, {share.suite.ability.value}, {share.answers.model}"
-            rows = format_count(share.answers.skipped_rows, "answer")
+    for job in jobs:
+        if job.answers.skipped_rows:
+            title = f"{job.suite.domain}, {job.suite.ability.value}, {job.answers.model}"
+            rows = format_count(job.answers.skipped_rows, "answer")
             print_note(f"{title}: {rows} left out, to tasks that are not in the data set")
 
 
@@ -220,114 +287,140 @@ def _open_scoring(workers: int, ray: str | None) -> Scoring:
     return on_cluster(ray, workers)
 
 
+def _find_kept_records(job: _ScoringJob, settings: ScoringOptions) -> _ScoringJob:
+    """Return answers with the file of the records that an interrupted command kept, and their number."""
+    if job.out is None:
+        return job
+    suite, source = job.suite, job.suite.source
+    values = (
+        __version__,
+        *(suite.protocol.value, suite.benchmark.reference, suite.ability.value, suite.data_sha256),
+        *(source.errata.value, resolve_automatic_choice(source.planner).value),
+        *(source.terms.seconds, source.terms.memory_mib),
+        *(settings.explanations, settings.allow_missing, settings.look_back),
+        *(job.answers.model, job.rules, job.missing, job.prompt_name, job.shard),
+    )
+    paths = [path for path in (job.log, job.goals) if path is not None]
+    files = [file for path in paths for file in (find_files_below(path, "*") or [path]) if file.is_file()]
+    file = find_partial_file(job.records_file, values, job.answers, files)
+    return replace(job, partial_file=file, kept=count_kept_records(file))
+
+
+_ScoreInBatches: TypeAlias = Callable[[_ScoringJob], Iterable[RecordBatch]]
+_ShowFile: TypeAlias = Callable[[str], AbstractContextManager[ProgressCallback]]
+
+
 def _score_all_answers(
-    shares: Sequence[_AnswersToScore],
-    parts_of: Callable[[_AnswersToScore], Iterable[RecordBatch]],
-    *,
-    as_json: bool,
-    wide: bool,
+    jobs: Sequence[_ScoringJob], score_in_batches: _ScoreInBatches, *, as_json: bool, wide: bool
 ) -> list[Json]:
-    """Score all answers, write the results, and print a table for each suite or everything as JSON."""
+    """Score all answers, write the results, and print a table for each suite or everything as JSON.
+
+    Shards are only written.
+    """
+    number, kept = sum(job.number for job in jobs), sum(job.kept for job in jobs)
+    if kept:
+        print_note(
+            f"{kept:,} of {number:,} answers are kept from an interrupted command; "
+            "to score them again, give another --out"
+        )
+    show_file = count_scoring_progress(number, kept, quiet=as_json)
     printed: list[Json] = []
     try:
-        for _, group in groupby(shares, key=lambda share: share.suite):
+        for _, group in groupby(jobs, key=lambda job: job.suite):
             results: dict[str, RunTotals] = {}
-            for share in group:
-                totals = results[share.name] = _score_suite(share, parts_of(share))
-                _print_note_on_fast_downward(share.answers.model, totals)
-                printed.append(result_to_json(totals, share.out))
-            if not as_json:
+            for job in group:
+                totals = results[job.name] = _score_suite(job, score_in_batches, show_file)
+                if job.shard is None:
+                    _print_note_on_fast_downward(job.answers.model, totals)
+                    printed.append(result_to_json(totals, job.out))
+            if printed and not as_json:
                 print_results(results, wide=wide)
     except KeyboardInterrupt:
-        raise InterruptError(_write_interrupt_message(shares, len(printed))) from None
+        raise InterruptError(_write_interrupt_message(jobs, number)) from None
+    for job in jobs:
+        if job.partial_file is not None:
+            remove_partial_files(job.records_file)
     return printed
 
 
-def _score_suite(share: _AnswersToScore, parts: Iterable[RecordBatch]) -> RunTotals:
+def _score_suite(job: _ScoringJob, score_in_batches: _ScoreInBatches, show_file: _ShowFile) -> RunTotals:
     """Score a model's answers to a suite, write its records, and return its totals."""
-    if share.out is not None:
-        _print_note_on_replaced_records(share.out / records.RECORDS, share)
-        return records.write_record_batches(share.out, parts)
-    totals = RunTotals()
-    for _, part in parts:
-        totals.add_later_totals(part)
+    suite = job.suite
+    if job.shard is None and job.out is not None and not job.kept:
+        _print_note_on_replaced_records(job.records_file, job)
+    with show_file(f"scoring {suite.domain} {suite.ability.value} {job.answers.model}") as add_answers:
+        counted = _count_records(score_in_batches(job), add_answers)
+        if job.partial_file is None:
+            totals = RunTotals()
+            for _, batch_totals in counted:
+                totals.add_later_totals(batch_totals)
+            return totals
+        totals = append_record_batches(job.partial_file, counted)
+    publish_records(job.partial_file, job.records_file, totals)
     return totals
 
 
-def _write_interrupt_message(shares: Sequence[_AnswersToScore], scored: int) -> str:
-    """Return the message after an interrupt, which names the files that are still to be scored."""
-    if not scored or shares[0].out is None:
-        return "interrupted; nothing is written"
-    left = shares[scored]
-    names = f"{left.suite.domain} {left.suite.ability.value} {left.answers.model}"
-    return (
-        f"interrupted; {scored} of {len(shares)} files are scored and written; go on with those from {names}"
-    )
+def _count_records(batches: Iterable[RecordBatch], add_answers: ProgressCallback) -> Iterator[RecordBatch]:
+    for batch in batches:
+        yield batch
+        add_answers(batch[1].number)
 
 
-def _score_in_batches(
-    share: _AnswersToScore, settings: ScoringOptions, workplace: Scoring, *, quiet: bool
-) -> Iterable[RecordBatch]:
-    """Return the records of all answers in batches.
+def _write_interrupt_message(jobs: Sequence[_ScoringJob], number: int) -> str:
+    """Return the message after an interrupt, which states how many answers need not be scored again."""
+    if jobs[0].partial_file is None:
+        return "interrupted; nothing is written, because --out is not given"
+    kept = sum(count_kept_records(job.partial_file) for job in jobs if job.partial_file)
+    return f"interrupted; {kept:,} of {number:,} answers are scored; the same command resumes from here"
+
+
+def _score_in_batches(job: _ScoringJob, settings: ScoringOptions, scoring: Scoring) -> Iterable[RecordBatch]:
+    """Return the records of all answers in batches, without the records that an interrupted command kept.
 
     If the answers have several epochs, each task has one record with the means of its metrics over the
     epochs.
     """
-    averaged = get_declaration(share.suite.ability).combine_epochs
-    if averaged is None or not share.answers.further_epochs:
-        return _score_and_show_progress(share, settings, workplace, quiet=quiet)
+    if job.kept == job.number:
+        return ()
+    suite, finish, combine_epochs = job.suite, _make_adder_of_study_fields(job), job.combine_epochs
+    if combine_epochs is None:
+        return scoring.score_in_batches(
+            suite, job.answers, job.missing, settings, finish, job.shard, job.kept
+        )
     # imported late, because answers of one epoch do not need it
     from eai.results.epochs import average_records_over_epochs
 
-    suite = share.suite
     of_epochs = [
         score_run(suite, answers, map_unanswered_tasks_to_reason(suite, answers), settings)
-        for answers in (share.answers, *share.answers.further_epochs)
+        for answers in (job.answers, *job.answers.further_epochs)
     ]
-    by_task = {record.task_id: record for record in average_records_over_epochs(of_epochs, averaged)}
-    finish = _make_adder_of_study_fields(share) or replace
-    means = [finish(by_task[task_id]) for task_id in suite.task_ids if task_id in by_task]
-    return [records.make_record_batch(means if share.shard is None else [*share.shard.select(means)])]
+    by_task = {record.task_id: record for record in average_records_over_epochs(of_epochs, combine_epochs)}
+    means = [(finish or replace)(by_task[task_id]) for task_id in suite.task_ids if task_id in by_task]
+    chosen = means if job.shard is None else [*job.shard.select(means)]
+    return [records.make_record_batch(chosen[job.kept :])]
 
 
-def _score_and_show_progress(
-    share: _AnswersToScore, settings: ScoringOptions, workplace: Scoring, *, quiet: bool
-) -> Iterator[RecordBatch]:
-    suite, answers = share.suite, share.answers
-    missing = map_unanswered_tasks_to_reason(suite, answers)
-    missing |= dict.fromkeys(missing.keys() & set(share.elsewhere), OTHER_RULES)
-    title = f"scoring {suite.domain} {suite.ability.value} {answers.model}"
-    with show_scoring_progress(title, len(answers.responses) + len(missing), quiet=quiet) as report:
-        done = 0
-        for part in workplace.score_in_batches(
-            suite, answers, missing, settings, _make_adder_of_study_fields(share), share.shard
-        ):
-            yield part
-            done += part[1].number
-            report(done)
-
-
-def _make_adder_of_study_fields(share: _AnswersToScore) -> Callable[[Record], Record] | None:
+def _make_adder_of_study_fields(job: _ScoringJob) -> Callable[[Record], Record] | None:
     """Return a function that adds to a record how its prompt was made, or None if nothing is to be added.
 
-    It adds the options of studies from a log, the goals that a model's interpretation stated, and the
-    prompt's name.
+    It adds the options of studies from an Inspect log, the goals that a model stated in goal interpretation,
+    and the prompt's name.
     """
-    if share.goals is None and share.prompt_name is None:
-        return share.logged
+    if job.goals is None and job.prompt_name is None:
+        return job.logged
     from eai.results.epochs import add_beliefs_and_experiment
     from eai.studies.prompts.choice import make_prompt_name_experiment
 
-    beliefs, suite = None, share.suite
-    if share.goals is not None:
+    beliefs, suite = None, job.suite
+    if job.goals is not None:
         from eai.studies.pipeline.stage_one import read_goal_beliefs
 
-        goals = (suite.benchmark, suite.ability, suite.source, share.answers.model)
-        beliefs = replace(read_goal_beliefs(share.goals, *goals), beliefs={}, metadata={})
+        goals = (suite.benchmark, suite.ability, suite.source, job.answers.model)
+        beliefs = replace(read_goal_beliefs(job.goals, *goals), beliefs={}, metadata={})
     mark = partial(
-        add_beliefs_and_experiment, beliefs=beliefs, experiment=make_prompt_name_experiment(share.prompt_name)
+        add_beliefs_and_experiment, beliefs=beliefs, experiment=make_prompt_name_experiment(job.prompt_name)
     )
-    return mark if share.logged is None else partial(_apply_both, share.logged, mark)
+    return mark if job.logged is None else partial(_apply_both, job.logged, mark)
 
 
 def _apply_both(
@@ -348,7 +441,7 @@ def _print_note_on_fast_downward(name: str, totals: RunTotals) -> None:
     )
 
 
-def _print_note_on_replaced_records(file: Path, share: _AnswersToScore) -> None:
+def _print_note_on_replaced_records(file: Path, job: _ScoringJob) -> None:
     """Print a note on standard error if scoring replaces a file with records of another run."""
     if not file.is_file():
         return
@@ -357,23 +450,21 @@ def _print_note_on_replaced_records(file: Path, share: _AnswersToScore) -> None:
     except InputError as error:
         print_note(f"{error}; the file is replaced")
         return
-    run = share.answers.model, share.suite.domain, share.suite.ability
+    run = job.answers.model, job.suite.domain, job.suite.ability
     if before is not None and (before.model, before.domain, before.ability) != run:
         print_note(
             f"{file}: the records of {before.model}, {before.domain} {before.ability.value} are replaced"
         )
 
 
-def _find_answers_of_suite(places: Sequence[Path], suite: Suite, out: Path | None) -> list[_AnswersToScore]:
+def _find_answers_of_suite(places: Sequence[Path], suite: Suite, out: Path | None) -> list[_ScoringJob]:
     """Return the answers to one suite. If there are several files, each model gets a folder for results."""
     files = [file for place in places for file in find_files_of_suite(place, suite.domain, suite.ability)]
-    answers_by_file = [_read_answers_and_experiment_adder(file, suite) for file in files]
-    _require_different_models([answers.model for answers, _ in answers_by_file])
-    several = len(files) > 1
-    return [
-        _AnswersToScore(suite, answers, out / answers.model if out and several else out, logged=logged)
-        for answers, logged in answers_by_file
-    ]
+    jobs = [_read_answers(file, suite, out) for file in files]
+    _require_different_models([job.answers.model for job in jobs])
+    if out is None or len(jobs) == 1:
+        return jobs
+    return [replace(job, out=out / job.answers.model) for job in jobs]
 
 
 def _find_answers_by_path(
@@ -383,7 +474,7 @@ def _find_answers_by_path(
     protocol: Protocol,
     source: Source,
     out: Path | None,
-) -> list[_AnswersToScore]:
+) -> list[_ScoringJob]:
     """Yield the answers in files whose paths name their suites, of one benchmark or ability if given.
 
     Raises:
@@ -402,29 +493,28 @@ def _find_answers_by_path(
         asked = " ".join([domain or "", ability.value if ability else ""]).strip()
         raise InputError(f"{paths[0]}: no file with answers to {asked}")
     _require_different_models([f"{file.domain} {file.ability.value} {file.model}" for file in files_of_suite])
-    shares = []
+    jobs = []
     for (name, each), files in groupby(files_of_suite, key=lambda file: (file.domain, file.ability)):
         suite = open_suite(own.get(name, name), each, protocol, source=source)
         for file in files:
             folder = None if out is None else out / name / each.value / file.model
-            answers, logged = _read_answers_and_experiment_adder(file.path, suite)
-            shares.append(_AnswersToScore(suite, replace(answers, model=file.model), folder, logged=logged))
-    return shares
+            job = _read_answers(file.path, suite, folder)
+            jobs.append(replace(job, answers=replace(job.answers, model=file.model)))
+    return jobs
 
 
-def _read_answers_and_experiment_adder(
-    file: Path, suite: Suite
-) -> tuple[ResponseFile, Callable[[Record], Record] | None]:
-    """Return the answers in a file, and a function that adds the options of studies in the file to records.
+def _read_answers(file: Path, suite: Suite, out: Path | None) -> _ScoringJob:
+    """Read the answers in a file, and the options of studies in an Inspect log.
 
-    The function is None if the file contains no such options, as in a response file. Inspect is imported only
-    for logs.
+    Inspect is imported only for logs.
     """
     if file.suffix != LOG_SUFFIX:
-        return read_responses(file, suite.task_ids, suite.benchmark.data.task_id_of, samples=True), None
+        answers = read_responses(file, suite.task_ids, suite.benchmark.data.task_id_of, samples=True)
+        return _ScoringJob(suite, answers, out)
     with inspect_needed():
         from eai.run.tasks import make_experiment_adder, read_answers
-    return read_answers(file, suite), make_experiment_adder(file, suite)
+    answers, logged = read_answers(file, suite), make_experiment_adder(file, suite)
+    return _ScoringJob(suite, answers, out, logged=logged, log=file)
 
 
 def _require_different_models(names: Sequence[str]) -> None:

@@ -1,1 +1,1 @@
-"""Records of scored answers, rewards, rates with confidence intervals, and tables of results."""
+"""Records, scoring of many answers, rewards, rates with intervals, and tables of results with writers."""

@@ -2,7 +2,7 @@
 
 A suite is a domain with an ability. A file names its suite by its folders,
 ``<domain>/<ability>/..._outputs.json``, or by its own name, ``<domain>_<ability>_outputs.json`` (as in the
-paper's public challenge). Many files name no suite.
+paper's public challenge). Many files name no suite. A file that names another suite is left out or refused.
 """
 
 from __future__ import annotations
@@ -96,7 +96,7 @@ def find_suite_files(path: Path, unregistered_benchmarks: Collection[str] = ()) 
     """
     files = []
     for file in find_response_files(path):
-        suite = _read_suite_from_path(file)
+        suite = read_suite_from_path(file)
         if suite is None:
             expected_names = f"<domain>/<ability>/<model>{SUFFIX} or <domain>_<ability>{SUFFIX}"
             raise InputError(
@@ -141,7 +141,9 @@ def unpack_answers(path: Path, other_file_names: Collection[str] = ()) -> Iterat
                 if (
                     sum(info.file_size for info in members) > limit
                 ):  # `zipfile` reads at most the size that a zip states for a member
-                    raise InputError(f"{path}: expected at most {limit:,} bytes of answers in it")
+                    raise InputError(
+                        f"{path}: expected at most {limit:,} bytes of answers in it; split the zip"
+                    )
                 for info in members:
                     name = f"{path}: {info.filename}"
                     if (folder / info.filename).exists():
@@ -196,8 +198,8 @@ def find_files_of_suite(path: Path, domain: str, ability: Ability) -> list[Path]
 def find_response_file_of_suite(path: Path, domain: str, ability: Ability, attempt: int = 1) -> Path:
     """Return the only response file with the answers to a suite. In a folder, the file must name the suite.
 
-    Experiments with several attempts have a file for each attempt. Only the file with the first answers has
-    no number of an attempt in its name; this file is returned.
+    Experiments with several attempts have a file for each attempt; ``attempt`` selects it. A file without
+    the number of an attempt in its name has the first answers.
 
     Raises:
         InputError: there is no such file, or more than one.
@@ -208,11 +210,11 @@ def find_response_file_of_suite(path: Path, domain: str, ability: Ability, attem
         return first if attempt == 1 else first.with_name(f"{format_attempt_name(name, attempt)}{SUFFIX}")
     files: list[Path] = []
     if attempt == 1:
-        # an InputError means that every file name has an attempt number: the next search finds attempt 1
+        # if all file names have an attempt number, this raises InputError, and the search below is used
         with suppress(InputError):
             files = find_response_files(path)
     files = files or sorted(path.rglob(f"*{format_attempt_name('', attempt)}{SUFFIX}"))
-    of_suite = [file for file in files if _read_suite_from_path(file) == (domain, ability.value)]
+    of_suite = [file for file in files if read_suite_from_path(file) == (domain, ability.value)]
     if len(of_suite) != 1:
         name = "<model>" if attempt == 1 else format_attempt_name("<model>", attempt)
         expected = path / domain / ability.value / f"{name}{SUFFIX}"
@@ -220,7 +222,8 @@ def find_response_file_of_suite(path: Path, domain: str, ability: Ability, attem
     return of_suite[0]
 
 
-def _read_suite_from_path(file: Path) -> tuple[str, str] | None:
+def read_suite_from_path(file: Path) -> tuple[str, str] | None:
+    """Return the domain and the ability that a path names, or None if it names no suite."""
     for ability in find_abilities():
         domain = read_model_name(file).removesuffix(f"_{ability}")
         if domain != read_model_name(file):
@@ -235,7 +238,7 @@ def _find_conflicting_suite_in_path(file: Path, domain: str, ability: Ability) -
 
     Folders that have no benchmark's name say nothing about the suite.
     """
-    suite = _read_suite_from_path(file)
+    suite = read_suite_from_path(file)
     if suite is None or (
         suite[1] == ability.value and (suite[0] == domain or suite[0] not in list_benchmarks())
     ):

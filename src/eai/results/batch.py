@@ -6,7 +6,7 @@ from collections import Counter
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from dataclasses import replace
 from functools import partial
-from itertools import chain, tee
+from itertools import chain, islice, tee
 from operator import length_hint
 from typing import TYPE_CHECKING, TypeAlias
 
@@ -91,6 +91,7 @@ class Scoring(WorkerPool):
         settings: ScoringOptions,
         finish: Callable[[Record], Record] | None = None,
         shard: RunShard | None = None,
+        skip: int = 0,
     ) -> Iterator[RecordBatch]:
         """Yield the records of all tasks of a run, ready to be written, a batch at a time.
 
@@ -105,6 +106,7 @@ class Scoring(WorkerPool):
             settings: options of scoring. Its number of processes is ignored: the scorer has its own.
             finish: function that changes a record before it is written; workers get it pickled.
             shard: the part of the tasks to score; None for all tasks.
+            skip: number of first records to leave out, because an interrupted command has made them.
         """
         suite = suite.choose_suite_for_answers(response.text for response in answers.responses)
         items, number = (
@@ -113,6 +115,7 @@ class Scoring(WorkerPool):
         )
         if shard is not None:
             items, number = shard.select(items), -(-number // shard.of)
+        items, number = islice(items, skip, None), number - skip
         mark = partial(
             _add_harness_and_game_rules, default=_find_harness_and_game_rules(suite.ability, answers)
         )
@@ -190,13 +193,13 @@ def _score_response_rows(
     suite: Suite,
     settings: ScoringOptions,
     model: str,
-    mark_record: Callable[[Record], Record],
+    add_game_rules: Callable[[Record], Record],
     finish_record: Callable[[Record], Record] | None,
     rows: Sequence[ResponseRow],
 ) -> list[RecordBatch]:
     items = [read_response(row, suite.benchmark.data.task_id_of) for row in rows]
     records = [
-        mark_record(_make_record(suite, model, item, _score_response(suite, settings, item)))
+        add_game_rules(_make_record(suite, model, item, _score_response(suite, settings, item)))
         for item in items
     ]
     return [make_record_batch(records if finish_record is None else [*map(finish_record, records)])]
@@ -229,8 +232,9 @@ def _list_rows_in_task_order(
 def split_answers_by_game_rules(ability: Ability, answers: ResponseFile) -> dict[str | None, ResponseFile]:
     """Return the answers of a response file, grouped by the game rules by which the model played.
 
-    Games by the standard rules come first, under the key None. Empty and unreadable answers name no rules;
-    they are added to this group, or to the largest group if no game had the standard rules.
+    Games by the standard rules come first, under the key None. Each group keeps its further epochs. Empty and
+    unreadable answers name no rules, and fail by any rules. They are added to the group of the standard
+    rules, or to the largest group if no game had these rules.
     """
     declared = get_declaration(ability)
     if not declared.takes_turns:
@@ -274,7 +278,10 @@ def _find_harness_and_game_rules(ability: Ability, answers: ResponseFile) -> Exp
 
 
 def _add_harness_and_game_rules(record: Record, default: Experiment) -> Record:
-    """Return a record with the harness and the game rules that its answer names, or else the run's."""
+    """Return a record with the harness and the game rules that its answer names.
+
+    If the answer cannot be read, both come from ``default``; if it names no harness, the harness does.
+    """
     agent = get_declaration(record.ability).read_episode_settings(record.response) or default
     return record.add_experiment(replace(agent, harness=agent.harness or default.harness))
 
@@ -284,9 +291,19 @@ def score_run(
     answers: ResponseFile,
     unanswered: Mapping[str, str],
     settings: ScoringOptions,
-    on_progress: ProgressCallback | None = None,
 ) -> list[Record]:
-    """Return the records of all tasks of a run, in the order of the data set.
+    """Return the records that `generate_run_records` yields."""
+    return list(generate_run_records(suite, answers, unanswered, settings))
+
+
+def generate_run_records(
+    suite: Suite,
+    answers: ResponseFile,
+    unanswered: Mapping[str, str],
+    settings: ScoringOptions,
+    on_progress: ProgressCallback | None = None,
+) -> Iterator[Record]:
+    """Yield the records of all tasks of a run, in the order of the data set.
 
     Args:
         suite: the tasks.
@@ -298,14 +315,13 @@ def score_run(
     suite = suite.choose_suite_for_answers(response.text for response in answers.responses)
     rows = _list_rows_in_task_order(suite, answers, unanswered)
     items = [read_response(row, suite.benchmark.data.task_id_of) for row in rows]
-    records: list[Record] = []
     first = _find_harness_and_game_rules(suite.ability, answers)
     with Scoring(settings.workers) as scoring:
-        for record in scoring._score_responses(suite, answers.model, items, settings):
-            records.append(_add_harness_and_game_rules(record, first))
+        scored = scoring._score_responses(suite, answers.model, items, settings)
+        for done, record in enumerate(scored, 1):
+            yield _add_harness_and_game_rules(record, first)
             if on_progress is not None:
-                on_progress(len(records))
-    return records
+                on_progress(done)
 
 
 def _make_record(suite: Suite, model: str, item: Response, judged: _ScoringResult) -> Record:

@@ -86,8 +86,8 @@ class _RateWithErrorByUnit:
         value: the estimate, as a fraction of 1.
         centre: the estimate with the two pseudo-units included, one right and one wrong.
         of_units: mapping from each unit to its contribution; the contributions sum to 0.
-        of_pseudo_units: contributions of a pseudo-unit to the error: if all its answers are right, and if all
-            are wrong.
+        of_pseudo_units: the possible contributions of one pseudo-unit to the error, all equally likely.
+            A rate has two: if all answers of the unit are right, and if all are wrong.
         weights: mapping from each unit to its share of the denominator; the shares sum to 1.
     """
 
@@ -104,7 +104,7 @@ class _RateWithErrorByUnit:
 
     @property
     def variance(self) -> float:
-        """Jackknife variance of the estimate, from the real units and the two pseudo-units; never zero."""
+        """Variance of the estimate: jackknife over real units, plus that of the pseudo-units; never zero."""
         left_out = (
             added / (1 - self.weights[unit])
             for unit, added in self.of_units.items()
@@ -144,9 +144,9 @@ def compute_rate_with_error_by_unit(shares_by_unit: Mapping[str, Share]) -> _Rat
 def compute_weighted_mean_of_rates(
     weighted_rates: Sequence[tuple[float, _RateWithErrorByUnit]],
 ) -> _RateWithErrorByUnit:
-    """Return the weighted mean of rates over the same units, with each unit's contribution to its error.
+    """Return the weighted mean of rates of the same tasks, with each unit's contribution to the mean's error.
 
-    A pseudo-unit (`_RateWithErrorByUnit`) counts as right in all rates, or as wrong in all.
+    A pseudo-unit (`_RateWithErrorByUnit`) is right in all rates, or wrong in all rates.
 
     Args:
         weighted_rates: for each rate, its weight and the result of `compute_rate_with_error_by_unit`; the
@@ -155,31 +155,34 @@ def compute_weighted_mean_of_rates(
     return _RateWithErrorByUnit(
         sum(weight * rate.value for weight, rate in weighted_rates),
         sum(weight * rate.centre for weight, rate in weighted_rates),
-        _sum_weighted_deviations([(weight, rate.of_units) for weight, rate in weighted_rates]),
+        _sum_weighted_numbers_by_unit([(weight, rate.of_units) for weight, rate in weighted_rates]),
         tuple(sum(weight * rate.of_pseudo_units[case] for weight, rate in weighted_rates) for case in (0, 1)),
-        _sum_weighted_deviations([(weight, rate.weights) for weight, rate in weighted_rates]),
+        _sum_weighted_numbers_by_unit([(weight, rate.weights) for weight, rate in weighted_rates]),
     )
 
 
-def compute_difference_deviations(
+def compute_difference_with_error_by_unit(
     first: _RateWithErrorByUnit, second: _RateWithErrorByUnit
 ) -> _RateWithErrorByUnit:
     """Return the second rate minus the first, with each unit's contribution to the error of the difference.
 
-    A pseudo-unit (`_RateWithErrorByUnit`) is right or wrong in each rate independently.
+    A pseudo-unit (`_RateWithErrorByUnit`) has one contribution for each combination of right and wrong in
+    the two rates.
     """
     return _RateWithErrorByUnit(
         second.value - first.value,
         second.centre - first.centre,
-        _sum_weighted_deviations([(1, second.of_units), (-1, first.of_units)]),
+        _sum_weighted_numbers_by_unit([(1, second.of_units), (-1, first.of_units)]),
         tuple(b - a for a, b in product(first.of_pseudo_units, second.of_pseudo_units)),
-        _sum_weighted_deviations([(0.5, first.weights), (0.5, second.weights)]),
+        _sum_weighted_numbers_by_unit([(0.5, first.weights), (0.5, second.weights)]),
     )
 
 
-def _sum_weighted_deviations(parts: Sequence[tuple[float, Mapping[str, float]]]) -> dict[str, float]:
+def _sum_weighted_numbers_by_unit(
+    weighted_numbers: Sequence[tuple[float, Mapping[str, float]]],
+) -> dict[str, float]:
     total: dict[str, float] = {}
-    for weight, numbers in parts:
+    for weight, numbers in weighted_numbers:
         for unit, number in numbers.items():
             total[unit] = total.get(unit, 0) + weight * number
     return total
@@ -234,7 +237,10 @@ class ConfidenceIntervals:
 
     @property
     def effective_task_count(self) -> float | None:
-        """Number of independent tasks that give as much information as these tasks; at most their number."""
+        """Number of independent tasks that give as much information as these tasks; at most their number.
+
+        It is None if `design_effect` is None or zero.
+        """
         return self.tasks / max(1.0, self.design_effect) if self.design_effect else None
 
 
@@ -283,7 +289,7 @@ def _compute_share_intervals(cases: RateCases) -> ConfidenceIntervals | None:
         return None
     yes_no = len(tasks.of_units) == len(cases) and all(case.share in _YES_NO for case in cases)
     return _make_confidence_intervals(
-        _make_binomial_interval_parts(tasks) if yes_no else _make_wilson_interval_inputs(tasks),
+        _make_binomial_interval_inputs(tasks) if yes_no else _make_wilson_interval_inputs(tasks),
         _make_wilson_interval_inputs(names),
         _compute_wilson_interval,
     )
@@ -320,14 +326,14 @@ def compute_difference_intervals(first: RateCases, second: RateCases) -> Confide
         (compute_rate_with_error_by_unit(sums(first)), compute_rate_with_error_by_unit(sums(second)))
         for sums in (sum_shares_by_task, sum_shares_by_task_name)
     ]
-    both_parts = [
-        _make_interval_inputs(compute_difference_deviations(one, other))
+    both_inputs = [
+        _make_interval_inputs(compute_difference_with_error_by_unit(one, other))
         for one, other in pairs
         if one and other
     ]
-    if len(both_parts) < len(pairs):
+    if len(both_inputs) < len(pairs):
         return None
-    by_task, by_name = both_parts
+    by_task, by_name = both_inputs
     return _make_confidence_intervals(by_task, by_name, _compute_difference_interval)
 
 
@@ -374,27 +380,30 @@ class _IntervalInputs(NamedTuple):
     units: int
 
 
-def _make_interval_inputs(deviations: _RateWithErrorByUnit) -> _IntervalInputs:
-    quantile = compute_student_quantile(LEVEL, deviations.freedom)
+def _make_interval_inputs(rate: _RateWithErrorByUnit) -> _IntervalInputs:
+    quantile = compute_student_quantile(LEVEL, rate.freedom)
     return _IntervalInputs(
-        deviations.value,
-        deviations.variance,
-        deviations.observed_variance,
+        rate.value,
+        rate.variance,
+        rate.observed_variance,
         quantile,
-        len(deviations.of_units),
+        len(rate.of_units),
     )
 
 
-def _make_wilson_interval_inputs(deviations: _RateWithErrorByUnit) -> _IntervalInputs:
-    """Return the inputs of Wilson's interval: the variance is divided by that of one yes-or-no answer."""
-    parts = _make_interval_inputs(deviations)
-    return parts._replace(variance=parts.variance / (deviations.centre * (1 - deviations.centre)))
+def _make_wilson_interval_inputs(rate: _RateWithErrorByUnit) -> _IntervalInputs:
+    """Return the inputs of Wilson's interval, whose variance is the inverse of the effective number of units.
+
+    This is the variance of the estimate, divided by the variance of one yes-or-no answer.
+    """
+    inputs = _make_interval_inputs(rate)
+    return inputs._replace(variance=inputs.variance / (rate.centre * (1 - rate.centre)))
 
 
-def _make_binomial_interval_parts(deviations: _RateWithErrorByUnit) -> _IntervalInputs:
+def _make_binomial_interval_inputs(rate: _RateWithErrorByUnit) -> _IntervalInputs:
     """Return the inputs of Wilson's interval for independent yes-or-no answers, each of them a unit."""
-    units = len(deviations.of_units)
-    return _IntervalInputs(deviations.value, 1 / units, deviations.observed_variance, _NORMAL, units)
+    units = len(rate.of_units)
+    return _IntervalInputs(rate.value, 1 / units, rate.observed_variance, _NORMAL, units)
 
 
 def _sum_shares_by_unit(units_and_shares: Sequence[tuple[str, Share]]) -> dict[str, Share]:
@@ -409,21 +418,23 @@ def _sum_shares_by_unit(units_and_shares: Sequence[tuple[str, Share]]) -> dict[s
 
 
 def _make_confidence_intervals(
-    tasks: _IntervalInputs, names: _IntervalInputs, bounds: Callable[[_IntervalInputs], Interval]
+    by_task: _IntervalInputs, by_name: _IntervalInputs, compute_bounds: Callable[[_IntervalInputs], Interval]
 ) -> ConfidenceIntervals:
-    if names.units == tasks.units:  # no near copies
-        return ConfidenceIntervals(bounds(tasks), bounds(tasks), tasks.units, names.units, 1.0)
+    if by_name.units == by_task.units:  # no near copies
+        return ConfidenceIntervals(
+            compute_bounds(by_task), compute_bounds(by_task), by_task.units, by_name.units, 1.0
+        )
     return ConfidenceIntervals(
-        bounds(names._replace(variance=max(names.variance, tasks.variance))),
-        bounds(tasks),
-        tasks.units,
-        names.units,
-        names.observed / tasks.observed if tasks.observed else None,
+        compute_bounds(by_name._replace(variance=max(by_name.variance, by_task.variance))),
+        compute_bounds(by_task),
+        by_task.units,
+        by_name.units,
+        by_name.observed / by_task.observed if by_task.observed else None,
     )
 
 
-def _compute_wilson_interval(parts: _IntervalInputs) -> Interval:
-    value, spread = parts.value, parts.quantile**2 * parts.variance
+def _compute_wilson_interval(inputs: _IntervalInputs) -> Interval:
+    value, spread = inputs.value, inputs.quantile**2 * inputs.variance
     middle = (value + spread / 2) / (1 + spread)
     half = math.sqrt(spread * (value * (1 - value) + spread / 4)) / (1 + spread)
     return Interval(
@@ -432,6 +443,6 @@ def _compute_wilson_interval(parts: _IntervalInputs) -> Interval:
     )
 
 
-def _compute_difference_interval(parts: _IntervalInputs) -> Interval:
-    half = parts.quantile * math.sqrt(parts.variance)
-    return Interval(max(-100.0, 100 * (parts.value - half)), min(100.0, 100 * (parts.value + half)))
+def _compute_difference_interval(inputs: _IntervalInputs) -> Interval:
+    half = inputs.quantile * math.sqrt(inputs.variance)
+    return Interval(max(-100.0, 100 * (inputs.value - half)), min(100.0, 100 * (inputs.value + half)))

@@ -19,11 +19,11 @@ from typing import Any, TypeVar
 from pydantic import TypeAdapter, ValidationError
 
 from eai.abilities.attempt import Attempt
-from eai.abilities.attempt_options import STUDY, AttemptOptions
 from eai.abilities.declaration import get_declaration
 from eai.abilities.experiment import Experiment, StudySettings
 from eai.abilities.explanation import Explanation, Statement
 from eai.abilities.protocol import DEFAULT_PROTOCOL, Ability
+from eai.abilities.replanning_options import STUDY, ReplanningOptions
 from eai.abilities.task_features import TaskFeatures
 from eai.abilities.verdict import Verdict
 from eai.base.errors import InputError
@@ -108,10 +108,11 @@ def experiment_to_json(
 ) -> dict[str, Json]:
     """Return the fields ``study`` and ``agent`` of records and summaries as a JSON object.
 
-    A field is left out if the run has no options for it.
+    ``study`` has the options of each study, such as several attempts. ``agent`` has the options of the agent
+    that the run uses. A field without options is left out.
 
     Args:
-        experiment: the run's options of each study, such as the study of several attempts, and of its agent.
+        experiment: the run's options of studies and of the agent.
         study_summaries: mapping from the name of a study to the values that it reports on the answer.
     """
     study: dict[str, Json] = {}
@@ -124,7 +125,9 @@ def experiment_to_json(
 
 
 def experiment_from_json(values: Mapping[str, Any]) -> Experiment | None:
-    """Read an experiment from the fields ``study`` and ``agent``, or return None if both are missing.
+    """Return the experiment that a record's fields choose, or None if they choose no options.
+
+    The fields are ``study`` and ``agent``. Older records have the chosen options as fields.
 
     Raises:
         InputError: a field has another type; the message names it.
@@ -135,12 +138,12 @@ def experiment_from_json(values: Mapping[str, Any]) -> Experiment | None:
         study = _parse_value(dict[str, StudySettings], values.get("study") or {}, "study")
         agent = _parse_value(dict[str, Any], values.get("agent") or {}, "agent")
         if STUDY in study:
-            _parse_value(AttemptOptions, study[STUDY].options, f"study.{STUDY}.options")
+            _parse_value(ReplanningOptions, study[STUDY].options, f"study.{STUDY}.options")
         experiment = _parse_value(Experiment, {**agent, "study": study}, "agent")
     else:
         chosen = {name: values[name] for name in NAMES if values.get(name) is not None}
         names = _parse_value(dict[str, str], chosen, "experiment")
-        experiment = read_older_experiment(names, _parse_value(AttemptOptions, values, "experiment"))
+        experiment = read_older_experiment(names, _parse_value(ReplanningOptions, values, "experiment"))
     positions = enumerate(experiment.study.items())
     ordered = {
         name: replace(choice, label_position=position, summary={}) for position, (name, choice) in positions
@@ -256,7 +259,8 @@ def record_from_json(values: Mapping[str, Any]) -> Record:
     sha256 = _parse_value(str, _require_field(values, "response_sha256"), "response_sha256")
     if values.get("response") is not None and hash_text(record.response) != sha256:
         raise InputError(
-            "expected the response that was scored; response_sha256 is the digest of another text"
+            "expected the response that was scored, but response_sha256 is the digest of another text; "
+            "score the answer again"
         )
     return record
 
@@ -327,7 +331,9 @@ def _read_verdict(values: Mapping[str, Any], ability: Ability, repairs_before_sc
     status = _require_field(values, "status")
     reason = _require_field(values, "excluded_reason")
     if status != ("scored" if reason is None else "excluded"):
-        raise InputError(f"field status: expected 'excluded' with a reason, or 'scored', not {status!r}")
+        raise InputError(
+            f"field status: expected 'excluded' if excluded_reason is given, else 'scored', not {status!r}"
+        )
     repairs = _parse_value(tuple[str, ...], _require_field(values, "repairs"), "repairs")
     declared: type[Verdict] = get_declaration(ability).verdict
     fields = {name: values[name] for name in _list_dataclass_fields(declared) if name in values}
@@ -338,13 +344,13 @@ def _read_verdict(values: Mapping[str, Any], ability: Ability, repairs_before_sc
     }
     if "tried_actions" in _list_dataclass_fields(declared) and isinstance(
         values.get("attempts"), int
-    ):  # schema 2
+    ):  # schema 2 has the number of tried actions in `attempts`
         fields["tried_actions"] = values["attempts"]
     return _parse_value(declared, {**fields, "excluded": reason, "repairs": repairs[repairs_before_scoring:]})
 
 
 def _read_attempts(values: Mapping[str, Any], ability: Ability) -> tuple[Attempt, ...]:
-    if isinstance(values.get("attempts"), int):  # in schema 2 `attempts` is the number of tried actions
+    if isinstance(values.get("attempts"), int):  # schema 2: the number of tried actions, not a list
         return ()
     attempts = []
     for number, values_of_attempt in enumerate(

@@ -1,4 +1,4 @@
-"""Makes the garbage collector run rarely, for processes that keep nearly all objects."""
+"""Makes the garbage collector run rarely in processes that keep nearly all objects, and often in runs."""
 
 from __future__ import annotations
 
@@ -15,3 +15,11 @@ def reduce_garbage_collection() -> None:
     """
     gc.freeze()
     gc.set_threshold(OBJECTS_BETWEEN_COLLECTIONS, *gc.get_threshold()[1:])
+
+
+def collect_garbage_often() -> None:
+    """Collect garbage after 2,000 new objects.
+
+    The library Inspect, which runs models, leaves some 100 kB of cyclic garbage a sample.
+    """
+    gc.set_threshold(2000, *gc.get_threshold()[1:])

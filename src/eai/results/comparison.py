@@ -38,7 +38,7 @@ _ROUNDING = 1e-12
 
 
 def compute_sign_flip_p(differences: Sequence[int]) -> float:
-    """Return the exact two-sided p value of a sum of differences, if each sign is equally likely.
+    """Return the exact two-sided p value of a sum of differences, if plus and minus are equally likely.
 
     Args:
         differences: for each unit (a task or a name), the number of its tasks that are right in the second
@@ -62,9 +62,8 @@ def compute_permutation_p_value(first: Sequence[Share], second: Sequence[Share])
     assignment of answers to runs counts as one exchange, so that no p value is zero.
 
     Args:
-        first: mapping from each unit (a task or a name) to the numerator and denominator that it adds to the
-            first rate.
-        second: mapping from the same units to the numerator and denominator for the second rate.
+        first: for each unit (a task or a name), the numerator and denominator that it adds to the first rate.
+        second: for the same units in the same order, the numerator and denominator for the second rate.
     """
     sums = (_add_shares(first), _add_shares(second))
     if not sums[0].denominator or not sums[1].denominator:
@@ -123,7 +122,10 @@ class MetricDifference:
 
     @property
     def percentage_points(self) -> float | None:
-        """Rate of the second run minus rate of the first run, in percentage points."""
+        """Rate of the second run minus rate of the first run, in percentage points.
+
+        It is None if a run has no tasks to which the metric applies.
+        """
         if self.first.percent is None or self.second.percent is None:
             return None
         return self.second.percent - self.first.percent
@@ -212,7 +214,7 @@ def compare_metric(first: RateCases, second: RateCases, *, yes_no: bool) -> Metr
         for case, a, b in zip(first, right_in_first, right_in_second, strict=True)
         if yes_no and a != b
     ]
-    p_value = _compute_sign_flip_p_of_shares if yes_no else compute_permutation_p_value
+    p_value = _compute_exact_p_value if yes_no else compute_permutation_p_value
     return MetricDifference(
         compute_rate(case.share for case in first),
         compute_rate(case.share for case in second),
@@ -225,5 +227,5 @@ def compare_metric(first: RateCases, second: RateCases, *, yes_no: bool) -> Metr
     )
 
 
-def _compute_sign_flip_p_of_shares(first: Sequence[Share], second: Sequence[Share]) -> float:
+def _compute_exact_p_value(first: Sequence[Share], second: Sequence[Share]) -> float:
     return compute_sign_flip_p([round(b.numerator - a.numerator) for a, b in zip(first, second, strict=True)])

@@ -103,7 +103,8 @@ class _BenchmarkPaperCost(Options):
 def sum_spending(records: Iterable[Record]) -> Spending:
     """Return the sum of the costs in some records.
 
-    The cost of an answer includes its further attempts and requests.
+    The cost of an answer includes its further attempts and requests. Answers without recorded tokens add
+    nothing.
     """
     usages = [record.origin.usage for record in records if record.origin and record.origin.usage]
     usages = [usage for usage in usages if usage.tokens is not None]
@@ -133,7 +134,11 @@ def _list_cost_amounts(record: Record, usage: Usage) -> Iterator[tuple[str, Rate
 
 
 def cost_cases_to_json(cases_by_amount: Mapping[str, RateCases]) -> dict[str, Json]:
-    """Return costs of a success as in ``summary.json``: sums, ratio and interval; null without success."""
+    """Return the cost of a success by unit, as in ``summary.json``.
+
+    The cost is the sum of all costs divided by the number of successes, with an interval. It is null without
+    success.
+    """
     amounts: dict[str, Json] = {}
     for name, cases in cases_by_amount.items():
         rate, interval = compute_rate(case.share for case in cases), compute_ratio_interval(cases)

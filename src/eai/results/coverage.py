@@ -46,11 +46,11 @@ class TaskCoverage:
             return (
                 "The records do not say how many tasks the suite has: score the answers again to rank them."
             )
-        parts = tuple(self._describe_gaps(self.tasks))
+        parts = tuple(self._describe_problems(self.tasks))
         end = "." if self.is_ranked else "; the run is not ranked."
         return "; ".join(parts) + end if parts else None
 
-    def _describe_gaps(self, tasks: int) -> Iterable[str]:
+    def _describe_problems(self, tasks: int) -> Iterable[str]:
         if self.raised:
             yield f"{self.raised} failed because the scorer raised an exception, which the record names"
         if self.cut_off:

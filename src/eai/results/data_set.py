@@ -67,7 +67,7 @@ class _TaskProfile:
 
 @dataclass(frozen=True, slots=True)
 class _DataSetStatistic:
-    """One figure of a data set.
+    """One number that describes a data set, such as its number of tasks.
 
     Attributes:
         note: a description of the counted quantity.
@@ -101,7 +101,7 @@ LONG_PLAN_STEPS = 10
 
 @cache
 def read_paper_statistics(domain: str) -> Mapping[str, tuple[int | float, str]]:
-    """Return a mapping from labels to the paper's figures, each with the reason why ours differs.
+    """Return a mapping from each statistic's label to the paper's number, and to why ours differs (or "").
 
     The mapping is empty for benchmarks that are not in the paper.
     """
@@ -115,7 +115,7 @@ def read_paper_statistics(domain: str) -> Mapping[str, tuple[int | float, str]]:
 
 
 def compute_data_set_statistics(benchmark: Benchmark, source: Source) -> list[_DataSetStatistic]:
-    """Return the figures of a benchmark in the paper's order, counted without corrections of the data.
+    """Return the statistics of a benchmark in the paper's order, counted without corrections of the data.
 
     Missing data is downloaded first.
 

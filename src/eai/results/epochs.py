@@ -9,9 +9,9 @@ from __future__ import annotations
 
 import json
 from collections import Counter
-from collections.abc import Callable, Collection, Iterable, Mapping, Sequence
+from collections.abc import Callable, Collection, Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field, replace
-from itertools import chain
+from itertools import chain, islice
 from operator import attrgetter
 from pathlib import Path
 from typing import Any
@@ -28,13 +28,21 @@ from eai.base.grouping import group_pairs
 from eai.base.json_value import Json
 from eai.benchmarks.prompt_library import PromptLibrary
 from eai.benchmarks.suite import Suite
-from eai.results.batch import ProgressCallback, score_run
+from eai.results.batch import ProgressCallback, generate_run_records, score_run
 from eai.results.certainty import RateCases
 from eai.results.codec import dataclass_to_json, hash_text
 from eai.results.cost import cost_cases_to_json, map_cost_units_to_rate_cases
 from eai.results.options import ScoringOptions
 from eai.results.record import AnswerOrigin, Record
-from eai.results.records import make_record_batch, write_record_batches
+from eai.results.records import (
+    MAX_BATCH_RECORDS,
+    RECORDS,
+    RecordBatch,
+    RunDescription,
+    make_record_batch,
+    read_records,
+    write_record_batches,
+)
 from eai.results.repeats import find_success_metric, make_pass_at_k_cases, pass_at_k_to_json
 from eai.results.responses import Response, ResponseFile, format_attempt_name, write_responses
 from eai.results.summary import compute_rates_by_attempt, make_cases_by_metric
@@ -61,22 +69,24 @@ def normalise_answer(text: str, ability: Ability) -> str | None:
     The result is None if the answer cannot be read. The ability declares which differences are irrelevant
     (`ModelInteraction`).
     """
-    format = get_declaration(ability).interaction
+    interaction = get_declaration(ability).interaction
     reading = read_json(text, ANY_VALUE)
     if isinstance(reading, ParsedAnswer):
-        return _normalise_value(reading.value, format)
-    start = -1 if format.plain_text_prefix is None else text.find(format.plain_text_prefix)
+        return _normalise_json_value(reading.value, interaction)
+    start = -1 if interaction.plain_text_prefix is None else text.find(interaction.plain_text_prefix)
     return _normalise_spaces(text[start:]) if start >= 0 else None
 
 
-def _normalise_value(value: object, format: ModelInteraction) -> str:
+def _normalise_json_value(value: object, interaction: ModelInteraction) -> str:
     if isinstance(value, JsonObject):
-        members = [f"{json.dumps(key)}:{_normalise_value(item, format)}" for key, item in value.members]
-        return "{" + ",".join(members if format.keys_in_order else sorted(members)) + "}"
+        members = [
+            f"{json.dumps(key)}:{_normalise_json_value(item, interaction)}" for key, item in value.members
+        ]
+        return "{" + ",".join(members if interaction.keys_in_order else sorted(members)) + "}"
     if isinstance(value, list):
-        elements = [_normalise_value(item, format) for item in value]
-        is_goal = all(isinstance(item, str) for item in value)  # ["inside", "rag", "bucket"]
-        is_set = format.lists_are_sets and not is_goal
+        elements = [_normalise_json_value(item, interaction) for item in value]
+        is_goal = all(isinstance(item, str) for item in value)  # such as ["inside", "rag", "bucket"]
+        is_set = interaction.lists_are_sets and not is_goal
         return "[" + ",".join(sorted(elements) if is_set else elements) + "]"
     return json.dumps(_normalise_spaces(value) if isinstance(value, str) else value)
 
@@ -86,16 +96,16 @@ def _normalise_spaces(text: str) -> str:
 
 
 STATED = "stated"
-"""Field of a question's metadata: the answer to goal interpretation whose goals the question states."""
+"""Key in a question's metadata: the answer to goal interpretation that supplied the question's goals."""
 
 
 SUBGOALS = "subgoals"
-"""Field of a question's metadata: the answer to subgoal decomposition whose subgoals the question states."""
+"""Key in a question's metadata: the answer to subgoal decomposition that supplied its subgoals."""
 
 
 @dataclass(frozen=True, slots=True)
 class PromptBeliefs:
-    """Goals or scenes, as a model understands them, that questions state instead of the true ones (beliefs).
+    """Beliefs: goals or scenes as a model understands them, which questions state instead of the true ones.
 
     Attributes:
         beliefs: mapping from each task to the belief that its question states.
@@ -115,7 +125,9 @@ class PromptBeliefs:
     look: ScenePerception | None = None
 
     def add_goal_beliefs(self, goal_beliefs: PromptBeliefs) -> PromptBeliefs:
-        """Combine the scenes of these beliefs with the goals of other beliefs, for the tasks of both.
+        """Return beliefs with the scenes of these beliefs and the goals of other beliefs.
+
+        Only tasks with both kinds of belief remain.
 
         Raises:
             InputError: the two have different values of one option of the run.
@@ -127,7 +139,7 @@ class PromptBeliefs:
             f"{self.missing_reason}, or {goal_beliefs.missing_reason}",
             {i: {**self.metadata.get(i, {}), **goal_beliefs.metadata.get(i, {})} for i in shared},
             {
-                i: _merge_summaries(self.summaries.get(i, {}), goal_beliefs.summaries.get(i, {}))
+                i: _merge_study_summaries(self.summaries.get(i, {}), goal_beliefs.summaries.get(i, {}))
                 for i in {**self.summaries, **goal_beliefs.summaries}
             },
             goal_beliefs.look or self.look,
@@ -153,22 +165,25 @@ class PromptBeliefs:
         return {task_id: prompts[task_id] for task_id in beliefs}
 
     def add_belief_to_record(self, record: Record) -> Record:
-        """Return a record with this run's options and with values on the goals or scene in its question."""
+        """Return the record with the run's options, and with the values that studies report on its belief."""
         experiment = (record.experiment or Experiment()).combine(self.experiment)
-        summaries = _merge_summaries(record.summaries, self.summaries.get(record.task_id, {}))
+        summaries = _merge_study_summaries(record.summaries, self.summaries.get(record.task_id, {}))
         return replace(record, experiment=experiment, summaries=summaries)
 
 
-def _merge_summaries(
-    one: Mapping[str, Mapping[str, Any]], other: Mapping[str, Mapping[str, Any]]
+def _merge_study_summaries(
+    first: Mapping[str, Mapping[str, Any]], second: Mapping[str, Mapping[str, Any]]
 ) -> dict[str, Mapping[str, Any]]:
-    return {name: {**one.get(name, {}), **other.get(name, {})} for name in {**one, **other}}
+    return {name: {**first.get(name, {}), **second.get(name, {})} for name in {**first, **second}}
 
 
 def add_beliefs_and_experiment(
     record: Record, beliefs: PromptBeliefs | None, experiment: Experiment
 ) -> Record:
-    """Return a record with the options of its run, and with values on the goals or scene in its question."""
+    """Return the record with the options of its run.
+
+    If its question states a belief (`PromptBeliefs`), the values that studies report on the belief are added.
+    """
     return (record if beliefs is None else beliefs.add_belief_to_record(record)).add_experiment(experiment)
 
 
@@ -190,8 +205,8 @@ class ModelAnswers:
             ``failures``.
         experiment: the choices of the run's studies, as in records.
         summarize: function that adds the summaries of studies to a record.
-        log: path of Inspect's log, which has all answers, also those that an earlier start of the run
-            recorded.
+        logs: mapping from each asked task to Inspect's log of its answers, in order. A log also has answers
+            that an earlier start of the run recorded.
     """
 
     model: str
@@ -205,7 +220,7 @@ class ModelAnswers:
     beliefs: PromptBeliefs | None = None
     experiment: Experiment = field(default_factory=Experiment)
     summarize: Callable[[Record], Record] = replace
-    log: Path = Path()
+    logs: Mapping[str, Path] = field(default_factory=dict)
 
 
 @dataclass(frozen=True, slots=True)
@@ -217,7 +232,7 @@ class SuiteResult:
         folder: folder of the results.
         suite: the tasks that were scored.
         totals: the totals of the records.
-        records: a record of every task of the run, in order.
+        records: a record of every task of the run, in order, without explanations, which the files have.
         by_epoch: the result of each epoch, if there are several.
         remarks: sentences for the closing lines, such as on parts of requests that the server ignored.
     """
@@ -255,7 +270,8 @@ class SuiteResult:
     def _counted_records(self) -> Collection[Record]:
         """The records from which the metrics are computed.
 
-        If a task counts by the mean over epochs, these are the records of all epochs.
+        If the ability takes the mean over the answers to a task, these are the records of all epochs.
+        Otherwise they are one record for each task.
         """
         averaged = get_declaration(self.suite.ability).combine_epochs is not None
         return self.map_keys_to_records().values() if averaged else self.records
@@ -265,8 +281,15 @@ class SuiteResult:
         epochs = enumerate(self.by_epoch or (self,), 1)
         return {(record.task_id, epoch): record for epoch, result in epochs for record in result.records}
 
+    def read_records_by_epoch(self) -> Sequence[Iterator[Record]]:
+        """Return an iterator over the records of each epoch, from the files of the results.
+
+        An iterator raises InputError if its file cannot be read.
+        """
+        return [read_records(result.folder / RECORDS) for result in self.by_epoch or (self,)]
+
     def map_tasks_to_recorded_epoch(self) -> dict[str, int]:
-        """Return a mapping from each task to the epoch whose answer is in its record."""
+        """Return a mapping from each task to the first epoch with the answer that the task's record has."""
         shown: dict[str, int] = {}
         responses = {record.task_id: record.response for record in self.records}
         for (task_id, epoch), record in self.map_keys_to_records().items():
@@ -293,7 +316,7 @@ class SuiteResult:
 
     @property
     def success_cases_by_epoch(self) -> Sequence[RateCases]:
-        """For each epoch, whether each answer is right, as cases of the success metric.
+        """The contributions of answers (`RateCase`) to the share of right answers, by epoch.
 
         Empty if the run has no epochs, or the ability has no metric for whole answers.
         """
@@ -329,18 +352,26 @@ def score_answers(
     ]
     average = get_declaration(suite.ability).combine_epochs
     if epoch_results and average is not None:
-        means = average_records_over_epochs(
-            [result_of_epoch.records for result_of_epoch in epoch_results], average
-        )
-        records = [replace(record, model=model_answers.name) for record in means]
+        of_epochs = [read_records(result_of_epoch.folder / RECORDS) for result_of_epoch in epoch_results]
+        means = average_records_over_epochs(of_epochs, average)
+        scored = iter([replace(record, model=model_answers.name) for record in means])
     else:
-        records = _score_model_answers(model_answers, folder, suite, scoring, progressed)
-    batch = make_record_batch(records)
-    result = SuiteResult(model_answers.model, folder, suite, batch[1], records, epoch_results)
-    digests = [(task_id, prompt.sha256) for task_id, prompt in model_answers.prompts.items()]
-    run_fields = {"prompts_sha256": hash_text(json.dumps(digests)), **result.make_non_metric_fields()}
-    write_record_batches(folder, [batch], run_fields, compute_rates_by_attempt(records))
-    return result
+        scored = _score_model_answers(model_answers, folder, suite, scoring, progressed)
+    records: list[Record] = []
+
+    def make_batches() -> Iterator[RecordBatch]:
+        while batch := list(islice(scored, MAX_BATCH_RECORDS)):
+            records.extend([record.drop_explanations() for record in batch])
+            yield make_record_batch(batch)
+
+    def describe_run(totals: RunTotals) -> RunDescription:
+        result = SuiteResult(model_answers.model, folder, suite, totals, records, epoch_results)
+        digests = [(task_id, prompt.sha256) for task_id, prompt in model_answers.prompts.items()]
+        run_fields = {"prompts_sha256": hash_text(json.dumps(digests)), **result.make_non_metric_fields()}
+        return run_fields, compute_rates_by_attempt(records)
+
+    totals = write_record_batches(folder, make_batches(), describe_run)
+    return SuiteResult(model_answers.model, folder, suite, totals, records, epoch_results)
 
 
 def _select_answers_of_epoch(model_answers: ModelAnswers, epoch: int) -> ModelAnswers:
@@ -381,8 +412,8 @@ def _score_model_answers(
     folder: Path,
     suite: Suite,
     scoring: ScoringOptions,
-    progressed: ProgressCallback | None,
-) -> list[Record]:
+    on_progress: ProgressCallback | None,
+) -> Iterator[Record]:
     answers = _choose_majority_answers(model_answers, suite.ability)
     failed = {task_id: reason for (task_id, _), reason in model_answers.failures.items()}
     why = {
@@ -394,18 +425,15 @@ def _score_model_answers(
         given = tuple([Response(i, answers[i].text) for i in model_answers.prompts if i in answers])
         file = ResponseFile(model_answers.name, given)
         write_responses(folder, file)
-        records = score_run(suite, file, why, scoring, progressed)
+        records: Iterable[Record] = generate_run_records(suite, file, why, scoring, on_progress)
     else:
         unanswered = score_run(model_answers.trials.suite, ResponseFile(model_answers.name, ()), why, scoring)
-        records = _make_multi_attempt_records(model_answers, model_answers.trials, answers, unanswered)
-        if not scoring.explanations:
-            records = [record.drop_explanations() for record in records]
-        _write_attempt_files(folder, model_answers.name, records)
-    records = [
-        add_beliefs_and_experiment(record, model_answers.beliefs, model_answers.experiment)
-        for record in records
-    ]
-    return [model_answers.summarize(_add_answer_origin(record, model_answers, answers)) for record in records]
+        tried = _make_multi_attempt_records(model_answers, model_answers.trials, answers, unanswered)
+        records = tried if scoring.explanations else [record.drop_explanations() for record in tried]
+        _write_attempt_files(folder, model_answers.name, tried)
+    for record in records:
+        believed = add_beliefs_and_experiment(record, model_answers.beliefs, model_answers.experiment)
+        yield model_answers.summarize(_add_answer_origin(believed, model_answers, answers))
 
 
 def _make_multi_attempt_records(
@@ -414,7 +442,10 @@ def _make_multi_attempt_records(
     last_answers: Mapping[str, Answer],
     unanswered_records: Iterable[Record],
 ) -> list[Record]:
-    """Return the records of a run with several attempts; ``last_answers`` has one answer per task."""
+    """Return the records of a run with several attempts at each task.
+
+    ``last_answers`` is a mapping from each answered task to the answer after all attempts.
+    """
     suite, options = trials.suite, trials.options
     by_task = {
         record.task_id: replace(record, experiment=options.experiment) for record in unanswered_records
@@ -425,9 +456,11 @@ def _make_multi_attempt_records(
     return [by_task[task_id] for task_id in suite.task_ids if task_id in by_task]
 
 
-def _add_answer_origin(record: Record, model_answers: ModelAnswers, answers: Mapping[str, Answer]) -> Record:
+def _add_answer_origin(
+    record: Record, model_answers: ModelAnswers, scored_answers: Mapping[str, Answer]
+) -> Record:
     """Return the record with the source of its answer, and with the tokens and cost of all attempts."""
-    answer, prompt = answers.get(record.task_id), model_answers.prompts.get(record.task_id)
+    answer, prompt = scored_answers.get(record.task_id), model_answers.prompts.get(record.task_id)
     if answer is None:
         return replace(record, origin=AnswerOrigin(None if prompt is None else prompt.sha256))
     spent = [attempt.usage or Usage() for attempt in record.attempts] or [answer.usage]

@@ -29,7 +29,7 @@ _MAX_LINES_PER_PAGE = 38
 def format_latex_table(table: Table, *, label: str, intervals: bool = True) -> str:
     """Return a table in LaTeX, split into tables that each fit a page; the last one has the footnotes.
 
-    The caption is the table's definition.
+    The caption is the table's definition, which must have no full stop at its end.
 
     Args:
         table: the table.

@@ -27,7 +27,7 @@ from eai.results.reward import Reward
 from eai.tasks.source import Source, TaskSet
 
 _RANDOM_SEED = "0 1 1"
-"""Seed, epoch and attempt of the answers of `eai/random`, equal to those of its first answer in a run."""
+"""Seed 0, epoch 1 and attempt 1 of answers by `eai/random`, equal to those of its first answers in a run."""
 
 
 class _TrivialBaselineRewards(NamedTuple):
@@ -46,13 +46,15 @@ def measure_rewards_of_trivial_baselines(reward: Reward) -> dict[str, _TrivialBa
     """Return the rewards of the null models, by model name, without models that cannot answer the suite."""
     suite = reward.suite
     rewards = {}
-    for name, open_book in NULL_BOOKS.items():
+    for name, open_answers in NULL_BOOKS.items():
         try:
-            book = open_book(suite.benchmark, suite.ability, suite.source)
+            answers = open_answers(suite.benchmark, suite.ability, suite.source)
         except InputError:  # the null model has no answers to this ability
             continue
         paid = [
-            value for task_id in suite.task_ids if (value := reward(task_id, book[task_id].text)) is not None
+            value
+            for task_id in suite.task_ids
+            if (value := reward(task_id, answers[task_id].text)) is not None
         ]
         full = Rate(sum(value == 1 for value in paid), len(paid))
         rewards[name] = _TrivialBaselineRewards(Rate(sum(paid), len(paid)), full)
@@ -62,8 +64,9 @@ def measure_rewards_of_trivial_baselines(reward: Reward) -> dict[str, _TrivialBa
 def count_tasks_by_reward_spread(records: Iterable[Record], reward: Reward) -> Counter[str]:
     """Count the tasks with several answers of one model by the rewards of the answers.
 
-    The counts are ``mixed`` for different rewards, else ``none``, ``full`` or ``equal``. Only mixed groups
-    teach a model by rewards relative to the group (GRPO). ``single`` counts tasks with one answer.
+    The counts are ``mixed`` for different rewards, ``none`` if all rewards are 0, ``full`` if all are 1, and
+    ``equal`` if all are another number. ``single`` counts tasks with one answer. Training by rewards relative
+    to the other answers to a task (GRPO) learns only from mixed tasks.
     """
     groups = group_pairs(
         ((strip_epoch(record.model), record.task_id), reward(record.task_id, record.response))
@@ -81,7 +84,7 @@ def _classify_reward_spread(rewards: list[float | None]) -> str:
     return "none" if rewards[0] == 0 else "full" if rewards[0] == 1 else "equal"
 
 
-def _open_book_of_random_answers(benchmark: Benchmark, ability: Ability, source: Source) -> AnswersByTask:
+def _open_random_answers_by_task(benchmark: Benchmark, ability: Ability, source: Source) -> AnswersByTask:
     answer, tasks = open_random_answers(benchmark, ability, source), benchmark.tasks_for(ability, source)
     return TaskSet(tasks, lambda task_id: answer(task_id, _RANDOM_SEED, ()), tasks.sha256)
 
@@ -90,6 +93,6 @@ NULL_BOOKS: dict[str, Callable[[Benchmark, Ability, Source], AnswersByTask]] = {
     "eai/copy": open_copied_answers,
     "eai/empty": open_empty_answers,
     "eai/lookup": open_answers_of_similar_tasks,
-    "eai/random": _open_book_of_random_answers,
+    "eai/random": _open_random_answers_by_task,
 }
-"""Null model -> function that returns its answers to a suite, as in `eai run`."""
+"""Mapping from each null model to the function that returns its answers to a suite, as in `eai run`."""

@@ -47,7 +47,7 @@ class TidyTableLine:
 
     @property
     def agent(self) -> str:
-        """The model with its harness and effort, in the form that tables use."""
+        """Names of the model, its harness and its reasoning effort, separated by commas; None is left out."""
         return ", ".join(filter(None, (self.model, self.harness, self.effort)))
 
 
@@ -149,7 +149,8 @@ class StepLine(TidyTableLine):
         step: number of the step, from 0.
         operator: name of the action.
         objects: objects of the action, separated by spaces.
-        outcome: ``executed``, ``planned``, or the kind of error.
+        outcome: ``executed``, the kind of error, or ``planned`` for a step that the planner found with the
+            answer's operators (transition modeling).
         reason: the failed check in words.
     """
 
@@ -275,21 +276,21 @@ class SuiteKey(NamedTuple):
 
 
 def group_by_suite(lines: Iterable[L]) -> dict[SuiteKey, list[L]]:
-    """Return a mapping from each suite to its lines, in the order in which suites first occur."""
+    """Return a mapping from each suite to its table lines, in the order in which suites first occur."""
     return group_pairs((SuiteKey(line.protocol, line.domain, line.ability), line) for line in lines)
 
 
 def group_by_model(lines: Sequence[L]) -> dict[str, list[L]]:
-    """Return a mapping from each agent (model, harness and effort) to its lines.
+    """Return a mapping from each agent (model, harness and effort) to its table lines.
 
-    If there are several agents, the lines of all agents together come first.
+    If there are several agents, the lines of all agents together come first, under `ALL_MODELS`.
     """
     models = group_pairs((line.agent, line) for line in lines)
     return models if len(models) < 2 else {ALL_MODELS: list(lines), **models}
 
 
 def group_by_run(lines: Iterable[L]) -> Iterator[tuple[tuple[str, str, str, str], list[L]]]:
-    """Yield the lines of each suite and agent (`group_by_model`), with table cells that name both."""
+    """Yield protocol, domain, ability and agent (`group_by_model`) with the table lines that share them."""
     for suite, of_suite in group_by_suite(lines).items():
         for model, of_model in group_by_model(of_suite).items():
             yield (*suite, model), of_model
@@ -319,7 +320,7 @@ def compute_goal_share(answer: AnswerLine) -> Share:
 
 
 def make_case(line: TidyTableLine, share: Share) -> RateCase:
-    """Return the task of a line, with the numerator and denominator that the line adds to a rate."""
+    """Return the contribution of a table line to a rate: its task and name, with the given share."""
     return RateCase(line.task, line.name, share)
 
 

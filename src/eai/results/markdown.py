@@ -1,4 +1,4 @@
-"""Writes tables as Markdown."""
+"""Writes tables as Markdown, for readers of text files and of web pages."""
 
 from __future__ import annotations
 
@@ -39,7 +39,7 @@ def format_text_grid(header: Sequence[str], rows: Iterable[Sequence[str]]) -> It
 
 
 def escape_markdown(text: str) -> str:
-    """Return text from models or data sets, escaped so that Markdown shows it as plain text."""
+    """Return text from models or data sets, escaped to be plain text in a Markdown cell or paragraph."""
     text = escape_unprintable(text)
     for character in "\\`*_[]<>|#":
         text = text.replace(character, f"\\{character}")

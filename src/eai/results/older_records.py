@@ -6,8 +6,8 @@ from collections.abc import Mapping
 from dataclasses import replace
 from typing import Any
 
-from eai.abilities.attempt_options import STUDY, AttemptOptions
 from eai.abilities.experiment import Experiment, StudySettings, make_settings_with_option
+from eai.abilities.replanning_options import STUDY, ReplanningOptions
 
 _AGENT = ("harness", "effort", "rules")
 
@@ -17,12 +17,12 @@ _OPTIONS = {
     "scene": ("perception", "scene"),
     "prompt_name": ("prompts", "prompt"),
 }
-"""Mapping from each option of old records to its study, and to the first word of the study's label."""
+"""Mapping from each option of old records to its study and to the beginning of its text in tables."""
 
 _ORDER = ("pipeline", "perception", STUDY, "prompts")
 
 NAMES = (*_OPTIONS, *_AGENT)
-"""Fields of old records that describe the run by a name, such as the name of the prompts."""
+"""Fields of old records with the options whose values are texts, such as the name of the prompts."""
 
 _STATED = (
     *("goals_sha256", "goal_counts", "stage_1_unreadable", "stage_1_unknown", "stage_1_left_out"),
@@ -30,13 +30,14 @@ _STATED = (
 )
 
 
-def read_older_experiment(named_options: Mapping[str, str], attempts: AttemptOptions) -> Experiment:
-    """Return the options of an older record's run in today's form.
+def read_older_experiment(named_options: Mapping[str, str], replanning: ReplanningOptions) -> Experiment:
+    """Return the options of the run of an older record, in today's form.
 
-    Old records store options whose values are names apart from options for repeated attempts at a task.
+    ``named_options`` are the options whose values are texts. Those of replanning have other values, so they
+    come in another argument.
     """
     study: dict[str, StudySettings] = (
-        dict(attempts.experiment.study) if attempts.executes_answers_as_episodes else {}
+        dict(replanning.experiment.study) if replanning.executes_answers_as_episodes else {}
     )
     for option, (name, kind) in _OPTIONS.items():
         if option in named_options:

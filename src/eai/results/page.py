@@ -31,7 +31,7 @@ def build_page(
         return (resources.files(package) / folder / name).read_text(encoding="utf-8")
 
     style = read_resource("style.css")
-    program = "(() => {\n'use strict';\n" + "\n".join(map(read_resource, scripts)) + "\n})();\n"
+    program = "(async () => {\n'use strict';\n" + "\n".join(map(read_resource, scripts)) + "\n})();\n"
     policy = "; ".join(
         (
             "default-src 'none'",

@@ -39,10 +39,10 @@ class PaperTable:
 
     Attributes:
         name: name of its file in the folder ``paper``.
-        rows: mapping from model and column to the figure in percent, or None for an empty cell; in the
-            paper's order.
-        notes: mapping from model and column to remarks on the figure; the model is empty for remarks on a
-            whole column.
+        rows: mapping from each model to a mapping from columns to figures in percent, None for an empty
+            cell; in the paper's order.
+        notes: mapping from pairs of a model and a column to remarks on the figure, a sentence or two each.
+            The model is empty for remarks on a whole column.
     """
 
     name: str
@@ -62,11 +62,13 @@ class _PaperProtocolAndTables:
 
     Attributes:
         protocol: name of the protocol under which our metrics can be compared with the paper's numbers.
-        tables: mapping from each table of our reports to the paper's tables with the same columns, the
-            preferred table first.
+        tables: mapping from each table of our reports to the paper's tables with the same columns, in
+            order of preference.
         others: mapping from each further table of the paper to the table of our reports with its columns.
-        same_quantity: further tables whose figures should equal those of the tables of all 18 models.
-        other_tasks: further tables that cannot be compared with runs, because they are about other tasks.
+        same_quantity: tables in ``others`` that repeat figures from the tables of all 18 models; notes name
+            the figures that differ.
+        other_tasks: tables in ``others`` that cannot be compared with runs, because they are about other
+            tasks.
     """
 
     protocol: str
@@ -194,7 +196,7 @@ class PublishedSuite:
         return compute_rates([dict(zip(self.metrics, self.models[model].rates, strict=True))])
 
     def find_coverage(self, model: str) -> TaskCoverage:
-        """Return how many tasks of the suite a model's answers cover; missing answers count as failures."""
+        """Return how many tasks of the suite a model answered; the other tasks count as failures."""
         answered = self.models[model].answered
         return TaskCoverage(self.tasks, answered, self.tasks - answered, tasks=self.tasks)
 
@@ -221,31 +223,31 @@ def is_trivial_baseline(name: str) -> bool:
 
 @cache
 def read_published_scores(protocol: str) -> _PublishedScores:
-    """Return the scores of the public answers of the paper's models under a protocol."""
+    """Return the scores of the public answers of the paper's models under a protocol (rules of scoring)."""
     return TypeAdapter(_PublishedScores).validate_json(_read_paper_file(format_published_file_name(protocol)))
 
 
 def format_published_file_name(protocol: str) -> str:
-    """Return the name of the file with the scores of published answers under a protocol."""
+    """Return the name of the file with the scores of the paper's public answers under a protocol."""
     return f"published_{protocol}.json"
 
 
 @cache
 def read_trivial_baseline_scores(protocol: str) -> _PublishedScores:
-    """Return the scores of the null models under a protocol."""
+    """Return the scores of models that do not try to solve tasks (null models), under a protocol."""
     return TypeAdapter(_PublishedScores).validate_json(
         _read_paper_file(format_trivial_baselines_file_name(protocol))
     )
 
 
 def format_trivial_baselines_file_name(protocol: str) -> str:
-    """Return the name of the file with the scores of the null models under a protocol."""
+    """Return the name of the file with the scores of the null models under a protocol (scoring rules)."""
     return f"null_models_{protocol}.json"
 
 
 @cache
 def hash_published_scores(protocol: str) -> str:
-    """Return the SHA-256 digest of the file with the scores of published answers under a protocol."""
+    """Return the SHA-256 digest of the file that `format_published_file_name` names."""
     return hashlib.sha256(_read_paper_file(format_published_file_name(protocol))).hexdigest()
 
 

@@ -81,7 +81,7 @@ def _check_row_group_size_and_prefixes(path: Path, metadata: Any, columns: Seque
         unpacked = sum(chunk.total_uncompressed_size for chunk in wanted)
         if unpacked > limit:
             expected = f"expected at most {limit:,} bytes of answers in a group of rows"
-            raise InputError(f"{path}: {expected}, found {unpacked:,}")
+            raise InputError(f"{path}: {expected}, found {unpacked:,} bytes; write smaller groups of rows")
         is_prefixed |= any(_SHARED_PREFIXES in chunk.encodings for chunk in wanted)
     return is_prefixed
 

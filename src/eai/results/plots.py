@@ -1,6 +1,7 @@
 """Common parts of all plots: colours, labels, files, estimates with intervals, matrices and bands.
 
-Success is green, a missed goal ochre; `OUTCOME_COLORS` has a colour for each error that may end an answer.
+Success is green, a missed goal ochre, an error in names violet; errors of steps are warm colours.
+`OUTCOME_COLORS` has a colour for each error that may end an answer.
 """
 
 from __future__ import annotations
@@ -15,7 +16,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from eai.abilities.declaration import AnswerOutcome
-from eai.base.errors import require_extra
+from eai.base.errors import InputError, require_extra
 from eai.base.grouping import group_pairs
 from eai.results.lines import MODEL, SUITE, SuiteKey
 from eai.results.table import Cell, Estimate, Table
@@ -84,11 +85,25 @@ _SAVE_OPTIONS: Mapping[str, Mapping[str, Any]] = {
 """Mapping from each file format to matplotlib's options for saving, without date and program version."""
 
 FORMATS = tuple(_SAVE_OPTIONS)
+"""Names of the file formats; the first is written if a command's option `--formats` names none."""
+
 _STYLE = "plots.mplstyle"
 _TITLE_INCHES = 0.2
 """Height of a title in inches."""
 _TITLE_MARGIN_INCHES = 0.04
 """Distance of a title from the top edge, in inches, in a figure that matplotlib does not lay out itself."""
+
+
+def parse_formats(text: str) -> list[str]:
+    """Return the file formats that the option `--formats` names, separated by commas.
+
+    Raises:
+        InputError: a format is unknown, or there is none.
+    """
+    names = {name.strip() for name in text.split(",")}
+    if not names <= set(FORMATS):
+        raise InputError(f"--formats: expected some of {', '.join(FORMATS)}, not {text!r}")
+    return [name for name in FORMATS if name in names]
 
 
 @contextmanager
@@ -115,7 +130,7 @@ def make_figure(width: float, height: float) -> Figure:
 def make_canvas(
     size: tuple[float, float], across: tuple[float, float], up: tuple[float, float]
 ) -> tuple[Figure, Axes]:
-    """Return an empty figure, and a panel without axes that fills it.
+    """Return an empty figure, and a panel without axes that fills it. Items in the panel need no layout.
 
     Args:
         size: width and height of the figure, in inches.
@@ -140,7 +155,7 @@ def add_title(figure: Figure, title: str) -> None:
 
 
 def add_caption(figure: Figure, text: str) -> None:
-    """Add a text above a figure, aligned with its left edge."""
+    """Add a text above a figure, aligned with its left edge. The text may use the whole width."""
     y = None if figure.get_layout_engine() else 1 - _TITLE_MARGIN_INCHES / figure.get_figheight()
     figure.suptitle(text, x=0.01, y=y, ha="left", va="top", fontsize=7.5)
 
@@ -150,8 +165,8 @@ def write_figure(
 ) -> tuple[Path, ...]:
     """Write a figure as a file of each format, without the date and the program's version.
 
-    The layout is computed once, for a picture of pixels. Ligatures are off: for ligatures a PDF embeds a
-    second font, and text search misses the letters.
+    The layout is computed once, for a bitmap, and then used for all formats. Ligatures are off: for ligatures
+    a PDF embeds a second font, and text search misses the letters.
 
     Args:
         figure: the figure.
@@ -196,7 +211,7 @@ _CELL_INCHES = 0.42
 """Width of a cell of a matrix in inches, if the page is wide enough."""
 
 _COUNT_ROW = "n"
-"""Heading of the number of cases, which is shown once if all rates of a model have equally many."""
+"""Label of the line with numbers of cases, which is drawn if all rates of each model have equally many."""
 
 _EXTRA_LINE_HEIGHT = 0.65
 """Height of each further line of a label, as a multiple of the height of the first line."""
@@ -219,12 +234,12 @@ def read_estimate(cell: Cell | None) -> float:
 
 
 def read_denominator(cell: Cell | None) -> int:
-    """Return the denominator of an estimate: the number of its cases."""
+    """Return the denominator of an estimate, such as the number of cases; 0 for other cells."""
     return int(cell.denominator or 0) if isinstance(cell, Estimate) else 0
 
 
 def read_numerator(cell: Cell | None) -> int:
-    """Return the numerator of an estimate: its number of successes."""
+    """Return the numerator of an estimate, such as the number of successes; 0 for other cells."""
     return int(cell.numerator or 0) if isinstance(cell, Estimate) else 0
 
 
@@ -275,8 +290,8 @@ def draw_rates_by_name(
 ) -> Figure | None:
     """Draw one rate with its interval for each name in a column, such as the predicates of goals.
 
-    Return None if there are no cases. Labels state the name's number of cases, or its number of successes if
-    all names have equally many cases.
+    Return None if there are no cases. Each name has a line; names without cases have none. Labels state the
+    name's number of cases, or its number of successes if all names have equally many cases.
 
     Args:
         rows: the rows of a suite.
@@ -324,17 +339,18 @@ def draw_rate_matrix(
     across: str = MODEL,
     zeros: bool = False,
 ) -> Figure | None:
-    """Draw a matrix of rates, by model and by the names in some columns; None if there are no rates.
+    """Draw a matrix of rates with models on one side; return None if there are no rates.
 
+    The other side lists the combined values of some columns (``levels``), such as outcomes.
     The longer side runs down the page, so that many models fit. Rates of few cases are in brackets. If all
     rates of a model have equally many cases, this number stands at the end of the model's row or column.
 
     Args:
         rows: the rows of a suite.
-        levels: the columns whose values together name a row of the matrix, such as outcomes.
+        levels: the columns whose values together label a row (or column) of the matrix.
         rate: the column of rates.
         label: caption of the matrix.
-        across: the column of models, or another column in its place.
+        across: the column that takes the side of the models; by default the models.
         zeros: whether rates of zero are written as numbers; if not, their cells are blank.
     """
     cells = {(_make_row_label(row, levels), str(row[across]).replace("_", " ")): row[rate] for row in rows}

@@ -64,7 +64,7 @@ def add_contributions(
 
 
 def make_rates(sums: Mapping[str, tuple[Exact, Exact]]) -> dict[str, Rate]:
-    """Return a mapping from each metric to its rate, from pairs of exact sums."""
+    """Return a mapping from each metric to its rate, from its exact numerator and denominator, in order."""
     return {name: Rate(_shorten_number(more), _shorten_number(of)) for name, (more, of) in sums.items()}
 
 
@@ -75,7 +75,7 @@ def _to_exact_number(number: float | Exact) -> Exact:
 
 
 def compute_rate(shares: Iterable[Share]) -> Rate:
-    """Return the rate of several answers' contributions to one metric."""
+    """Return a rate: the sum of the numerators of some shares, over the sum of their denominators."""
     numerator = denominator = 0.0
     for more, of in shares:
         numerator += more

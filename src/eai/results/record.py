@@ -103,7 +103,7 @@ class Record:
 
     @property
     def study(self) -> dict[str, StudySettings]:
-        """Mapping from names of studies to the run's options, with values that each reports on the answer."""
+        """Mapping from each study to the run's options, with the values that it reports on the answer."""
         choices = {} if self.experiment is None else self.experiment.settings_in_label_order
         return {n: replace(choice, summary=self.summaries.get(n, {})) for n, choice in choices.items()}
 

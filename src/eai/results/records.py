@@ -7,7 +7,7 @@ from __future__ import annotations
 
 import json
 import re
-from collections.abc import Iterable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from itertools import islice, zip_longest
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, NamedTuple, TypeAlias, TypeVar
@@ -84,7 +84,8 @@ def _parse_record(line: str) -> Record:
     schema = values.get("schema")
     if schema not in READABLE_SCHEMAS:
         raise InputError(
-            f"schema {schema!r} cannot be read; expected {' or '.join(map(str, READABLE_SCHEMAS))}"
+            f"schema {schema!r} cannot be read; expected {' or '.join(map(str, READABLE_SCHEMAS))}: "
+            "score the answers again, or use another version of eai"
         )
     return record_from_json(values)
 
@@ -115,11 +116,14 @@ def make_record_batch(records: Sequence[Record]) -> RecordBatch:
     ), RunTotals.from_records(records)
 
 
+RunDescription: TypeAlias = tuple[Mapping[str, Json], Sequence[Mapping[str, Rate]]]
+"""Further content of a summary: its field ``run``, and the rates after each of several attempts."""
+
+
 def write_record_batches(
     folder: Path,
     batches: Iterable[RecordBatch],
-    run: Mapping[str, Json] | None = None,
-    rates_after_attempts: Sequence[Mapping[str, Rate]] = (),
+    describe_run: Callable[[RunTotals], RunDescription] | None = None,
 ) -> RunTotals:
     """Write the records of one model in one suite, and their summary.
 
@@ -128,8 +132,7 @@ def write_record_batches(
     Args:
         folder: the folder of the files.
         batches: the batches of records in order.
-        run: content of the summary's field ``run``.
-        rates_after_attempts: the rates after each attempt, if tasks have several attempts.
+        describe_run: returns further content of the summary, after all batches were written.
 
     Raises:
         InputError: the folder cannot be written.
@@ -142,7 +145,7 @@ def write_record_batches(
             yield batch_lines
 
     def generate_summary_json() -> Iterator[str]:
-        yield json.dumps(_make_summary_fields(totals, run or {}, rates_after_attempts), indent=2) + "\n"
+        yield format_summary(totals, *(({}, ()) if describe_run is None else describe_run(totals)))
 
     write_files_atomically(
         {folder / RECORDS: generate_record_lines(), folder / SUMMARY: generate_summary_json()}
@@ -154,9 +157,10 @@ _OPTIONAL_FIELDS = frozenset({"planner", "run", "by_attempt"})
 """Fields of ``summary.json`` that are left out if they are empty."""
 
 
-def _make_summary_fields(
-    totals: RunTotals, run: Mapping[str, Json], stages: Sequence[Mapping[str, Rate]]
-) -> Mapping[str, Json]:
+def format_summary(
+    totals: RunTotals, run: Mapping[str, Json], rates_by_attempt: Sequence[Mapping[str, Rate]]
+) -> str:
+    """Return the content of ``summary.json``: the rates of a run, and its `RunDescription`."""
     first, errata = totals.first_record, totals.errata
     fields: dict[str, Json] = {
         "protocol": first.protocol.value,
@@ -171,9 +175,10 @@ def _make_summary_fields(
         "unit": "percent",
         "run": run,
         **{name: rate.to_json() for name, rate in totals.rates.items()},
-        "by_attempt": [{name: rate.to_json() for name, rate in rates.items()} for rates in stages],
+        "by_attempt": [{name: rate.to_json() for name, rate in rates.items()} for rates in rates_by_attempt],
     }
-    return {name: value for name, value in fields.items() if value or name not in _OPTIONAL_FIELDS}
+    written = {name: value for name, value in fields.items() if value or name not in _OPTIONAL_FIELDS}
+    return json.dumps(written, indent=2) + "\n"
 
 
 T = TypeVar("T")
@@ -183,7 +188,7 @@ _SHARD_FILE = re.compile(r"records\.shard-([0-9]+)-of-([0-9]+)\.jsonl")
 
 
 class RunShard(NamedTuple):
-    """One of ``of`` equal parts of a run: every ``of``-th task, beginning with task ``number``, from 1 on."""
+    """One of ``of`` equal parts of a run: every ``of``-th task in order, from the ``number``-th on."""
 
     number: int
     of: int
@@ -210,15 +215,6 @@ class RunShard(NamedTuple):
         return f"records.shard-{self.number}-of-{self.of}.jsonl"
 
 
-def write_shard(folder: Path, shard: RunShard, parts: Iterable[RecordBatch]) -> None:
-    """Write the records of a shard; its file appears only when it is complete.
-
-    Raises:
-        InputError: the folder cannot be written.
-    """
-    write_files_atomically({folder / shard.file_name: (lines for lines, _ in parts)})
-
-
 def find_shards(path: Path) -> dict[Path, list[Path]]:
     """Return a mapping from each folder with shards, below a given folder, to its files in order.
 
@@ -236,7 +232,9 @@ def find_shards(path: Path) -> dict[Path, list[Path]]:
         numbers = {shard.of for shard in files}
         if len(numbers) > 1:
             named = " and of ".join(map(str, sorted(numbers)))
-            raise InputError(f"{folder}: expected the shards of one run, found some of {named}")
+            raise InputError(
+                f"{folder}: expected the shards of one run, found some of {named}; keep those of one"
+            )
         of = numbers.pop()
         missing = [str(number) for number in range(1, of + 1) if RunShard(number, of) not in files]
         if missing:
@@ -256,13 +254,13 @@ def merge_shards(folder: Path, files: Sequence[Path]) -> RunTotals:
     if counts != sorted(counts, reverse=True) or counts[0] - counts[-1] > 1 or not counts[0]:
         raise InputError(
             f"{folder}: expected equal numbers of records in all shards, or one less in the last "
-            f"ones, found {', '.join(map(str, counts))}"
+            f"ones, found {', '.join(map(str, counts))}; score the incomplete shards again"
         )
     return write_record_batches(folder, map(make_record_batch, _interleave_shards(files, folder)))
 
 
 def _interleave_shards(files: Sequence[Path], folder: Path) -> Iterator[Sequence[Record]]:
-    """Yield the records of all shards in the original order: groups with one record from each shard."""
+    """Yield the records of all shards in the original order, in groups of one record from each shard."""
     first: Record | None = None
     for dealt in zip_longest(*map(read_records, files)):
         round_ = [record for record in dealt if record is not None]

@@ -75,7 +75,7 @@ def make_pass_at_k_table(runs: Mapping[str, Sequence[RateCases]]) -> Iterator[Ro
 
 
 def strip_epoch(model: str) -> str:
-    """Return the name of a model without the suffix that names an epoch."""
+    """Return the name of a model without the suffix that names an epoch; other names are unchanged."""
     return re.sub(r"\.epoch_[0-9]+$", "", model)
 
 

@@ -1,9 +1,10 @@
 """Reads and writes response files: a model's answers, in the format of the reference package.
 
-A file is a JSON list of ``{"identifier": ..., "llm_output": ...}``, named ``<model>_outputs.json``; or it has
-one such object a line and is named ``<model>_outputs.jsonl``; or it is a Parquet file with these two columns,
-``<model>_outputs.parquet``. If a task has several answers, each row has the number of its answer, from 0, in
-``sample``. JSON lines and Parquet files are never loaded as a whole.
+The paper's public challenge uses this format, too. A file is a JSON list of ``{"identifier": ...,
+"llm_output": ...}``, named ``<model>_outputs.json``; or it has one such object a line and is named
+``<model>_outputs.jsonl``; or it is a Parquet file with these two columns, ``<model>_outputs.parquet``. If a
+task has several answers, each row has the number of its answer, from 0, in ``sample``. JSON lines and Parquet
+files are never loaded as a whole.
 """
 
 from __future__ import annotations
@@ -100,9 +101,9 @@ class ResponseFile:
         )
 
     def split_by_key(self, key: Callable[[str], T]) -> dict[T, ResponseFile]:
-        """Return a mapping from keys to answers; the key of an answer is computed from its text.
+        """Group the answers by the key that a function computes from each answer's text; keep their order.
 
-        Further epochs are left out.
+        The answers of further epochs are left out.
         """
         if isinstance(self.responses, _AnswersKeptInFile):
             parts: dict[T, Collection[Response]] = {**self.responses.split_by_key(key)}
@@ -135,7 +136,7 @@ class _AnswersKeptInFile(Collection[Response]):
         )
 
     def split_by_key(self, key: Callable[[str], T]) -> dict[T, _AnswersKeptInFile]:
-        """Return a mapping from keys to answers; a function computes each answer's key from its text."""
+        """Group the answers by the key that a function computes from each answer's text."""
         numbers: dict[T, set[int]] = {}
         tasks: dict[T, set[str]] = {}
         for number, row in enumerate(_read_response_rows(self.path), 1):
@@ -211,7 +212,7 @@ def read_responses(
     first = next(checked_rows, None)
     sampled = samples and first is not None and first.sample is not None
     file = _read_checked_rows(
-        path, chain(() if first is None else (first,), checked_rows), task_id_of, sampled=sampled
+        path, chain(() if first is None else (first,), checked_rows), task_id_of, has_samples=sampled
     )
     if not file.responses:
         rows = f"{file.skipped_rows:,} for tasks that are not in the data set"
@@ -238,7 +239,7 @@ def _check_rows(
     path: Path, task_ids: Collection[str], task_id_of: Callable[[str], str | None]
 ) -> Iterator[_CheckedResponseRow]:
     known_ids = frozenset(task_ids)
-    for number, row in enumerate(_read_parsed_rows(path), 1):
+    for number, row in enumerate(_parse_response_rows(path), 1):
         location = f"{path}, row {number}"
         identifier, text, sample = _read_row_fields(location, row)
         task_id = task_id_of(identifier)
@@ -252,7 +253,11 @@ def _check_rows(
 
 
 def _read_checked_rows(
-    path: Path, rows: Iterable[_CheckedResponseRow], task_id_of: Callable[[str], str | None], *, sampled: bool
+    path: Path,
+    rows: Iterable[_CheckedResponseRow],
+    task_id_of: Callable[[str], str | None],
+    *,
+    has_samples: bool,
 ) -> ResponseFile:
     """Return the answers in the rows of a file. If tasks have several answers, the answers stay on disk."""
     samples_of_task: dict[str, bytearray] = {}
@@ -260,24 +265,25 @@ def _read_checked_rows(
     answers: list[Response] = []
     number = 0
     for row in rows:
-        sample = row.sample if sampled else 0
+        sample = row.sample if has_samples else 0
         if type(sample) is not int or not 0 <= sample < MAX_SAMPLES:
             raise InputError(
-                f'{row.location}: "{SAMPLE}" must be a whole number from 0 to {MAX_SAMPLES - 1}, as in row 1'
+                f'{row.location}: "{SAMPLE}" must be a whole number from 0 to {MAX_SAMPLES - 1}, '
+                "because row 1 has such a number"
             )
         if row.task_id is None:
             skipped.add(row.number)
             continue
         if not _add_sample_number(samples_of_task.setdefault(row.task_id, bytearray()), sample):
-            sample_text = f"sample {sample} of " if sampled else ""
+            sample_text = f"sample {sample} of " if has_samples else ""
             shown_id = row.task_id[:_MAX_SHOWN_CHARACTERS]
             raise InputError(
                 f"{row.location}: {sample_text}identifier {shown_id!r} occurs twice; keep one row"
             )
         number += 1
-        answers += [] if sampled else [Response(row.task_id, row.text)]
+        answers += [] if has_samples else [Response(row.task_id, row.text)]
     samples = _AnswersKeptInFile(path, number, frozenset(samples_of_task), task_id_of, frozenset(skipped))
-    return ResponseFile(read_model_name(path), samples if sampled else tuple(answers), len(skipped))
+    return ResponseFile(read_model_name(path), samples if has_samples else tuple(answers), len(skipped))
 
 
 def _add_sample_number(seen: bytearray, sample: int) -> bool:
@@ -299,7 +305,7 @@ def read_response(row: ResponseRow, task_id_of: Callable[[str], str | None]) -> 
 
 
 def write_responses(folder: Path, file: ResponseFile) -> None:
-    """Write answers as a response file, so that they can be scored again.
+    """Write answers as a response file, so that they can be scored again, also by other programs.
 
     Raises:
         InputError: the folder cannot be written.
@@ -335,8 +341,8 @@ def _read_response_rows(path: Path) -> Iterator[ResponseRow]:
     return iter(_read_json_list(path))
 
 
-def _read_parsed_rows(path: Path) -> Iterator[object]:
-    """Yield the rows of a response file, parsed."""
+def _parse_response_rows(path: Path) -> Iterator[object]:
+    """Yield the rows of a response file as JSON values."""
     if path.suffix == Path(LINES).suffix:
         return (parse_json(path, line, number) for number, line in _read_numbered_lines(path))
     return _read_response_rows(path)
@@ -362,6 +368,7 @@ def _read_json_list(path: Path) -> list[Any]:
 
 
 def _read_row_fields(location: str, row: object) -> tuple[str, str, Any]:
+    """Return the identifier, the answer and the sample number of a row."""
     if not isinstance(row, dict):
         raise InputError(f'{location}: expected {{"identifier", "llm_output"}}, not {_name_json_type(row)}')
     for key in COLUMNS:

@@ -1,7 +1,8 @@
 """Rewards of answers for training, with the metrics that explain them.
 
 A shaping is a rule that turns the verdict on an answer into its reward, from 0 to 1. ``docs/training.md`` has
-the definitions, and what they prevent a policy from learning. For every answer:
+the definitions, and what they prevent a policy from learning. For every answer, the rewards by the members of
+`Shaping` satisfy:
 
     success <= goals <= progress        diagnosis <= progress        for a right answer, success == progress
     success <= partial
@@ -55,12 +56,13 @@ class Shaping(str, Enum):
     PARTIAL = "partial"
     """Pay the gain in partial success up to the error that ended the answer.
 
-    Abilities without partial success pay ``progress``.
+    Partial success is the share of goal conditions that a plan meets. Abilities without partial success pay
+    ``progress``.
     """
 
 
 def convert_credit_to_reward(credit: RewardBasis, shaping: Shaping) -> float:
-    """Return the reward of a `RewardBasis` by any shaping but `REPAIR`, which needs the plan's steps.
+    """Return the reward for an answer's credit by any shaping but `REPAIR`, which needs the plan's steps.
 
     Raises:
         ValueError: the shaping is `REPAIR`.
@@ -87,7 +89,7 @@ def convert_credit_to_reward(credit: RewardBasis, shaping: Shaping) -> float:
 
 
 def compute_credit(verdict: Verdict, reached_at_start: Sequence[bool] = ()) -> RewardBasis | None:
-    """Return the credit of an answer, from which its reward follows; None if its task pays nothing.
+    """Return the results of an answer that rewards can pay for (credit), or None if its task pays nothing.
 
     A task pays nothing if it is excluded from statistics, has no goals, or has only goals that hold at the
     start.
@@ -125,7 +127,7 @@ MAX_ANSWER_CHARACTERS = 10_000
 
 
 def can_earn_reward(ability: Ability) -> bool:
-    """Whether answers of an ability can earn a reward: its verdicts must define `compute_reward_basis`."""
+    """Whether answers of an ability can earn a reward: its verdict class overrides `compute_reward_basis`."""
     return get_declaration(ability).verdict.compute_reward_basis is not Verdict.compute_reward_basis
 
 
@@ -137,7 +139,8 @@ class Reward:
     operators without preconditions would satisfy it.
 
     Args:
-        suite: the tasks. Under protocols other than ``strict``, rewards may break the rules of this module.
+        suite: the tasks. Under protocols other than ``strict``, rewards can break the inequalities in the
+            docstring of this module.
         shaping: definition of the reward: ``success``, ``goals``, ``progress``, ``diagnosis``, ``partial``,
             or ``repair`` for plans under ``strict``.
         limit: maximum length of an answer that is read, in characters, so that no answer takes long. Longer
@@ -151,7 +154,7 @@ class Reward:
     def __init__(
         self, suite: Suite, shaping: Shaping | str = Shaping.SUCCESS, *, limit: int = MAX_ANSWER_CHARACTERS
     ) -> None:
-        self.suite = _judge_operators_without_planner(suite)
+        self.suite = _remove_operator_planner(suite)
         self.shaping = find_enum_member(Shaping, shaping, "shaping")
         if self.shaping is Shaping.REPAIR and suite.ability is not Ability.ACTION_SEQUENCING:
             plans = Ability.ACTION_SEQUENCING.value
@@ -172,11 +175,11 @@ class Reward:
             InputError: the task id is unknown.
         """
         return self._compute_reward(
-            task_id, text, self._compute_credit(task_id, self._score_within_limit(task_id, text))
+            task_id, text, self._compute_credit(task_id, self._score_unless_too_long(task_id, text))
         )
 
     def batch(self, task_ids: Sequence[str], texts: Sequence[str]) -> list[float | None]:
-        """Return the reward of each answer, in order.
+        """Return the reward of each answer, in order; None for each task that pays nothing.
 
         Raises:
             InputError: a task id is unknown.
@@ -190,7 +193,7 @@ class Reward:
         Raises:
             InputError: the task id is unknown.
         """
-        verdict = self._score_within_limit(task_id, text)
+        verdict = self._score_unless_too_long(task_id, text)
         credit = self._compute_credit(task_id, verdict)
         return Grade(self._compute_reward(task_id, text, credit), make_credit_metrics(credit), verdict)
 
@@ -210,7 +213,7 @@ class Reward:
             _LOG.warning("an answer to %s earns nothing: %s", task_id, describe_exception(error))
             return 0.0
 
-    def _score_within_limit(self, task_id: str, text: str) -> Verdict:
+    def _score_unless_too_long(self, task_id: str, text: str) -> Verdict:
         if len(text) <= self.limit:
             return self.suite.score(task_id, text)
         too_long = ErrorReport(FaultKind.PARSING, None, f"it is longer than {self.limit:,} characters")
@@ -272,6 +275,8 @@ def open_reward(task: TaskReference, shaping: Shaping | str) -> Reward:
 def open_reward_suite(benchmark: str, ability: Ability) -> Suite:
     """Return a suite for rewards, opened once and without a planner.
 
+    The benchmark is named as in `TaskReference`.
+
     Raises:
         InputError: there is no such suite.
         DataError: the data cannot be obtained or is damaged.
@@ -284,14 +289,14 @@ def _open_reward(benchmark: str, ability: Ability, shaping: Shaping) -> Reward:
     return Reward(open_reward_suite(benchmark, ability), shaping)
 
 
-def _judge_operators_without_planner(suite: Suite) -> Suite:
-    """Return the suite without a planner for judging operators."""
+def _remove_operator_planner(suite: Suite) -> Suite:
+    """Return the suite; in transition modeling, without the planner that would test an answer's operators."""
     planned = suite.ability is Ability.TRANSITION_MODELING and suite.source.planner is not PlannerChoice.NONE
     return suite.reopen(source=replace(suite.source, planner=PlannerChoice.NONE)) if planned else suite
 
 
 def make_credit_metrics(credit: RewardBasis | None) -> dict[str, float]:
-    """Return the metrics of a `Grade` by name; all are 0 if the credit is None."""
+    """Return the metrics of a `Grade` by name, from the answer's credit; all are 0 if the credit is None."""
     if credit is None:
         return dict.fromkeys(METRICS, 0.0)
     faults = {f"fault.{kind.value}": float(credit.faults.get(kind, 0)) for kind in FaultKind}

@@ -14,13 +14,14 @@ from pathlib import Path
 from typing import NamedTuple, TypeAlias
 from urllib.parse import urlencode
 
-from eai.abilities.attempt_options import AttemptOptions
 from eai.abilities.declaration import get_declaration
 from eai.abilities.experiment import Experiment
 from eai.abilities.protocol import Ability, Protocol, get_ability_sort_key
+from eai.abilities.replanning_options import ReplanningOptions
 from eai.base.errors import InputError
 from eai.base.files import find_files_below, read_content, write_files_atomically
 from eai.base.grouping import group_pairs
+from eai.base.json_value import Json
 from eai.benchmarks.names import TaskReference
 from eai.benchmarks.protocols import find_implementation
 from eai.benchmarks.registry import list_benchmarks
@@ -33,8 +34,8 @@ _LOG_FILE = "inspect.json"
 """Name of the file beside records that states which log of Inspect has their samples."""
 
 
-LogSamples: TypeAlias = tuple[str, int | Mapping[str, int]]
-"""File name of Inspect's log, and the epoch of the samples in it: one for all tasks, or one for each task."""
+LogSamples: TypeAlias = tuple[str | Mapping[str, str], int | Mapping[str, int]]
+"""File name of Inspect's log, and epoch of the samples. Each is one for all tasks, or one for each task."""
 
 
 class RunKey(NamedTuple):
@@ -65,9 +66,9 @@ class RunKey(NamedTuple):
         return (*self.suite, self.name)
 
     @property
-    def is_without_study(self) -> bool:
-        """Whether the run is ranked: it has no experiment, or one that only names a harness or an effort."""
-        return self.experiment is None or self.experiment.has_no_settings
+    def has_no_study_or_rules(self) -> bool:
+        """Whether the run is ranked, because neither a study nor game rules are set."""
+        return self.experiment is None or self.experiment.has_no_study_or_rules
 
     @property
     def sort_key(self) -> tuple[int, int, str, int, str, str]:
@@ -97,7 +98,8 @@ class Run:
     Attributes:
         key: identity of the run.
         records: the records.
-        log: name of Inspect's log and epoch of the samples (one, or one for each task); None if unknown.
+        log: name of Inspect's log, and epoch of the samples. Each is one, or one for each task. None if
+            unknown.
     """
 
     key: RunKey
@@ -127,7 +129,7 @@ def recount_errors_as_in_paper(run: Run) -> Run:
         return run
 
     def recount_errors_of_record(record: Record) -> Record:
-        options = AttemptOptions.from_experiment(record.experiment)
+        options = ReplanningOptions.from_experiment(record.experiment)
         if options is None or not record.attempts:
             return record
         verdicts = [attempt.verdict for attempt in record.attempts]
@@ -180,32 +182,42 @@ def read_runs(paths: Iterable[Path]) -> Iterator[Run]:
             task_id, times = Counter(record.task_id for record in records).most_common(1)[0]
             if times > 1 and records[0].sample is not None:
                 raise InputError(
-                    f"{path}: {key} has several answers to a task; reports read runs with "
-                    "one answer to each task"
+                    f"{path}: {key} has several answers to a task; give records with one answer to each task"
                 )
             if times > 1:
                 raise InputError(f"{path}: the run {key} has {times} records of task {task_id}; keep one")
-            yield Run(key, tuple(records), _open_log_samples(path))
+            yield Run(key, tuple(records), _read_inspect_log_reference(path))
 
 
-def write_inspect_log_reference(folder: Path, log: Path, epoch: int | Mapping[str, int]) -> None:
-    """Write a file beside records with the name of Inspect's log and the epoch of their samples.
+def write_inspect_log_reference(
+    folder: Path, logs: Mapping[str, Path], epoch: int | Mapping[str, int]
+) -> None:
+    """Write a file beside records that names Inspect's log of the answers, and the epoch of the samples.
+
+    Args:
+        folder: the folder of the records.
+        logs: mapping from each asked task to its log. The file has this mapping if there are several logs.
+        epoch: the epoch, or a mapping from each task to its epoch.
 
     Raises:
         InputError: the folder cannot be written.
     """
-    write_files_atomically({folder / _LOG_FILE: json.dumps({"log": log.name, "epoch": epoch}) + "\n"})
+    names = {task_id: log.name for task_id, log in logs.items()}
+    log: Json = names if len(set(names.values())) > 1 else next(iter(names.values()), "")
+    write_files_atomically({folder / _LOG_FILE: json.dumps({"log": log, "epoch": epoch}) + "\n"})
 
 
-def _open_log_samples(records: Path) -> LogSamples | None:
-    path = records.with_name(_LOG_FILE)
+def _read_inspect_log_reference(record_file: Path) -> LogSamples | None:
+    path = record_file.with_name(_LOG_FILE)
     try:
         content = json.loads(read_content(path)) if path.exists() else None
         if content is None:
             return None
-        epoch = content["epoch"]
-        by_task = isinstance(epoch, dict)
-        return str(content["log"]), {i: int(epoch[i]) for i in epoch} if by_task else int(epoch)
+        log, epoch = content["log"], content["epoch"]
+        return (
+            {i: str(log[i]) for i in log} if isinstance(log, dict) else str(log),
+            {i: int(epoch[i]) for i in epoch} if isinstance(epoch, dict) else int(epoch),
+        )
     except (OSError, ValueError, TypeError, KeyError) as error:
         raise InputError(f'{path}: expected a JSON object {{"log": ..., "epoch": ...}}') from error
 

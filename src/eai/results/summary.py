@@ -12,10 +12,10 @@ from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING, TypeAlias, cast
 
-from eai.abilities.attempt_options import AttemptOptions
 from eai.abilities.declaration import AnswerOutcome, get_declaration, load_paper_abilities
 from eai.abilities.explanation import EXECUTED, GoalReport, StepReport
 from eai.abilities.protocol import PAPER_ABILITIES, Ability
+from eai.abilities.replanning_options import ReplanningOptions
 from eai.abilities.verdict import EMPTY_SHARE as NO_SHARE
 from eai.abilities.verdict import ZERO_SHARE, PlanVerdict, ShareByMetric, Verdict, make_share_of_one
 from eai.base.grouping import group_pairs
@@ -55,12 +55,15 @@ def compute_metric_contributions(verdicts: Sequence[Verdict], ability: Ability) 
 
 
 def map_tasks_to_shares(records: Sequence[Record]) -> dict[str, ShareByMetric]:
-    """Return a mapping from each task to the contributions of its records. Excluded records do not count."""
-    return {record.task_id: shares for record, shares in _pair_contributions(records, records[0].ability)}
+    """Return each task's contribution to every metric of its ability. Excluded records are left out."""
+    return {
+        record.task_id: shares
+        for record, shares in _pair_records_with_contributions(records, records[0].ability)
+    }
 
 
 def make_cases_by_metric(records: Sequence[Record], ability: Ability) -> dict[str, list[RateCase]]:
-    """Return a mapping from each metric to the cases that a run's records add.
+    """Return a mapping from each metric to its cases, which are the contributions of a run's records.
 
     Excluded records do not count. If no record has an answer, the metrics have no cases.
     """
@@ -69,13 +72,13 @@ def make_cases_by_metric(records: Sequence[Record], ability: Ability) -> dict[st
         return {metric: [] for metric in declared.contributions(declared.verdict())}
     return group_pairs(
         (metric, RateCase(task, name, share))
-        for record, shares in _pair_contributions(records, ability)
+        for record, shares in _pair_records_with_contributions(records, ability)
         for task, name in [(record.task_id, find_task_name(record))]
         for metric, share in shares.items()
     )
 
 
-def _pair_contributions(
+def _pair_records_with_contributions(
     records: Sequence[Record], ability: Ability
 ) -> Iterator[tuple[Record, ShareByMetric]]:
     scored = [record for record in records if record.verdict.excluded is None]
@@ -161,10 +164,10 @@ def drop_later_attempts(record: Record, attempts: int) -> Record:
 
 
 def count_max_attempts(records: Sequence[Record]) -> int:
-    """Return the maximum number of attempts at a task of a run; 0 if no record has attempts."""
+    """Return how many attempts a run allows at each task; 0 if no record has attempts."""
     if not any(record.attempts for record in records):
         return 0
-    options_of_records = [AttemptOptions.from_experiment(record.experiment) for record in records]
+    options_of_records = [ReplanningOptions.from_experiment(record.experiment) for record in records]
     return max([1 + options.replans for options in options_of_records if options is not None])
 
 
@@ -209,7 +212,7 @@ class AnswerBreakdown:
             with such a plan. The length of the answer's plan is not used: a plan that fails early would count
             as short.
         by_action: mapping from each operator to the share of executed steps among its tried steps, which
-            include additional steps; F1 in transition modeling.
+            include additional steps (they are not executed); F1 in transition modeling.
         by_predicate: mapping from each predicate to the share of reached goals among the goals that mention
             it; F1 in transition modeling.
     """
@@ -250,7 +253,7 @@ def break_down_records(records: Iterable[Record], ability: Ability) -> AnswerBre
         if answer_outcome in _NO_ANSWER:
             continue
         success = RateCase(
-            record.task_id, find_task_name(record), _find_success(record, answer_outcome, metric)
+            record.task_id, find_task_name(record), _make_success_share(record, answer_outcome, metric)
         )
         if record.task is not None:
             by_goals.setdefault(record.task.goals, []).append(success)
@@ -275,7 +278,7 @@ def break_down_records(records: Iterable[Record], ability: Ability) -> AnswerBre
     )
 
 
-def _find_success(record: Record, answer_outcome: AnswerOutcome, metric: str | None) -> Share:
+def _make_success_share(record: Record, answer_outcome: AnswerOutcome, metric: str | None) -> Share:
     """Return an answer's contribution to the success metric: 0 or 1, or the mean over several answers."""
     if metric is None:
         return Share(answer_outcome is AnswerOutcome.SUCCESS, 1)
@@ -310,7 +313,7 @@ def list_reported_steps(record: Record) -> Iterator[tuple[int, StepReport]]:
 def _add_operator_shares_to_breakdown(
     verdict: OperatorVerdict, by_action: dict[str, list[Share]], by_predicate: dict[str, list[Share]]
 ) -> None:
-    """Add each clause of an answer's operators to the counts of its operator and of its predicates."""
+    """Add each clause to the counts of its operator, and of the predicates in the clause."""
     for operator in verdict.operators:
         for side in (operator.precondition, operator.effect):
             wrong = (*side.additional, *side.missing)
@@ -325,7 +328,7 @@ def _add_operator_shares_to_breakdown(
 
 
 _MATCH = Share(2, 2)
-"""Numerator and denominator that a matched clause adds to F1, which is 2 TP / (2 TP + FP + FN)."""
+"""Share that a matched clause contributes to F1, which is 2 TP / (2 TP + FP + FN)."""
 
 
 def _sum_rates(shares: Mapping[str, Sequence[Share]]) -> dict[str, Rate]:

@@ -67,14 +67,17 @@ class Estimate:
         """Return the estimate of a rate in percent, without an interval."""
         return cls(rate.percent, numerator=rate.numerator, denominator=rate.denominator)
 
-    def columns(self) -> dict[str, float | None]:
-        """Return a mapping from the name of each part of the estimate, such as ``low``, to its value."""
+    def map_parts_to_values(self) -> dict[str, float | None]:
+        """Return a mapping from the name of each part of the estimate, such as ``low``, to its value.
+
+        The value is None for a part that is unknown.
+        """
         return {name: getattr(self, name) for name in ESTIMATE_PARTS}
 
-    def format_number(self, column: Column, nothing: str) -> str:
-        """Return the number as text, with the digits of the column; ``nothing`` if there is no number."""
+    def format_number(self, column: Column, missing_text: str) -> str:
+        """Return the number as text, with the digits of the column; ``missing_text`` if it is None."""
         if self.value is None:
-            return nothing
+            return missing_text
         return format_short_number(self.value) if column.digits is None else f"{self.value:.{column.digits}f}"
 
     def __str__(self) -> str:
@@ -92,12 +95,22 @@ class Estimate:
 ESTIMATE_PARTS = ("value", "low", "high", "numerator", "denominator")
 
 NO_NUMBER = Estimate(None)
-"""Cell of a missing number, which writers show as a dash. None is an empty cell."""
+"""Cell of a missing number, which writers show as a dash. Writers leave the cell None empty."""
 
 
 @dataclass(frozen=True, slots=True)
 class Label:
-    """A cell with a text. It may have a link, footnotes, emphasis, and the origin of the text."""
+    """A cell with a text. It may have a link, footnotes, emphasis, and the origin of the text.
+
+    Attributes:
+        text: the text.
+        target: address of the text's link; None for no link. Markdown shows the text as a link.
+        origin: source of the named item if it is not a run, shown after the text; empty for a run. A terminal
+            dims a label with an origin.
+        notes: numbers of footnotes, from 1.
+        bold: whether the text is emphasized.
+        dim: whether the text is shown less prominently.
+    """
 
     text: str
     target: str | None = None
@@ -149,9 +162,10 @@ class Table:
         name: name of its files.
         title: heading of the table.
         definition: meaning of the numbers in sentences.
-        columns: names of columns, or columns with a format.
+        columns: each column, as a name or as a `Column` with its format.
         rows: cells of each row, one for each column.
-        max_shown_rows: maximum number of rows of a suite in the Markdown of an analysis; None for all.
+        max_shown_rows: maximum number of rows below a heading of the Markdown file, which names a suite and a
+            model; None for all.
         notes: footnotes; the first has number 1.
     """
 
@@ -185,7 +199,7 @@ class Table:
         return columns
 
     def row_dicts(self) -> list[dict[str, Cell]]:
-        """Return the rows as cells by column name."""
+        """Return each row as a mapping from column names to cells."""
         names = self.names
         return [dict(zip(names, row, strict=True)) for row in self.rows]
 
@@ -213,7 +227,7 @@ class Table:
             flat: list[Plain] = []
             for cell, is_estimate in zip(row, estimates, strict=True):
                 if isinstance(cell, Estimate):
-                    flat += cell.columns().values()
+                    flat += cell.map_parts_to_values().values()
                 elif isinstance(cell, Label):
                     flat.append(cell.text)
                 else:
@@ -225,8 +239,8 @@ class Table:
             any(isinstance(row[index], Estimate) for row in self.rows) for index in range(len(self.columns))
         ]
 
-    def _has_numbers(self, index: int) -> bool:
-        return not any(isinstance(row[index], str | bool | Label) for row in self.rows)
+    def _has_numbers(self, column_index: int) -> bool:
+        return not any(isinstance(row[column_index], str | bool | Label) for row in self.rows)
 
 
 def make_table(

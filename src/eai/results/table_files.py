@@ -58,6 +58,8 @@ def write_files(folder: Path, contents: Mapping[str, str]) -> list[Path]:
 def format_csv(columns: Sequence[str], rows: Iterable[Sequence[Plain]]) -> str:
     """Return a table as the text of a CSV file. Unknown values become empty fields.
 
+    Truth values become ``true`` and ``false``.
+
     Texts that spreadsheets read as formulas, such as ``=1+1``, get an apostrophe in front.
     """
     file = io.StringIO()
@@ -120,7 +122,11 @@ def _tables_to_json(tables: Sequence[Table], remarks: Sequence[str]) -> dict[str
 def _cell_to_json(cell: Cell) -> Json:
     if not isinstance(cell, Estimate):
         return cell.text if isinstance(cell, Label) else cell
-    return {name: value for name, value in cell.columns().items() if value is not None or name == "value"}
+    return {
+        name: value
+        for name, value in cell.map_parts_to_values().items()
+        if value is not None or name == "value"
+    }
 
 
 def _format_markdown(name: str, tables: Sequence[Table], remarks: Sequence[str]) -> str:
@@ -145,7 +151,7 @@ def _format_markdown(name: str, tables: Sequence[Table], remarks: Sequence[str])
 
 
 def _select_shown_rows(table: Table) -> dict[str, list[tuple[Cell, ...]]]:
-    """Return a mapping from headings (suite, model) to rows; only rows of all models together, if any."""
+    """Return a mapping from headings (suite, model) to rows. Rows of all models together replace others."""
     rows = table.row_dicts()
     if any(row.get(MODEL) == ALL_MODELS for row in rows):
         rows = [row for row in rows if row[MODEL] == ALL_MODELS]

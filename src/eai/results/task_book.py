@@ -1,4 +1,4 @@
-"""Looks up features of tasks in the data set, and reasons for wrong goals in answers.
+"""Looks up features of tasks in the data set, and finds likely reasons for wrong goals in answers.
 
 The paper says that models state conditions on the way to a goal, or at the start, instead of the goal
 (section "Goal interpretation"). Therefore each wrong goal in an answer is tested in every state of the data
@@ -27,7 +27,7 @@ from eai.world.state import State
 
 
 class TaskLookup:
-    """Looks up tasks of a benchmark in its data set, on demand; tasks of other benchmarks are unknown."""
+    """Features of a benchmark's tasks and reasons for wrong goals, each computed when it is first needed."""
 
     def __init__(self, benchmark: Benchmark, source: Source) -> None:
         self._benchmark, self._domain = benchmark, benchmark.domain
@@ -46,10 +46,10 @@ class TaskLookup:
         )
 
     def _find_wrong_goal_reason(self, task_id: str, call: Statement) -> WrongGoalReason | None:
-        """Return the reason why an answer may state a wrong goal; None if the task is unknown.
+        """Return the likely reason for a wrong goal in an answer; None if the benchmark lacks the task.
 
         Args:
-            task_id: the task that does not have the stated goal.
+            task_id: the task. The stated goal is not among its goals.
             call: the stated goal, with the names that answers use.
         """
         if task_id not in self._tasks:
@@ -100,7 +100,7 @@ class TaskLookup:
         return held
 
     def _find_objects_named(self, task_id: str, name: str) -> Iterator[Constant]:
-        """Yield the objects of a task with a given name, either their full name or their name in answers."""
+        """Yield the objects of a task whose full name or name in answers is the given name."""
         task, names = self._tasks[task_id], self._names(task_id)
         for index in task.relevant:
             full_name = task.scene.objects[index].name

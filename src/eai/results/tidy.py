@@ -48,20 +48,20 @@ class TidyTables:
         self.clauses: list[OperatorClauseLine] = []
         self._source = source
         self._features = features
-        self._book = cache(self._open_task_lookup)
+        self._open_cached_lookup = cache(self._open_task_lookup)
 
     def add_records(self, records: Sequence[Record]) -> None:
         """Add the records of one run, all of one model, ability, domain and protocol."""
-        book = self._book(records[0].domain) if self._features else None
+        task_lookup = self._open_cached_lookup(records[0].domain) if self._features else None
         shares = map_tasks_to_shares(records)
         for record in records:
             key = make_identifying_columns(record)
-            self.answers.append(_make_answer_line(record, key, shares.get(record.task_id, {}), book))
+            self.answers.append(_make_answer_line(record, key, shares.get(record.task_id, {}), task_lookup))
             if record.verdict.excluded is not None or record.unanswered is not None:
                 continue
             self.steps.extend(_make_step_lines(record, key))
             self.goals.extend(_make_goal_lines(record, key))
-            self.atoms.extend(_make_atom_lines(record, key, book))
+            self.atoms.extend(_make_atom_lines(record, key, task_lookup))
             self.clauses.extend(_make_clause_lines(record, key))
 
     def _open_task_lookup(self, domain: str) -> TaskLookup | None:
@@ -77,7 +77,7 @@ IdentifyingColumns: TypeAlias = dict[str, Any]
 
 
 def make_identifying_columns(record: Record) -> IdentifyingColumns:
-    """Return the first columns of all table lines that a record gives."""
+    """Return the columns that each table line of a record begins with, such as domain, model and task."""
     rules = "" if record.experiment is None else record.experiment.game_rules_text
     return {
         "protocol": record.protocol.value,
@@ -93,7 +93,7 @@ def make_identifying_columns(record: Record) -> IdentifyingColumns:
 
 
 def _make_answer_line(
-    record: Record, key: IdentifyingColumns, shares: ShareByMetric, book: TaskLookup | None
+    record: Record, key: IdentifyingColumns, shares: ShareByMetric, task_lookup: TaskLookup | None
 ) -> AnswerLine:
     verdict, error = record.verdict, record.verdict.error
     usage = None if record.origin is None else record.origin.usage
@@ -101,7 +101,7 @@ def _make_answer_line(
     values: dict[str, Any] = {
         **key,
         "outcome": find_answer_outcome(record).value,
-        "success": _find_success(record, shares),
+        "success": _find_main_table_success(record, shares),
         "error_kind": None if error is None else error.kind.value,
         "error_check": None if error is None else error.check,
         "error_step": None if error is None else error.step,
@@ -112,7 +112,7 @@ def _make_answer_line(
         "characters": len(record.response),
         "output_tokens": None if usage is None else usage.output_tokens,
         "cost": None if usage is None else usage.cost,
-        **_read_task_features(record, book),
+        **_read_task_features(record, task_lookup),
         **verdict.columns,
     }
     columns: dict[str, Any] = {name: values.get(name) for name in _COLUMNS}
@@ -123,7 +123,7 @@ def _has_plans(record: Record) -> bool:
     return get_declaration(record.ability).answers_are_plans
 
 
-def _find_success(record: Record, shares: ShareByMetric) -> bool | None:
+def _find_main_table_success(record: Record, shares: ShareByMetric) -> bool | None:
     """Return whether an answer is a success in its ability's main table; None without a success metric."""
     declared = get_declaration(record.ability)
     candidates = (
@@ -153,9 +153,9 @@ def _count_hits_extras_misses(ability: Ability, shares: ShareByMetric) -> dict[s
     return {}
 
 
-def _read_task_features(record: Record, book: TaskLookup | None) -> Mapping[str, int | str | None]:
+def _read_task_features(record: Record, task_lookup: TaskLookup | None) -> Mapping[str, int | str | None]:
     """Return the features of a record's task from the data set; features in the record replace them."""
-    features = {} if book is None else book.features(record.task_id)
+    features = {} if task_lookup is None else task_lookup.features(record.task_id)
     if record.task is None:
         return features
     return {**features, "annotated_steps": record.task.annotated_steps, "goals": record.task.goals}
@@ -186,7 +186,9 @@ def _make_goal_lines(record: Record, key: IdentifyingColumns) -> Iterator[GoalLi
         )
 
 
-def _make_atom_lines(record: Record, key: IdentifyingColumns, book: TaskLookup | None) -> Iterator[AtomLine]:
+def _make_atom_lines(
+    record: Record, key: IdentifyingColumns, task_lookup: TaskLookup | None
+) -> Iterator[AtomLine]:
     if record.ability is not Ability.GOAL_INTERPRETATION:
         return
     verdict = cast("GoalVerdict", record.verdict)
@@ -197,7 +199,11 @@ def _make_atom_lines(record: Record, key: IdentifyingColumns, book: TaskLookup |
                 if record.explanation is None
                 else record.explanation.get_statement(atom)
             )
-            reason = book.reason(record.task_id, call) if status == "wrong" and book is not None else None
+            reason = (
+                task_lookup.reason(record.task_id, call)
+                if status == "wrong" and task_lookup is not None
+                else None
+            )
             yield AtomLine(
                 **key, verdict=status, atom=atom, predicate=call.name, positive=call.positive, reason=reason
             )

@@ -1,4 +1,4 @@
-"""Adds up the totals of a run record by record; memory grows only with the number of tasks."""
+"""Adds up a run's totals, record by record or part by part; memory grows only with the number of tasks."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ from eai.results.rate import NOTHING, Exact, Rate, add_contributions, make_rates
 from eai.results.record import NOT_ANSWERED, Record
 
 _ANSWERED, _SCORED, _LEFT_OUT, _CORRECTED_OR_LEFT_OUT, _RAISED, _CUT_OFF = 1, 2, 4, 8, 16, 32
-"""Bits of a task's status; the statuses of several answers to the task are combined by OR."""
+"""Bits of a task's status. A task with several answers has the bits of all these answers."""
 
 
 def _encode_statuses_as_bits(record: Record) -> int:
@@ -30,7 +30,7 @@ def _encode_statuses_as_bits(record: Record) -> int:
 
 @dataclass(slots=True)
 class RunTotals:
-    """The rates and the coverage of a run; the order of addition does not matter.
+    """The rates and the coverage of a run. Its records can be added in parts, in any order.
 
     Attributes:
         number: number of records.

@@ -11,7 +11,7 @@ from collections.abc import Callable, Iterable, Iterator, Mapping
 from operator import itemgetter
 from typing import Any, TypeAlias
 
-from eai.abilities.action_sequencing.scorer import ActionSequencing
+from eai.abilities.action_sequencing.scorer import ActionSequencingScorer
 from eai.abilities.explanation import EXECUTED
 from eai.abilities.notation.plan_form import WrittenPlan
 from eai.abilities.plan_distance import StepLabeler, make_step_labeler
@@ -49,7 +49,7 @@ def make_prompt_rows(reward: Reward, prompts: Mapping[str, Prompt]) -> Iterator[
 NO_ANSWER = "without an answer, or with nothing to earn"
 EXPERIMENT = "of experiments, which ask other questions"
 _PROMPTS = "prompts"
-"""Name under which records store a run's choice of prompts."""
+"""Name under which the experiment of a record stores the choice of prompts."""
 
 ASKED_OTHERWISE = "answering another prompt than is exported"
 NOT_PAID = "of an ability whose verdicts do not say what an answer has earned"
@@ -68,21 +68,21 @@ def make_reward_rows(
     add_columns: AddColumns = lambda record: {},
     scoring: Scoring | None = None,
 ) -> Iterator[TrainingRow]:
-    """Yield a row for each answer in records of one suite, with its prompt and its newly computed reward.
+    """Yield a row for each answer in records of one suite, with its prompt and its reward, computed here.
 
-    The counter ``left_out`` gets the number of records without a row, by reason. With ``scoring``, its
-    processes compute the rewards.
+    The counter ``left_out`` gets the number of records without a row, by reason. The processes of
+    ``scoring`` compute the rewards; this process does if it is None.
     """
     records = list(records)
     answers = [
         (record.task_id, record.response)
         for record in records
-        if record.unanswered is None and not _asks_other_questions(record)
+        if record.unanswered is None and not _has_unknown_prompt(record)
     ]
     rewards = (scoring or Scoring()).compute_rewards(reward, answers)
     for record in records:
         prompt_sha256 = None if record.origin is None else record.origin.prompt_sha256
-        if _asks_other_questions(record):
+        if _has_unknown_prompt(record):
             left_out[EXPERIMENT] += 1
             continue
         value = None if record.unanswered is not None else next(rewards)
@@ -107,12 +107,12 @@ def make_reward_rows(
         }
 
 
-def _asks_other_questions(record: Record) -> bool:
+def _has_unknown_prompt(record: Record) -> bool:
     """Whether a record belongs to an experiment whose questions cannot be found again."""
     settings = record.experiment
     if settings is not None and record.origin is not None and record.origin.prompt_sha256 is not None:
-        settings = settings.without_study(_PROMPTS)  # the digest of a prompt suffices to find the prompt
-    return settings is not None and not settings.has_no_settings
+        settings = settings.without_study(_PROMPTS)  # the digest already identifies the prompt
+    return settings is not None and not settings.has_no_study_or_rules
 
 
 def make_step_column_adder(suite: Suite, search_effort: int, step_counts: Counter[str]) -> AddColumns:
@@ -128,8 +128,8 @@ def make_step_column_adder(suite: Suite, search_effort: int, step_counts: Counte
 
     def make_distance_and_steps(record: Record) -> TrainingRow | None:
         scorer = suite.scorer(record.task_id)
-        plan = scorer.read(record.response) if isinstance(scorer, ActionSequencing) else None
-        if not isinstance(scorer, ActionSequencing) or not isinstance(plan, WrittenPlan):
+        plan = scorer.read(record.response) if isinstance(scorer, ActionSequencingScorer) else None
+        if not isinstance(scorer, ActionSequencingScorer) or not isinstance(plan, WrittenPlan):
             return None
         if isinstance(actions := scorer.resolve_names(plan), ErrorReport):
             return None
@@ -144,27 +144,27 @@ def make_step_column_adder(suite: Suite, search_effort: int, step_counts: Counte
     return make_distance_and_steps
 
 
-def select_verified_rows(answers: Iterable[TrainingRow], minimum: float) -> Iterator[TrainingRow]:
+def select_verified_rows(rows: Iterable[TrainingRow], min_reward: float) -> Iterator[TrainingRow]:
     """Yield the rows of answers with at least a minimum reward, without repeated answers to a task."""
     seen: set[tuple[str, str]] = set()
-    for row in answers:
+    for row in rows:
         key = (row["task"], _get_completion_text(row))
-        if row["reward"] >= minimum and key not in seen:
+        if row["reward"] >= min_reward and key not in seen:
             seen.add(key)
             yield row
 
 
-def make_preference_rows(answers: Iterable[TrainingRow], margin: float) -> Iterator[TrainingRow]:
+def make_preference_rows(rows: Iterable[TrainingRow], margin: float) -> Iterator[TrainingRow]:
     """Yield pairs of answers to one task: the best answer, and an answer with a lower reward.
 
     Of several best answers, the first one is used.
 
     Args:
-        answers: the rows of answers.
+        rows: the rows of answers.
         margin: the difference between the two rewards of a pair must be larger than this number.
     """
     by_task: dict[str, dict[str, TrainingRow]] = {}
-    for row in answers:
+    for row in rows:
         by_task.setdefault(row["task"], {}).setdefault(_get_completion_text(row), row)
     for task, distinct in by_task.items():
         best = max(distinct.values(), key=itemgetter("reward"))

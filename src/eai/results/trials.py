@@ -8,10 +8,10 @@ from functools import partial
 from typing import TypeAlias
 
 from eai.abilities.attempt import Attempt, Usage
-from eai.abilities.attempt_options import AttemptOptions
 from eai.abilities.explanation import Explanation
 from eai.abilities.feedback import QuestionWriter
 from eai.abilities.protocol import Ability
+from eai.abilities.replanning_options import ReplanningOptions
 from eai.abilities.scorer import Assessment, PlanScorer
 from eai.abilities.trial import Trial
 from eai.abilities.verdict import PlanVerdict
@@ -106,14 +106,14 @@ class Conversation:
 
     @property
     def executed_actions(self) -> tuple[Action, ...]:
-        """Actions executed so far in the question's world, if the world continues between attempts."""
+        """Actions executed so far in the next question's world; empty if each attempt has a new world."""
         if self._trial is None or self._trial.options.feedback == "none":
             return ()
         return self._trial.executed_actions
 
     @property
     def attempts(self) -> tuple[Attempt, ...]:
-        """Attempts that the answers made, with their outcomes; empty if answers are not executed."""
+        """One attempt for each answer, with its outcome; empty if answers are scored later."""
         return () if self._trial is None else tuple(self._trial.attempts)
 
     def add_answer(self, text: str) -> None:
@@ -140,27 +140,30 @@ class TrialSet:
     Attributes:
         suite: the suite, opened for the answers (`Suite.choose_suite_for_answers`).
         options: number of attempts, kind of feedback, and rate of actions made to fail.
-        asker: writes the question of each attempt.
-        stated: mapping from ids to tasks with the goals that questions state instead of the tasks' own.
+        question_writer: writes the question of each attempt.
+        tasks_with_stated_goals: mapping from ids to tasks with other goals than in the data set. Questions
+            state these goals.
     """
 
     suite: Suite
-    options: AttemptOptions
-    asker: QuestionWriter
-    stated: Mapping[str, Task] = field(default_factory=dict)
+    options: ReplanningOptions
+    question_writer: QuestionWriter
+    tasks_with_stated_goals: Mapping[str, Task] = field(default_factory=dict)
 
     def start_conversation(self, task_id: str, epoch: int = 1) -> Conversation:
         """Begin the conversation about a task in one epoch."""
-        trial = begin_trial(self.suite, self.options, task_id, epoch, self.stated.get(task_id))
+        trial = begin_trial(
+            self.suite, self.options, task_id, epoch, self.tasks_with_stated_goals.get(task_id)
+        )
         return Conversation(
-            partial(self.asker.write_question, trial),
+            partial(self.question_writer.write_question, trial),
             trial,
-            partial(self.asker.describe_scene_metadata, trial),
+            partial(self.question_writer.describe_scene_metadata, trial),
         )
 
 
 def replay_answers(
-    suite: Suite, options: AttemptOptions, task_id: str, answers: Iterable[str], epoch: int = 1
+    suite: Suite, options: ReplanningOptions, task_id: str, answers: Iterable[str], epoch: int = 1
 ) -> tuple[Attempt, ...]:
     """Execute recorded answers to a task again, and return the attempts with their outcomes.
 
@@ -178,7 +181,11 @@ def replay_answers(
 
 
 def begin_trial(
-    suite: Suite, options: AttemptOptions, task_id: str, epoch: int = 1, stated_goals_task: Task | None = None
+    suite: Suite,
+    options: ReplanningOptions,
+    task_id: str,
+    epoch: int = 1,
+    stated_goals_task: Task | None = None,
 ) -> Trial:
     """Return a new trial of a task, by the rules that the options name or by our own rules.
 
@@ -190,17 +197,17 @@ def begin_trial(
     scorer = suite.scorer(task_id)
     if not isinstance(scorer, PlanScorer):
         raise InputError(
-            f"{suite.domain} {suite.ability.value}: attempts need plans as answers; choose action_sequencing"
+            f"{suite.domain} {suite.ability.value}: attempts need plans; use the ability action_sequencing"
         )
     kind = Trial if options.preset is None else require_protocol_implementation(options.preset).trial
     return kind(scorer, options, epoch, stated_goals_task)
 
 
 def make_trial_record(
-    suite: Suite, options: AttemptOptions, model: str, task_id: str, attempts: Sequence[Attempt]
+    suite: Suite, options: ReplanningOptions, model: str, task_id: str, attempts: Sequence[Attempt]
 ) -> Record:
     """Return the record of a task after all attempts at it; the verdict is that of the last attempt."""
-    attempts = [_add_cause_of_unread_answer(suite, attempt) for attempt in attempts]
+    attempts = [_add_cause_of_unreadable_answer(suite, attempt) for attempt in attempts]
     last = attempts[-1]
     return make_record(
         suite,
@@ -215,7 +222,7 @@ def make_trial_record(
     )
 
 
-def _add_cause_of_unread_answer(suite: Suite, attempt: Attempt) -> Attempt:
+def _add_cause_of_unreadable_answer(suite: Suite, attempt: Attempt) -> Attempt:
     explanation = attempt.explanation or Explanation()
     named = suite.add_cause_if_unread(attempt.response, Assessment(attempt.verdict, lambda: explanation))
     if not isinstance(named.verdict, PlanVerdict):
@@ -225,24 +232,24 @@ def _add_cause_of_unread_answer(suite: Suite, attempt: Attempt) -> Attempt:
 
 def open_trials(
     suite: Suite,
-    options: AttemptOptions,
-    asker: QuestionWriter,
+    options: ReplanningOptions,
+    question_writer: QuestionWriter,
     task_ids: Iterable[str],
-    stated: Mapping[str, Task] | None = None,
+    tasks_with_stated_goals: Mapping[str, Task] | None = None,
 ) -> TrialSet:
     """Return the trials of some tasks of a suite.
 
-    Questions may state other goals (`TrialSet.stated`). Some protocols choose one way to read all answers of
-    a model. Here each answer is executed at once, so they choose by the example answers in the questions.
+    Some protocols choose one way to read all answers of a model, after the last answer. A trial executes each
+    answer at once. Therefore these protocols choose by the example answers in the questions.
 
     Raises:
         InputError: the answers of the suite are not plans.
     """
     if suite.ability is not Ability.ACTION_SEQUENCING:
         raise InputError(
-            f"{suite.domain} {suite.ability.value}: attempts need plans as answers; choose action_sequencing"
+            f"{suite.domain} {suite.ability.value}: attempts need plans; use the ability action_sequencing"
         )
     suite_of_questions = suite.choose_suite_for_answers(
-        [asker.prompt_of(task_id).user for task_id in task_ids]
+        [question_writer.prompt_of(task_id).user for task_id in task_ids]
     )
-    return TrialSet(suite_of_questions, options, asker, stated or {})
+    return TrialSet(suite_of_questions, options, question_writer, tasks_with_stated_goals or {})

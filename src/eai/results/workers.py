@@ -59,21 +59,21 @@ def run_worker(connection: Connection, folder: str) -> None:
     signal.signal(signal.SIGTERM, _raise_exit)
     tempfile.tempdir = folder
     reduce_garbage_collection()
-    given: SimpleQueue[bytes] = SimpleQueue()
-    threading.Thread(target=_queue_received_batches, args=(connection, given), daemon=True).start()
+    batches: SimpleQueue[bytes] = SimpleQueue()
+    threading.Thread(target=_queue_received_batches, args=(connection, batches), daemon=True).start()
     while True:
-        result = _process_pickled_batch(given.get())
+        result = _process_pickled_batch(batches.get())
         try:
             connection.send_bytes(result)
         except OSError:  # the receiver has ended
             return
 
 
-def _queue_received_batches(connection: Connection, given: SimpleQueue[bytes]) -> None:
+def _queue_received_batches(connection: Connection, batches: SimpleQueue[bytes]) -> None:
     """Queue incoming batches, so that the sender never waits; end this process when the connection closes."""
     try:
         while True:
-            given.put(connection.recv_bytes())
+            batches.put(connection.recv_bytes())
     except (EOFError, OSError):
         os.kill(os.getpid(), signal.SIGTERM)
     time.sleep(CLEANING_SECONDS)
@@ -109,7 +109,7 @@ def _pickle_error(error: Exception) -> bytes:
 
 @lru_cache(maxsize=8)
 def unpickle_work(work: bytes) -> Callable[[Sequence[Any]], Sequence[Any]]:
-    """Unpickle a function that works on batches; cached, because it opens tasks, which takes long."""
+    """Unpickle a function that works on batches. It is kept, because a new one opens its tasks again."""
     work_function: Callable[[Sequence[Any]], Sequence[Any]] = pickle.loads(work)  # noqa: S301 - of this program
     return work_function
 
@@ -118,7 +118,7 @@ T = TypeVar("T")
 R = TypeVar("R")
 
 MIN_BATCH_SIZE, MAX_BATCH_SIZE = 16, 1024
-"""Numbers of items in a worker's first batch, small so that each worker gets items, and in its largest."""
+"""Number of items in a worker's first batch (small, so that each worker gets items) and largest batch."""
 
 MAX_BATCHES_PER_WORKER = 2
 """Maximum number of batches that a worker has at a time: one in progress and one waiting.
@@ -127,7 +127,7 @@ A batch of fewer than ``MIN_BATCH_SIZE`` items, which may take minutes each, wai
 """
 
 MAX_BATCHES_AHEAD = 3
-"""Maximum number of batches in memory for each worker, with batches whose results wait to be taken."""
+"""Maximum number of batches in memory for each worker. A batch counts until its results are yielded."""
 
 PAUSE_SECONDS = 0.01
 """Seconds between two attempts to remove a folder."""
@@ -222,7 +222,7 @@ class WorkerPool:
 
         Args:
             work: computes the results of a batch of items, one for each item. It is pickled. Each worker
-                loads it once, as long as it is among the last few functions.
+                unpickles it once, and keeps the last few functions.
             items: the items; they are pickled, as are results.
             batch_sizes: number of items in the first and in the largest batch of a worker.
 
@@ -296,7 +296,7 @@ class WorkerPool:
         # the fork server imports this module once for all workers
         context.set_forkserver_preload(["eai.results.batch"])
         if "forkserver" in methods:
-            resource_tracker.ensure_running()  # first, because it unblocks interrupts
+            resource_tracker.ensure_running()  # before interrupts are blocked, because it unblocks them
             with _block_interrupts():  # workers inherit the blocked signal from the fork server
                 ensure_running()
         if self._folder is None:
@@ -332,14 +332,14 @@ def _remove_folder(folder: TemporaryDirectory[str]) -> None:
         folder.cleanup()
 
 
-def split_batches(items: Iterable[T], workers: int, size: int, largest: int) -> Iterator[Sequence[T]]:
+def split_batches(items: Iterable[T], workers: int, first_size: int, max_size: int) -> Iterator[Sequence[T]]:
     """Yield the items in batches, whose size grows from a first size up to a maximum."""
-    source, count = iter(items), 0
+    source, count, size = iter(items), 0, first_size
     while batch := list(islice(source, size)):
         yield batch
         count += 1
         if count % workers == 0:
-            size = min(2 * size, largest)
+            size = min(2 * size, max_size)
 
 
 @contextmanager
