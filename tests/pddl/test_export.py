@@ -19,7 +19,7 @@ from eai.logic.formula import (
 )
 from eai.pddl.check import check_domain, check_problem
 from eai.pddl.execute import PddlPlanExecutor, PlanStep
-from eai.pddl.export import ExportedProblem, ProblemSource, export_domain_and_problem, export_problems
+from eai.pddl.export import ExportedProblem, ProblemToExport, export_domain_and_problem, export_problems
 from eai.pddl.reader import read_domain, read_problem
 from eai.pddl.search import search
 from eai.pddl.writer import write_domain, write_effect, write_formula, write_problem
@@ -277,7 +277,7 @@ def test_invisible_predicates_can_be_left_out() -> None:
     )
     toy = domain(use)
     exported = export_problems(
-        toy, [ProblemSource("task", SCENE.state([("memory", (1,))]), ())], with_invisible_predicates=False
+        toy, [ProblemToExport("task", SCENE.state([("memory", (1,))]), ())], with_invisible_predicates=False
     )[0]
     text = write_domain(exported.domain) + write_problem(exported.problem)
     assert "memory" not in text
@@ -289,7 +289,7 @@ def test_an_effect_that_depends_on_an_invisible_predicate_does_not_happen() -> N
     effects = (ForEach(Y, MEMORY(Y), (Add(RED(Y)),)), When(MEMORY(X), (Add(BIG(X)),), (Delete(LIT()),)))
     toy = Domain("toy", VOCABULARY, (Operator("recall", (X,), (), effects, "recall the object"),))
     exported = export_problems(
-        toy, [ProblemSource("task", SCENE.state([]), ())], with_invisible_predicates=False
+        toy, [ProblemToExport("task", SCENE.state([]), ())], with_invisible_predicates=False
     )[0]
     (action,) = exported.domain.actions
     assert write_effect(action.effect) == "(not (lit))"

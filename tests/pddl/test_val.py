@@ -68,6 +68,18 @@ def test_a_domain_that_it_cannot_read_is_no_verdict_on_the_plan(val: Path) -> No
     assert run_val(val, domain, problem, [PlanStep("a", ("o",))]).startswith("VAL itself failed")
 
 
+def test_a_validator_that_needs_too_much_cpu_time_gives_no_verdict(
+    monkeypatch: pytest.MonkeyPatch, tmp_path: Path
+) -> None:
+    monkeypatch.setattr("eai.pddl.val._MAX_CPU_SECONDS", 1)
+    endless = tmp_path / "Validate"
+    endless.write_text("#!/bin/sh\nwhile :; do :; done\n")
+    endless.chmod(0o755)
+    domain = read_domain("(define (domain d) (:predicates (p)))")
+    problem = read_problem("(define (problem x) (:domain d) (:goal (p)))")
+    assert run_val(endless, domain, problem, []) == "no answer in 1 CPU seconds"
+
+
 def test_where_it_is_missing_it_is_said_how_to_install_it(
     monkeypatch: pytest.MonkeyPatch, tmp_path: Path
 ) -> None:

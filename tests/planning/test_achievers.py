@@ -7,7 +7,7 @@ from itertools import product
 import pytest
 
 import eai
-from eai.abilities.action_sequencing.scorer import ActionSequencing
+from eai.abilities.action_sequencing.scorer import ActionSequencingScorer
 from eai.planning import achievers as module
 from eai.planning.achievers import Achiever, AchieversByPredicate, _AchieverMatcher
 from eai.planning.additive_heuristic import AdditiveHeuristic
@@ -54,15 +54,17 @@ def test_variables_that_the_atom_leaves_open_get_values() -> None:
     assert scopes == [{"x": SCENE.index["hall"]}, {"x": shed}], "what is no place is left out at once"
     (binding,) = carry.complete_bindings(START, {"y": red, "x": shed}, EVERYTHING)
     assert carry.get_operator_arguments(binding) == (shed,)
-    assert carry.find_failing_conditions(START, binding, 2) == [toy.holding(Y)]
-    assert carry.find_failing_conditions(START, binding, 1) is None
+    (failing,) = [i for i, (_, holds) in enumerate(carry.conditions) if not holds(START, binding)]
+    subgoal, atom = carry.ground_condition(failing, binding, SCENE)
+    assert (subgoal.formula, subgoal.scope["y"]) == (toy.holding(Y), red)
+    assert atom == GroundAtom("holding", (red,), True)
     assert list(go.complete_bindings(START, {}, 0)) == []
 
 
 def test_masks_and_trial_complete_a_match_alike(monkeypatch: pytest.MonkeyPatch) -> None:
     suite = eai.open("virtualhome", "action_sequencing")
     scorer = suite.scorer("27_2")
-    assert isinstance(scorer, ActionSequencing)
+    assert isinstance(scorer, ActionSequencingScorer)
     state, everything = scorer.task.initial, scorer.task.initial.scene.everything
 
     def found() -> list[list[list[int]]]:

@@ -1,6 +1,7 @@
 from __future__ import annotations
 
 from dataclasses import replace
+from random import Random
 
 import pytest
 
@@ -8,7 +9,9 @@ from eai.logic.formula import And, Atom, Constant, Exactly, Exists, Formula, For
 from eai.planning.additive_heuristic import INFINITE, AdditiveHeuristic, CostEstimates
 from eai.planning.greedy_search import _PreferredActions
 from eai.planning.planner import Planner, PlanningGoal
+from eai.planning.search import SearchEffort, SearchNode
 from eai.planning.subgoal import Subgoal
+from eai.planning.successor_generator import SuccessorGenerator
 from eai.world import Add, ForEach, Operator
 from eai.world.action import Action
 from eai.world.domain import Domain
@@ -145,3 +148,28 @@ def test_a_condition_behind_a_long_chain_looks_unreachable() -> None:
 def test_a_condition_that_looks_unreachable_is_found_by_a_thorough_search() -> None:
     domain, state, goal = chain(70)
     assert len(Planner(domain).find_plan(state, PlanningGoal((goal,)), range(71)).plan) == 70
+
+
+@pytest.mark.parametrize("seed", range(5))
+def test_estimates_on_a_random_walk_are_equal_to_estimates_without_caches(seed: int) -> None:
+    goals = [LAMP_LIT, RED_IN_SHED, And((LAMP_LIT, named("holding", "blue"))), Exists(X, holding(X))]
+    choice, state = Random(seed), START
+    for _ in range(12):
+        fresh = AdditiveHeuristic(toy.DOMAIN)
+        for protected in ((), (subgoal(RED_IN_SHED),)):
+            kept = CostEstimates(HEURISTIC, state, EVERYTHING, protected)
+            new = CostEstimates(fresh, state, EVERYTHING, protected)
+            for goal in goals:
+                assert kept.estimate(subgoal(goal)) == new.estimate(subgoal(goal))
+                assert preferred(kept, goal) == preferred(new, goal)
+            assert kept.find_cheapest_action(("PRESS",)) == new.find_cheapest_action(("PRESS",))
+        successors = SuccessorGenerator(toy.DOMAIN, EVERYTHING)
+        action = choice.choice(list(successors.generate_applicable_actions(SearchNode(state))))
+        state = toy.DOMAIN.apply(state, action)
+
+
+def test_an_action_is_tested_once_in_a_state() -> None:
+    (domain, state, goal), looks = chain(6), SearchEffort()
+    estimates = CostEstimates(AdditiveHeuristic(domain), state, range(7), looks=looks)
+    assert estimates.estimate(subgoal(goal)) == 6
+    assert looks.used == 6

@@ -4,16 +4,20 @@ from itertools import combinations
 
 import pytest
 
+from eai.logic.formula import Formula
 from eai.planning.exclusion import ExclusionRules
 from eai.planning.subgoal import GroundAtom
 from eai.world.action import Action
+from eai.world.derived import is_a
 from eai.world.domain import Domain
-from eai.world.effect import Add
+from eai.world.effect import Add, Delete
 from eai.world.execution import attempt_action
 from eai.world.history import History
-from eai.world.operator import Operator
-from eai.world.state import Fact, State
+from eai.world.operator import Operator, missing_step
+from eai.world.state import Fact, Scene, State, WorldObject
+from eai.world.vocabulary import Predicate, Vocabulary
 from world import toy
+from world.toy import X
 
 INITIAL = toy.initial()
 INDEX = INITIAL.scene.index
@@ -47,13 +51,47 @@ def test_literals_of_the_initial_state_or_of_other_actions_are_not_excluded() ->
     both = [literal("holding red"), literal("holding blue")]
     held = [Fact(each.predicate, each.arguments) for each in both]
     started = INITIAL.scene.state([*INITIAL.facts(), *held])
-    assert not ExclusionRules(toy.DOMAIN).make_exclusion_prover(started).are_exclusive(both)
+    rules = ExclusionRules(toy.DOMAIN)
+    assert rules.make_exclusion_prover(INITIAL).are_exclusive(both)
+    assert not rules.make_exclusion_prover(started).are_exclusive(both)
     snatch = Operator("SNATCH", (toy.X,), (), (Add(toy.holding(toy.X)),))
     assert (
         not ExclusionRules(toy.DOMAIN.replace_operators(snatch))
         .make_exclusion_prover(INITIAL)
         .are_exclusive(both)
     )
+
+
+def test_a_pair_is_proved_once_for_all_episodes_and_objects() -> None:
+    rules = ExclusionRules(toy.DOMAIN)
+    at = [literal(f"at {words}") for words in ("robot hall", "robot shed")]
+    assert rules.make_exclusion_prover(INITIAL).are_exclusive(at)
+    proofs = sum(map(len, rules.lemmas.values()))
+    for places in ("lamp", "shed"), ("red", "lamp"):
+        start = INITIAL.scene.state([("at", (INDEX["robot"], INDEX[places[0]]))])
+        elsewhere = [literal(f"at robot {place}") for place in places]
+        assert rules.make_exclusion_prover(start).are_exclusive(elsewhere)
+    assert sum(map(len, rules.lemmas.values())) == proofs > 0
+
+
+wet, dry, sponge = Predicate("wet", 1), Predicate("dry", 1), Predicate("sponge", 1, static=True)
+
+
+@pytest.mark.parametrize("absorbs", [sponge(X), ~is_a(X, "rag")], ids=["fact", "category"])
+def test_a_proof_is_reused_only_for_objects_with_the_properties_that_it_used(absorbs: Formula) -> None:
+    soak = Operator("SOAK", (X,), (missing_step(absorbs | ~dry(X), "{x} is dry"),), (Add(wet(X)),))
+    airing = Operator("AIR", (X,), (), (Add(dry(X)), Delete(wet(X))))
+    vocabulary = Vocabulary((wet, dry, sponge))
+    kinds = {"cloth": "rag", "towel": "rag", "foam": "sponge"}
+    scene = Scene(vocabulary, [WorldObject(name, kind) for name, kind in kinds.items()])
+    rules = ExclusionRules(Domain("wash", vocabulary, (soak, airing)))
+    prover = rules.make_exclusion_prover(scene.state([("sponge", (scene.index["foam"],))]))
+    excluded = {
+        name: prover.are_exclusive([GroundAtom(each, (scene.index[name],), True) for each in ("wet", "dry")])
+        for name in ("cloth", "foam", "towel", "foam")
+    }
+    assert excluded == {"cloth": True, "foam": False, "towel": True}
+    assert [*map(len, rules.lemmas.values())] == [2]
 
 
 def reachable(domain: Domain) -> set[State]:

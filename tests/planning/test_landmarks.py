@@ -11,7 +11,7 @@ from random import Random
 import pytest
 
 import eai
-from eai.abilities.action_sequencing.scorer import ActionSequencing
+from eai.abilities.action_sequencing.scorer import ActionSequencingScorer
 from eai.abilities.protocol import Ability
 from eai.abilities.verdict import Unreadable
 from eai.planning.landmarks import Landmarks, _HittingSetSearch
@@ -30,7 +30,7 @@ def repairer_and_gold(
     scorer = eai.open(name, "action_sequencing").scorer(task_id)
     gold = answer_book(name, Ability.ACTION_SEQUENCING)[task_id]
     text = gold.join(gold.parts)
-    if not isinstance(scorer, ActionSequencing) or not getattr(scorer.score(text), "success", None):
+    if not isinstance(scorer, ActionSequencingScorer) or not getattr(scorer.score(text), "success", None):
         return None
     plan = scorer.notation.read(text)
     assert not isinstance(plan, Unreadable)

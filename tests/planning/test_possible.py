@@ -62,7 +62,7 @@ def test_a_goal_without_the_needed_objects_is_proved_unreachable(lamps: Benchmar
 
 
 @pytest.mark.parametrize(
-    ("like", "seed"), [("virtualhome", "golden-0-7"), *swept(("behavior", "golden-0-2"))]
+    ("like", "seed"), [("virtualhome", "golden-0-0"), *swept(("behavior", "golden-0-0"))]
 )
 def test_every_fact_of_a_reachable_state_is_possible(like: str, seed: str, data_store: Store) -> None:
     benchmark = find_benchmark(like)

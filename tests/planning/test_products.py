@@ -22,7 +22,7 @@ from tempfile import TemporaryDirectory
 import pytest
 
 import eai.logic.formula as f
-from eai.abilities.action_sequencing.scorer import ActionSequencing
+from eai.abilities.action_sequencing.scorer import ActionSequencingScorer
 from eai.logic.rewriting import substitute_terms
 from eai.pddl.export import ExportedProblem, export_domain_and_problem
 from eai.pddl.fast_downward import FastDownward
@@ -157,7 +157,7 @@ def cheapest(domain: str, problem: str) -> int | None:
 
 
 def can_be_written(
-    scorer: ActionSequencing, plan: Sequence[Action | None], actions: Sequence[Action]
+    scorer: ActionSequencingScorer, plan: Sequence[Action | None], actions: Sequence[Action]
 ) -> bool:
     """Whether a case is small and has a PDDL form: unordered goals, and no operator with tries."""
     tries = {operator.name for operator in scorer.domain.operators if operator.alternatives}

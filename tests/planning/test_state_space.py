@@ -2,20 +2,20 @@
 
 from __future__ import annotations
 
-from itertools import islice
+from itertools import cycle, islice
 from pathlib import Path
 from random import Random
 
 import pytest
 
 import eai.logic.formula as f
-from eai.abilities.action_sequencing.scorer import ActionSequencing
+from eai.abilities.action_sequencing.scorer import ActionSequencingScorer
 from eai.abilities.protocol import Ability
 from eai.abilities.repair import DEFAULT_EFFORT
 from eai.abilities.verdict import PlanVerdict
 from eai.agents.scorer import StateAndTakenActions, find_goal_reachability_and_loss_turn
 from eai.benchmarks.suite import open_suite
-from eai.pddl.execute import DerivedPredicates
+from eai.pddl.execute import DerivedPredicates, PddlState
 from eai.pddl.search import search
 from eai.planning.exclusion import ExclusionRules
 from eai.planning.planner import Planner
@@ -25,6 +25,7 @@ from eai.planning.search import Limits, SearchEffort, SearchEndReason
 from eai.planning.subgoal import GroundAtom
 from eai.tasks.planning import find_plan, to_planning_goal
 from eai.world.action import Action
+from eai.world.state import State
 from planning.random_worlds import DERIVED, PREDICATES, World, draw_plan, worlds
 from planning.repair.test_search import edited, one_edit
 from sweeps import swept
@@ -56,7 +57,6 @@ def check_states(world: World, random: Random) -> None:
     """Check that literals called impossible or exclusive hold in no state."""
     domain, initial = world.domain, world.task.initial
     possible = PossibleFacts(domain, initial, world.task.relevant)
-    exclusion = ExclusionRules(domain).make_exclusion_prover(initial)
     names = [*initial.scene.index]
     literals = []
     for name, types in {**PREDICATES, **DERIVED}.items():
@@ -69,28 +69,48 @@ def check_states(world: World, random: Random) -> None:
     }
     for (atom, truth), states in holding.items():
         assert possible.holds(atom, {}, truth) or not any(states), (atom, truth)
+    starts, rules = cycle(walk(world, Random(0))), ExclusionRules(domain)
     for _ in range(40):
+        start, first = next(starts)
         pair = random.sample([*holding], random.choice((1, 2, 2)))
         ground = [
             GroundAtom(atom.predicate, tuple([initial.scene.index[t.name] for t in atom.arguments]), truth)
             for atom, truth in pair
         ]
-        if exclusion.are_exclusive(ground):
-            together = [all(each) for each in zip(*[holding[literal] for literal in pair], strict=True)]
-            assert not any(together), pair
+        excluded = rules.make_exclusion_prover(start).are_exclusive(ground)
+        assert excluded == ExclusionRules(domain).make_exclusion_prover(start).are_exclusive(ground), pair
+        if excluded:
+            for state in reachable(world, first):
+                assert not all(world.executor.holds(a, state, {}) == truth for a, truth in pair), pair
+
+
+def walk(world: World, random: Random) -> list[tuple[State, PddlState]]:
+    """Return the states of a random walk, as states of the engine and of the executor."""
+    engine, state = world.task.initial, world.initial
+    states = [(engine, state)]
+    while world.after[state] and len(states) < 5:
+        action = random.choice([*world.after[state]])
+        state, engine = world.after[state][action], world.domain.apply(engine, action)
+        states.append((engine, state))
+    return states
+
+
+def reachable(world: World, first: PddlState) -> list[PddlState]:
+    """Return all states after a state."""
+    states = {first: None}
+    pending = [first]
+    while pending:
+        new = [state for state in world.after[pending.pop()].values() if state not in states]
+        states |= dict.fromkeys(new)
+        pending += new
+    return [*states]
 
 
 def check_outlook(world: World, random: Random) -> None:
     """Check that the goal is called lost after a step of a walk if and only if it is unreachable there."""
-    state, engine = world.initial, world.task.initial
-    states, moments = [state], list[StateAndTakenActions]([(engine, ())])
-    for _ in range(4):
-        if not world.after[state]:
-            break
-        action = random.choice([*world.after[state]])
-        state, engine = world.after[state][action], world.domain.apply(engine, action)
-        states.append(state)
-        moments.append((engine, ()))
+    visited = walk(world, random)
+    states = [state for _, state in visited]
+    moments: list[StateAndTakenActions] = [(engine, ()) for engine, _ in visited]
     outlook, lost_at = find_goal_reachability_and_loss_turn(
         world.task, world.domain, moments, EVERYTHING.states
     )
@@ -153,18 +173,18 @@ FAR = """(define (problem far) (:domain dock) (:objects a b c - place)
 
 
 @pytest.fixture
-def dock(tmp_path: Path) -> ActionSequencing:
+def dock(tmp_path: Path) -> ActionSequencingScorer:
     """Return the scorer of a task with an effect about a constant."""
     (tmp_path / "domain.pddl").write_text(DOCK)
     (tmp_path / "problem.pddl").write_text(FAR)
     suite = open_suite(f"pddl:{tmp_path / 'domain.pddl'},{tmp_path}", Ability.ACTION_SEQUENCING)
     scorer = suite.scorer("far")
-    assert isinstance(scorer, ActionSequencing)
+    assert isinstance(scorer, ActionSequencingScorer)
     return scorer
 
 
 @pytest.mark.parametrize("plan", ["(charge)", "(fly_home a)"])
-def test_an_effect_about_a_constant_repairs_a_plan(dock: ActionSequencing, plan: str) -> None:
+def test_an_effect_about_a_constant_repairs_a_plan(dock: ActionSequencingScorer, plan: str) -> None:
     look_back = dock.assess(plan).analyze_failure
     assert look_back is not None
     verdict = look_back(DEFAULT_EFFORT)
@@ -174,6 +194,6 @@ def test_an_effect_about_a_constant_repairs_a_plan(dock: ActionSequencing, plan:
     assert dock.compute_closeness_to_success(plan) == 0.5
 
 
-def test_a_plan_uses_an_effect_about_a_constant(dock: ActionSequencing) -> None:
+def test_a_plan_uses_an_effect_about_a_constant(dock: ActionSequencingScorer) -> None:
     plan = find_plan(dock.task, Planner(dock.domain)).plan
     assert [action.operator for action in plan] == ["fly_home", "charge"]

@@ -9,7 +9,7 @@ import pytest
 
 import eai.logic.formula as f
 from eai import InputError
-from eai.abilities.action_sequencing.scorer import ActionSequencing
+from eai.abilities.action_sequencing.scorer import ActionSequencingScorer
 from eai.abilities.protocol import Ability
 from eai.abilities.repair import DEFAULT_EFFORT
 from eai.abilities.subgoal_decomposition.repertoire import MAX_LISTED, OperatorIndex
@@ -87,7 +87,7 @@ def test_a_planner_ends_at_its_limits(wide: Benchmark) -> None:
 
 def test_repairs_with_too_many_actions_are_bounded_by_found_plans(wide: Benchmark, tmp_path: Path) -> None:
     scorer = open_suite(wide, Ability.ACTION_SEQUENCING).scorer("one")
-    assert isinstance(scorer, ActionSequencing)
+    assert isinstance(scorer, ActionSequencingScorer)
     for text, at_most in (("(mk o2)\n(wide o1 o2 o3 o4 o5 o6 o7 o8)", 1), ("(mk o3)", 3)):
         look_back = scorer.assess(text).analyze_failure
         assert look_back is not None

@@ -119,9 +119,9 @@ class DeclaredNames:
 
     @classmethod
     def from_domain(cls, domain: m.PddlDomain, objects: Iterable[m.TypedName] = ()) -> DeclaredNames:
-        """Return the declarations of a domain and, if the text may name them, of a problem's objects."""
+        """Return the declared names of a domain and, if given, of the objects of a problem."""
         return cls(
-            parents=m.parents(domain.types),
+            parents=m.map_types_to_parents(domain.types),
             predicates={predicate.name: predicate for predicate in domain.predicates},
             constants={item.name: item.type for item in (*domain.constants, *objects)},
         )
@@ -161,7 +161,10 @@ def check_domain(domain: m.PddlDomain) -> tuple[PddlFinding, ...]:
 
 
 def check_action(action: m.PddlAction, vocabulary: DeclaredNames) -> tuple[PddlFinding, ...]:
-    """Return all violations of PDDL in an operator, such as undeclared names, in the order of the text."""
+    """Return all violations of PDDL in an operator, such as undeclared names, in the order of the text.
+
+    Each violation is listed once.
+    """
     place = f"parameters of {action.name}"
     scope = {parameter.name: m.get_variable_type(parameter) for parameter in action.parameters}
     findings = [
@@ -176,7 +179,7 @@ def check_action(action: m.PddlAction, vocabulary: DeclaredNames) -> tuple[PddlF
 
 
 def check_problem(problem: m.PddlProblem, domain: m.PddlDomain) -> tuple[PddlFinding, ...]:
-    """Return all violations of PDDL in a problem, such as names that its domain does not declare."""
+    """Return each violation of PDDL in a problem once, such as a name that its domain does not declare."""
     vocabulary = DeclaredNames.from_domain(domain, problem.objects)
     objects = [f.Variable(item.name, item.type) for item in problem.objects]
     findings = [
@@ -188,13 +191,15 @@ def check_problem(problem: m.PddlProblem, domain: m.PddlDomain) -> tuple[PddlFin
     findings += _FormulaChecker(vocabulary, "goal").check_formula(problem.goal, {})
     for action in domain.actions:
         findings += [
-            finding for finding in check_action(action, vocabulary) if finding.offence is MENDABLE_BY_PROBLEMS
+            finding
+            for finding in check_action(action, vocabulary)
+            if finding.offence is VIOLATION_FIXABLE_BY_PROBLEM
         ]
     return tuple(dict.fromkeys(findings))
 
 
-MENDABLE_BY_PROBLEMS = PddlViolationKind.UNDECLARED_CONSTANT
-"""Kind of violation of a domain: an undeclared object. A problem mends it by declaring the object."""
+VIOLATION_FIXABLE_BY_PROBLEM = PddlViolationKind.UNDECLARED_CONSTANT
+"""Kind of violation of a domain that a problem fixes by declaring an object that operators name."""
 
 
 @dataclass(frozen=True, slots=True)

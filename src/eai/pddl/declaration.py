@@ -1,8 +1,9 @@
 """Convert a PDDL domain to a declared domain, and its problems to states and goals; reverses `export`.
 
-Each conjunct of a precondition becomes a check. A check whose truth no effect changes is an affordance; if
-any other check fails, a step is missing. Effects keep PDDL's meaning: an atom that is both deleted and added
-is true. The type of an object is its category. A supertype becomes the parent of a kind of objects.
+Each conjunct of a precondition becomes a check: a condition whose failure makes an action impossible. If no
+effect can change the truth of the condition, its failure is an affordance error, and otherwise a missing
+step. Effects keep PDDL's meaning: an atom that is both deleted and added is true. The type of an object
+becomes its category, and a supertype the parent of a category.
 """
 
 from __future__ import annotations
@@ -57,7 +58,9 @@ class ConvertedPddlDomain:
             for each in source.predicates
             if each.name not in derived.axioms
         ]
-        parents = {name: kind for name, kind in m.parents(source.types).items() if kind != m.OBJECT}
+        parents = {
+            name: kind for name, kind in m.map_types_to_parents(source.types).items() if kind != m.OBJECT
+        }
         vocabulary = Vocabulary(tuple(stored), tuple(defined.values()), parents)
         self.domain = Domain(source.name, vocabulary, tuple(map(self._convert_operator, source.actions)))
 
@@ -180,8 +183,9 @@ def _write_reason_of_failure(condition: f.Formula, parameters: Sequence[f.Variab
             return f"{''.join(filled)} does not hold"
 
 
-def _write_atom(atom: f.Atom, names: set[str]) -> str:
-    return f"{atom.predicate}({', '.join([_write_reason_term(term, names) for term in atom.arguments])})"
+def _write_atom(atom: f.Atom, parameter_names: set[str]) -> str:
+    terms = [_write_reason_term(term, parameter_names) for term in atom.arguments]
+    return f"{atom.predicate}({', '.join(terms)})"
 
 
 def _write_reason_term(term: f.Term, parameter_names: set[str]) -> str:

@@ -1,7 +1,7 @@
 """Execute operators on explicit states with the plain semantics of PDDL, to check every plan.
 
-A state is the set of the true atoms of predicates that are not derived. A quantifier considers only objects
-that the body's atoms allow, found by an index of the state; this does not change the truth of a condition.
+A state is the set of the true atoms of predicates that are not derived. A quantifier tests only objects whose
+test can decide its truth. An index of the state finds these objects from the atoms in the quantifier's body.
 Derived predicates that depend on themselves are computed as least fixpoints. The search (`grounding`,
 `search`) has separate code for conditions and effects. So a mistake in the search is found when its plans are
 executed here.
@@ -95,7 +95,7 @@ class _StateEvaluation:
         """Whether a condition holds.
 
         Raises:
-            ValueError: a part of the formula has no meaning in a single state, or a variable is unbound.
+            ValueError: a part of the formula has no PDDL form, or a variable is unbound.
         """
         match formula:
             case f.Atom(predicate, arguments):
@@ -120,7 +120,9 @@ class _StateEvaluation:
                     self.holds(body, inner) for inner in self.generate_bindings(variable, body, binding)
                 )
             case _:
-                raise ValueError(f"{type(formula).__name__} has no meaning in a single state")
+                raise ValueError(
+                    f"{type(formula).__name__} has no PDDL form: use and, or, not, imply, forall and exists"
+                )
 
     def generate_bindings(
         self, variable: f.Variable, body: f.Formula, binding: Valuation
@@ -219,18 +221,18 @@ class _StateEvaluation:
     def _find_matching_rows(self, predicate: str, values: Sequence[str | None]) -> Iterable[_Arguments]:
         """Yield the rows of arguments with given values that make a predicate true; None allows any value."""
         rows: Iterable[_Arguments] = self._rows.get(predicate, ())
-        for place, value in enumerate(values):
+        for argument_index, value in enumerate(values):
             if value is not None:
-                rows = self._index_rows(predicate, place).get(value, ())
+                rows = self._index_rows(predicate, argument_index).get(value, ())
                 break
         return (row for row in rows if all(value in (None, x) for value, x in zip(values, row, strict=True)))
 
-    def _index_rows(self, predicate: str, place: int) -> Mapping[str, list[_Arguments]]:
-        rows_by_value = self._indexed.get((predicate, place))
+    def _index_rows(self, predicate: str, argument_index: int) -> Mapping[str, list[_Arguments]]:
+        rows_by_value = self._indexed.get((predicate, argument_index))
         if rows_by_value is None:
-            rows_by_value = self._indexed[predicate, place] = {}
+            rows_by_value = self._indexed[predicate, argument_index] = {}
             for row in self._rows.get(predicate, ()):
-                rows_by_value.setdefault(row[place], []).append(row)
+                rows_by_value.setdefault(row[argument_index], []).append(row)
         return rows_by_value
 
 
@@ -244,7 +246,7 @@ def resolve_term(term: f.Term, binding: Valuation) -> str:
         return term.name
     bound = binding.get(term.name)
     if bound is None:
-        raise ValueError(f"unbound variable ?{term.name}")
+        raise ValueError(f"variable ?{term.name} is not bound: make it a parameter, or quantify over it")
     return bound
 
 
@@ -310,11 +312,11 @@ class PddlPlanExecutor:
         for parameter, name in zip(action.parameters, step.arguments, strict=True):
             if name not in self._objects[m.get_variable_type(parameter)]:
                 return f"{name} is no {m.get_variable_type(parameter)}"
-        now = self._get_state_evaluation(state)
+        evaluation = self._get_state_evaluation(state)
         binding = dict(zip([p.name for p in action.parameters], step.arguments, strict=True))
-        if not now.holds(action.precondition, binding):
+        if not evaluation.holds(action.precondition, binding):
             return f"the precondition of ({step}) does not hold"
-        changes = list(_find_changes(action.effect, now, binding))
+        changes = list(_find_changes(action.effect, evaluation, binding))
         deleted = {change.atom for change in changes if isinstance(change, m.Delete)}
         added = {change.atom for change in changes if isinstance(change, m.Add)}
         return (state - deleted) | added
@@ -323,7 +325,7 @@ class PddlPlanExecutor:
         """Whether a condition holds in a state.
 
         Raises:
-            ValueError: a part of the formula has no meaning in a single state, or a variable is unbound.
+            ValueError: a part of the formula has no PDDL form, or a variable is unbound.
         """
         return self._get_state_evaluation(state).holds(formula, binding)
 
@@ -335,7 +337,7 @@ class PddlPlanExecutor:
 
 
 def _find_changes(
-    effect: m.PddlEffect, now: _StateEvaluation, binding: Valuation
+    effect: m.PddlEffect, evaluation: _StateEvaluation, binding: Valuation
 ) -> Iterator[m.Add | m.Delete]:
     """Yield the ground additions and deletions of an effect in a state.
 
@@ -348,15 +350,15 @@ def _find_changes(
             yield m.Delete(_ground_atom(atom, binding))
         case m.AndEffect(parts):
             for part in parts:
-                yield from _find_changes(part, now, binding)
+                yield from _find_changes(part, evaluation, binding)
         case m.ForAllEffect(variable, part):
-            for inner in now.generate_bindings(
+            for inner in evaluation.generate_bindings(
                 variable, _find_condition_of_any_change(part, {variable.name}), binding
             ):
-                yield from _find_changes(part, now, inner)
+                yield from _find_changes(part, evaluation, inner)
         case m.WhenEffect(condition, part):
-            if now.holds(condition, binding):
-                yield from _find_changes(part, now, binding)
+            if evaluation.holds(condition, binding):
+                yield from _find_changes(part, evaluation, binding)
 
 
 def _find_condition_of_any_change(effect: m.PddlEffect, bound_names: set[str]) -> f.Formula:

@@ -1,8 +1,9 @@
 """Export a declared domain with its problems as PDDL that any planner can read.
 
-Checks become preconditions, derived predicates axioms, ordered effects conditional effects, categories types
-and static predicates, and the agent a constant. Hidden predicates are exported too, unless the caller leaves
-them out. So exported operators change states exactly as the engine does.
+The checks of an operator become its precondition, and its ordered effects conditional effects. Derived
+predicates become axioms, categories types and static predicates, and the agent a constant. Predicates that
+prompts must not mention are exported too, unless the caller leaves them out. So exported operators change
+states exactly as the engine does.
 """
 
 from __future__ import annotations
@@ -36,7 +37,7 @@ from eai.world.vocabulary import make_parameter_names
 
 
 def _make_keys_of_pddl_names(scene: Scene) -> list[str]:
-    """Return the key under which the table of PDDL names has each object of a scene.
+    """Return the key of each object of a scene in the objects' `PddlNames`.
 
     The key is the object's name in the scene. The key of the agent is instead the name that stands for the
     agent in conditions.
@@ -54,59 +55,62 @@ def _get_object_order_predicate(glossary: PddlExportNames) -> str:
 
 def _export_problem(
     glossary: PddlExportNames,
-    words: Sequence[str],
+    pddl_names: Sequence[str],
     header: m.PddlDomain,
-    source: ProblemSource,
+    problem: ProblemToExport,
     goal: f.Formula,
 ) -> m.PddlProblem:
     """Return the problem of an exported domain: typed objects, the facts of a state, and added static facts.
 
     Args:
-        glossary: the names of the export.
-        words: the PDDL names of the objects of the scene, by index.
+        glossary: the PDDL names of the export.
+        pddl_names: the PDDL names of the objects of the scene, by index.
         header: the exported domain without operators.
-        source: the problem to be exported.
+        problem: the problem to be exported.
         goal: the goal in PDDL.
     """
-    things, constants = source.initial.scene.objects, {item.name for item in header.constants}
+    things, constants = problem.initial.scene.objects, {item.name for item in header.constants}
     kinds = [
-        (words[i], glossary.types[things[i].category]) for i in iterate_bits(source.exported_objects_mask)
+        (pddl_names[i], glossary.types[things[i].category])
+        for i in iterate_bits(problem.exported_objects_mask)
     ]
     objects = tuple([m.TypedName(word, kind) for word, kind in kinds if word not in constants])
     facts = tuple(
         [
-            _export_atom(name, arguments, words)
-            for name, arguments in _export_initial_facts(glossary, header, source)
+            _export_atom(name, arguments, pddl_names)
+            for name, arguments in _export_initial_facts(glossary, header, problem)
         ]
     )
-    return m.PddlProblem(PddlNames()[source.name], header.name, objects, facts, denied=(), goal=goal)
+    return m.PddlProblem(PddlNames()[problem.name], header.name, objects, facts, denied=(), goal=goal)
 
 
-def _export_atom(predicate: str, arguments: Sequence[int], words: Sequence[str]) -> f.Atom:
-    return f.Atom(predicate, tuple([f.Constant(words[i]) for i in arguments]))
+def _export_atom(predicate: str, arguments: Sequence[int], pddl_names: Sequence[str]) -> f.Atom:
+    return f.Atom(predicate, tuple([f.Constant(pddl_names[i]) for i in arguments]))
 
 
 def _export_initial_facts(
-    glossary: PddlExportNames, header: m.PddlDomain, source: ProblemSource
+    glossary: PddlExportNames, header: m.PddlDomain, problem: ProblemToExport
 ) -> Iterator[tuple[str, tuple[int, ...]]]:
     """Yield the initial facts about the objects of a problem as atoms with PDDL names."""
     declared = {predicate.name for predicate in header.predicates}
-    indices = list(iterate_bits(source.exported_objects_mask))
+    indices = list(iterate_bits(problem.exported_objects_mask))
     among = set(indices)
-    for predicate, arguments in source.initial.facts():
+    for predicate, arguments in problem.initial.facts():
         name = glossary.predicates[predicate]
         if name in declared and among.issuperset(arguments):
             yield name, arguments
-    for category, kind in glossary.kinds.items():
+    for category, kind in glossary.category_predicates.items():
         yield from (
-            (kind, (i,)) for i in iterate_bits(source.initial.scene.get_category_mask(category)) if i in among
+            (kind, (i,))
+            for i in iterate_bits(problem.initial.scene.get_category_mask(category))
+            if i in among
         )
-    for name in glossary.frozen:
+    for name in glossary.without_formula:
         listed = make_fact_lister(glossary.vocabulary, name, allow_equal_arguments=True).list_facts(
-            source.initial, indices
+            problem.initial, indices
         )
         yield from ((glossary.predicates[name], fact.arguments) for fact in listed)
-    if glossary.ordered:
+    if glossary.uses_object_order:
         order = _get_object_order_predicate(glossary)
         yield from ((order, (i, j)) for place, i in enumerate(indices) for j in indices[place + 1 :])
 
@@ -115,15 +119,15 @@ REQUIREMENTS = (":adl", ":derived-predicates")
 
 
 @dataclass(frozen=True, slots=True)
-class ProblemSource:
-    """A problem to be exported.
+class ProblemToExport:
+    """A problem of a declared domain that is to be exported as PDDL.
 
     Attributes:
         name: the name of the problem.
         initial: the initial state.
         goals: state formulas, and actions that must occur.
-        objects: the objects of the problem as a bit mask; None for all objects of the scene. The agent is
-            always included, and facts about other objects are left out.
+        objects: the objects of the problem as a bit mask; None for all objects of the initial state. The
+            agent is always included, and facts about other objects are left out.
     """
 
     name: str
@@ -141,7 +145,7 @@ class ProblemSource:
 
 @dataclass(frozen=True, slots=True)
 class ExportedProblem:
-    """An exported domain and problem in PDDL. It converts states and actions to PDDL, and steps back.
+    """An exported domain and problem in PDDL. It converts states and actions to PDDL, and steps to actions.
 
     Attributes:
         domain: the domain.
@@ -155,19 +159,21 @@ class ExportedProblem:
     unsupported: tuple[str, ...]
     _operators: PddlNames
     _predicates: PddlNames
-    _words: Sequence[str]
+    _object_names: Sequence[str]
 
     def export_state(self, state: State) -> PddlState:
         """Return the true atoms of exported predicates in a state of the exported scene."""
         declared = {predicate.name for predicate in self.domain.predicates}
         facts = [(self._predicates[predicate], arguments) for predicate, arguments in state.facts()]
         return frozenset(
-            [_export_atom(name, things, self._words) for name, things in facts if name in declared]
+            [_export_atom(name, things, self._object_names) for name, things in facts if name in declared]
         )
 
     def to_pddl_step(self, action: Action) -> PlanStep:
         """Return a ground action of the declared domain as a step of a plan in PDDL."""
-        return PlanStep(self._operators[action.operator], tuple([self._words[i] for i in action.arguments]))
+        return PlanStep(
+            self._operators[action.operator], tuple([self._object_names[i] for i in action.arguments])
+        )
 
     def to_action(self, step: PlanStep) -> Action:
         """Return a step of a plan in PDDL as a ground action of the declared domain.
@@ -175,7 +181,7 @@ class ExportedProblem:
         Raises:
             KeyError: the step has a name that was not exported.
         """
-        index = {word: i for i, word in enumerate(self._words)}
+        index = {word: i for i, word in enumerate(self._object_names)}
         return Action(
             self._operators.find_original_name(step.action), tuple([index[name] for name in step.arguments])
         )
@@ -188,59 +194,66 @@ def export_domain_and_problem(
     *,
     objects: int | None = None,
 ) -> ExportedProblem:
-    """Export a domain with one problem, given by the attributes of a `ProblemSource`.
+    """Export a domain with one problem, given by the attributes of a `ProblemToExport`.
 
     Raises:
         DomainError: a goal is not about one state, or uses an undeclared name.
     """
-    return export_problems(domain, (ProblemSource("task", initial, tuple(goals), objects),))[0]
+    return export_problems(domain, (ProblemToExport("task", initial, tuple(goals), objects),))[0]
 
 
 def export_problems(
-    domain: Domain, sources: Sequence[ProblemSource], *, with_invisible_predicates: bool = True
+    domain: Domain, problems: Sequence[ProblemToExport], *, with_invisible_predicates: bool = True
 ) -> tuple[ExportedProblem, ...]:
     """Export several problems that share one domain.
 
-    The engine of this package skips an action that is not needed in a state, without its effects. In PDDL
-    such an action is not applicable in the state.
+    The engine of this package reports an action that is not needed as an additional step, and continues
+    without the action's effects. In PDDL such an action is not applicable in the state.
 
     Args:
         domain: the domain.
-        sources: the problems.
-        with_invisible_predicates: whether predicates that no text may mention are exported too. Without them
-            a check requires less, and effects that depend on these predicates do not happen.
+        problems: the problems.
+        with_invisible_predicates: whether predicates that prompts and answers must not mention are exported
+            too. Without them, preconditions require less, and effects that need these predicates do not
+            happen.
 
     Raises:
         DomainError: a goal is not about one state, or uses an undeclared name.
     """
     glossary = PddlExportNames(domain.vocabulary)
-    for source in sources:
-        glossary.add_types_of_objects(source.initial.scene, source.exported_objects_mask)
+    for problem in problems:
+        glossary.add_types_of_objects(problem.initial.scene, problem.exported_objects_mask)
     hidden = (
         frozenset[str]() if with_invisible_predicates else find_predicates_hidden_in_texts(domain.vocabulary)
     )
     operators = PddlNames(operator.name for operator in domain.operators)
     written = [_export_operator(each, operators, glossary, hidden) for each in domain.operators]
     things = [
-        PddlNames([*glossary.things, *_make_keys_of_pddl_names(source.initial.scene)]) for source in sources
+        PddlNames([*glossary.objects, *_make_keys_of_pddl_names(problem.initial.scene)])
+        for problem in problems
     ]
-    goals = [_export_goal(glossary, names, s, hidden) for names, s in zip(things, sources, strict=True)]
-    header = _export_domain_header(glossary, domain.name, hidden, sources[0].initial.scene)
+    goals = [
+        _export_goal(glossary, names, problem, hidden)
+        for names, problem in zip(things, problems, strict=True)
+    ]
+    header = _export_domain_header(glossary, domain.name, hidden, problems[0].initial.scene)
     actions = tuple([_add_effect_that_records_execution(action, glossary, operators) for action in written])
     exported = replace(header, actions=actions)
     unsupported = tuple(_find_unsupported_features(glossary))
-    problems = []
-    for names, source, goal in zip(things, sources, goals, strict=True):
-        words = [names[key] for key in _make_keys_of_pddl_names(source.initial.scene)]
-        problem = _export_problem(glossary, words, header, source, goal)
-        problems.append(
-            ExportedProblem(exported, problem, unsupported, operators, glossary.predicates, words)
+    exported_problems = []
+    for names, problem, goal in zip(things, problems, goals, strict=True):
+        pddl_names = [names[key] for key in _make_keys_of_pddl_names(problem.initial.scene)]
+        exported_problem = _export_problem(glossary, pddl_names, header, problem, goal)
+        exported_problems.append(
+            ExportedProblem(
+                exported, exported_problem, unsupported, operators, glossary.predicates, pddl_names
+            )
         )
-    return tuple(problems)
+    return tuple(exported_problems)
 
 
 def _find_unsupported_features(glossary: PddlExportNames) -> Iterator[str]:
-    for name in glossary.frozen:
+    for name in glossary.without_formula:
         yield f"{name}: it is computed by a function and has no formula, so it keeps its initial value"
     for derived in map(glossary.vocabulary.derived_by_name.get, glossary.derived):
         if isinstance(derived, LookupPredicate) and derived.open_in_meaning:
@@ -248,19 +261,19 @@ def _find_unsupported_features(glossary: PddlExportNames) -> Iterator[str]:
 
 
 def _export_goal(
-    glossary: PddlExportNames, names: PddlNames, source: ProblemSource, hidden: frozenset[str]
+    glossary: PddlExportNames, object_names: PddlNames, problem: ProblemToExport, hidden: frozenset[str]
 ) -> f.Formula:
-    scene = source.initial.scene
-    about = ConditionWriter(glossary, things=names, scene=scene)
+    scene = problem.initial.scene
+    about = ConditionWriter(glossary, object_names=object_names, scene=scene)
     agent = {} if scene.agent is None else {scene.objects[scene.agent].name: AGENT.name}
-    goals = [rename_objects(goal, agent) for goal in source.goals]
+    goals = [rename_objects(goal, agent) for goal in problem.goals]
     return conjoin([about.convert_formula(replace_hidden_atoms_by_truth(goal, hidden), {}) for goal in goals])
 
 
 def _export_operator(
-    operator: Operator, names: PddlNames, glossary: PddlExportNames, hidden: frozenset[str]
+    operator: Operator, operator_names: PddlNames, glossary: PddlExportNames, hidden: frozenset[str]
 ) -> m.PddlAction:
-    """Return the exported operator, still without the effect that records its execution."""
+    """Return the exported operator, without the effect of `_add_effect_that_records_execution`."""
     conditions = ConditionWriter(glossary)
     scope = conditions.name_parameters(operator.parameters)
     asked = [check.condition for check in operator.checks]
@@ -274,7 +287,7 @@ def _export_operator(
             ]
         )
         effect = write_simultaneous_effect(operator, conditions, scope, hidden)
-    return m.PddlAction(names[operator.name], tuple(scope.values()), precondition, effect)
+    return m.PddlAction(operator_names[operator.name], tuple(scope.values()), precondition, effect)
 
 
 def _export_precondition_of_alternatives(operator: Operator) -> f.Formula:
@@ -287,10 +300,10 @@ def _export_precondition_of_alternatives(operator: Operator) -> f.Formula:
 
 
 def _add_effect_that_records_execution(
-    action: m.PddlAction, glossary: PddlExportNames, operators: PddlNames
+    action: m.PddlAction, glossary: PddlExportNames, operator_names: PddlNames
 ) -> m.PddlAction:
-    """Return the operator, with an effect that records its execution if a goal needs the record."""
-    done = glossary.performed.get(operators.find_original_name(action.name))
+    """Return the operator; if a goal requires its execution, it adds an atom which states the execution."""
+    done = glossary.execution_predicates.get(operator_names.find_original_name(action.name))
     if done is None:
         return action
     parts = action.effect.parts if isinstance(action.effect, m.AndEffect) else (action.effect,)
@@ -303,10 +316,12 @@ def _export_domain_header(
     """Return the exported domain without operators: all used predicates, types and constants."""
     axioms, constants = tuple(_export_axioms(glossary)), tuple(_export_constants(glossary, scene))
     stored = [p for p in glossary.vocabulary.predicates if p.name not in hidden]
-    names = [each.name for each in stored] + [*glossary.derived, *glossary.frozen]
+    names = [each.name for each in stored] + [*glossary.derived, *glossary.without_formula]
     arities = {glossary.predicates[each]: glossary.vocabulary.find_arity(each) or 0 for each in names}
-    arities |= dict.fromkeys(glossary.kinds.values(), 1) | dict.fromkeys(glossary.performed.values(), 0)
-    if glossary.ordered:
+    arities |= dict.fromkeys(glossary.category_predicates.values(), 1) | dict.fromkeys(
+        glossary.execution_predicates.values(), 0
+    )
+    if glossary.uses_object_order:
         arities[_get_object_order_predicate(glossary)] = 2
     return m.PddlDomain(
         name=PddlNames()[name],
@@ -325,16 +340,16 @@ def _export_domain_header(
 
 
 def _export_types(glossary: PddlExportNames) -> Iterator[m.TypedName]:
-    """Yield the kinds of objects with their parents, except parents to which no object belongs."""
+    """Yield the types with their parents; the root type replaces a parent to which no object belongs."""
     for kind, written in glossary.types.items():
         parent = glossary.vocabulary.parents.get(kind, "")
         yield m.TypedName(written, glossary.types.get(parent, m.OBJECT))
 
 
 def _export_constants(glossary: PddlExportNames, scene: Scene) -> Iterator[m.TypedName]:
-    """Yield the objects that operators name. Each object has the same category in all problems."""
+    """Yield the objects that operators name. Any problem's scene gives their categories, which are equal."""
     things = dict(zip(_make_keys_of_pddl_names(scene), scene.objects, strict=True))
-    for name, written in glossary.things.items():
+    for name, written in glossary.objects.items():
         yield m.TypedName(written, glossary.types[things[name].category] if name in things else m.OBJECT)
 
 

@@ -3,23 +3,25 @@
 A call runs two processes. Every call works in a private temporary folder, which is always removed, so any
 number of calls may run at once. Both processes (translator and search) run under the operating system's
 limits of CPU time and memory. They and all their child processes are killed if the call is interrupted.
-Processes limit the number of planner calls at a time through a folder that they share
-(`hold_permit_to_call_planner`).
+Processes that share a folder limit the number of planner calls at a time (`hold_permit_to_call_planner`),
+and plan once for equal tasks.
 """
 
 from __future__ import annotations
 
 import contextlib
+import hashlib
 import importlib.metadata
 import importlib.util
 import os
+import pickle
 import signal
 import subprocess
 import sys
 import tempfile
 import time
 from collections.abc import Iterator
-from contextlib import contextmanager, nullcontext
+from contextlib import contextmanager
 from dataclasses import dataclass
 from pathlib import Path
 from typing import NamedTuple
@@ -27,7 +29,7 @@ from typing import NamedTuple
 from filelock import Timeout
 
 from eai.base.errors import DataError, make_install_command
-from eai.base.files import make_file_lock
+from eai.base.files import make_file_lock, write_files_atomically
 from eai.pddl.execute import PlanStep
 from eai.pddl.limited import make_limited_command
 from eai.pddl.planning import PlannerOutcome, PlannerResult, PlanningTask, execute_found_plan
@@ -114,7 +116,7 @@ class FastDownward:
         cpu_seconds: CPU seconds for each of the two processes of a call.
         memory_mib: memory limit of each process, in MiB.
         slots: maximum number of planner calls at a time, and the folder through which processes share this
-            limit; None for no limit.
+            limit and the results of calls; None for no limit.
         remark: text after the planner's name in records if the limits differ from the default limits.
     """
 
@@ -148,14 +150,31 @@ class FastDownward:
         return f"Fast Downward {self.version}{self.remark}"
 
     def solve(self, task: PlanningTask) -> PlannerResult:
-        """Search for a plan."""
-        turn = nullcontext() if self.slots is None else hold_permit_to_call_planner(*self.slots)
-        with turn, tempfile.TemporaryDirectory(prefix="eai-planner-") as folder:
-            return self._find_plan_in_folder(Path(folder), task)
+        """Search for a plan, or return the result that a process with the same slots found for equal PDDL."""
+        domain, problem = write_domain(task.domain), write_problem(task.problem)
+        if self.slots is None:
+            return self._find_plan(task, domain, problem)
+        max_calls, shared_folder = self.slots
+        deciding_values = repr((self.cpu_seconds, self.memory_mib, domain, problem, task.fatal))
+        file = shared_folder / f"{hashlib.sha256(deciding_values.encode()).hexdigest()}.pickle"
+        shared_folder.mkdir(exist_ok=True)  # other machines of a cluster do not have it
+        with make_file_lock(file.with_suffix(".lock"))[1]:
+            if not file.exists():
+                with hold_permit_to_call_planner(max_calls, shared_folder):
+                    result = self._find_plan(task, domain, problem)
+                write_files_atomically({file: pickle.dumps(result)})
+            shared_result: PlannerResult = pickle.loads(file.read_bytes())  # noqa: S301 - of a process of this program
+            return shared_result
 
-    def _find_plan_in_folder(self, folder: Path, task: PlanningTask) -> PlannerResult:
-        (folder / "domain.pddl").write_text(write_domain(task.domain))
-        (folder / "problem.pddl").write_text(write_problem(task.problem))
+    def _find_plan(self, task: PlanningTask, domain: str, problem: str) -> PlannerResult:
+        with tempfile.TemporaryDirectory(prefix="eai-planner-") as folder:
+            return self._find_plan_in_folder(Path(folder), task, domain, problem)
+
+    def _find_plan_in_folder(
+        self, folder: Path, task: PlanningTask, domain: str, problem: str
+    ) -> PlannerResult:
+        (folder / "domain.pddl").write_text(domain)
+        (folder / "problem.pddl").write_text(problem)
         translated = self._run_translator(folder, keep_everything=task.fatal is not None)
         if translated.status != 0:
             return self._make_failure_result(translated)

@@ -16,7 +16,7 @@ from eai.base.errors import InputError, did_you_mean, prefix_errors_with_locatio
 from eai.base.files import read_content
 from eai.logic.signature import find_line_and_column
 from eai.pddl.check import (
-    MENDABLE_BY_PROBLEMS,
+    VIOLATION_FIXABLE_BY_PROBLEM,
     DeclaredNames,
     PddlError,
     PddlFinding,
@@ -106,41 +106,41 @@ def read_domain_text(text: str, path: Path) -> PddlDomain:
     with prefix_errors_with_location(path):
         group = _read_definition(text, "domain")
         _check_supported(text, group, "domain", _read_declared_predicates(group))
-        domain = PddlReader(text, is_file=True).domain(_remove_costs(group))
+        domain = PddlReader(text, is_file=True).read_domain_definition(_remove_costs(group))
         findings = [
-            finding for finding in check_domain(domain) if finding.offence is not MENDABLE_BY_PROBLEMS
+            finding for finding in check_domain(domain) if finding.offence is not VIOLATION_FIXABLE_BY_PROBLEM
         ]
         raise_for_findings(text, group, findings, DeclaredNames.from_domain(domain))
     return domain
 
 
 def read_problem_file(
-    path: Path, domain: PddlDomain, declared: tuple[Path, str] | None = None
+    path: Path, domain: PddlDomain, domain_file: tuple[Path, str] | None = None
 ) -> ProblemFile:
     """Read the problem in a file, which must belong to the domain.
 
-    If the problem names another domain, this is an error only if something else does not fit. A constant of
-    the domain may be declared again with its type.
+    A problem that names another domain is accepted if it fits this domain. An object that the domain declares
+    as a constant of the same type is dropped from the problem.
 
     Args:
         path: the file of the problem.
         domain: the domain.
-        declared: file and text of the domain, for messages; None if file and text are unknown.
+        domain_file: path and text of the domain, for error messages; None if unknown.
 
     Raises:
         InputError: the file cannot be read, or is not a valid problem of the domain.
     """
-    return read_problem_text(read_text(path), path, domain, declared)
+    return read_problem_text(read_text(path), path, domain, domain_file)
 
 
 def read_problem_text(
-    text: str, path: Path, domain: PddlDomain, declared: tuple[Path, str] | None = None
+    text: str, path: Path, domain: PddlDomain, domain_file: tuple[Path, str] | None = None
 ) -> ProblemFile:
     """Read the problem in the text of a file. Errors are raised as by `read_problem_file`."""
     with prefix_errors_with_location(path):
         group = _read_definition(text, "problem")
         _check_supported(text, group, "problem", [each.name for each in domain.predicates])
-        problem = PddlReader(text, is_file=True).problem(_remove_costs(group))
+        problem = PddlReader(text, is_file=True).read_problem_definition(_remove_costs(group))
         vocabulary = DeclaredNames.from_domain(domain, problem.objects)
         if problem.domain != domain.name:
             findings = check_problem(problem, domain)
@@ -148,11 +148,11 @@ def read_problem_text(
                 offset = next(
                     (each.items[0].offset for each in _find_sections(group, ":domain")), group.offset
                 )
-                named = f", as in {declared[0]}" if declared is not None else ""
+                named = f", as in {domain_file[0]}" if domain_file is not None else ""
                 expected = f"(:domain {domain.name}){named}, not (:domain {problem.domain})"
                 raise make_pddl_error(text, offset, PddlViolationKind.MALFORMED, expected)
         again = [each for each in problem.objects if each in domain.constants]
-        _check_constant_types(text, group, problem, domain, declared)
+        _check_constant_types(text, group, problem, domain, domain_file)
         problem = replace(problem, objects=tuple([each for each in problem.objects if each not in again]))
         raise_for_findings(text, group, check_problem(problem, domain), vocabulary)
     return ProblemFile(problem, path, text)
@@ -163,7 +163,7 @@ def _check_constant_types(
     group: ExpressionList,
     problem: PddlProblem,
     domain: PddlDomain,
-    declared: tuple[Path, str] | None,
+    domain_file: tuple[Path, str] | None,
 ) -> None:
     """Raise an error for objects of a problem that the domain declares as constants of another type."""
     constants = {constant_item.name: constant_item for constant_item in domain.constants}
@@ -171,14 +171,15 @@ def _check_constant_types(
         constant = constants.get(item.name, item)
         if constant.type != item.type:
             where = "of the domain"
-            if declared is not None:
-                finding = PddlFinding(MENDABLE_BY_PROBLEMS, item.name, ":constants")
+            if domain_file is not None:
+                finding = PddlFinding(VIOLATION_FIXABLE_BY_PROBLEM, item.name, ":constants")
                 offset = find_offset_of_finding(
-                    finding, _read_first_definition(declared[1]), DeclaredNames.from_domain(domain)
+                    finding, _read_first_definition(domain_file[1]), DeclaredNames.from_domain(domain)
                 )
-                where = f"of {declared[0]}, line {find_line_and_column(declared[1], offset)[0]}"
-            expected = f"{_write_typed(constant)}, as among the constants {where}, not {_write_typed(item)}"
-            finding = PddlFinding(MENDABLE_BY_PROBLEMS, item.name, ":objects")
+                where = f"of {domain_file[0]}, line {find_line_and_column(domain_file[1], offset)[0]}"
+            expected = f"{_write_typed_name(constant)}, as among the constants {where},"
+            expected += f" not {_write_typed_name(item)}"
+            finding = PddlFinding(VIOLATION_FIXABLE_BY_PROBLEM, item.name, ":objects")
             raise make_pddl_error(
                 text,
                 find_offset_of_finding(finding, group, DeclaredNames.from_domain(domain)),
@@ -187,12 +188,12 @@ def _check_constant_types(
             )
 
 
-def _write_typed(item: TypedName) -> str:
+def _write_typed_name(item: TypedName) -> str:
     return item.name if item.type == OBJECT else f"{item.name} - {item.type}"
 
 
 def _read_first_definition(text: str) -> ExpressionList:
-    """Return the first ``define`` expression of a text. Commas may separate names."""
+    """Return the first ``define`` expression of a text, in which commas are read as spaces."""
     text = text.replace(",", " ")
     try:
         return read_group(text)
@@ -277,7 +278,7 @@ def _check_supported(text: str, group: ExpressionList, kind: str, predicates: Co
         if head not in sections and head not in _REFUSED:
             expected = f"a section of a {kind}, not ({head} ...){did_you_mean(head, sorted(sections))}"
             raise make_pddl_error(text, section.offset, PddlViolationKind.UNSUPPORTED, expected)
-        for inner in _walk_lists_with_bound_names(section):
+        for inner in _walk_nested_lists(section):
             refused = _find_unsupported_feature(inner, numbers=head in _NUMBERED)
             if refused is not None and get_first_word(inner) not in predicates:
                 expected = f"classical planning, without {refused}"
@@ -333,11 +334,11 @@ def _find_sections(group: ExpressionList, head: str) -> list[ExpressionList]:
     return [item for item in group.items if isinstance(item, ExpressionList) and get_first_word(item) == head]
 
 
-def _walk_lists_with_bound_names(group: ExpressionList) -> Iterator[ExpressionList]:
+def _walk_nested_lists(group: ExpressionList) -> Iterator[ExpressionList]:
     yield group
     for item in group.items:
         if isinstance(item, ExpressionList):
-            yield from _walk_lists_with_bound_names(item)
+            yield from _walk_nested_lists(item)
 
 
 def raise_for_findings(

@@ -1,8 +1,8 @@
-"""The PDDL names of a vocabulary in an export, and a record of which names are used.
+"""The PDDL names of an export, and which of these names its conditions use.
 
-Formulas of a declared domain become conditions of PDDL. Categories that quantifiers range over become types;
-"is of a category" becomes a static predicate. PDDL lacks "exactly n" and pairings: these become quantifiers
-over n different objects, or n pairs.
+Formulas of a declared domain become conditions of PDDL. Categories of quantified variables become types. The
+condition that an object is of a category becomes a static predicate. PDDL has neither the quantifier
+"exactly n" nor pairings of objects: these become quantifiers over n different objects, or n pairs.
 
 PDDL ignores case and allows few special characters. A valid PDDL name in lower case stays as it is. In any
 other name each invalid character becomes an underscore, and equal names get numbers (`PddlNames`).
@@ -45,7 +45,7 @@ def negate(formula: f.Formula) -> f.Formula:
 
 
 def make_equality(left: f.Term, right: f.Term) -> f.Formula:
-    """Return the condition that two terms are equal. Constants with different names are never equal."""
+    """Return the condition that two terms are equal; it is false for constants with different names."""
     if left == right:
         return f.TRUE
     return (
@@ -72,7 +72,9 @@ def replace_variables(formula: f.Formula, terms: Mapping[str, f.Term]) -> f.Form
         case f.Implies() | f.ForAll() | f.Exists():
             return map_subformulas(formula, lambda part: replace_variables(part, terms))
         case _:
-            raise ValueError(f"{type(formula).__name__} has no PDDL form")
+            raise ValueError(
+                f"{type(formula).__name__} has no PDDL form: use and, or, not, imply, forall and exists"
+            )
 
 
 def replace_variable(term: f.Term, terms: Mapping[str, f.Term]) -> f.Term:
@@ -110,7 +112,7 @@ _RESERVED = CONNECTIVES | {
     "hold-after",
     "preference",
 }
-"""Reserved words of PDDL, including words of preferences (PDDL 3), which VAL interprets."""
+"""Reserved words of PDDL, including words of PDDL 3, which the plan validator VAL interprets."""
 
 
 class PddlNames(dict[str, str]):
@@ -133,13 +135,13 @@ class PddlNames(dict[str, str]):
         self._meant[written] = name
         return written
 
-    def find_original_name(self, written: str) -> str:
+    def find_original_name(self, pddl_name: str) -> str:
         """Return the name that a PDDL name stands for.
 
         Raises:
             KeyError: the PDDL name is unknown.
         """
-        return self._meant[written]
+        return self._meant[pddl_name]
 
     def _make_unused_name(self, name: str) -> str:
         stem = _STRANGE.sub("_", name.lower())
@@ -153,7 +155,7 @@ class PddlNames(dict[str, str]):
 
 
 ORDER = "precedes"
-"""Name of the static predicate which states that its first argument has a lower index than its second."""
+"""Name of the static predicate ``(precedes x y)``: x has a lower index in the scene than y."""
 
 TermScope = Mapping[str, f.Term]
 """Mapping from each variable of a formula to its PDDL term."""
@@ -167,24 +169,24 @@ class PddlExportNames:
         vocabulary: the predicates of the declared domain.
         predicates: PDDL names of the domain's predicates, and of predicates that the export adds.
         types: PDDL names of the categories of objects and of quantified variables.
-        things: PDDL names of the objects that the domain names, including the agent.
+        objects: PDDL names of the objects that the domain names, including the agent.
         derived: the used derived predicates that a formula defines.
-        frozen: the used derived predicates that no formula defines.
-        kinds: mapping from each category that a condition tests to the predicate for the category.
-        performed: mapping from each operator whose execution a condition tests to the predicate which states
-            that the operator was executed.
-        ordered: whether a condition uses the order of the objects.
+        without_formula: the used derived predicates that no formula defines; they keep their initial values.
+        category_predicates: mapping from each category that a condition tests to its predicate.
+        execution_predicates: mapping from each operator whose execution a goal requires to the predicate
+            which states that the operator was executed.
+        uses_object_order: whether a condition uses the order of the objects.
     """
 
     vocabulary: Vocabulary
     predicates: PddlNames = field(init=False)
     types: PddlNames = field(default_factory=PddlNames)
-    things: PddlNames = field(default_factory=PddlNames)
+    objects: PddlNames = field(default_factory=PddlNames)
     derived: dict[str, DefinedPredicate] = field(default_factory=dict)
-    frozen: dict[str, DerivedPredicate] = field(default_factory=dict)
-    kinds: dict[str, str] = field(default_factory=dict)
-    performed: dict[str, str] = field(default_factory=dict)
-    ordered: bool = False
+    without_formula: dict[str, DerivedPredicate] = field(default_factory=dict)
+    category_predicates: dict[str, str] = field(default_factory=dict)
+    execution_predicates: dict[str, str] = field(default_factory=dict)
+    uses_object_order: bool = False
 
     def __post_init__(self) -> None:
         stored = [predicate.name for predicate in self.vocabulary.predicates]
@@ -200,30 +202,32 @@ class PddlExportNames:
         if derived is not None and name not in self.derived:
             said = find_definition(derived)
             if said is None:
-                self.frozen[name] = derived
+                self.without_formula[name] = derived
             else:
                 self.derived[name] = said
         elif derived is None and self.vocabulary.find_stored(name) is None:
-            raise DomainError(f"predicate {name} is not declared")
+            raise DomainError(
+                f"predicate {name} is not declared: declare it in the vocabulary, or correct the name"
+            )
         return self.predicates[name]
 
     def add_types_of_objects(self, scene: Scene, objects_mask: int) -> None:
-        """Add PDDL names for the kinds of some objects of a scene; the objects are a bit mask."""
+        """Add the PDDL types of the objects in a bit mask: their categories, and all ancestors of these."""
         for i in iterate_bits(objects_mask):
             for kind in self.vocabulary.list_kind_with_ancestors(scene.objects[i].category):
                 self.types[kind]
 
     def register_category_predicate(self, category: str) -> str:
         """Return the static predicate that holds for the objects of a category."""
-        return self.kinds.setdefault(category, self.predicates[f"is-{category}"])
+        return self.category_predicates.setdefault(category, self.predicates[f"is-{category}"])
 
     def register_execution_predicate(self, operator: str) -> str:
         """Return the predicate without arguments which states that the operator was executed."""
-        return self.performed.setdefault(operator, self.predicates[f"done-{operator}"])
+        return self.execution_predicates.setdefault(operator, self.predicates[f"done-{operator}"])
 
     def make_object_order_atom(self, first: f.Term, second: f.Term) -> f.Atom:
-        """Return the atom which states that the first object has the lower index."""
-        self.ordered = True
+        """Return the atom which states that the first object has the lower index in the scene."""
+        self.uses_object_order = True
         return f.Atom(self.predicates[f" {ORDER}"], (first, second))
 
 
@@ -233,16 +237,16 @@ class ConditionWriter:
     Each bound variable gets a name of its own.
 
     Args:
-        glossary: the PDDL names of the export.
-        things: PDDL names of the objects that conditions may use; by default the names in ``glossary``.
-        scene: the scene with all objects, to convert pairings; None if there are no pairings.
+        glossary: the PDDL names of the export; the names that conditions use are added to it.
+        object_names: PDDL names of the objects that conditions may use; by default the names in ``glossary``.
+        scene: the objects, to convert pairings of objects (`ForPairs`); None if no condition has a pairing.
     """
 
     def __init__(
-        self, glossary: PddlExportNames, things: PddlNames | None = None, scene: Scene | None = None
+        self, glossary: PddlExportNames, object_names: PddlNames | None = None, scene: Scene | None = None
     ) -> None:
         self.glossary = glossary
-        self._things = glossary.things if things is None else things
+        self._object_names = glossary.objects if object_names is None else object_names
         self._variables = PddlNames()
         self._count = 0
         self._scene = scene
@@ -251,12 +255,12 @@ class ConditionWriter:
         """Return a mapping from the names of parameters to their PDDL variables, in order."""
         return {variable.name: f.Variable(self._variables[variable.name]) for variable in variables}
 
-    def make_unused_variable(self, like: str, category: str | None = None) -> f.Variable:
-        """Return a variable with an unused name."""
-        name = like
+    def make_unused_variable(self, preferred_name: str, category: str | None = None) -> f.Variable:
+        """Return a variable with the preferred name, or with this name and a number if the name is used."""
+        name = preferred_name
         while name in self._variables:
             self._count += 1
-            name = f"{like}{self._count}"
+            name = f"{preferred_name}{self._count}"
         return f.Variable(self._variables[name], None if category is None else self.glossary.types[category])
 
     def convert_term(self, term: f.Term, scope: TermScope) -> f.Term:
@@ -266,9 +270,9 @@ class ConditionWriter:
             DomainError: the variable is not bound.
         """
         if isinstance(term, f.Constant):
-            return f.Constant(self._things[term.name])
+            return f.Constant(self._object_names[term.name])
         if term.name not in scope:
-            raise DomainError(f"variable {term.name} is not bound")
+            raise DomainError(f"variable {term.name} is not bound: make it a parameter, or quantify over it")
         return scope[term.name]
 
     def convert_formula(self, formula: f.Formula, scope: TermScope) -> f.Formula:
@@ -307,13 +311,16 @@ class ConditionWriter:
                 inner = self.convert_formula(body, {**scope, variable.name: f.Variable(bound.name)})
                 return type(formula)(bound, inner)
             case f.Exactly(count, variable, body):
-                return self._convert_exactly(count, variable, body, scope)
+                return self._convert_exact_count(count, variable, body, scope)
             case f.ForPairs():
                 return self._convert_pairs(formula, scope)
             case _:
-                raise DomainError(f"{type(formula).__name__} is not a condition on one state")
+                raise DomainError(
+                    f"{type(formula).__name__} is not a condition on one state: write a formula without"
+                    " temporal operators"
+                )
 
-    def _convert_exactly(
+    def _convert_exact_count(
         self, count: int, variable: f.Variable, body: f.Formula, scope: TermScope
     ) -> f.Formula:
         """Return the condition that exactly `count` different objects satisfy a body."""
@@ -326,46 +333,51 @@ class ConditionWriter:
         rest = self.convert_formula(body, {**scope, variable.name: f.Variable(other.name)})
         among = [make_equality(f.Variable(other.name), term) for term in terms]
         only = f.ForAll(other, disjoin([negate(rest), *among]))
-        return wrap_in_quantifiers(f.Exists, chosen, conjoin([*met, *_require_different(terms), only]))
+        return wrap_in_quantifiers(f.Exists, chosen, conjoin([*met, *_generate_inequalities(terms), only]))
 
     def _convert_pairs(self, formula: f.ForPairs, scope: TermScope) -> f.Formula:
-        """Return the condition of a pairing: enough pairs of different objects satisfy a body.
+        """Return the condition that pairs of different objects satisfy a body.
 
-        The formula states the number of pairs. Without a number, each object of the smaller category is in a
-        pair.
+        No two pairs share their first or their second object. If the formula gives no number of pairs, each
+        object of the smaller category is in a pair.
         """
         if self._scene is None:
-            raise DomainError("a pairing of objects (ForPairs) can be exported only in goals")
+            raise DomainError(
+                "only goals can have a pairing of objects (ForPairs): use other quantifiers here"
+            )
         first, second, body, count = formula.first, formula.second, formula.body, formula.count
         sizes = [self._scene.get_category_mask(each.category).bit_count() for each in (first, second)]
         if (min(sizes) if count is None else count) > min(sizes):
             return f.FALSE
         smaller, larger = (first, second) if sizes[0] <= sizes[1] else (second, first)
         named = self._scene.names_of_category(smaller.category)
-        members: list[f.Term] = [f.Constant(self._things[name]) for name in named]
+        members: list[f.Term] = [f.Constant(self._object_names[name]) for name in named]
         chosen: list[f.Variable] = []
         if count is not None and count < len(members):
             chosen = [self.make_unused_variable(smaller.name, smaller.category) for _ in range(count)]
             members = [f.Variable(each.name) for each in chosen]
         partners = [self.make_unused_variable(larger.name, larger.category) for _ in members]
         terms: list[f.Term] = [f.Variable(each.name) for each in partners]
-        parts: list[f.Formula] = [] if not chosen else list(_require_different(members))
+        parts: list[f.Formula] = [] if not chosen else list(_generate_inequalities(members))
         for one, other in zip(members, terms, strict=True):
             parts.append(negate(make_equality(one, other)))
             parts.append(self.convert_formula(body, {**scope, smaller.name: one, larger.name: other}))
         return wrap_in_quantifiers(
-            f.Exists, [*chosen, *partners], conjoin([*parts, *_require_different(terms)])
+            f.Exists, [*chosen, *partners], conjoin([*parts, *_generate_inequalities(terms)])
         )
 
 
-def _require_different(terms: Sequence[f.Term]) -> Iterator[f.Formula]:
+def _generate_inequalities(terms: Sequence[f.Term]) -> Iterator[f.Formula]:
     for index, one in enumerate(terms):
         for other in terms[:index]:
             yield negate(make_equality(one, other))
 
 
 def find_predicates_hidden_in_texts(vocabulary: Vocabulary) -> frozenset[str]:
-    """Return the predicates that no text may mention: invisible ones, and predicates derived from these."""
+    """Return the predicates that prompts and answers must not mention.
+
+    These are the invisible predicates (`Predicate.visible`), and the predicates derived from them.
+    """
     invisible = {predicate.name for predicate in vocabulary.predicates if not predicate.visible}
     names = [*invisible, *vocabulary.derived_by_name]
     return frozenset(

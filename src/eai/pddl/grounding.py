@@ -1,7 +1,8 @@
 """Ground operators with objects; conditions and effects become bit masks over numbered atoms.
 
-Atoms that no effect can change are decided while grounding. A state is an integer whose bit i says whether
-atom i is true.
+Atoms that no effect can change are decided while grounding: true atoms of predicates that are never deleted,
+and false atoms of predicates that are never added. A state is an integer whose bit i says whether atom i is
+true.
 
 Conditions are masks over literals, so that many conditions are tested at once. With n atoms, bit i of a set
 of literals says that atom i may be true, and bit n + i that it may be false. A state has one of the two for
@@ -62,7 +63,7 @@ class _GroundAction(NamedTuple):
 _ALWAYS = _GroundCondition(0, 0, ())
 
 _LOOKS_PER_SUCCESSOR = 10
-"""Cost of making one successor, in looks. A look is one tested object or literal of a search's budget."""
+"""Cost of making one successor, in looks. A look is one test of an object or literal (`SearchEffort`)."""
 
 _Key = tuple[str, ...]
 _Binding = Mapping[str, str]
@@ -126,7 +127,7 @@ class Grounder:
     def find_objects_of_goal_and_parameter_types(self) -> frozenset[str]:
         """Return the objects that the goal names, and the objects of the types of operators' parameters.
 
-        A type that all objects have does not count.
+        Parameter types to which all objects belong add no objects.
         """
         named = {*find_object_names(self._problem.goal)}
         asked = {
@@ -253,7 +254,9 @@ class Grounder:
                     else _disjoin_conditions(parts)
                 )
             case _:
-                raise ValueError(f"{type(formula).__name__} has no PDDL form")
+                raise ValueError(
+                    f"{type(formula).__name__} has no PDDL form: use and, or, not, imply, forall and exists"
+                )
 
     def _ground_literal(self, atom: f.Atom, binding: _Binding, *, negated: bool) -> _GroundCondition | None:
         if atom.predicate in self._axioms:
@@ -431,7 +434,7 @@ class GroundProblem:
     def add_true_disjunctions(self, literals: LiteralMask) -> LiteralMask:
         """Return a set of literals with the literals of all disjunctions that are true in the set."""
         self._looks.used += self._effort
-        choices = self._choices.values()  # a disjunct may be an earlier disjunction
+        choices = self._choices.values()  # in order: a disjunct can be an earlier disjunction
         for literal, _, simple, compound in choices:
             if not literals & literal and (
                 simple & literals or any(not option & ~literals for option in compound)
@@ -454,7 +457,7 @@ class GroundProblem:
         return needed
 
     def add_disjuncts_of_needed_disjunctions(self, needed: LiteralMask) -> LiteralMask:
-        """Return needed literals with the literals of all disjuncts of the disjunctions among them."""
+        """Return needed literals and, for each disjunction among them, the literals of its disjuncts."""
         for literal, options, _, _ in reversed(self._choices.values()):
             if needed & literal:
                 for option in options:
@@ -485,14 +488,14 @@ class GroundProblem:
 
 
 def estimate_cost_of_literal_test(condition_count: int) -> int:
-    """Return the cost, in looks, of testing which of many conditions need a literal."""
+    """Return the number of looks that finding the conditions which need a literal costs."""
     return 1 + condition_count // 2_000
 
 
 def map_bits_to_masks_containing_them(masks: Iterable[int]) -> Mapping[int, int]:
-    """Return a mapping from each bit to the masks that contain this bit.
+    """Return a mapping from bits to the numbers of the masks that contain the bit.
 
-    The masks are given as a bit mask of their numbers.
+    A key is a mask with one bit. A value is a bit mask of numbers.
     """
     numbers: dict[int, list[int]] = {}
     for number, mask in enumerate(masks):

@@ -38,7 +38,10 @@ _MAX_CACHED_OPERATORS = 1000
 """Maximum number of cached gold operators in normal form."""
 
 MAX_PERMUTED_PARAMETERS = 5
-"""Maximum number of parameters for which all pairings are tried; longer lists are paired by position."""
+"""Maximum number of parameters of two operators for which all pairings are tried.
+
+Longer lists of parameters are paired by position.
+"""
 
 Clause: TypeAlias = f.Formula
 """A condition or an effect in normal form."""
@@ -67,7 +70,7 @@ class ClauseComparison:
 
 
 NO_MATCH = ClauseComparison()
-"""Result of comparing two empty preconditions, or two empty effects: no clause matches or differs."""
+"""Comparison of two empty preconditions or effects: no clause is matched, additional or missing."""
 
 
 _LiteralMatch: TypeAlias = tuple[int, int, int]
@@ -124,7 +127,9 @@ def make_condition_clause(formula: f.Formula) -> Clause:
         case f.Atom() | f.Equals() | f.ForAll() | f.Exists():
             return map_subformulas(formula, make_condition_clause)
         case _:
-            raise ValueError(f"{type(formula).__name__} has no PDDL form")
+            raise ValueError(
+                f"{type(formula).__name__} has no PDDL form: use and, or, not, imply, forall and exists"
+            )
 
 
 def make_effect_clause(effect: m.PddlEffect) -> Clause:
@@ -200,7 +205,9 @@ def _write_canonical(clause: Clause, names: Renaming, depth: int = 0) -> str:
         case f.Equals(left, right):
             return f"(= {_write_term(left, names)} {_write_term(right, names)})"
         case _:
-            raise ValueError(f"{type(clause).__name__} has no PDDL form")
+            raise ValueError(
+                f"{type(clause).__name__} has no PDDL form: use and, or, not, imply, forall and exists"
+            )
 
 
 def _write_term(term: f.Term, names: Renaming) -> str:
@@ -340,16 +347,16 @@ def _generate_renamings(predicted: m.PddlAction, gold: m.PddlAction) -> list[Ren
     return [renaming for agreeing, renaming in candidates if agreeing == most]
 
 
-def _count_matched_literals(ours: Clause, theirs: Clause, renaming: Renaming) -> int:
+def _count_matched_literals(answer: Clause, gold: Clause, renaming: Renaming) -> int:
     """Return the maximum number of matched literals of two clauses, seen as trees."""
-    if isinstance(ours, _LISTS) or isinstance(theirs, _LISTS):
-        return _count_matched_literals_of_lists(ours, theirs, renaming)
-    match ours, theirs:
+    if isinstance(answer, _LISTS) or isinstance(gold, _LISTS):
+        return _count_matched_literals_of_lists(answer, gold, renaming)
+    match answer, gold:
         case f.Atom(name, terms), f.Atom(gold_name, gold_terms):
             return int(name == gold_name and _are_terms_equal(terms, gold_terms, renaming))
         case f.Equals(left, right), f.Equals(gold_left, gold_right):
             return int(_are_terms_equal((left, right), (gold_left, gold_right), renaming))
-        case f.Not(a), f.Not(b) if _is_leaf(a) == _is_leaf(b):
+        case f.Not(a), f.Not(b) if _is_atom_or_equation(a) == _is_atom_or_equation(b):
             return _count_matched_literals(a, b, renaming)
         case (f.ForAll(own, a), f.ForAll(other, b)) | (f.Exists(own, a), f.Exists(other, b)) if (
             m.get_variable_type(own) == m.get_variable_type(other)
@@ -363,39 +370,41 @@ def _count_matched_literals(ours: Clause, theirs: Clause, renaming: Renaming) ->
             return 0
 
 
-def _count_matched_literals_of_lists(ours: Clause, theirs: Clause, renaming: Renaming) -> int:
+def _count_matched_literals_of_lists(answer: Clause, gold: Clause, renaming: Renaming) -> int:
     """Return the maximum number of matched literals if at least one of two clauses is a list.
 
     A conjunction and a disjunction do not match each other, but either may match a part of the other.
     """
-    if isinstance(ours, _LISTS) and isinstance(theirs, _LISTS) and type(ours) is not type(theirs):
-        inside = [_count_matched_literals(part, theirs, renaming) for part in _find_and_or_parts(ours)]
-        around = [_count_matched_literals(ours, part, renaming) for part in _find_and_or_parts(theirs)]
+    if isinstance(answer, _LISTS) and isinstance(gold, _LISTS) and type(answer) is not type(gold):
+        inside = [_count_matched_literals(part, gold, renaming) for part in _find_list_parts(answer)]
+        around = [_count_matched_literals(answer, part, renaming) for part in _find_list_parts(gold)]
         return max([*inside, *around], default=0)
     grid = [
-        [_count_matched_literals(a, b, renaming) for b in _get_clause_parts(theirs)]
-        for a in _get_clause_parts(ours)
+        [_count_matched_literals(a, b, renaming) for b in _get_clause_parts(gold)]
+        for a in _get_clause_parts(answer)
     ]
     return sum(grid[row][column] for row, column in find_heaviest_matching_of_any_size(grid))
 
 
-def _find_and_or_parts(clause: Clause) -> list[Clause]:
+def _find_list_parts(clause: Clause) -> list[Clause]:
     return [part for part in _get_clause_parts(clause) if isinstance(part, _LISTS)]
 
 
-def _is_leaf(clause: Clause) -> bool:
+def _is_atom_or_equation(clause: Clause) -> bool:
     return isinstance(clause, (f.Atom, f.Equals))
 
 
 def _count_literals(clause: Clause) -> int:
-    return sum(map(_is_leaf, walk_subformulas(clause)))
+    return sum(map(_is_atom_or_equation, walk_subformulas(clause)))
 
 
-def _are_terms_equal(ours: Sequence[f.Term], theirs: Sequence[f.Term], renaming: Renaming) -> bool:
+def _are_terms_equal(
+    answer_terms: Sequence[f.Term], gold_terms: Sequence[f.Term], renaming: Renaming
+) -> bool:
     """Whether two lists of terms are equal if variables take their gold names."""
-    return len(ours) == len(theirs) and all(
-        renaming.get(own.name) == gold.name
-        if isinstance(own, f.Variable) and isinstance(gold, f.Variable)
-        else own == gold
-        for own, gold in zip(ours, theirs, strict=True)
+    return len(answer_terms) == len(gold_terms) and all(
+        renaming.get(term.name) == gold_term.name
+        if isinstance(term, f.Variable) and isinstance(gold_term, f.Variable)
+        else term == gold_term
+        for term, gold_term in zip(answer_terms, gold_terms, strict=True)
     )

@@ -148,7 +148,7 @@ class _TypeMembers(dict[str, tuple[str, ...]]):
         return tuple(dict.fromkeys([thing for kind in kinds for thing in kind]))
 
 
-def parents(types: tuple[TypedName, ...]) -> dict[str, str]:
+def map_types_to_parents(types: tuple[TypedName, ...]) -> dict[str, str]:
     """Return a mapping from each declared type to its direct supertype."""
     return {declared.name: declared.type for declared in types}
 
@@ -164,7 +164,7 @@ def list_supertypes(parent_by_type: Mapping[str, str], type_name: str) -> list[s
 
 def group_objects_by_type(domain: PddlDomain, problem: PddlProblem) -> Mapping[str, tuple[str, ...]]:
     """Return a mapping from each declared type to its objects, constants first, in order of declaration."""
-    above = parents(domain.types)
+    above = map_types_to_parents(domain.types)
     members: dict[str, list[str]] = {name: [] for name in (OBJECT, *(item.name for item in domain.types))}
     for item in (*domain.constants, *problem.objects):
         for name in list_supertypes(above, item.type):
@@ -175,7 +175,10 @@ def group_objects_by_type(domain: PddlDomain, problem: PddlProblem) -> Mapping[s
 def split_effect(
     effect: PddlEffect, conditions: tuple[f.Formula, ...] = ()
 ) -> Iterator[tuple[Add | Delete, tuple[f.Formula, ...]]]:
-    """Yield the additions and deletions of an effect, left to right, each with its outer conditions."""
+    """Yield the additions and deletions of an effect, left to right, each with its conditions.
+
+    Conditions come in the order of the effects around the change, outermost first.
+    """
     match effect:
         case Add() | Delete():
             yield effect, conditions
@@ -194,7 +197,10 @@ def find_effect_atoms(effect: PddlEffect) -> Iterator[f.Atom]:
 
 
 def find_effect_conditions(effect: PddlEffect) -> Iterator[f.Formula]:
-    """Yield the condition of each conditional part of an effect, left to right."""
+    """Yield the condition of each conditional part of an effect, left to right.
+
+    A condition is repeated for each addition and deletion that depends on it.
+    """
     return (condition for _, conditions in split_effect(effect) for condition in conditions)
 
 
@@ -207,35 +213,40 @@ def find_effect_variables(effect: PddlEffect) -> frozenset[str]:
 
 def map_effect_parts(
     effect: PddlEffect,
-    change: Callable[[PddlEffect], PddlEffect],
-    condition: Callable[[f.Formula], f.Formula],
+    change_part: Callable[[PddlEffect], PddlEffect],
+    change_condition: Callable[[f.Formula], f.Formula],
 ) -> PddlEffect:
     """Return an effect with functions applied to its immediate parts and to its own condition."""
     match effect:
         case AndEffect(parts):
-            return AndEffect(tuple([change(part) for part in parts]))
+            return AndEffect(tuple([change_part(part) for part in parts]))
         case ForAllEffect(variable, part):
-            return ForAllEffect(variable, change(part))
+            return ForAllEffect(variable, change_part(part))
         case WhenEffect(premise, part):
-            return WhenEffect(condition(premise), change(part))
+            return WhenEffect(change_condition(premise), change_part(part))
         case _:
             return effect
 
 
 def map_effect(
-    effect: PddlEffect, condition: Callable[[f.Formula], f.Formula], atom: Callable[[f.Atom], f.Atom]
+    effect: PddlEffect,
+    change_condition: Callable[[f.Formula], f.Formula],
+    change_atom: Callable[[f.Atom], f.Atom],
 ) -> PddlEffect:
     """Return an effect with functions applied to its conditions and to its added and deleted atoms."""
     if isinstance(effect, (Add, Delete)):
-        return type(effect)(atom(effect.atom))
-    return map_effect_parts(effect, lambda part: map_effect(part, condition, atom), condition)
+        return type(effect)(change_atom(effect.atom))
+    return map_effect_parts(
+        effect, lambda part: map_effect(part, change_condition, change_atom), change_condition
+    )
 
 
 @dataclass(frozen=True, slots=True)
 class UnparsedOperator:
     """An operator as an answer writes it, before it is parsed.
 
-    It has the name of the operator, and the texts of its parameters, precondition and effect.
+    It has the name of the operator, and the texts of its parameters, precondition and effect, each a
+    parenthesised list.
     """
 
     name: str
@@ -245,7 +256,7 @@ class UnparsedOperator:
 
     @property
     def text_length(self) -> int:
-        """The number of characters in the texts of the three parts."""
+        """The number of characters in the texts of parameters, precondition and effect together."""
         return len(self.parameters) + len(self.precondition) + len(self.effect)
 
     @property

@@ -39,7 +39,7 @@ class _AtomChange:
         atom: the atom.
         variables: the change happens for all values of these variables that satisfy the condition.
         condition: the condition of the change.
-        place: the position of the change in the order of effects.
+        position: the position of the change in the order of effects.
     """
 
     adds: bool
@@ -72,8 +72,8 @@ def write_simultaneous_effect(
 
     Args:
         operator: the operator.
-        conditions: writes conditions with the operator's names.
-        scope: the operator's parameters.
+        conditions: the writer of the operator's conditions.
+        scope: mapping from the operator's parameters to their PDDL variables.
         hidden: predicates that the export leaves out.
     """
     return _OrderedEffectsConverter(conditions, scope, hidden).convert_effects(operator)
@@ -141,30 +141,36 @@ class _OrderedEffectsConverter:
         return bound, replace(context, scope=scope, variables=(*context.variables, bound))
 
     def _convert_condition(self, condition: f.Formula, context: _EnclosingEffects) -> f.Formula:
-        """Return the PDDL condition of an effect. Parts with hidden predicates count as false."""
+        """Return the PDDL condition of an effect; atoms that the export leaves out count as false."""
         return self._conditions.convert_formula(
             g.replace_hidden_atoms_by_truth(condition, self._hidden, positive=False), context.scope
         )
 
     def _make_lowest_index_condition(
-        self, variable: f.Variable, condition: f.Formula, bound: f.Variable, inside: _EnclosingEffects
+        self,
+        variable: f.Variable,
+        condition: f.Formula,
+        pddl_variable: f.Variable,
+        context: _EnclosingEffects,
     ) -> f.Formula:
-        """Return the condition that no object with a lower index satisfies a given condition."""
-        meets = self._convert_condition(condition, inside)
+        """Return the condition that a variable has the first object, by index, that satisfies a condition."""
+        meets = self._convert_condition(condition, context)
         if meets == f.TRUE or holds_for_at_most_one_value(condition, variable, self._vocabulary):
             return meets
         other = self._conditions.make_unused_variable(variable.name)
         as_well = self._convert_condition(
-            condition, replace(inside, scope={**inside.scope, variable.name: other})
+            condition, replace(context, scope={**context.scope, variable.name: other})
         )
-        earlier = g.conjoin((self._conditions.glossary.make_object_order_atom(other, bound), as_well))
+        earlier = g.conjoin((self._conditions.glossary.make_object_order_atom(other, pddl_variable), as_well))
         return g.conjoin((meets, g.negate(f.Exists(other, earlier))))
 
     def _make_atom_change(self, atom: f.Atom, context: _EnclosingEffects, *, adds: bool) -> _AtomChange:
-        """Return the change that an effect makes to an atom, or to all atoms that match a pattern."""
+        """Return the change that an effect makes to an atom. The argument `ANYTHING` means all objects."""
         stored = self._vocabulary.find_stored(atom.predicate)
         if stored is None:
-            raise DomainError(f"an effect changes {atom.predicate}, which is not a stored predicate")
+            raise DomainError(
+                f"an effect changes {atom.predicate}: declare the predicate, which must not be derived"
+            )
         variables = list(context.variables)
         terms: list[f.Term] = []
         for term in atom.arguments:
@@ -205,7 +211,7 @@ class _OrderedEffectsConverter:
         terms |= still_open
         later = self._make_deletion_later_condition(addition.position, deletion.position, terms)
         undoing = g.conjoin((*same, later, g.replace_variables(deletion.condition, terms)))
-        if g.conjoin((addition.condition, undoing)) == f.FALSE:  # addition and deletion exclude each other
+        if g.conjoin((addition.condition, undoing)) == f.FALSE:  # the two changes never happen together
             return f.FALSE
         for variable in reversed(still_open.values()):
             undoing = undoing if undoing in (f.TRUE, f.FALSE) else f.Exists(variable, undoing)

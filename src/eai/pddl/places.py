@@ -25,8 +25,8 @@ _SECTIONS: Final[Mapping[str, str]] = {
 }
 """Mapping from the words by which `eai.pddl.check` states locations to the keywords of PDDL sections."""
 
-_NAMED: Final = frozenset({":action", ":derived"})
-"""Keywords of sections, such as ``:action``, that begin with a name and may occur several times."""
+_NAMED_SECTIONS: Final = frozenset({":action", ":derived"})
+"""Keywords of sections that begin with a name and can occur several times."""
 
 _QUANTIFIERS: Final = frozenset({"forall", "exists", "forn", "forpairs", "fornpairs"})
 
@@ -60,7 +60,7 @@ def _find_sections_by_location(definition: ExpressionList, place: str) -> Iterat
     for section in definition.items:
         if not isinstance(section, ExpressionList) or get_first_word(section) != wanted:
             continue
-        if wanted not in _NAMED or not name:
+        if wanted not in _NAMED_SECTIONS or not name:
             yield section
         elif _list_names(section.items[1:2]) == [name]:
             parts = zip(section.items, section.items[1:], strict=False)

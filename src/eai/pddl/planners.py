@@ -1,4 +1,4 @@
-"""Choose the planner that judges the operators in answers: whether they allow a plan."""
+"""Choose the planner that checks whether the operators in answers allow a plan."""
 
 from __future__ import annotations
 
@@ -10,7 +10,7 @@ from eai.pddl.search import BuiltInPlanner
 from eai.planning.search import Limits
 
 FIRST_LIMITS = Limits(300)
-"""Limits of the built-in search that runs before Fast Downward. Larger limits take longer in total."""
+"""Limits of the built-in search before Fast Downward. Larger limits make both together take longer."""
 
 
 def resolve_automatic_choice(choice: PlannerChoice) -> PlannerChoice:
@@ -24,28 +24,28 @@ def resolve_automatic_choice(choice: PlannerChoice) -> PlannerChoice:
 
 
 def make_planner(
-    choice: PlannerChoice, cpu_seconds: int, terms: PlannerLimits | None = None
+    choice: PlannerChoice, cpu_seconds: int, limits: PlannerLimits | None = None
 ) -> PddlPlanner | None:
     """Return the chosen planner, or None if no planner is chosen.
 
     Args:
         choice: the choice of the planner.
-        cpu_seconds: CPU seconds of Fast Downward for one task; ``terms`` may replace this number.
-        terms: the user's limits of planners.
+        cpu_seconds: CPU seconds of Fast Downward for one task, unless ``limits`` has another number.
+        limits: the user's limits of planners.
 
     Raises:
         DataError: Fast Downward is missing in this environment. The message names the install command.
     """
-    terms = terms or PlannerLimits()
+    limits = limits or PlannerLimits()
     match resolve_automatic_choice(choice):
         case PlannerChoice.NONE:
             return None
         case PlannerChoice.BUILT_IN:
             return BuiltInPlanner()
         case PlannerChoice.FAST_DOWNWARD:
-            return _make_fast_downward(cpu_seconds, terms)
+            return _make_fast_downward(cpu_seconds, limits)
         case PlannerChoice.FULL | PlannerChoice.AUTO:
-            return BuiltInPlanner(FIRST_LIMITS, _make_fast_downward(cpu_seconds, terms))
+            return BuiltInPlanner(FIRST_LIMITS, _make_fast_downward(cpu_seconds, limits))
 
 
 def _make_fast_downward(cpu_seconds: int, limits: PlannerLimits) -> FastDownward:

@@ -61,8 +61,8 @@ class PlannerLimits:
     Attributes:
         seconds: CPU seconds of each process of a planner call; the benchmark's number if None.
         memory_mib: memory for all planners that run at a time, in MiB; all memory of the machine if None.
-        folder: the folder through which processes limit their planner calls (`eai.pddl.fast_downward`); None
-            without such a limit.
+        folder: the folder of lock files by which processes limit the number of planner calls at a time
+            (`eai.pddl.fast_downward`); None for no limit.
     """
 
     seconds: int | None = None
@@ -83,8 +83,8 @@ class PlannerResult:
 class PlanningTask:
     """The task of a planner: a domain and a problem.
 
-    ``fatal`` is an atom that crashes the planner if it is reachable. The atom stands for additions of atoms
-    with unbound variables (`eai.extensions.reference.planner_of_2024`).
+    ``fatal`` is an atom that effects add instead of an atom with an unbound variable. If ``fatal`` is
+    reachable, the planner crashes (`eai.extensions.reference.planner_of_2024`).
     """
 
     domain: PddlDomain
@@ -111,7 +111,7 @@ class PddlPlanner(Protocol):
         ...
 
 
-def execute_found_plan(task: PlanningTask, plan: Sequence[PlanStep], source: str) -> PlannerResult:
+def execute_found_plan(task: PlanningTask, plan: Sequence[PlanStep], planner_name: str) -> PlannerResult:
     """Return the result of a planner call that found a plan, after executing this plan."""
     from eai.pddl.execute import PddlPlanExecutor
     from eai.planning.search import SearchEffort
@@ -119,8 +119,10 @@ def execute_found_plan(task: PlanningTask, plan: Sequence[PlanStep], source: str
     looks = SearchEffort(_MAX_LOOKS)
     flaw = PddlPlanExecutor(task.domain, task.problem, looks).find_failed_step(plan)
     if looks.is_exceeded:
-        return PlannerResult(PlannerOutcome.TIME, detail=f"{source}: its plan takes too long to execute")
+        return PlannerResult(
+            PlannerOutcome.TIME, detail=f"{planner_name}: its plan takes too long to execute"
+        )
     if flaw is None:
-        return PlannerResult(PlannerOutcome.SOLVED, tuple(plan), source)
+        return PlannerResult(PlannerOutcome.SOLVED, tuple(plan), planner_name)
     step, reason = flaw
-    return PlannerResult(PlannerOutcome.CRASH, detail=f"{source}: step {step} of its plan: {reason}")
+    return PlannerResult(PlannerOutcome.CRASH, detail=f"{planner_name}: step {step} of its plan: {reason}")

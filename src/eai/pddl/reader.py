@@ -25,7 +25,7 @@ from eai.pddl.check import PddlError, PddlViolationKind
 _WORD = re.compile(r"[()]|\??[^\s();?]+|\?|;[^\n]*")
 
 MAX_DEPTH = 100
-"""Maximum nesting depth of parentheses. The deepest text in the data set has a depth of 9."""
+"""Maximum nesting depth of parentheses. The deepest text in the paper's data set has a depth of 9."""
 
 
 @dataclass(slots=True, eq=False)
@@ -128,17 +128,17 @@ CONNECTIVES = frozenset({"and", "or", "not", "imply", "forall", "exists", "when"
 
 def read_domain(text: str) -> m.PddlDomain:
     """Return the domain that a text defines."""
-    return PddlReader(text).domain(read_group(text))
+    return PddlReader(text).read_domain_definition(read_group(text))
 
 
 def read_problem(text: str) -> m.PddlProblem:
     """Return the problem that a text defines."""
-    return PddlReader(text).problem(read_group(text))
+    return PddlReader(text).read_problem_definition(read_group(text))
 
 
 def read_action(text: str) -> m.PddlAction:
     """Return the operator ``(:action ...)`` at the beginning of a text."""
-    return PddlReader(text).action(read_group(text))
+    return PddlReader(text).read_action_definition(read_group(text))
 
 
 class PddlReader:
@@ -158,10 +158,14 @@ class PddlReader:
     ) -> PddlError:
         return make_pddl_error(self._text, node.offset, offence, expected)
 
-    def domain(self, group: ExpressionList) -> m.PddlDomain:
+    def read_domain_definition(self, group: ExpressionList) -> m.PddlDomain:
         """Return the domain of ``(define (domain ...) ...)``."""
         name, sections = self._read_definition(group, "domain")
-        actions = [self.action(section) for section in sections if get_first_word(section) == ":action"]
+        actions = [
+            self.read_action_definition(section)
+            for section in sections
+            if get_first_word(section) == ":action"
+        ]
         return m.PddlDomain(
             name=name,
             requirements=tuple(
@@ -178,7 +182,7 @@ class PddlReader:
             ),
         )
 
-    def problem(self, group: ExpressionList) -> m.PddlProblem:
+    def read_problem_definition(self, group: ExpressionList) -> m.PddlProblem:
         """Return the problem of ``(define (problem ...) ...)``."""
         name, sections = self._read_definition(group, "problem")
         facts = [self._read_literal(item) for item in _find_section_items(sections, ":init")]
@@ -196,7 +200,7 @@ class PddlReader:
             goal=goals[0] if len(goals) == 1 else f.And(tuple(goals)),
         )
 
-    def action(self, group: ExpressionList) -> m.PddlAction:
+    def read_action_definition(self, group: ExpressionList) -> m.PddlAction:
         """Return the operator of ``(:action name :parameters (...) :precondition ... :effect ...)``."""
         if get_first_word(group) != ":action" or len(group.items) < 2:
             raise self._make_error(group, "(:action NAME ...)")

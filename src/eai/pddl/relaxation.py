@@ -29,7 +29,10 @@ _MAX_ROUNDS = 2
 """Maximum number of attempts to make several literals true at once, if one makes another false."""
 
 _MAX_REPEAT_DEPTH = 2
-"""Maximum number of nested actions that make lost literals of the initial state true again."""
+"""Maximum depth to which actions make literals true again that held at the start and were lost.
+
+The depth grows if an action that does so needs another lost literal.
+"""
 
 _MAX_RULES = 2_000
 """Maximum number of rules (effects of actions) that one lookahead tries."""
@@ -222,7 +225,7 @@ def find_lookahead_actions_and_states(
 
 
 class _RelaxedPlanFollower:
-    """One lookahead: the state that it has reached, and its actions."""
+    """Carries out relaxed planning from one state: the actions so far, and the state that they reach."""
 
     def __init__(
         self, problem: GroundProblem, relaxation: Relaxation, state: StateMask, literals: LiteralMask
@@ -235,7 +238,10 @@ class _RelaxedPlanFollower:
         self._taken: list[tuple[int, int]] = []
 
     def find_actions_and_states(self) -> Sequence[tuple[int, int]]:
-        """Make missing literals of the goal true, one after the other, until no more can be made true."""
+        """Make missing literals of the goal true, one after the other, until no more can be made true.
+
+        Return the actions that do this, each with the state after it.
+        """
         before = None
         while (goal := self._problem.goal & ~self._held) and (
             missing := self._count_missing_goals_false_at_start_and_all()
@@ -321,6 +327,6 @@ class _RelaxedPlanFollower:
         return len(self._taken), self._state, self._held
 
     def _undo_to_mark(self, mark: _Mark) -> None:
-        """Undo all actions after a mark."""
+        """Return to a marked point of the lookahead: undo all actions after the mark."""
         taken, self._state, self._held = mark
         del self._taken[taken:]

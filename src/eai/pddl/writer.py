@@ -104,7 +104,9 @@ def write_formula(formula: f.Formula) -> str:
         case f.Exists(variable, body):
             return f"(exists {_write_list(_write_variables((variable,)))} {write_formula(body)})"
         case _:
-            raise ValueError(f"{type(formula).__name__} has no PDDL form")
+            raise ValueError(
+                f"{type(formula).__name__} has no PDDL form: use and, or, not, imply, forall and exists"
+            )
 
 
 def write_atom(atom: f.Atom) -> str:

@@ -15,7 +15,7 @@ import eai.logic.formula as f
 from eai.logic.traversal import find_free_variables, find_predicates, walk_subformulas
 from eai.planning.effect_schema import EffectSchema, make_effect_schemas, make_schema_of_execution, match_atom
 from eai.planning.search import SearchEffort
-from eai.planning.subgoal import GroundAtom, find_object
+from eai.planning.subgoal import GroundAtom, Subgoal, find_argument_indices, find_object
 from eai.world.condition import ConditionCompiler
 from eai.world.derived import DefinedPredicate, LookupPredicate
 from eai.world.domain import Domain
@@ -67,6 +67,18 @@ class _PartialBinding(NamedTuple):
     join: _BindingProcedure
 
 
+class _GroundCondition(NamedTuple):
+    """A condition of a ground action, as a subgoal.
+
+    Attributes:
+        subgoal: the condition.
+        atom: the atom of a stored predicate that the condition demands; None for other conditions.
+    """
+
+    subgoal: Subgoal
+    atom: GroundAtom | None
+
+
 class Achiever:
     """A compiled effect of an operator. The effect makes atoms of a predicate true, or makes them false.
 
@@ -100,6 +112,7 @@ class Achiever:
         self._fixed = [c for c in self._filters if _is_static_formula(c, vocabulary)]
         self.is_fixed = len(self._fixed) == len(self._filters)
         self.conditions = tuple((c, self._compiler.compile_test(c)) for c in needed if c not in fixed)
+        self._literals = [_find_stored_literal(c, vocabulary) for c, _ in self.conditions]
 
     def match_atom_arguments(self, arguments: tuple[int, ...], scene: Scene) -> dict[str, int] | None:
         """Return a mapping from variables to objects that makes the effect's atom a given atom, or None."""
@@ -143,20 +156,15 @@ class Achiever:
             joins[for_all_states],
         )
 
-    def find_failing_conditions(
-        self, state: State, binding: FrameBinding, too_many: float
-    ) -> list[f.Formula] | None:
-        """Return the conditions that do not hold for a binding.
-
-        The result is None if at least ``too_many`` conditions fail.
-        """
-        failing: list[f.Formula] = []
-        for condition, holds in self.conditions:
-            if not holds(state, binding):
-                failing.append(condition)
-                if len(failing) >= too_many:
-                    return None
-        return failing
+    def ground_condition(self, number: int, binding: FrameBinding, scene: Scene) -> _GroundCondition:
+        """Return the condition with a number as a subgoal about the objects of a binding."""
+        scope, literal = self.get_object_scope(binding), self._literals[number]
+        condition, _ = self.conditions[number]
+        if literal is None:
+            return _GroundCondition(Subgoal(condition, scope, True), None)
+        arguments = find_argument_indices(literal, scope, scene)
+        atom = GroundAtom(literal.predicate, arguments, literal is condition)
+        return _GroundCondition(Subgoal(condition, scope, True), atom)
 
     def get_object_scope(self, binding: FrameBinding) -> dict[str, int]:
         """Return a binding as a mapping from variables to objects."""
@@ -363,11 +371,16 @@ def _can_evaluate_by_masks(formula: f.Formula, vocabulary: Vocabulary) -> bool:
     """Whether a formula can be evaluated by masks, for all values of a variable at once.
 
     Its predicates must be stored, or lookup predicates with an ``inverse``. Its quantifiers must be
-    existential and have a conjunction as body.
+    existential and have as body a conjunction, or an equality as in `is_a`. Equalities must be of variables.
     """
     return all(
         isinstance(part, f.Not | f.And | f.Or)
-        or (isinstance(part, f.Exists) and isinstance(part.body, f.And))
+        or (isinstance(part, f.Exists) and isinstance(part.body, f.And | f.Equals))
+        or (
+            isinstance(part, f.Equals)
+            and isinstance(part.left, f.Variable)
+            and isinstance(part.right, f.Variable)
+        )
         or (isinstance(part, f.Atom) and _can_evaluate_predicate_by_masks(part.predicate, vocabulary))
         for part in walk_subformulas(formula)
     )
@@ -390,6 +403,13 @@ def _is_static_formula(formula: f.Formula, vocabulary: Vocabulary) -> bool:
     return all(_is_static_predicate(name, vocabulary) for name in find_predicates(formula))
 
 
+def _find_stored_literal(condition: f.Formula, vocabulary: Vocabulary) -> f.Atom | None:
+    """Return the atom of a stored predicate that a condition demands or denies; None for other conditions."""
+    literal = condition.operand if isinstance(condition, f.Not) else condition
+    is_stored = isinstance(literal, f.Atom) and vocabulary.find_stored(literal.predicate) is not None
+    return literal if isinstance(literal, f.Atom) and is_stored else None
+
+
 def _is_static_predicate(name: str, vocabulary: Vocabulary) -> bool:
     stored = vocabulary.find_stored(name)
     if stored is not None:
@@ -406,39 +426,119 @@ _MAX_CACHED_BINDINGS = 64
 If there are more bindings, they are computed anew in every state.
 """
 
+_MAX_CACHED_ACTIONS = 30_000
+"""Maximum number of ground actions whose conditions are cached for all states of a search."""
+
 _MAX_BINDINGS = 100_000
 """Maximum number of values tried for variables to find all bindings of one match."""
 
 
-class _MatchedAchiever(NamedTuple):
+class _CandidateAction(NamedTuple):
+    """A ground action that an achiever offers in a state: its arguments, and its failing conditions."""
+
+    arguments: tuple[int, ...]
+    failing: Sequence[_GroundCondition]
+
+
+class _CandidateActions:
+    """The ground actions of a match in one state. Each action is tested once, when it is first needed."""
+
+    __slots__ = ("_rest", "_tested")
+
+    def __init__(self, actions: Iterator[_CandidateAction]) -> None:
+        self._tested: list[_CandidateAction] = []
+        self._rest = actions
+
+    def __iter__(self) -> Iterator[_CandidateAction]:
+        yield from self._tested
+        for action in self._rest:
+            self._tested.append(action)
+            yield action
+
+
+class _MatchedAchiever:
     """An achiever of a ground atom, with the objects that the atom determines.
 
-    Attributes:
+    Args:
         achiever: the achiever.
         partial: the binding of the variables that the atom determines.
         cached_bindings: all bindings that complete the match; None if they must be searched in every state.
+        caching: counter of actions whose conditions are cached for all states, at most up to its limit.
     """
 
-    achiever: Achiever
-    partial: _PartialBinding
-    cached_bindings: Sequence[tuple[int, ...]] | None
+    __slots__ = ("_cached_bindings", "_caching", "_conditions", "_partial", "achiever")
 
-    def has_failing_conditions(self, state: State, at_least: float) -> bool:
-        """Whether at least ``at_least`` conditions fail in a state, for any values of unbound variables."""
-        binding, failing = [*self.partial.binding], 0
-        for holds in self.partial.join.needed:
-            failing += not holds(state, binding)
-        return failing >= at_least
+    def __init__(
+        self,
+        achiever: Achiever,
+        partial: _PartialBinding,
+        cached_bindings: Sequence[tuple[int, ...]] | None,
+        caching: SearchEffort,
+    ) -> None:
+        self.achiever = achiever
+        self._partial = partial
+        self._cached_bindings = cached_bindings
+        self._caching = caching
+        self._conditions: dict[tuple[int, ...], list[_GroundCondition | None]] = {}
 
     def complete_bindings(
         self, state: State, usable: int, effort: SearchEffort | None = None
     ) -> Iterator[FrameBinding]:
         """Yield the bindings that complete the match in a state, as `Achiever.complete_bindings` does."""
         return (
-            complete_bindings(state, self.partial, usable, effort)
-            if self.cached_bindings is None
-            else map(list, self.cached_bindings)
+            complete_bindings(state, self._partial, usable, effort)
+            if self._cached_bindings is None
+            else map(list, self._cached_bindings)
         )
+
+    def has_failing_conditions(self, state: State, at_least: float) -> bool:
+        """Whether ``at_least`` or more conditions fail in a state for all values of unbound variables."""
+        binding, failing = [*self._partial.binding], 0
+        for holds in self._partial.join.needed:
+            failing += not holds(state, binding)
+        return failing >= at_least
+
+    def make_candidates(
+        self, state: State, usable: int, bindings: SearchEffort, looks: SearchEffort
+    ) -> _CandidateActions:
+        """Return the ground actions of the match in a state, in the order of `complete_bindings`.
+
+        Args:
+            state: the state.
+            usable: the mask of the objects that actions may use.
+            bindings: counter of values tried for variables, as in `complete_bindings`.
+            looks: counter of tested actions. If its limit is exceeded, no more actions follow.
+        """
+        return _CandidateActions(self._test_actions(state, usable, bindings, looks))
+
+    def _test_actions(
+        self, state: State, usable: int, bindings: SearchEffort, looks: SearchEffort
+    ) -> Iterator[_CandidateAction]:
+        tests, arity = self.achiever.conditions, self.achiever.schema.operator.arity
+        for binding in self.complete_bindings(state, usable, bindings):
+            if looks.spend():
+                return
+            failing = [i for i, (_, holds) in enumerate(tests) if not holds(state, binding)]
+            conditions = self._ground_conditions(binding, failing, state.scene) if failing else ()
+            yield _CandidateAction(tuple(binding[1 : 1 + arity]), conditions)
+
+    def _ground_conditions(
+        self, binding: FrameBinding, numbers: Sequence[int], scene: Scene
+    ) -> Sequence[_GroundCondition]:
+        """Return the conditions with given numbers as subgoals about the objects of a binding."""
+        key = tuple(binding)
+        cached = self._conditions.get(key)
+        if cached is None:
+            cached = [None] * len(self.achiever.conditions)
+            if not self._caching.spend():
+                self._conditions[key] = cached
+        found: list[_GroundCondition] = []
+        for number in numbers:
+            condition = cached[number]
+            if condition is None:
+                condition = cached[number] = self.achiever.ground_condition(number, binding, scene)
+            found.append(condition)
+        return found
 
 
 class _AchieverMatcher:
@@ -456,6 +556,8 @@ class _AchieverMatcher:
         self._usable = usable
         self._fixed = achievers.get_static_parts_of_state(state)
         self._found: dict[tuple[GroundAtom, bool], Sequence[_MatchedAchiever]] = {}
+        self._operators: dict[Achiever, _MatchedAchiever] = {}
+        self._caching = SearchEffort(_MAX_CACHED_ACTIONS)
 
     def is_matcher_valid_in(self, state: State, usable_mask: int) -> bool:
         """Whether the matches are also valid in another state with other objects for actions."""
@@ -491,5 +593,16 @@ class _AchieverMatcher:
                 if bindings or effort.is_exceeded:
                     partial = achiever.make_partial_binding(self._state.scene, scope)
                     is_whole = len(bindings) < max_bindings and not effort.is_exceeded
-                    matches.append(_MatchedAchiever(achiever, partial, bindings if is_whole else None))
+                    cached = bindings if is_whole else None
+                    matches.append(_MatchedAchiever(achiever, partial, cached, self._caching))
+        return matches
+
+    def match_operators(self, names: Iterable[str]) -> Sequence[_MatchedAchiever]:
+        """Return the match of each named operator, which stands for its actions with any objects."""
+        matches = []
+        for achiever in self._achievers.make_operator_achievers(names):
+            if achiever not in self._operators:
+                partial = achiever.make_partial_binding(self._state.scene, {})
+                self._operators[achiever] = _MatchedAchiever(achiever, partial, None, self._caching)
+            matches.append(self._operators[achiever])
         return matches

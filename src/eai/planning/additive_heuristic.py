@@ -8,19 +8,19 @@ starts at the goal, so that only conditions relevant to the goal are estimated.
 
 from __future__ import annotations
 
+from bisect import bisect_left
 from collections.abc import Callable, Iterable, Sequence
 from typing import NamedTuple, TypeAlias
 
 from eai.logic.choice import AllOf, AndOrTreePairing, AnyOf, ExactlyOf
 from eai.logic.formula import Atom, Exists, ForAll
-from eai.planning.achievers import Achiever, AchieversByPredicate
+from eai.planning.achievers import AchieversByPredicate
 from eai.planning.search import Limits, SearchEffort
 from eai.planning.subgoal import GroundAtom, Subgoal, SubgoalParts, SubgoalSplitter
 from eai.world.action import Action
 from eai.world.condition import FormulaEvaluator
 from eai.world.derived import DefinedPredicate
 from eai.world.domain import Domain
-from eai.world.frame import FrameBinding
 from eai.world.relation import make_mask
 from eai.world.state import State
 
@@ -87,7 +87,7 @@ def _round_up_cost_limit(limit: float) -> float:
 
     If fewer different limits are in use, fewer estimates must be cached.
     """
-    return next(horizon for horizon in _HORIZONS if horizon >= limit)
+    return _HORIZONS[bisect_left(_HORIZONS, limit)]
 
 
 _MIN_COST = 1.0
@@ -117,6 +117,9 @@ class _CheapestAction(NamedTuple):
 
 
 _NO_SUPPORTER = _CheapestAction(INFINITE, None, ())
+
+_CandidateAction: TypeAlias = tuple[tuple[int, ...], Sequence[tuple[Subgoal, GroundAtom | None]]]
+"""The arguments of an action, and its failing conditions, each with the stored atom that it needs or None."""
 
 
 class AdditiveHeuristic:
@@ -169,6 +172,7 @@ class CostEstimates:
         self._protected = [condition for condition in protected if self.holds(condition)]
         self._usable = make_mask(objects)
         self._matches = heuristic.achievers.get_achiever_matcher(state, self._usable)
+        self._candidates: dict[object, Iterable[_CandidateAction]] = {}
         self._supporters: dict[GroundAtom, tuple[_CheapestAction, float]] = {}
         self._costs: dict[_Key, tuple[float, float]] = {}
         self._undone: dict[Action, int] = {}
@@ -184,11 +188,7 @@ class CostEstimates:
     def find_cheapest_action(self, names: Sequence[str]) -> _CheapestAction:
         """Return the cheapest action, with any objects, of the operators with these names."""
         for limit in _HORIZONS:
-            best = _CheapestAction(limit, None, ())
-            for achiever in self._heuristic.achievers.make_operator_achievers(names):
-                best = self._improve_by_effect(
-                    achiever, achiever.complete_bindings(self.state, {}, self._usable, self.bindings), best
-                )
+            best = self._find_cheaper_action(names, _CheapestAction(limit, None, ()))
             if best.action is not None:
                 return best
         return _NO_SUPPORTER
@@ -257,14 +257,25 @@ class CostEstimates:
         return supporter if supporter.cost < limit else _NO_SUPPORTER
 
     def _find_cheaper_action(
-        self, atom: GroundAtom, best: _CheapestAction, *, more_subgoals: bool = False
+        self, target: GroundAtom | Sequence[str], best: _CheapestAction, *, more_subgoals: bool = False
     ) -> _CheapestAction:
-        for match in self._matches.find_matched_achievers(atom, more_subgoals=more_subgoals):
+        """Return the first of the cheapest actions that cost less than ``best``, else ``best``.
+
+        The actions make an atom true, or false, or belong to the named operators.
+        """
+        matches = (
+            self._matches.find_matched_achievers(target, more_subgoals=more_subgoals)
+            if isinstance(target, GroundAtom)
+            else self._matches.match_operators(target)
+        )
+        for match in matches:
             if match.has_failing_conditions(self.state, best.cost - _MIN_COST):
                 continue
-            best = self._improve_by_effect(
-                match.achiever, match.complete_bindings(self.state, self._usable, self.bindings), best
-            )
+            candidates = self._candidates.get(match)
+            if candidates is None:
+                candidates = match.make_candidates(self.state, self._usable, self.bindings, self._looks)
+                self._candidates[match] = candidates
+            best = self._find_cheapest_candidate(match.achiever.schema.operator.name, candidates, best)
             if best.cost <= _MIN_COST:
                 break
         return best
@@ -316,7 +327,7 @@ class CostEstimates:
         conditions = None if parts is None else self._choose_cheapest_parts(parts)
         if conditions is None:
             return INFINITE
-        return self._sum_costs([condition for condition in conditions if not self.holds(condition)], limit)
+        return self._sum_costs([(part, None) for part in conditions if not self.holds(part)], limit)
 
     def _find_least_cost(self, conditions: Sequence[Subgoal], limit: float) -> float:
         best = INFINITE
@@ -326,15 +337,22 @@ class CostEstimates:
                 break
         return best
 
-    def _sum_costs(self, failing: Sequence[Subgoal], limit: float) -> float:
-        """Return the sum of the costs of failing conditions, or infinity if the sum reaches the limit."""
+    def _sum_costs(self, failing: Sequence[tuple[Subgoal, GroundAtom | None]], limit: float) -> float:
+        """Return the sum of the costs of failing conditions, or infinity if the sum reaches the limit.
+
+        Each condition on an atom of a stored predicate is given with this atom, other conditions with None.
+        """
         min_rest = len(failing) * _MIN_COST
         if min_rest >= limit:
             return INFINITE
         total = 0.0
-        for condition in failing:
+        for condition, atom in failing:
             min_rest -= _MIN_COST
-            total += self._compute_cost(condition, limit - total - min_rest)
+            rest = limit - total - min_rest
+            if atom is None:
+                total += self._compute_cost(condition, rest)
+            else:
+                total += self.find_supporter(atom, rest).cost if rest > _MIN_COST else INFINITE
             if total >= limit:
                 return INFINITE
         return total
@@ -373,26 +391,20 @@ class CostEstimates:
         scope = {p.name: index for p, index in zip(derived.parameters, atom.arguments, strict=True)}
         return Subgoal(derived.definition, scope, atom.truth)
 
-    def _improve_by_effect(
-        self, achiever: Achiever, bindings: Iterable[FrameBinding], best: _CheapestAction
+    def _find_cheapest_candidate(
+        self, operator: str, candidates: Iterable[_CandidateAction], best: _CheapestAction
     ) -> _CheapestAction:
-        for binding in bindings:
-            self._looks.used += 1
-            if self._looks.is_exceeded:
-                break
-            failing = achiever.find_failing_conditions(self.state, binding, best.cost - _MIN_COST)
-            if failing is None:
-                continue
-            scope = achiever.get_object_scope(binding) if failing else {}
-            prerequisites = tuple([Subgoal(condition, scope, True) for condition in failing])
-            action = Action(achiever.schema.operator.name, achiever.get_operator_arguments(binding))
-            cost = _MIN_COST + (
-                self._sum_costs(prerequisites, best.cost - _MIN_COST)
-                if prerequisites
-                else self._count_protected_conditions_broken_by(action)
-            )
-            if cost < best.cost:
-                best = _CheapestAction(cost, action, prerequisites)
+        for arguments, failing in candidates:
+            if not failing:
+                action = Action(operator, arguments)
+                cost = _MIN_COST + self._count_protected_conditions_broken_by(action)
+                if cost < best.cost:
+                    best = _CheapestAction(cost, action, ())
+            elif len(failing) < best.cost - _MIN_COST:
+                cost = _MIN_COST + self._sum_costs(failing, best.cost - _MIN_COST)
+                if cost < best.cost:
+                    prerequisites = tuple([condition for condition, _ in failing])
+                    best = _CheapestAction(cost, Action(operator, arguments), prerequisites)
             if best.cost <= _MIN_COST:
                 break
         return best

@@ -41,13 +41,13 @@ ScopedCondition: TypeAlias = tuple[f.Formula, Scope]
 
 _NOTHING: ChangeSet = frozenset()
 _FEW_ACTIONS = 4
-"""Number of actions up to which a set of changes counts as small, so that no smaller set is sought.
+"""Maximum number of actions making a set of changes for which no set with fewer actions is sought.
 
-It also limits the values of a variable that are listed one by one.
+It is also the maximum number of values of a variable that are examined one by one.
 """
 
 _MAX_BINDINGS = 3_000_000
-"""Maximum number of values of parameters tried to list the actions by one operator."""
+"""Maximum number of values tried for parameters to list the actions of one operator."""
 
 
 class FactChangeFinder:
@@ -279,7 +279,10 @@ class FactChangeFinder:
                         yield schema, scope, schema.adds == change.truth
 
     def find_changes_to_toggle_skipping(self, step: Action, state: State, *, is_executed: bool) -> ChangeSet:
-        """Return the changes that may turn an executed step into a skipped step, or the reverse."""
+        """Return the changes that may turn an executed step into a skipped step, or the reverse.
+
+        A step is skipped if it is not needed in the state.
+        """
         operator = self._domain.compiled_operators[step.operator].operator
         scope = operator.map_parameters(step.arguments)
         checks = [c.condition for c in operator.checks if c.fault is FaultKind.ADDITIONAL_STEP]
@@ -365,7 +368,7 @@ class FactChangeFinder:
     def _find_changes_of_instances(
         self, variable: f.Variable, body: f.Formula, scope: Scope, state: State, truth: bool
     ) -> ChangeSet:
-        """Return the changes for a quantified formula that needs only one suitable value of its variable."""
+        """Return the changes for a quantified formula that one suitable value of its variable fulfils."""
         remaining = state.scene.get_category_mask(variable.category)
         changes: set[FactChange] = set()
         for part, part_truth in sorted(
@@ -387,7 +390,10 @@ class FactChangeFinder:
         return frozenset(changes)
 
     def count_changeable_predicates(self, formula: f.Formula) -> int:
-        """Count the predicates that a condition reads and that actions change."""
+        """Count the predicates that a condition reads and that actions change.
+
+        The more of them it reads, the less is known of the condition.
+        """
         cached = self._depths.get(id(formula))
         if cached is None:
             names = find_stored_predicates(find_predicates(formula), self._domain.vocabulary)

@@ -4,16 +4,20 @@ Two facts exclude each other under two conditions. First, they do not both hold 
 action that adds one fact deletes the other, or needs a fact that excludes the other. Pairs of facts are
 proved together, by induction over the actions of an episode: a pair is assumed to be exclusive until its
 proof fails. If a proof fails, it is unknown whether the facts exclude each other.
+
+A proof holds for all objects that have the same properties. So each pair is proved once a domain, with
+variables for its objects. Later episodes look the result up: they compare only the properties that the
+proof used.
 """
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from functools import lru_cache
 from typing import NamedTuple, TypeAlias
 
 import eai.logic.formula as f
-from eai.logic.traversal import find_predicates, walk_subformulas
+from eai.logic.traversal import find_object_names, find_predicates
 from eai.planning.effect_schema import (
     EffectSchema,
     find_changed_predicates,
@@ -26,16 +30,18 @@ from eai.world.derived import find_definition, find_stored_predicates
 from eai.world.domain import Domain
 from eai.world.effect import ANYTHING
 from eai.world.state import State
-from eai.world.vocabulary import Vocabulary
 
 _MAX_PAIRS = 64
 """Maximum number of pairs of facts in one proof; further pairs are assumed not to exclude each other."""
 
-_MAX_CACHED_FACTS = 4096
-"""Maximum number of cached answers to the question whether a fact holds in the initial state."""
+_MAX_CACHED_ANSWERS = 4096
+"""Maximum number of cached answers to whether facts hold in the initial state of one episode."""
+
+_MAX_LEMMAS = 64
+"""Maximum number of cached proofs for each pair of facts, and for pairs that differ only in their objects."""
 
 _PASSES = 2
-"""Number of passes over all conditions of a state. A pass may use facts found in earlier passes."""
+"""Number of times that each condition of a state is supposed. Later times use facts from earlier times."""
 
 _FactArgument: TypeAlias = int | str | None
 """Argument of a fact: an object by index, an unknown object by a name, or None for any object."""
@@ -44,13 +50,44 @@ _ArgumentScope: TypeAlias = Mapping[str, _FactArgument]
 
 
 class _FactPattern(NamedTuple):
-    """A fact of a stored predicate; an argument that is None matches any object."""
+    """A fact of a stored predicate; an argument that is None matches any object.
+
+    If ``is_membership`` is true, the predicate is a category, and the fact is that an object belongs to it.
+    """
 
     predicate: str
     arguments: tuple[_FactArgument, ...]
+    is_membership: bool = False
 
 
-_FactPair: TypeAlias = tuple[_FactPattern, _FactPattern]
+_Facts: TypeAlias = tuple[_FactPattern, ...]
+"""Facts without unknown objects. A proof asks whether all the facts hold in the initial state."""
+
+
+class _Lemma(NamedTuple):
+    """The result of a proof about a pair of facts, for all episodes with the same answers to some questions.
+
+    Attributes:
+        answers: the questions that the proof asked, with numbers for the objects, and their answers.
+        is_exclusive: whether it is proved that the facts exclude each other.
+    """
+
+    answers: tuple[tuple[_Facts, bool], ...]
+    is_exclusive: bool
+
+
+class _Condition(NamedTuple):
+    """A formula that must be true, or (``truth`` False) false.
+
+    Attributes:
+        unfolded: derived predicates whose definitions contain the formula; they are not replaced by their
+            definitions again.
+    """
+
+    formula: f.Formula
+    scope: _ArgumentScope
+    truth: bool = True
+    unfolded: frozenset[str] = frozenset()
 
 
 class ExclusionRules:
@@ -62,31 +99,41 @@ class ExclusionRules:
         self.single = {p.name for p in domain.vocabulary.predicates if p.single}
         self.changed = {name for o in domain.operators for name in find_changed_predicates(o)}
         self.unread = {name for o in domain.operators for name in find_predicates_without_schema(o)}
-        self.denying = self._find_possibly_excluding_predicates(domain)
-        self.rivals = {p: self.denying.get(p, set()) | ({p} & self.single) for p in self.changed}
+        self.rivals = self._find_rivals(domain)
+        self.constants = self._find_constants(domain)
+        self.lemmas: dict[tuple[_Facts, tuple[int, ...]], list[_Lemma]] = {}
 
     def make_exclusion_prover(self, initial: State) -> _ExclusionProver:
         """Return the object that proves exclusions in the episode that begins in a state."""
         return _ExclusionProver(self, initial)
 
-    def _find_possibly_excluding_predicates(self, domain: Domain) -> dict[str, set[str]]:
-        """Return a mapping from each predicate to the predicates whose facts may exclude its facts.
+    def _find_rivals(self, domain: Domain) -> dict[str, set[str]]:
+        """Return, for each predicate, the predicates whose facts may exclude its facts.
 
-        Predicate p is in the set of q, and q in the set of p, if an operator adds facts of p and either
-        deletes facts of q or has negated conditions on q.
+        An operator adds facts of one of the two predicates, and deletes or reads facts of the other.
         """
         rivals: dict[str, set[str]] = {}
         for operator in domain.operators:
             effects = self.effects[operator.name]
-            added = {effect.atom.predicate for effect in effects if effect.adds}
             formulas = [c.condition for c in operator.checks] + [g for e in effects for g in e.conditions]
-            denied = {effect.atom.predicate for effect in effects if not effect.adds}
-            denied |= _find_negated_predicates(formulas, domain.vocabulary)
-            for added_predicate in added:
-                for denied_predicate in denied:
-                    rivals.setdefault(added_predicate, set()).add(denied_predicate)
-                    rivals.setdefault(denied_predicate, set()).add(added_predicate)
+            denied = {*find_stored_predicates(find_predicates(*formulas), domain.vocabulary)}
+            denied |= {effect.atom.predicate for effect in effects if not effect.adds}
+            for added in {effect.atom.predicate for effect in effects if effect.adds}:
+                for predicate in denied:
+                    rivals.setdefault(added, set()).add(predicate)
+                    rivals.setdefault(predicate, set()).add(added)
         return rivals
+
+    def _find_constants(self, domain: Domain) -> list[f.Constant]:
+        schemas = [schema for schemas in self.effects.values() for schema in schemas]
+        definitions = [find_definition(derived) for derived in domain.vocabulary.derived]
+        formulas = [
+            *[check.condition for operator in domain.operators for check in operator.checks],
+            *[formula for schema in schemas for formula in (schema.atom, *schema.conditions)],
+            *[defined.definition for defined in definitions if defined is not None],
+        ]
+        names = dict.fromkeys([name for formula in formulas for name in find_object_names(formula)])
+        return [f.Constant(name) for name in names]
 
 
 class _ExclusionProver:
@@ -99,22 +146,43 @@ class _ExclusionProver:
 
     def __init__(self, rules: ExclusionRules, initial: State) -> None:
         self.rules = rules
-        self.scene = initial.scene
-        self.holds_at_start = lru_cache(_MAX_CACHED_FACTS)(self._holds_at_start)
+        self.index = {constant: find_object(constant, initial.scene) for constant in rules.constants}
+        self.answer = lru_cache(_MAX_CACHED_ANSWERS)(self._hold_at_start)
+        self.is_exclusive = lru_cache(_MAX_CACHED_ANSWERS)(self._is_exclusive)
         self._initial = initial
 
     def are_exclusive(self, literals: Iterable[GroundAtom]) -> bool:
         """Whether it is proved that some literals do not all hold in any reachable state."""
         conditions = []
-        for literal in literals:
-            variables = tuple([f.Variable(str(i)) for i in range(len(literal.arguments))])
-            atom = f.Atom(literal.predicate, variables)
-            scope = {v.name: i for v, i in zip(variables, literal.arguments, strict=True)}
-            conditions.append((atom if literal.truth else f.Not(atom), scope))
-        return _InductionProof(self).proves_exclusive(conditions)
+        for predicate, arguments, truth in literals:
+            atom = f.Atom(predicate, tuple([f.Variable(str(i)) for i in arguments]))
+            conditions.append(_Condition(atom, {str(i): i for i in arguments}, truth))
+        return not _SupposedState(self, self.answer, self.is_exclusive).may_hold_together(conditions)
+
+    def _is_exclusive(self, pair: _Facts) -> bool:
+        """Whether it is proved that a pair of facts excludes each other in this episode."""
+        arguments = [i for fact in pair for i in fact.arguments if isinstance(i, int)]
+        objects = [*dict.fromkeys([*self.index.values(), *arguments])]
+        numbers = {index: number for number, index in enumerate(objects)}
+        constants = tuple([numbers[index] for index in self.index.values()])
+        lemmas = self.rules.lemmas.setdefault((_renumber(pair, numbers), constants), [])
+        for lemma in tuple(lemmas):
+            if all(self.answer(_renumber(facts, objects)) is answer for facts, answer in lemma.answers):
+                return lemma.is_exclusive
+        proof = _InductionProof(self)
+        result = proof.proves_exclusive(pair)
+        answers = [(_renumber(facts, numbers), answer) for facts, answer in proof.answers.items()]
+        lemmas.append(_Lemma(tuple(answers), result))
+        del lemmas[:-_MAX_LEMMAS]
+        return result
+
+    def _hold_at_start(self, facts: _Facts) -> bool:
+        return all(map(self._holds_at_start, facts))
 
     def _holds_at_start(self, fact: _FactPattern) -> bool:
         match fact:
+            case _FactPattern(category, (int(index),), True):
+                return bool(self._initial.scene.get_category_mask(category) >> index & 1)
             case _FactPattern(predicate, (None,)):
                 return bool(self._initial.mask(predicate))
             case _FactPattern(predicate, (int(source), None)):
@@ -129,138 +197,94 @@ class _ExclusionProver:
             case _:
                 return self._initial.has(fact.predicate, *[i for i in fact.arguments if isinstance(i, int)])
 
-    def match_atom_to_fact(
-        self, atom: f.Atom, fact: _FactPattern, bound: _ArgumentScope
-    ) -> dict[str, _FactArgument] | None:
-        """Return a mapping from variables to objects that makes an effect's atom fit a fact, or None."""
-        return match_atom(atom, fact.arguments, self.index, bound)
-
-    def deletes_fact_whenever(
-        self, effect: EffectSchema, other_effect: EffectSchema, fact: _FactPattern, scope: _ArgumentScope
-    ) -> bool:
-        """Whether an effect deletes a fact whenever another effect of the same operator takes place."""
-        return (
-            not effect.adds
-            and effect.atom.predicate == fact.predicate
-            and {*effect.conditions} <= {*other_effect.conditions}
-            and all(
-                term == ANYTHING or self.resolve_term(term, scope) == argument
-                for term, argument in zip(effect.atom.arguments, fact.arguments, strict=True)
-            )
-        )
-
     def resolve_term(self, term: f.Term, scope: _ArgumentScope) -> _FactArgument:
         """Return the object of a term: an index, the name of an unknown object, or None for any object."""
-        return scope.get(term.name) if isinstance(term, f.Variable) else self.index(term)
-
-    def index(self, constant: f.Constant) -> int:
-        """Return the index of the object that a constant names."""
-        return find_object(constant, self.scene)
+        return scope.get(term.name) if isinstance(term, f.Variable) else self.index[term]
 
 
 class _InductionProof:
-    """A proof by induction for one question. Pairs of facts are assumed exclusive until a proof fails.
+    """A proof by induction for one pair of facts. Pairs are assumed exclusive until a proof fails.
 
-    Every question has its own pairs of facts. So no answer depends on earlier questions, and several threads
+    Every proof has its own pairs of facts. So no answer depends on earlier questions, and several threads
     may ask at once.
 
     Args:
-        exclusion: the prover of the episode, which holds the rules and the initial facts.
+        prover: the prover of the episode, which holds the rules and the initial facts.
+
+    Attributes:
+        answers: the questions that the proof asked about the episode, and their answers.
     """
 
-    def __init__(self, exclusion: _ExclusionProver) -> None:
-        self.exclusion = exclusion
-        self._assumed: dict[_FactPair, bool] = {}
-        self._pending: dict[_FactPair, None] = {}
-        self._dependents: dict[_FactPair, dict[_FactPair, None]] = {}
-        self._judged: _FactPair | None = None
+    def __init__(self, prover: _ExclusionProver) -> None:
+        self.answers: dict[_Facts, bool] = {}
+        self._prover = prover
+        self._failed: set[_Facts] = set()
+        self._pending: dict[_Facts, None] = {}
+        self._dependents: dict[_Facts, dict[_Facts, None]] = {}
 
-    def proves_exclusive(self, conditions: Sequence[tuple[f.Formula, _ArgumentScope]]) -> bool:
-        """Whether it is proved that some conditions do not all hold in any state of the episode.
+    def proves_exclusive(self, pair: _Facts) -> bool:
+        """Whether it is proved that no state of the episode has both facts.
 
         A pair of facts is assumed to be exclusive when it is first needed. If an action breaks the
         assumption, the assumption is given up, and all pairs whose proofs used the assumption are examined
         again.
         """
-        if _SupposedState(self).may_hold_together(conditions):
-            return False
-        while self._pending:
-            pair = next(iter(self._pending))
-            del self._pending[pair]
-            self._judged = pair
-            if not self._is_invariant_exclusion(*pair):
-                self._assumed[pair] = False
-                self._judged = None
-                if _SupposedState(self).may_hold_together(conditions):
-                    return False
-                dependents = self._dependents.pop(pair, {})
-                self._pending |= {dependent: None for dependent in dependents if self._assumed[dependent]}
-        return True
+        self._judged = pair
+        self._is_assumed(pair)
+        while self._pending and pair not in self._failed:
+            self._judged = next(iter(self._pending))
+            del self._pending[self._judged]
+            if not self._is_invariant_exclusion(*self._judged):
+                self._failed.add(self._judged)
+                dependents = self._dependents[self._judged]
+                self._pending |= {other: None for other in dependents if other not in self._failed}
+        return pair not in self._failed
 
-    def are_exclusive(self, one: _FactPattern, other: _FactPattern) -> bool:
-        """Whether two facts exclude each other, by the rules or by assumption.
+    def _is_assumed(self, pair: _Facts) -> bool:
+        if pair not in self._dependents:
+            if len(self._dependents) >= _MAX_PAIRS:
+                return False
+            self._dependents[pair] = {}
+            self._pending[pair] = None
+        self._dependents[pair][self._judged] = None
+        return pair not in self._failed
 
-        The facts have no unknown objects.
-        """
-        rules = self.exclusion.rules
-        if one.predicate == other.predicate:
-            different = one != other and None not in one.arguments + other.arguments
-            if different and one.predicate in rules.single and one.arguments[:-1] == other.arguments[:-1]:
-                return True
-        elif {*one.arguments}.isdisjoint({*other.arguments} - {None}):
-            return False
-        same = _matches_pattern(one, other) or _matches_pattern(other, one)
-        if same or other.predicate not in rules.denying.get(one.predicate, ()):
-            return False
-        return self._is_assumed(
-            (one, other) if _make_fact_sort_key(one) < _make_fact_sort_key(other) else (other, one)
-        )
-
-    def _is_assumed(self, pair: _FactPair) -> bool:
-        if pair not in self._assumed:
-            self._assumed[pair] = len(self._assumed) < _MAX_PAIRS
-            if self._assumed[pair]:
-                self._pending[pair] = None
-        if self._judged is not None:
-            self._dependents.setdefault(pair, {})[self._judged] = None
-        return self._assumed[pair]
+    def _answer(self, question: _Facts) -> bool:
+        if question not in self.answers:
+            self.answers[question] = self._prover.answer(question)
+        return self.answers[question]
 
     def _is_invariant_exclusion(self, one: _FactPattern, other: _FactPattern) -> bool:
         """Whether two facts do not both hold in the initial state, and no action makes both true."""
-        if self.exclusion.rules.unread & {one.predicate, other.predicate} or (
-            self.exclusion.holds_at_start(one) and self.exclusion.holds_at_start(other)
-        ):
+        rules = self._prover.rules
+        if rules.unread & {one.predicate, other.predicate} or self._answer((one, other)):
             return False
         return all(
             self._preserves_exclusion(schema, added, other_fact)
             for added, other_fact in ((one, other), (other, one))
-            for schemas in self.exclusion.rules.effects.values()
+            for schemas in rules.effects.values()
             for schema in schemas
             if schema.adds and schema.atom.predicate == added.predicate
         )
 
     def _preserves_exclusion(self, schema: EffectSchema, added: _FactPattern, other: _FactPattern) -> bool:
         """Whether an effect that adds one fact guarantees that the other fact is false afterwards."""
-        scope = self.exclusion.match_atom_to_fact(schema.atom, added, {})
+        scope: dict[str, _FactArgument] | None = match_atom(
+            schema.atom, added.arguments, self._prover.index.__getitem__
+        )
         if scope is None:
             return True
         full = {**{name: f"{name}?" for name in schema.variables}, **scope}
-        terms = [f"{i}?" if condition is None else condition for i, condition in enumerate(other.arguments)]
-        other_instance = other._replace(arguments=tuple(terms))
-        effects = self.exclusion.rules.effects[schema.operator.name]
-        if not any(
-            self.exclusion.deletes_fact_whenever(condition, schema, other_instance, full)
-            for condition in effects
-        ):
-            check_conditions = [check.condition for check in schema.operator.checks]
-            if _SupposedState(self, other_instance).may_hold_together(
-                [(condition, full) for condition in (*schema.conditions, *check_conditions)]
-            ):
-                return False
+        terms = [f"{i}?" if argument is None else argument for i, argument in enumerate(other.arguments)]
+        instance = other._replace(arguments=tuple(terms))
+        effects = self._prover.rules.effects[schema.operator.name]
+        is_deleted = any(self._deletes_fact_whenever(effect, schema, instance, full) for effect in effects)
+        if not is_deleted and self._may_take_place([(schema, full)], instance):
+            return False
         return not any(
-            self._may_add_both_facts(schema, scope, condition, other)
-            for condition in effects
-            if condition.adds and condition.atom.predicate == other.predicate
+            self._may_add_both_facts(schema, scope, effect, other)
+            for effect in effects
+            if effect.adds and effect.atom.predicate == other.predicate
         )
 
     def _may_add_both_facts(
@@ -271,139 +295,170 @@ class _InductionProof:
         second_fact: _FactPattern,
     ) -> bool:
         parameters = [p.name for p in first.operator.parameters]
-        second_scope = self.exclusion.match_atom_to_fact(
-            second.atom, second_fact, {n: first_scope[n] for n in parameters if n in first_scope}
+        bound = {name: first_scope[name] for name in parameters if name in first_scope}
+        second_scope: dict[str, _FactArgument] | None = match_atom(
+            second.atom, second_fact.arguments, self._prover.index.__getitem__, bound
         )
         if second_scope is None:
             return False
-        scope = {**first_scope, **{name: second_scope[name] for name in parameters if name in second_scope}}
-        scope |= {name: f"{name}?" for name in first.variables if name not in scope}
-        second_scope |= {name: scope[name] for name in parameters}
-        second_scope |= {name: f"{name}??" for name in second.variables if name not in second_scope}
-        check_conditions = [(check.condition, scope) for check in first.operator.checks]
-        effect_conditions = [
-            *[(condition, scope) for condition in first.conditions],
-            *[(condition, second_scope) for condition in second.conditions],
-        ]
-        return _SupposedState(self).may_hold_together([*check_conditions, *effect_conditions])
+        shared = {name: second_scope.get(name, f"{name}?") for name in parameters}
+        first_full = {**{name: f"{name}?" for name in first.variables}, **first_scope, **shared}
+        second_full = {**{name: f"{name}??" for name in second.variables}, **second_scope, **shared}
+        return self._may_take_place([(first, first_full), (second, second_full)])
+
+    def _may_take_place(
+        self, effects: Iterable[tuple[EffectSchema, _ArgumentScope]], *facts: _FactPattern
+    ) -> bool:
+        """Whether effects of one action may take place in a state that has some facts."""
+        return _SupposedState(self._prover, self._answer, self._is_assumed, *facts).may_hold_together(
+            [
+                _Condition(formula, scope)
+                for schema, scope in effects
+                for formula in (*schema.conditions, *[check.condition for check in schema.operator.checks])
+            ]
+        )
+
+    def _deletes_fact_whenever(
+        self, effect: EffectSchema, other_effect: EffectSchema, fact: _FactPattern, scope: _ArgumentScope
+    ) -> bool:
+        """Whether an effect deletes a fact whenever another effect of the same operator takes place."""
+        return (
+            not effect.adds
+            and effect.atom.predicate == fact.predicate
+            and {*effect.conditions} <= {*other_effect.conditions}
+            and all(
+                term == ANYTHING or self._prover.resolve_term(term, scope) == argument
+                for term, argument in zip(effect.atom.arguments, fact.arguments, strict=True)
+            )
+        )
 
 
 class _SupposedState:
     """A partly known state: facts that are supposed to hold, and the immediate consequences of the facts.
 
     Args:
-        induction: the proof, with its assumptions about all states of the episode.
+        prover: the prover of the episode.
+        answer: answers questions about the initial state.
+        are_exclusive: whether a pair of facts is exclusive, by a proof or by assumption.
         facts: the facts that are supposed to hold.
     """
 
-    def __init__(self, induction: _InductionProof, *facts: _FactPattern) -> None:
-        self._induction = induction
-        self._exclusion = induction.exclusion
+    def __init__(
+        self,
+        prover: _ExclusionProver,
+        answer: Callable[[_Facts], bool],
+        are_exclusive: Callable[[_Facts], bool],
+        *facts: _FactPattern,
+    ) -> None:
+        self._prover = prover
+        self._answer = answer
+        self._are_exclusive = are_exclusive
         self._true = {fact: _replace_unknown_by_none(fact) for fact in facts}
         self._false: list[_FactPattern] = []
         self._unknown = 0
 
-    def may_hold_together(self, conditions: Sequence[tuple[f.Formula, _ArgumentScope]]) -> bool:
+    def may_hold_together(self, conditions: Sequence[_Condition]) -> bool:
         """Suppose that conditions hold. Return False if it is proved that no state meets them all."""
-        for _ in range(_PASSES):  # consequences of a later condition may decide an earlier condition
-            if not all(self._try_to_suppose(formula, scope, truth=True) for formula, scope in conditions):
-                return False
-        return True
+        # Consequences of a later condition may decide an earlier condition.
+        return all(self._try_to_suppose(condition) for _ in range(_PASSES) for condition in conditions)
 
-    def _evaluate_formula(
-        self, formula: f.Formula, scope: _ArgumentScope, unfolded: frozenset[str] = frozenset()
-    ) -> bool | None:
-        """Return the truth of a formula, or None if it is unknown."""
-        match formula:
-            case f.Atom(predicate, terms):
-                arguments = tuple([self._exclusion.resolve_term(term, scope) for term in terms])
-                if predicate not in self._exclusion.rules.vocabulary.derived_by_name:
-                    return self._evaluate_fact(_FactPattern(predicate, arguments))
-                inner = None if predicate in unfolded else self._unfold_definition(predicate, arguments)
-                return None if inner is None else self._evaluate_formula(*inner, unfolded | {predicate})
-            case f.Equals(left, right):
-                one, other = (
-                    self._exclusion.resolve_term(left, scope),
-                    self._exclusion.resolve_term(right, scope),
-                )
-                are_known = isinstance(one, int) and isinstance(other, int)
-                return one == other if are_known or (one == other and one is not None) else None
-            case f.Not(operand):
-                value = self._evaluate_formula(operand, scope, unfolded)
-                return None if value is None else not value
-            case f.And(operands) | f.Or(operands):
-                deciding = isinstance(formula, f.Or)
-                values = set()
-                for operand in operands:
-                    values.add(self._evaluate_formula(operand, scope, unfolded))
-                    if deciding in values:
-                        return deciding
-                return None if None in values else not deciding
-            case f.Implies(premise, conclusion):
-                return self._evaluate_formula(f.Or((f.Not(premise), conclusion)), scope, unfolded)
-            case f.Exists(variable, body) | f.ForAll(variable, body):
-                deciding = isinstance(formula, f.Exists)
-                if self._evaluate_formula(body, {**scope, variable.name: None}, unfolded) is (not deciding):
-                    return not deciding
-                is_decided = any(
-                    self._evaluate_formula(body, {**scope, variable.name: term}, unfolded) is deciding
-                    for term in self._list_possible_terms(variable)
-                )
-                return deciding if is_decided else None
-            case _:
-                return None
+    def _is_impossible(self, condition: _Condition) -> bool:
+        """Whether no instance of a condition can be met; None in its scope stands for any object."""
+        formula, scope, truth, _ = condition
+        fact = self._find_stored_fact(condition)
+        if fact is not None:
+            return self._is_fact_impossible(fact, truth=truth)
+        if isinstance(formula, f.Equals):
+            one, other = [self._prover.resolve_term(term, scope) for term in (formula.left, formula.right)]
+            if isinstance(one, int) and isinstance(other, int):
+                return (one == other) is not truth
+            return not truth and one == other and one is not None
+        are_all_needed, parts = self._split_condition(condition)
+        return (any if are_all_needed else all)(map(self._is_impossible, parts))
 
-    def _try_to_suppose(
-        self,
-        formula: f.Formula,
-        scope: _ArgumentScope,
-        unfolded: frozenset[str] = frozenset(),
-        *,
-        truth: bool,
-    ) -> bool:
-        """Suppose that a formula is true (or false), and record the consequences.
+    def _try_to_suppose(self, condition: _Condition) -> bool:
+        """Suppose that a condition is met, and record the consequences.
 
         Return False if the consequences contradict earlier suppositions.
         """
-        value = self._evaluate_formula(formula, scope, unfolded)
-        if value is not None:
-            return value is truth
+        are_all_needed, parts = self._split_condition(condition, is_supposed=True)
+        if are_all_needed and parts and not isinstance(condition.formula, f.Exists | f.ForAll):
+            return all(map(self._try_to_suppose, parts))
+        if self._is_impossible(condition):
+            return False
+        if self._is_impossible(condition._replace(truth=not condition.truth)):
+            return True
+        fact = self._find_stored_fact(condition)
+        if fact is not None:
+            return self._add_fact(fact, truth=condition.truth)
+        if not are_all_needed:
+            parts = [part for part in parts if not self._is_impossible(part)]
+        return (not are_all_needed and len(parts) > 1) or all(map(self._try_to_suppose, parts))
+
+    def _split_condition(
+        self, condition: _Condition, *, is_supposed: bool = False
+    ) -> tuple[bool, Sequence[_Condition]]:
+        """Return whether all parts of a condition must be met (if False, one part), and the parts.
+
+        A condition that cannot be split has no parts.
+        """
+        formula, scope, truth, unfolded = condition
         match formula:
-            case f.Atom(predicate, terms):
-                arguments = tuple([self._exclusion.resolve_term(term, scope) for term in terms])
-                if predicate not in self._exclusion.rules.vocabulary.derived_by_name:
-                    return self._add_fact(_FactPattern(predicate, arguments), truth=truth)
-                inner = None if predicate in unfolded else self._unfold_definition(predicate, arguments)
-                return inner is None or self._try_to_suppose(*inner, unfolded | {predicate}, truth=truth)
+            case f.Atom(predicate, terms) if predicate not in unfolded:
+                derived = self._prover.rules.vocabulary.derived_by_name.get(predicate)
+                defined = None if derived is None else find_definition(derived)
+                if defined is not None:
+                    arguments = [self._prover.resolve_term(term, scope) for term in terms]
+                    inner = dict(zip([p.name for p in defined.parameters], arguments, strict=True))
+                    return True, [_Condition(defined.definition, inner, truth, unfolded | {predicate})]
             case f.Not(operand):
-                return self._try_to_suppose(operand, scope, unfolded, truth=not truth)
-            case f.Implies(premise, conclusion):
-                return self._try_to_suppose(f.Or((f.Not(premise), conclusion)), scope, unfolded, truth=truth)
+                return True, [_Condition(operand, scope, not truth, unfolded)]
             case f.And(operands) | f.Or(operands):
-                if isinstance(formula, f.And) is truth:
-                    return all(
-                        self._try_to_suppose(operand, scope, unfolded, truth=truth) for operand in operands
-                    )
-                undecided = [
-                    operand
-                    for operand in operands
-                    if self._evaluate_formula(operand, scope, unfolded) is None
-                ]
-                return len(undecided) > 1 or self._try_to_suppose(undecided[0], scope, unfolded, truth=truth)
-            case f.Exists(variable, body) | f.ForAll(variable, body):
-                if isinstance(formula, f.Exists) is not truth:
-                    is_general = variable.category is None
-                    return not is_general or self._try_to_suppose(
-                        body, {**scope, variable.name: None}, unfolded, truth=truth
-                    )
-                if None in scope.values():  # None: several objects, which may need different values
-                    return True
-                self._unknown += 1
-                return self._try_to_suppose(
-                    body, {**scope, variable.name: f"{self._unknown}"}, unfolded, truth=truth
+                parts = [_Condition(operand, scope, truth, unfolded) for operand in operands]
+                return isinstance(formula, f.And) is truth, parts
+            case f.Implies(premise, conclusion):
+                either = (
+                    _Condition(premise, scope, not truth, unfolded),
+                    _Condition(conclusion, scope, truth, unfolded),
                 )
+                return not truth, either
+            case f.Exists(variable, body) | f.ForAll(variable, body):
+                is_one_enough = isinstance(formula, f.Exists) is truth
+                return True, [
+                    _Condition(body, {**scope, variable.name: term}, truth, unfolded)
+                    for term in self._list_instances(
+                        variable, scope, is_one_enough=is_one_enough, is_supposed=is_supposed
+                    )
+                ]
+        return True, ()
+
+    def _list_instances(
+        self, variable: f.Variable, scope: _ArgumentScope, *, is_one_enough: bool, is_supposed: bool
+    ) -> list[_FactArgument]:
+        """Return the objects that stand for the variable of a quantifier.
+
+        If ``is_supposed``, the caller supposes the formula. Otherwise it tests if the formula is impossible.
+        """
+        if is_one_enough and is_supposed:
+            self._unknown += 1
+            # None in the scope stands for any object, and each object can need another value.
+            return [] if None in scope.values() else [f"{self._unknown}"]
+        if is_one_enough or is_supposed:
+            return [None] if is_one_enough or variable.category is None else []
+        objects = dict.fromkeys(i for fact in self._true for i in fact.arguments)
+        if variable.category is None:
+            return [*objects]
+        members = [_FactPattern(variable.category, (i,), True) for i in objects if isinstance(i, int)]
+        return [member.arguments[0] for member in members if self._answer((member,))]
+
+    def _find_stored_fact(self, condition: _Condition) -> _FactPattern | None:
+        """Return the fact of a condition that is an atom of a stored predicate; None for other conditions."""
+        match condition.formula:
+            case f.Atom(predicate, terms) if predicate not in self._prover.rules.vocabulary.derived_by_name:
+                arguments = [self._prover.resolve_term(term, condition.scope) for term in terms]
+                return _FactPattern(predicate, tuple(arguments))
             case _:
-                return True
+                return None
 
     def _add_fact(self, fact: _FactPattern, *, truth: bool) -> bool:
         if not truth:
@@ -413,56 +468,34 @@ class _SupposedState:
             self._true[fact] = _replace_unknown_by_none(fact)
         return True
 
-    def _evaluate_fact(self, fact: _FactPattern) -> bool | None:
-        """Return whether a fact (or every fact that a pattern matches) holds; None if it is unknown."""
+    def _is_fact_impossible(self, fact: _FactPattern, *, truth: bool) -> bool:
+        """Whether all instances of a fact must be false, or (``truth`` False) must be true."""
+        rules, general = self._prover.rules, _replace_unknown_by_none(fact)
         if fact in self._true:
-            return True
-        if fact.predicate not in self._exclusion.rules.changed:
-            are_known = all(isinstance(other, int) for other in fact.arguments)
-            holds = self._exclusion.holds_at_start(_replace_unknown_by_none(fact))
-            return holds if are_known or not holds else None
-        if any(_matches_pattern(fact, other) for other in self._false):
+            return not truth
+        if fact.predicate not in rules.changed:
+            return (truth or (general == fact and None not in fact.arguments)) and (
+                self._answer((general,)) is not truth
+            )
+        return truth and (
+            any(_matches_pattern(fact, other) for other in self._false)
+            or any(self._exclude_each_other(general, other) for other in self._true.values())
+        )
+
+    def _exclude_each_other(self, one: _FactPattern, other: _FactPattern) -> bool:
+        """Whether two facts without unknown objects exclude each other."""
+        rules = self._prover.rules
+        if one.predicate == other.predicate:
+            different = one != other and None not in one.arguments + other.arguments
+            if different and one.predicate in rules.single and one.arguments[:-1] == other.arguments[:-1]:
+                return True
+        elif {*one.arguments}.isdisjoint({*other.arguments} - {None}):
             return False
-        rivals = self._exclusion.rules.rivals[fact.predicate]
-        general = _replace_unknown_by_none(fact)
-        for other in self._true.values():
-            if other.predicate in rivals and self._induction.are_exclusive(general, other):
-                return False
-        return None
-
-    def _unfold_definition(
-        self, predicate: str, arguments: tuple[_FactArgument, ...]
-    ) -> tuple[f.Formula, _ArgumentScope] | None:
-        defined = find_definition(self._exclusion.rules.vocabulary.derived_by_name[predicate])
-        if defined is None:
-            return None
-        return defined.definition, dict(zip([p.name for p in defined.parameters], arguments, strict=True))
-
-    def _list_possible_terms(self, variable: f.Variable) -> list[_FactArgument]:
-        objects = dict.fromkeys(term for fact in self._true for term in fact.arguments)
-        if variable.category is None:
-            return [*objects]
-        category = self._exclusion.scene.get_category_mask(variable.category)
-        return [term for term in objects if isinstance(term, int) and category >> term & 1]
-
-
-def _find_negated_predicates(formulas: Iterable[f.Formula], vocabulary: Vocabulary) -> set[str]:
-    """Return the stored predicates of negated atoms in formulas, and in the definitions of predicates."""
-    pending, seen, denied = [*formulas], set[str](), set[str]()
-    while pending:
-        for part in walk_subformulas(pending.pop()):
-            match part:
-                case f.Not(operand):
-                    denied |= {*find_predicates(operand)}
-                case f.Atom(name) if name in vocabulary.derived_by_name and name not in seen:
-                    seen.add(name)
-                    defined = find_definition(vocabulary.derived_by_name[name])
-                    pending += [] if defined is None else [defined.definition]
-    return {*find_stored_predicates(denied, vocabulary)}
-
-
-def _make_fact_sort_key(fact: _FactPattern) -> tuple[str, list[int]]:
-    return fact.predicate, [argument if isinstance(argument, int) else -1 for argument in fact.arguments]
+        if other.predicate not in rules.rivals.get(one.predicate, ()):
+            return False
+        if _matches_pattern(one, other) or _matches_pattern(other, one):
+            return False
+        return self._are_exclusive(tuple(sorted((one, other), key=str)))
 
 
 def _replace_unknown_by_none(fact: _FactPattern) -> _FactPattern:
@@ -474,4 +507,14 @@ def _matches_pattern(fact: _FactPattern, pattern: _FactPattern) -> bool:
     return fact.predicate == pattern.predicate and all(
         expected in (None, argument)
         for expected, argument in zip(pattern.arguments, fact.arguments, strict=True)
+    )
+
+
+def _renumber(facts: _Facts, numbers: Mapping[int, int] | Sequence[int]) -> _Facts:
+    """Return facts with other numbers for their objects."""
+    return tuple(
+        [
+            fact._replace(arguments=tuple([numbers[i] if isinstance(i, int) else i for i in fact.arguments]))
+            for fact in facts
+        ]
     )

@@ -86,7 +86,7 @@ class GreedySearch:
     def estimate_cost_and_preferred_actions(
         self, node: PlanNode, subgoals: tuple[Subgoal, ...], action_goal_count: int
     ) -> tuple[float, tuple[Action, ...]]:
-        """Return a state's estimated cost up to the target of `search`, and the state's preferred actions."""
+        """Return the estimated cost of subgoals and action goals, and the preferred actions of a state."""
         estimates = self.make_estimates(node, subgoals)
         preferred = _PreferredActions(self.heuristic, estimates)
         total = 0.0
@@ -136,7 +136,7 @@ class _SingleGreedySearch:
         return self._add_state(self._start) or run_best_first_search(self._open.pop, self._expand_state)
 
     def _expand_state(self, expansion: _QueuedExpansion) -> PlanNode | SearchEndReason | None:
-        """Expand a state by its preferred actions.
+        """Expand a state by its preferred actions: applicable actions on cheapest estimated paths.
 
         A thorough search later expands the state by all other actions.
         """
@@ -161,7 +161,7 @@ class _SingleGreedySearch:
         return self._effort.is_used_up or self._searches.is_over
 
     def _add_state(self, node: PlanNode) -> PlanNode | None:
-        """Estimate the cost of a new state and queue the state. Return its node if it reaches the target."""
+        """Queue a node by its estimated cost, or return the node if its state is the target of the search."""
         self._effort.used += 1
         ahead, preferred = self._searches.estimate_cost_and_preferred_actions(node, *self._target)
         if ahead == 0.0:

@@ -34,7 +34,7 @@ _TRUE, _FALSE = 0, 1
 """Numbers of two nodes in the graph: the condition that always holds, and the condition that never holds."""
 
 _MAX_CONDITIONS = 30_000
-"""Maximum number of conditions in a graph; further conditions are assumed to hold."""
+"""Maximum number of conditions in a `_RelaxationGraph`; further conditions are assumed to hold."""
 
 _MAX_VALUES = 60
 """Maximum number of values of a quantified variable up to which a graph has one condition for each value."""
@@ -49,7 +49,7 @@ _MAX_CUT_SIZE = 250
 """Maximum number of actions of a landmark (cut); only the first landmark may have more."""
 
 _CONDITIONS_PER_EFFORT = 20
-"""Number of conditions in the graph that count as one unit of effort in each search for a landmark."""
+"""Number of conditions in the graph that count as one operation in each search for a landmark."""
 
 
 class _RelaxationGraph:
@@ -98,7 +98,7 @@ class _RelaxationGraph:
 
     @property
     def size(self) -> int:
-        """Number of conditions in the graph."""
+        """Number of conditions and changes in the graph."""
         return len(self._parts)
 
     def find_cut_without(self, actions: Collection[Action]) -> list[Action] | None:
@@ -122,9 +122,9 @@ class _RelaxationGraph:
     def _find_conditions_from_actions_to_goals(
         self, actions: Collection[Action], reached: bytearray
     ) -> dict[int, None]:
-        """Return the numbers of unreached conditions that lead from given actions to the goals, goals first.
+        """Return the numbers of unreached conditions between the given actions and the goals, goals first.
 
-        If all parts of a condition are needed, the search follows one failing part; otherwise every part.
+        If all parts of a condition are needed, the search follows one unreached part; otherwise every part.
         """
         seen = {self._goal: None}
         pending = deque(seen)
@@ -148,9 +148,9 @@ class _RelaxationGraph:
         return seen
 
     def _group_actions_making(self, node_number: int) -> list[tuple[Sequence[Action], list[int]]]:
-        """Return groups of actions that make a change, each group with its conditions.
+        """Return groups of actions that make the change of a node, each group with its conditions.
 
-        The result is [] if the number stands for a condition instead of a change.
+        The result is [] if the node is a condition instead of a change.
         """
         change = self._changes.get(node_number)
         if change is None:
@@ -182,7 +182,7 @@ class _RelaxationGraph:
         return reached
 
     def _add_actions_making(self, node_numbers: Iterable[int]) -> bool:
-        """Add the actions that make some changes to the graph. Return whether any action was added."""
+        """Extend the graph by the actions that make changes among its nodes. Return whether it grew."""
         fresh = [
             (number, action)
             for number in node_numbers
@@ -275,7 +275,7 @@ class _RelaxationGraph:
         result = self._numbers.get(key)
         if result is not None and not truth and key in self._open:  # circular definition
             return self._add_changes_node(self._change_finder.find_changes_of_all_predicates_in(atom))
-        if result is None:  # inside a recursive definition, the atom gets this new number
+        if result is None:  # a recursive definition refers to the atom by this number
             number = self._numbers[key] = self._add_graph_node((), 1, 0)
             self._open.add(key)
             inner = dict(zip([p.name for p in defined.parameters], arguments, strict=True))
@@ -464,14 +464,14 @@ class _HittingSetSearch:
             bit: reduce(or_, patterns_of_bit) for bit, patterns_of_bit in self._with_bit.items()
         }
         self._branches = 0
-        self.best: tuple[int, ...] = self._cover_greedily(mask)
+        self.best: tuple[int, ...] = self._cover_cuts_greedily(mask)
         self.least = self._count_disjoint_cuts(mask)
         if self.least < len(self.best):
             self._search_smaller_cover(mask, ())
             if self._branches <= _MAX_BRANCHES:
                 self.least = len(self.best)
 
-    def _cover_greedily(self, cuts_mask: int) -> tuple[int, ...]:
+    def _cover_cuts_greedily(self, cuts_mask: int) -> tuple[int, ...]:
         chosen = []
         for bit, patterns in self._with_bit.items():
             if cuts_mask & bit:
@@ -480,7 +480,7 @@ class _HittingSetSearch:
         return tuple(chosen)
 
     def _count_disjoint_cuts(self, cuts_mask: int) -> int:
-        """Count disjoint landmarks, chosen greedily: no two of them share an action (pattern)."""
+        """Count disjoint landmarks, chosen greedily: no two landmarks share an action."""
         number = 0
         for bit, covered in self._covered_with.items():
             if cuts_mask & bit:

@@ -36,11 +36,11 @@ _WHOLE_GOAL_FACTOR = 4
 _MAX_DIRECT_COST = 12.0
 """Maximum estimated cost of a goal that one search reaches directly.
 
-The prerequisites of a costlier goal are reached first.
+For a costlier goal, the conditions that must hold before it are reached first.
 """
 
 _NEXT_ACTION = -1
-"""Number that stands for one of the goals: to take the next operator of `PlanningGoal.actions`."""
+"""Number of the goal to take the next operator of `PlanningGoal.actions`; other goals count from 0."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -262,11 +262,11 @@ class _GoalAgenda:
             self._estimate_cost(i, node, estimates)
             heapq.heappush(queue, (is_easy, self._costs[i], i, True))
 
-    def _estimate_cost(self, i: int, node: PlanNode, estimates: CostEstimates) -> None:
-        if i == _NEXT_ACTION:
-            self._costs[i] = estimates.find_cheapest_action(self._search.successors.goals[node.met]).cost
+    def _estimate_cost(self, goal: int, node: PlanNode, estimates: CostEstimates) -> None:
+        if goal == _NEXT_ACTION:
+            self._costs[goal] = estimates.find_cheapest_action(self._search.successors.goals[node.met]).cost
         else:
-            self._costs[i] = estimates.estimate(self._goals[i])
+            self._costs[goal] = estimates.estimate(self._goals[goal])
 
     def _reach_goal_by_parts(
         self, node: PlanNode, goal: Subgoal, protected: tuple[Subgoal, ...], limits: Limits

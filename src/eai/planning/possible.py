@@ -26,7 +26,10 @@ from eai.world.operator import Check, Operator
 from eai.world.state import Fact, State
 
 _MAX_LOOKS, _ACTION_LOOKS = 6_000_000, 30
-"""Maximum number of objects tried as arguments; number of tries that each examined action counts as."""
+"""Maximum number of operations to find the possible facts; number of operations that each action counts as.
+
+An object that is tried as an argument of an action counts as one operation.
+"""
 
 _GroundLiteral: TypeAlias = tuple[str, tuple[int, ...], bool]
 """A predicate, its arguments, and whether it is true."""
@@ -126,7 +129,7 @@ class PossibleFacts:
                 met = sum(any(self.holds(body, inner) for inner in row) for row in rows)
                 smaller = min(len(rows), len(rows[0]) if rows else 0)
                 return not truth or met >= (smaller if formula.count is None else formula.count)
-        raise TypeError(f"expected a formula about one state, found {type(formula).__name__}")
+        raise TypeError(f"{type(formula).__name__} is not about one state: use no temporal operators")
 
     def _generate_instance_scopes(self, variable: f.Variable, scope: Scope) -> Iterator[Scope]:
         mask = self._scene.get_category_mask(variable.category)

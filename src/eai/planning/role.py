@@ -1,6 +1,6 @@
 """Roles of operators: movement, taking an object, releasing an object, or another change of the world.
 
-The roles reveal which predicates describe the places of objects.
+The roles reveal which predicates describe the places of objects, and which describe held objects.
 """
 
 from __future__ import annotations

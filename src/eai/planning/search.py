@@ -1,4 +1,15 @@
-"""Best-first search: the nodes, open list, loop, limits and effort of all searches."""
+"""Best-first search: the nodes, open list, loop, limits and effort of all searches.
+
+A best-first search visits the first open node until it finds a goal or no node is left. Searches differ in
+the order of nodes, the allowed actions and the goal:
+
+* `greedy_search` reaches conditions on a declared domain, guided by a heuristic;
+* `eai.pddl.search` solves problems with given operators, guided by a heuristic on ground literals;
+* `uniform_cost` of subgoal decomposition finds all shortest plans for one subgoal;
+* `repair.search` finds fewest edits of a plan. Its nodes are edited plans instead of states.
+
+Effort counts operations, never time, so equal input gives equal output.
+"""
 
 from __future__ import annotations
 
@@ -92,7 +103,7 @@ class SearchEndReason(str, Enum):
     UNREACHABLE = "unreachable"
     """The search proved that the permitted actions lead to no goal."""
     STATES = "states"
-    """The search reached a limit."""
+    """The search reached a limit, of states or of other operations, and decided nothing."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)

@@ -14,7 +14,7 @@ from eai.world.state import Scene, State
 
 
 class Subgoal(NamedTuple):
-    """A condition that must be true, or (``truth`` False) false, for the objects in ``scope``."""
+    """A condition that must be true, or (``truth`` False) false; ``scope`` maps free variables to objects."""
 
     formula: f.Formula
     scope: Scope
@@ -35,7 +35,10 @@ class GroundAtom(NamedTuple):
 
 
 SubgoalParts: TypeAlias = AllOf[Subgoal] | AnyOf[Subgoal] | ExactlyOf[Subgoal] | AndOrTreePairing[Subgoal]
-"""Parts of a condition, combined by how many must hold: all, any, a number, or cells of a table."""
+"""Parts of a condition, and which of them must hold: all, at least one, an exact number, or pairs.
+
+For pairs, the parts form a table: a number of parts must hold, no two of them in one row or column.
+"""
 
 
 class SubgoalSplitter:
@@ -63,7 +66,7 @@ class SubgoalSplitter:
         return GroundAtom(atom.predicate, arguments, subgoal.truth)
 
     def split_into_parts(self, subgoal: Subgoal) -> SubgoalParts | None:
-        """Return the parts of a compound condition, and which must hold; None for other conditions."""
+        """Return the parts of a compound condition and how many must hold; None for other conditions."""
         formula, scope, truth = subgoal
         match formula:
             case f.Not(operand):
@@ -108,9 +111,9 @@ class SubgoalSplitter:
     def _find_objects_meeting_a_conjunct(
         self, variable: f.Variable, body: f.Formula, scope: Scope
     ) -> list[int]:
-        """Return the usable values of a variable for which at least one conjunct of the body holds.
+        """Return the values of a variable for which at least one conjunct of the body holds.
 
-        If there are no such values, all usable values are returned.
+        Values are objects that actions may use. If a conjunct holds for none of them, return all values.
         """
         usable = self._find_usable_objects(variable)
         parts = body.operands if isinstance(body, f.And) else ()

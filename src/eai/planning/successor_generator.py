@@ -12,10 +12,13 @@ from eai.world.operator import Operator
 from eai.world.state import State
 
 ACTION_BINDINGS = 10
-"""Number of tried values that one action counts as in limits, because an action takes more time."""
+"""Number by which a tried action raises the search's count of tried parameter values, which has a limit.
+
+It is more than one, because an action takes more time to try than a value.
+"""
 
 PlanNode: TypeAlias = SearchNode[State, Action]
-"""Node of a search on a declared domain; ``met`` counts the required operators that the path has executed."""
+"""Node of a search for a plan; ``met`` is the number of required operators that the path has executed."""
 
 
 class SuccessorGenerator:
@@ -56,7 +59,7 @@ class SuccessorGenerator:
     def generate_applicable_actions(
         self, node: PlanNode, bindings: SearchEffort | None = None
     ) -> Iterator[Action]:
-        """Yield all actions that are possible in a node, until the limit of bindings is exceeded."""
+        """Yield all actions that are possible in a node, until ``bindings`` exceeds its limit of values."""
         for operator in self._domain.operators:
             yield from generate_applicable_of_operator(
                 self._domain, operator, node.state, self.objects, bindings

@@ -11,7 +11,7 @@ from typing import Any
 import pytest
 
 import eai
-from eai.abilities.action_sequencing.scorer import ActionSequencing
+from eai.abilities.action_sequencing.scorer import ActionSequencingScorer
 from eai.abilities.protocol import Ability
 from eai.abilities.verdict import Unreadable
 from eai.planning.planner import Planner
@@ -38,14 +38,14 @@ planner = cache(Planner)
 
 
 @cache
-def good_plans(name: str) -> list[tuple[ActionSequencing, tuple[Action, ...]]]:
+def good_plans(name: str) -> list[tuple[ActionSequencingScorer, tuple[Action, ...]]]:
     """Yield short plans that succeed, each with the scorer of its task."""
     suite, book = eai.open(name, "action_sequencing"), answer_book(name, Ability.ACTION_SEQUENCING)
     found = []
     for task_id in suite.task_ids:
         scorer, gold = suite.scorer(task_id), book[task_id]
         text = gold.join(gold.parts)
-        if not isinstance(scorer, ActionSequencing) or len(gold.parts) > 6:
+        if not isinstance(scorer, ActionSequencingScorer) or len(gold.parts) > 6:
             continue
         if not getattr(scorer.score(text), "success", None):
             continue
@@ -97,7 +97,7 @@ def edited(plan: PlanSteps, edits: Sequence[PlanEdit]) -> tuple[Action | None, .
     return tuple(steps)
 
 
-def draw(name: str, random: Random) -> tuple[ActionSequencing, tuple[Action | None, ...], list[Action]]:
+def draw(name: str, random: Random) -> tuple[ActionSequencingScorer, tuple[Action | None, ...], list[Action]]:
     """Return a plan with some faults, and the few actions that edits may insert."""
     scorer, plan = random.choice(good_plans(name))
     states = [*execute_plan(scorer.domain, scorer.task.initial, plan).states]
@@ -114,7 +114,7 @@ def draw(name: str, random: Random) -> tuple[ActionSequencing, tuple[Action | No
     return scorer, faulty, actions
 
 
-def restricted(scorer: ActionSequencing, plan: PlanSteps, actions: Sequence[Action]) -> Repairer:
+def restricted(scorer: ActionSequencingScorer, plan: PlanSteps, actions: Sequence[Action]) -> Repairer:
     """Return a repairer that inserts the given actions only."""
     task = scorer.task
     named = [i for step in (*plan, *actions) if step is not None for i in step.arguments]

@@ -111,7 +111,7 @@ class PlanStateCache:
         return missed
 
     def compute_path(self, plan: EditedPlan, begin: PlanPath, at: int) -> PlanPath:
-        """Return the path of a plan: the moments before the entries of the plan, as in `PlanPath`.
+        """Return the path of a plan: the moments before its entries, up to the first impossible step.
 
         Args:
             plan: the plan.
@@ -127,7 +127,10 @@ class PlanStateCache:
         return tuple(moments)
 
     def count_failed_steps_and_goals(self, steps: PlanSteps, moment: PlanMoment) -> int:
-        """Count the steps that fail from a moment on, plus the goals missed at the end."""
+        """Count the steps that fail from a moment on, plus the goals missed at the end.
+
+        Steps that fail are skipped.
+        """
         failed = 0
         for action in steps:
             if action is not None:
@@ -143,12 +146,15 @@ class PlanStateCache:
         return len(path) > len(plan) and taken == len(self.goal.actions) and not self.find_unmet_goals(number)
 
     def reaches_goal(self, plan: EditedPlan, start: PlanMoment = START[0]) -> bool:
-        """Whether a plan reaches the goal from the moment ``start`` on."""
+        """Whether a plan that begins at the moment ``start`` reaches the goal."""
         return self.plan_succeeds(plan, self.compute_path(plan, (start,), 0))
 
 
 HelpingEdits: TypeAlias = tuple[int, tuple[Action | None, ...]]
-"""Position in a plan, and actions to insert there. None as action means that the entry is deleted."""
+"""Alternative edits at one position of a plan: the position, and actions. An edit inserts one action.
+
+The action None stands for the deletion of the entry at the position.
+"""
 
 
 EditsFinder: TypeAlias = "Callable[[EditedPlan, PlanPath], list[HelpingEdits]]"
@@ -156,7 +162,10 @@ EditsFinder: TypeAlias = "Callable[[EditedPlan, PlanPath], list[HelpingEdits]]"
 
 
 def make_edits_finder(states: PlanStateCache) -> EditsFinder:
-    """Return a function that finds the edits that may resolve the conflicts of plans for one task."""
+    """Return a function that finds edits that may resolve the conflict of an edited plan.
+
+    A plan's conflict is its first impossible step, or else a goal that the plan misses at its end.
+    """
     return _HelpingEditFinder(states).find_edits_towards_repair
 
 

@@ -54,7 +54,7 @@ class PlanEdit(NamedTuple):
 
 
 def make_unedited_plan(plan: PlanSteps) -> EditedPlan:
-    """Return the entries of a plan without edits."""
+    """Return a plan as an edited plan whose steps are all unchanged."""
     return tuple([EditedPlanStep(i, action) for i, action in enumerate(plan)])
 
 
@@ -130,7 +130,7 @@ class EditCost(NamedTuple):
     insertions: int
 
     def count_min_edits_with_more(self, further_steps: int) -> int:
-        """Return the minimum number of edits of the plan after ``further_steps`` more steps are inserted."""
+        """Return the minimum number of edits after inserting ``further_steps`` steps into the edited plan."""
         return self.edits + max(0, further_steps - self.deletions)
 
 
@@ -215,8 +215,8 @@ def insert_or_delete_step(
 ) -> tuple[EditedPlan, FirstChangedPosition]:
     """Return a plan after one more edit, and the number of its first entry that differs.
 
-    Inserted and deleted steps are in the order of `put_insertions_before_deletions`. If ``inserted`` is None,
-    the entry at ``position`` is deleted.
+    Between unchanged steps, inserted steps come before deleted steps. If ``inserted`` is None, the entry at
+    ``position`` is deleted.
     """
     start = position
     while start and plan[start - 1].step >= 0 and plan[start - 1].action is None:

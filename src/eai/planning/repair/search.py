@@ -59,13 +59,16 @@ _MAX_PLANNER_STATES = 300
 """Maximum number of states that the planner may reach to complete a plan."""
 
 _START_FACTOR = 3
-"""Factor of the planner's limit of tests for its plan from the initial state, made once per task."""
+"""Factor by which the planner may test more actions for its plan from the initial state.
+
+This plan is made once per task.
+"""
 
 _ENABLING_LIMITS = Limits(20, looks=2_000)
 """Limits of each search for actions that make an impossible step possible."""
 
 _STEPS_PER_EFFORT = 8
-"""Number of executed steps that count as one unit of effort."""
+"""Number of executed steps that count as one operation of the search."""
 
 _MANY_EDITS, _LANDMARK_EFFORT = 5_000, 500
 """Two limits of the search for repairs that consist of a single edit.
@@ -81,10 +84,14 @@ _EASY_EFFORT = 60
 """Effort up to which a search for a repair computes no landmarks, since many plans need only one edit."""
 
 _PUSHES_PER_EFFORT = 4
-"""Number of plans put into the queue that count as one unit of effort."""
+"""Number of plans put into the queue that count as one operation of the search."""
 
 _CONFLICT_EFFORT, _EDITS_PER_EFFORT = 5, 80
-"""Effort of analyzing a conflict, for each moment of a path; number of edits for one unit of effort."""
+"""Two counts of operations for finding edits that may resolve a conflict.
+
+The first is the number of operations for each moment of the plan. The second is the number of edits that
+count as one operation.
+"""
 
 
 class Repairer:
@@ -171,10 +178,10 @@ class Repairer:
         )
         actions, moment = self._execute_possible_steps(plan, walk_effort)
         effort.used += walk_effort.used
-        further = self._plan_from(moment, max_tests)
+        further = self._find_plan_from(moment, max_tests)
         if further is not None:
             yield put_insertions_before_deletions(align_plans(plan, (*actions, *further)))
-        whole = self._plan_from_start(_START_FACTOR * max_tests)
+        whole = self._find_plan_from_start(_START_FACTOR * max_tests)
         if whole is not None:
             yield put_insertions_before_deletions(align_plans(plan, whole))
 
@@ -258,12 +265,12 @@ class Repairer:
         effort.used += undo_effort.used
         return plan
 
-    def _plan_from_start(self, max_tests: int) -> tuple[Action, ...] | None:
+    def _find_plan_from_start(self, max_tests: int) -> tuple[Action, ...] | None:
         if max_tests not in self._plans:
-            self._plans[max_tests] = self._plan_from(START[0], max_tests)
+            self._plans[max_tests] = self._find_plan_from(START[0], max_tests)
         return self._plans[max_tests]
 
-    def _plan_from(self, moment: PlanMoment, max_tests: int) -> tuple[Action, ...] | None:
+    def _find_plan_from(self, moment: PlanMoment, max_tests: int) -> tuple[Action, ...] | None:
         number, taken = moment
         goal = PlanningGoal(self.states.goal.conditions, self.states.goal.actions[taken:])
         result = self._planner.find_plan(
@@ -432,11 +439,11 @@ class _RepairSearch:
         while self.min_edits < known_edits and (node := self._waiting.pop()) is not None:
             updated = self._update_bounds(node)
             if updated.min_repair_edits > node.min_repair_edits:
-                self._queue_executed_node(updated)
+                self._add_to_queue(updated)
                 continue
             self.min_edits = max(self.min_edits, node.min_repair_edits)
             if self.effort.is_used_up:
-                self._queue_executed_node(updated)
+                self._add_to_queue(updated)
                 break
             if node.first_unknown < 0:
                 self._expand_node(updated)
@@ -446,22 +453,26 @@ class _RepairSearch:
         return None
 
     def _push_node(self, node: _RepairNode) -> None:
-        """Put a plan into the queue, at most once before and once after its execution."""
+        """Put a plan into the queue: at most once before it is executed, and at most once afterwards."""
         if (node.plan, node.first_unknown < 0) not in self._seen:
             self._seen.add((node.plan, node.first_unknown < 0))
-            self._queue_executed_node(node)
+            self._add_to_queue(node)
 
-    def _queue_executed_node(self, node: _RepairNode) -> None:
-        """Put a plan into the queue by its rank. Among plans with equal ranks, the newest comes first."""
+    def _add_to_queue(self, node: _RepairNode) -> None:
+        """Put a plan into the queue, even if it was queued before.
+
+        The plan whose repair needs fewest edits comes first, then the plan with fewest failures, then the
+        newest plan.
+        """
         self._pushed += 1
         self.effort.used += self._pushed % _PUSHES_PER_EFFORT == 0
         self._waiting.push(node, node.min_repair_edits, node.failures, -self._pushed)
 
     def _execute_plan_of(self, node: _RepairNode) -> bool:
-        """Execute a plan, and return whether it succeeds.
+        """Execute the plan of a node. Return True if the plan succeeds.
 
-        If the plan fails, queue it again. Also queue each plan with one more deletion that turns an insertion
-        into a replacement.
+        A plan that fails is queued again. So is each copy of the plan with one more deletion that turns an
+        insertion into a replacement.
         """
         self.effort.used += 1 + len(node.plan) // _STEPS_PER_EFFORT
         path = self._states.compute_path(node.plan, node.path, node.first_unknown)
@@ -480,9 +491,10 @@ class _RepairSearch:
         return False
 
     def _expand_node(self, node: _RepairNode) -> None:
-        """Queue the plan after each helping edit that adds no cost, and postpone costlier edits.
+        """Queue the plan with each helping edit that adds no cost, and postpone costlier edits.
 
-        Most postponed edits are never needed (partial expansion, Yoshizumi, Miura and Ishida 2000).
+        An edit helps if it may resolve the plan's conflict. Most postponed edits are never needed (partial
+        expansion, Yoshizumi, Miura and Ishida 2000).
         """
         edits = node.edits or self._find_edits(node.plan, node.path)
         self.effort.used += 0 if node.edits else _CONFLICT_EFFORT * len(node.path)
@@ -490,7 +502,7 @@ class _RepairSearch:
         max_cost = node.min_repair_edits
         for position, actions in edits:
             if self.effort.is_used_up:
-                self._queue_executed_node(node)
+                self._add_to_queue(node)
                 return
             if actions == (None,):
                 child = self._make_deletion_node(node, position)
@@ -500,7 +512,7 @@ class _RepairSearch:
             elif actions:
                 max_cost = max(max_cost, self._queue_insertions(node, position, actions, lacking))
         if max_cost > node.min_repair_edits:
-            self._queue_executed_node(node._replace(edits=edits, min_edits=node.min_repair_edits + 1))
+            self._add_to_queue(node._replace(edits=edits, min_edits=node.min_repair_edits + 1))
 
     def _queue_insertions(
         self, node: _RepairNode, position: int, actions: Sequence[Action | None], missing: dict[Action, int]
