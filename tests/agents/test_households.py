@@ -10,7 +10,7 @@ from typing import Any, NamedTuple
 
 import pytest
 
-from eai.abilities.action_sequencing.scorer import ActionSequencing
+from eai.abilities.action_sequencing.scorer import ActionSequencingScorer
 from eai.abilities.protocol import Ability
 from eai.abilities.reports import action_text
 from eai.abilities.verdict import PlanVerdict, Unreadable, compute_goal_gain
@@ -57,7 +57,7 @@ def gold_plans(name: str, store: Store) -> tuple[Plan, ...]:
     plans = []
     for task_id in suite.task_ids:
         scorer, answer = suite.scorer(task_id), book[task_id]
-        assert isinstance(scorer, ActionSequencing)
+        assert isinstance(scorer, ActionSequencingScorer)
         verdict = scorer.score(answer.text)
         assert isinstance(verdict, PlanVerdict)
         written = scorer.notation.read(answer.text)

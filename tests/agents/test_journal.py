@@ -132,9 +132,9 @@ def test_a_turn_that_cannot_be_written_returns_no_observation(
 
 def test_another_task_setting_or_key_is_refused(tmp_path: Path) -> None:
     path, key = journal_of(tmp_path, WINNING)
-    with pytest.raises(InputError, match="of another task or setting"):
+    with pytest.raises(InputError, match="of another task or other agent options"):
         read_journal(path, key, beginning(AgentSetting(budget=4)))
-    with pytest.raises(InputError, match="of another task or setting"):
+    with pytest.raises(InputError, match="of another task or other agent options"):
         EpisodeJournal(path, key, beginning(AgentSetting(budget=4)))
     with pytest.raises(InputError, match="line 1: wrong seal"):
         read_journal(path, b"x" * 32)
@@ -171,7 +171,7 @@ def test_a_journal_without_its_end_or_by_a_link_is_refused(tmp_path: Path) -> No
     with pytest.raises(InputError, match="not a link"):
         read_journal(link, key)
     path.write_bytes(b"")
-    with pytest.raises(InputError, match="expected a line that begins"):
+    with pytest.raises(InputError, match="no line begins an episode"):
         read_journal(path, key)
     with pytest.raises(InputError, match="cannot be read"):
         read_journal(tmp_path / "none", key)

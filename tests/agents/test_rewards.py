@@ -114,7 +114,7 @@ def test_a_query_without_its_prompt_earns_nothing_and_is_counted() -> None:
     task, text = gold("behavior", Ability.ACTION_SEQUENCING)
     prompt = f"Answer  as this one does: {text}\n"
     decoded = prompt.replace("  ", " ")
-    with pytest.warns(UserWarning, match="1 of 2 queries do not have their prompt: nothing is paid"):
+    with pytest.warns(UserWarning, match="1 of 2 queries do not contain their prompt: their reward is 0"):
         paid = reward_func([decoded, f"{prompt}{text}"], [prompt] * 2, [task] * 2)
     assert (paid["rewards"], paid["scores"]) == ([0, 1], [0, 1])
     assert paid["extra_logs"]["prompt_not_found"] == [1, 0]

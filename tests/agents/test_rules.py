@@ -114,7 +114,7 @@ def test_every_rule_has_a_place_in_the_label() -> None:
         "gamma": 0.5,
     }
     others |= {"until": "goal", "max_steps": 3, "budget": None, "admissible": True, "feedback": "facts"}
-    others["prompts"] = "short"
+    others |= {"prompts": "short", "verifier": True}
     assert others.keys() == {*GameRules.model_fields}
     standard = make_game_rules(STANDARD).model_dump(mode="json")
     for name, value in others.items():
@@ -221,7 +221,7 @@ def test_compare_takes_only_episodes_by_the_same_rules(eai: Command, tmp_path: P
     )
     refused = eai("compare", tmp_path / "fair", tmp_path / "easy")
     assert refused.status == 2
-    assert "by equal rules of the game" in refused.err
+    assert "with equal game rules" in refused.err
     same = eai("compare", tmp_path / "mixed" / f"rules-{EASY_NAME}", tmp_path / "easy")
     assert same.status == 0
     assert f"rules {EASY_NAME}" in " ".join(same.out.split())

@@ -106,7 +106,7 @@ def test_the_tools_are_made_from_the_declaration(tmp_path: Path) -> None:
             assert (await call(client, "fly")).failed
             assert (
                 await call(client, "act", action="x", objects="y")
-            ).text == "the arguments: expected action, a name, and objects, a list of names"
+            ).text == "arguments: expected `action`, the name of an action, and `objects`, a list of names"
             assert (await call(client, "act", action="x" * MAX_COMMAND, objects=[])).failed
             assert (await call(client, "act", action=WINNING[0])).failed
 
@@ -213,13 +213,13 @@ def test_a_folder_belongs_to_one_suite_setting_and_process(tmp_path: Path) -> No
         with pytest.raises(InputError, match="another process"), open_episode_server(tmp_path, SUITE, ONE):
             pass
     with (
-        pytest.raises(InputError, match="another setting"),
+        pytest.raises(InputError, match="other agent options"),
         open_episode_server(tmp_path, SUITE, ONE, AgentSetting(budget=4)),
     ):
         pass
     find_journal_path(tmp_path, ("moon", 1)).touch()
     with (
-        pytest.raises(InputError, match="folder is of other tasks"),
+        pytest.raises(InputError, match="this folder belongs to other tasks"),
         open_episode_server(tmp_path, SUITE, ONE),
     ):
         pass

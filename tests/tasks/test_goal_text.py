@@ -42,15 +42,18 @@ def test_the_agent_may_be_named_as_in_the_domain() -> None:
         ("Lit(lamp)", "line 1, column 1: Lit is no predicate and no action; did you mean lit?"),
         ("lit()", "line 1, column 1: lit takes 1 argument, not 0"),
         ("lit(box)", "there is no object box"),
-        ("exists b: bax. (lit(b))", "there is no object of the kind bax; did you mean box?"),
+        ("exists b: bax. (lit(b))", "the scene has no object of the category bax; did you mean box?"),
         ("lit(lamp", "line 1, column 9: expected ')' or ','"),
         ("LIFT(red)", "line 1, column 1: LIFT is no predicate and no action"),
         (toy.lit("lmap"), "there is no object lmap; did you mean lamp?"),
         (Atom("lot", (RED,)), "predicate lot is not declared; did you mean lit?"),
         (Atom("lit", (RED, RED)), "lit takes 1 argument, not 2"),
-        (Exists(BIX, toy.lit(BIX)), "there is no object of the kind bix; did you mean box?"),
-        (ForPairs(BOX, BIX, toy.at(BOX, BIX)), "there is no object of the kind bix; did you mean box?"),
-        (toy.lit(Variable("b")), "variable b is not bound"),
+        (Exists(BIX, toy.lit(BIX)), "the scene has no object of the category bix; did you mean box?"),
+        (
+            ForPairs(BOX, BIX, toy.at(BOX, BIX)),
+            "the scene has no object of the category bix; did you mean box?",
+        ),
+        (toy.lit(Variable("b")), "variable b is not bound by a quantifier, as in 'exists b: lamp. (lit(b))'"),
     ],
 )
 def test_a_mistake_in_a_goal_is_named(goal: Formula | str, problem: str) -> None:
@@ -62,7 +65,10 @@ def test_a_mistake_in_a_goal_is_named(goal: Formula | str, problem: str) -> None
 @pytest.mark.parametrize(
     ("goal", "problem"),
     [
-        ("LIFT() and lit(lamp)", "expected actions without objects, joined by 'or'"),
+        (
+            "LIFT() and lit(lamp)",
+            "expected actions without objects, joined by 'or', without other conditions",
+        ),
         ("lit(lamp) then LIFT()", "LIFT takes 1 object, not 0"),
     ],
 )

@@ -8,6 +8,7 @@ from typing import Any
 
 import pytest
 
+from agents.switches import SWITCHES
 from by_path import ROOT, TESTS
 from command_line import Command
 from eai.abilities.protocol import PAPER_ABILITIES, Ability
@@ -21,7 +22,7 @@ from eai.benchmarks.prompt_library import PromptLibrary
 from eai.benchmarks.registry import find_benchmark
 from eai.benchmarks.suite import open_suite
 from eai.pddl.planning import PlannerChoice
-from eai.tasks.source import Source
+from eai.tasks.source import Source, compute_task_sha256
 from eai.tasks.task_lines import make_task_line_schema, write_task_line
 from processes import eai as in_own_process
 
@@ -136,6 +137,26 @@ def test_what_is_no_task_is_refused_with_file_and_line(eai: Command, line: objec
             (LINE, {**LINE, "id": "two", "goals": ["lit(lamp_1)", "always not is_open(box)"], "plan": []}),
             "line 2: goals.1: no plan reaches it: the start already breaks always not is_open(box)",
         ),
+        (
+            (LINE, {**LINE, "id": "two", "shortest": LINE["plan"][:3]}),
+            "line 2: shortest: expected to reach goals.1",
+        ),
+        (
+            (LINE, {**LINE, "id": "two", "plan": [], "shortest": LINE["plan"][1:]}),
+            "line 2: shortest.1: expected a step that is possible and needed: missing_step",
+        ),
+        (
+            (LINE, {**LINE, "id": "two", "shortest": [["GO", "lamp_1"], ["GO", "ball"], *LINE["plan"]]}),
+            "line 2: shortest: expected at most 5 steps, as in plan, found 7",
+        ),
+        (
+            (LINE, {**LINE, "id": "two", "reference": LINE["plan"][1:]}),
+            "line 2: reference.1: expected a step that is possible and needed: missing_step",
+        ),
+        (
+            (LINE, {**LINE, "id": "two", "missing": ["lit(box)"], "plan": [], "shortest": LINE["plan"]}),
+            "line 2: shortest: expected none, as the goals are out of reach",
+        ),
     ],
 )
 def test_check_tells_what_is_not_as_it_says(eai: Command, lines: tuple[object, ...], message: str) -> None:
@@ -155,6 +176,36 @@ def test_any_number_of_workers_finds_the_same_mistakes_in_lines(eai: Command) ->
     assert alone.status == 2
     assert alone.out.count("is already used at") == 5
     assert "line 8: 'nowhere' is not a benchmark" in alone.out
+
+
+def test_a_reference_is_played_with_what_the_agent_sees(eai: Command) -> None:
+    base = "agents.switches:SWITCHES"
+    line = json.loads(write_task_line(find_benchmark(base).tasks(Source())["both"], base, SWITCHES.domain))
+    unseen = [["PRESS", "lamp"], ["GO", "shed"], ["PRESS", "torch"]]
+    outcome = eai("check", put("tasks.jsonl", {**line, "reference": unseen}))
+    assert outcome.status == 2
+    assert "line 1: reference.2: expected an action that is possible" in outcome.out
+    assert "you have not yet seen torch" in outcome.out
+
+
+def test_references_are_added_once_and_longer_ones_are_refused(eai: Command) -> None:
+    file = put("tasks.jsonl", LINE, "", {**LINE, "id": "two", "about": {"é": 1.5}})
+    before = [json.loads(line) for line in file.read_text().split("\n") if line]
+    for workers, added in ((2, "2 tasks"), (1, "0 tasks")):
+        outcome = eai("check", file, "--references", "--workers", workers)
+        assert (outcome.status, f"references of {added} added" in outcome.out) == (0, True)
+    lines = [json.loads(line) for line in file.read_text().splitlines()]
+    plans = {"shortest": LINE["plan"], "reference": LINE["plan"]}
+    assert lines == [line | plans for line in before]
+    padded = [["GO", "box"], ["GO", "ball"], *LINE["plan"]]
+    put("tasks.jsonl", lines[0], lines[1] | {"plan": [], "shortest": padded, "reference": padded})
+    content = file.read_bytes()
+    assert eai("check", file).status == 0
+    outcome = eai("check", file, "--references")
+    assert (outcome.status, file.read_bytes()) == (2, content)
+    for member in ("shortest", "reference"):
+        assert f"line 2: {member}: expected at most 6 steps, as a search finds, found 7" in outcome.out
+    assert "expected task files" in eai("check", "lamps:lamps", "--references").err
 
 
 def test_check_accepts_what_is_sound(eai: Command) -> None:
@@ -253,3 +304,16 @@ def test_a_run_takes_them_to_a_table() -> None:
     assert summary["task_success"]["numerator"] == 2
     told = in_own_process("explain", "runs/lamps-tasks/action_sequencing/eai_oracle", "one")
     assert "+ inside(ball, box)" in told.out
+
+
+def test_a_file_keeps_as_many_tasks_as_its_source_allows() -> None:
+    benchmark = find_benchmark(str(put("two.jsonl", LINE, {**LINE, "id": "two"})))
+    few, every = (benchmark.tasks(Source(kept=kept)) for kept in (1, None))
+    kept, other = few["one"], few["two"]
+    assert [compute_task_sha256(task) for task in (kept, other)] == [
+        *map(compute_task_sha256, every.values())
+    ]
+    assert few["two"] is other
+    assert few["one"] is not kept
+    assert every["one"] is every["one"]
+    assert benchmark.tasks(Source()) is every

@@ -211,7 +211,7 @@ class _Explorer:
         return plan
 
     def _revisit_landmarks(self) -> Sequence[Action]:
-        """Visit the landmarks again, because from some of them the agent may look into an opened object."""
+        """Visit the landmarks again: from some of them the agent can look into an object that it opened."""
         if not self._has_opened:
             return ()
         self._has_opened = False
@@ -219,8 +219,8 @@ class _Explorer:
         self._tried.clear()
         return self._find_plan()
 
-    def _get_category(self, index: int) -> str:
-        return self._game.task.scene.objects[index].category
+    def _get_category(self, object_index: int) -> str:
+        return self._game.task.scene.objects[object_index].category
 
     def _find_unreached_goals(self) -> list[Goal]:
         goals = zip(self._game.task.goals, self._game.reached, strict=True)
@@ -259,7 +259,10 @@ class _Explorer:
         return {i for i in self._game.task.relevant if not holds(present, {"x": i}, state)}
 
     def _plan_to_see_objects(self, targets: Sequence[tuple[int, Formula]]) -> Sequence[Action]:
-        """Return a plan to see hidden objects. It acts on one object, or else on all known objects."""
+        """Return a plan that makes the condition of a target true, so that the agent sees hidden objects.
+
+        Plans that use only the target are tried first, then plans that use all known objects.
+        """
         known = tuple(sorted(self._game.memory.known))
         if self._opened is not None and len(known) == self._opened[1]:
             self._fruitless[self._opened[0]] += 1
@@ -285,10 +288,10 @@ class _Explorer:
         return [(i, _replace_variable_x(visible, Constant(names[i].name))) for i in landmarks]
 
     def _find_closed_containers(self) -> Sequence[tuple[int, Formula]]:
-        """Return objects that may hide others, each with the condition under which it hides nothing.
+        """Return objects that can hide other objects, each with the condition under which it hides nothing.
 
-        Objects of goals come first, then kinds of objects that hid something or were never opened, then
-        visible objects.
+        Objects that goals name come first. Next come kinds of objects that were least often opened without
+        showing a new object, and among these the visible objects.
         """
         game, names = self._game, self._game.task.scene.objects
         near = set(game.memory.observation.visible)
@@ -312,14 +315,14 @@ class _Explorer:
 
 
 class _GoldPlanExplorer(_Explorer):
-    """Agent ``seeker``, which plays the gold plan, and explores before a step until its objects are known."""
+    """Agent ``seeker``, which plays the gold plan. Before a step with unknown objects it explores."""
 
     def __init__(self, game: Game, seed: int = 0) -> None:
         super().__init__(game)
         self._steps = deque(game.task.script)
 
     def _find_plan(self) -> Sequence[Action]:
-        """Return the next step of the gold plan if the step's objects are known, else a plan to see more."""
+        """Return the next step of the gold plan, or a plan to see objects if the step has unknown objects."""
         if self._steps and not self._game.memory.known.issuperset(self._steps[0].arguments):
             return (
                 self._plan_to_see_objects(self._find_unvisited_landmarks()) or self._plan_to_open_container()
@@ -342,7 +345,10 @@ class _GreedyAgent(_Explorer):
         self._target = (make_subgoals(goal.conditions, game.task.scene), len(goal.actions))
 
     def _plan_for_goals(self, limits: Limits = _FIRST_LIMITS) -> Sequence[Action]:
-        """Return the best action by estimated distance; empty if an object of an unmet goal is unknown."""
+        """Return the action with the smallest estimated distance to the goals after it.
+
+        The result is empty if an object of an unmet goal is unknown, or if no action is possible.
+        """
         game = self._game
         self._visited.add(game.state)
         if not self._game.task.find_objects_named_in_goals(self._find_unreached_goals()) <= game.memory.known:

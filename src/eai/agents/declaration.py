@@ -1,4 +1,7 @@
-"""Declare the ability ``acting``, whose answers are episodes, and compute the metrics of episodes."""
+"""Declare the ability ``acting``, whose answers are episodes, and compute the metrics of episodes.
+
+``docs/agents.md`` defines the metrics, with sources.
+"""
 
 from __future__ import annotations
 
@@ -34,7 +37,10 @@ if TYPE_CHECKING:
     from eai.tasks.task import Task
 
 WITHIN = {"within_1x": 1.0, "within_1.5x": 1.5, "within_2x": 2.0, "within_4x": 4.0}
-"""For each metric, the maximum length of a successful episode, as a multiple of the shortest known plan."""
+"""Mapping from rates of success to the maximum length of an episode that counts as a success.
+
+Lengths are multiples of the length of the shortest known plan.
+"""
 
 KINDS = tuple(ENDING_FAULTS)
 """Names of the kinds of impossible actions. Needless actions are counted separately."""
@@ -101,20 +107,20 @@ def _weight_success_by_path_length(won: bool, tried_actions: int, shortest_lengt
     return float(won) if tried_actions <= shortest_length else won * shortest_length / tried_actions
 
 
-def _make_scorer_factory(world: BenchmarkParts) -> Callable[[Task], Scorer]:
+def _make_scorer_factory(parts: BenchmarkParts) -> Callable[[Task], Scorer]:
     """Return a function that makes the scorer of a task.
 
     The import is delayed, so that reports do not load the engine.
     """
     from eai.agents.scorer import make_scorer_factory
 
-    return make_scorer_factory(world)
+    return make_scorer_factory(parts)
 
 
-def _make_question_and_answer(world: BenchmarkParts, task: Task) -> QuestionAndAnswer:
+def _make_question_and_answer(parts: BenchmarkParts, task: Task) -> QuestionAndAnswer:
     from eai.agents.scorer import make_question_and_answer
 
-    return make_question_and_answer(world, task)
+    return make_question_and_answer(parts, task)
 
 
 def _read_settings_of_episode(answer: str) -> Experiment | None:

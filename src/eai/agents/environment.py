@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import string
-from collections.abc import Container, Mapping, Sequence
+from collections.abc import Collection, Mapping, Sequence
 from dataclasses import dataclass
 from functools import cached_property
 from typing import Any
@@ -19,7 +19,7 @@ from eai.agents.observation import make_manual
 from eai.agents.reference import make_setup
 from eai.agents.rules import GameRules
 from eai.base.entry_points import get_entry_points, load_from_extension
-from eai.base.errors import InputError
+from eai.base.errors import InputError, did_you_mean
 from eai.benchmarks.benchmark import Benchmark
 from eai.benchmarks.registry import find_benchmark
 from eai.tasks.source import Source
@@ -256,7 +256,7 @@ def make(
     return TextEnvironment(found, task_ids, read, tasks, render_mode)
 
 
-def _check_task_ids(task_ids: Sequence[str], tasks: Container[str], benchmark: Benchmark) -> None:
+def _check_task_ids(task_ids: Sequence[str], tasks: Collection[str], benchmark: Benchmark) -> None:
     for task_id in task_ids:
         if task_id not in tasks:
-            raise InputError(f"{benchmark.name} has no task {task_id!r}")
+            raise InputError(f"{benchmark.name} has no task {task_id!r}{did_you_mean(task_id, tasks)}")

@@ -27,7 +27,7 @@ from eai.results.trials import AnswerKey
 from eai.tasks.prompts.prompt import Image
 
 HARNESS = "mcp"
-"""Name that records give as the harness of agents outside of this process."""
+"""Name of the harness in results of agents that run in another process."""
 
 _EPISODES, _ENDING = "episodes", ".journal"
 
@@ -51,15 +51,15 @@ def open_episode_server(
         InputError: another process uses the folder, the folder cannot be used, or it holds episodes of other
             tasks or settings.
     """
-    arena = EpisodeFactory(suite.benchmark, setting)
+    factory = EpisodeFactory(suite.benchmark, setting)
     with suppress(OSError):  # `lock_run_folder` raises if the folder is missing
         folder.mkdir(mode=0o700, parents=True)
     with lock_run_folder(folder):
-        worlds = EpisodeServer(folder, suite, episode_keys, arena, agent)
+        server = EpisodeServer(folder, suite, episode_keys, factory, agent)
         try:
-            yield worlds
+            yield server
         finally:
-            worlds.close()
+            server.close()
 
 
 class EpisodeServer:
@@ -71,12 +71,12 @@ class EpisodeServer:
     Args:
         folder: the folder.
         suite: the tasks.
-        places: the offered episodes: pairs of a task and a number, because a task may have several episodes.
-        arena: the benchmark and setting of the episodes.
+        episode_keys: the offered episodes: pairs of a task's id and the number of an episode of this task.
+        factory: the benchmark and setting of the episodes.
         agent: the name of the agent in the name of the response file.
 
     Attributes:
-        places: the offered episodes.
+        episode_keys: the offered episodes.
         tickets: the episode of each ticket, by the ticket's text.
 
     Raises:
@@ -84,15 +84,20 @@ class EpisodeServer:
     """
 
     def __init__(
-        self, folder: Path, suite: Suite, episode_keys: Sequence[AnswerKey], arena: EpisodeFactory, agent: str
+        self,
+        folder: Path,
+        suite: Suite,
+        episode_keys: Sequence[AnswerKey],
+        factory: EpisodeFactory,
+        agent: str,
     ) -> None:
         self._folder, self._suite, self._agent = folder, suite, to_file_name(agent)
         self._key = read_sealing_key(folder)
-        self._arena = arena
+        self._factory = factory
         self._open: dict[AnswerKey, tuple[RecordedGame, EpisodeJournal]] = {}
         self._written: set[AnswerKey] = set()
-        self.places = episode_keys
-        self.tickets = {self._make_access_ticket(place): place for place in episode_keys}
+        self.episode_keys = episode_keys
+        self.tickets = {self._make_access_ticket(key): key for key in episode_keys}
         self._write_answers()
 
     def play_command(self, key: AnswerKey, command: str) -> str:
@@ -103,18 +108,18 @@ class EpisodeServer:
         Raises:
             InputError: the folder cannot be written.
         """
-        play, journal = self._open_episode(key)
+        game, journal = self._open_episode(key)
         if journal.ended is not None:
             return OVER
-        if command == LOOK and not play.turns:
-            return self._arena.make_prompt(play.task).user
-        told = play.play_command(command)
-        journal.write_turns(play)  # the turn must be on disk before the agent reads the observation
+        if command == LOOK and not game.turns:
+            return self._factory.make_prompt(game.task).user
+        observation = game.play_command(command)
+        journal.write_turns(game)  # the turn must be on disk before the agent reads the observation
         if journal.ended is not None and key in self._written:
             self._write_answers()
         elif journal.ended is not None:
             self._append_answer(key)
-        return told
+        return observation
 
     def draw_pictures(self, key: AnswerKey) -> tuple[Image, ...]:
         """Return the pictures of the last observation in an episode (`RecordedGame.draw_pictures`)."""
@@ -126,9 +131,9 @@ class EpisodeServer:
         Raises:
             InputError: the folder cannot be written.
         """
-        for place in self.places:
-            if has_begun_episode(find_journal_path(self._folder, place)):
-                self._open_episode(place)[1].write_end()
+        for key in self.episode_keys:
+            if has_begun_episode(find_journal_path(self._folder, key)):
+                self._open_episode(key)[1].write_end()
         self._write_answers()
 
     def close(self) -> None:
@@ -164,15 +169,15 @@ class EpisodeServer:
             file.write(self._format_answer_line(key))
 
     def _get_episode_response_path(self, key: AnswerKey) -> Path:
-        """Return the path of an episode's response file. The n-th episodes of all tasks share a file."""
+        """Return the path of an episode's response file. Episodes of equal number share a file."""
         epoch = key[1]
         return self._folder / f"{self._agent}{'' if epoch == 1 else f'-{epoch}'}{LINES}"
 
     def _format_answer_line(self, key: AnswerKey) -> str:
         path = find_journal_path(self._folder, key)
         text = read_journal(path, self._key, must_be_ended=False)
-        if getattr(read_episode(text), "rules", None) != self._arena.rules:
-            raise InputError(f"{path}: the episode is of another setting; give another --out")
+        if getattr(read_episode(text), "rules", None) != self._factory.rules:
+            raise InputError(f"{path}: this episode was played with other agent options; give another --out")
         return json.dumps(dict(zip(COLUMNS, (key[0], text), strict=True))) + "\n"
 
     def _find_begun_episodes(self) -> list[AnswerKey]:
@@ -183,12 +188,12 @@ class EpisodeServer:
             task_id = unquote(path.name.removesuffix(_ENDING))
             if task_id not in order:
                 raise InputError(
-                    f"{path}: the folder is of other tasks, since {self._suite.domain} has no "
-                    f"{task_id!r}; give another --out"
+                    f"{path}: {self._suite.domain} has no task {task_id!r}, so this folder belongs to other "
+                    "tasks; give another --out"
                 )
             if has_begun_episode(path):
                 begun.append((task_id, int(path.parent.name)))
-        return sorted(begun, key=lambda place: (place[1], order[place[0]]))
+        return sorted(begun, key=lambda key: (key[1], order[key[0]]))
 
     def _open_episode(self, key: AnswerKey) -> tuple[RecordedGame, EpisodeJournal]:
         """Return an episode with its journal. Begin the episode if it has not begun."""
@@ -196,11 +201,11 @@ class EpisodeServer:
             task_id, epoch = key
             path, stage = (
                 find_journal_path(self._folder, key),
-                self._arena.make_setup(self._suite.tasks[task_id]),
+                self._factory.make_setup(self._suite.tasks[task_id]),
             )
             path.parent.mkdir(mode=0o700, parents=True, exist_ok=True)
-            play = RecordedGame(stage, self._arena.setting.slip_seed, epoch, harness=HARNESS)
-            self._open[key] = play, EpisodeJournal(path, self._key, play)
+            game = RecordedGame(stage, self._factory.setting.slip_seed, epoch, harness=HARNESS)
+            self._open[key] = game, EpisodeJournal(path, self._key, game)
         return self._open[key]
 
     def _make_access_ticket(self, key: AnswerKey) -> str:

@@ -83,12 +83,12 @@ class Game:
     """One game of a task, played by commands.
 
     Args:
-        stage: the task, ready to be played.
+        stage: the task, prepared for games.
         seed: the seed of slips, the random failures of possible actions.
-        epoch: the number of the game among games with this seed.
+        epoch: the number of the game. Each number gives other slips with the same seed.
 
     Attributes:
-        stage: the setup of the game, with the values that all games of the task share.
+        stage: the task, with the values that all games of the task share.
         task: the task.
         ended: the reason for the end of the game; None if it goes on.
         won: whether the game has ended with all goals reached, and with `DONE` if the rules require it. A
@@ -96,7 +96,8 @@ class Game:
         refused: the agent's reason for calling the task impossible; None if the agent has not done so.
         taken: names of the operators of the executed actions, in order.
         reached: whether each goal is reached now.
-        worth: the value of the episode in its present state; 0 if the task pays no reward.
+        value: the value of the episode in its present state, as the rules define the reward; 0 if the task
+            pays no reward.
         tried: number of actions tried, impossible actions included.
         action: the action of the last command; None if the command was not an action.
         outcome: the outcome of the last command.
@@ -142,14 +143,14 @@ class Game:
 
     @property
     def metrics(self) -> Mapping[str, float]:
-        """The metrics of the episode up to now, by name, as in `eai.results.reward.Grade`."""
+        """The metrics of the episode up to now, by name (`eai.results.reward.METRICS`)."""
         return make_credit_metrics(self._compute_reward_basis(is_ended=self.over))
 
     @property
     def reward_if_ended_now(self) -> float:
-        """The value of the episode if it ends now.
+        """The value of the episode if it ends now, as the rules define the reward.
 
-        The rewards `success` and `goals` pay nothing without `DONE`.
+        If the rules require `DONE`, the rewards `success` and `goals` are 0 without it.
         """
         return self._compute_episode_reward(is_ended=True)
 
@@ -185,7 +186,7 @@ class Game:
     def _compute_reward_basis(self, *, is_ended: bool) -> RewardBasis | None:
         if self.refused is not None:
             return RewardBasis(float(self.won), self.won, ended=False, faults=self._faults)
-        if self.task.has_no_plan:  # no plan reaches all goals, so reached goals earn nothing
+        if self.task.has_no_plan:  # only a refusal is right, so reached goals earn nothing
             return None
         ended = self._failed or self._lacks_required_done(is_ended=is_ended)
         earned = compute_plan_reward_basis(
@@ -198,7 +199,7 @@ class Game:
         return replace(earned, conditions=gained)
 
     def _lacks_required_done(self, *, is_ended: bool) -> bool:
-        """Whether the game ended without a required `DONE`."""
+        """Whether the game has ended without `DONE`, although the rules require this command."""
         return is_ended and self._rules.until == "done" and self.ended != "done"
 
     def write_manual_and_first_observation(self) -> str:
@@ -224,7 +225,7 @@ class Game:
             EaiError: the simulator of the world has failed.
         """
         if self.over:
-            raise InputError("the episode is over")
+            raise InputError("the episode is over: no command can follow; begin a new one")
         self.action, self._memory.changes = None, []
         turns, tried = self._turns, self.tried
         try:
@@ -390,7 +391,7 @@ class Game:
         ]
         if bindings.is_exceeded:
             raise InputError(
-                f"admissible: too many actions are possible in the task {self.task.id}; leave the option out"
+                f"admissible: too many actions are possible in the task {self.task.id}; give admissible=false"
             )
         return [*commands, DONE] if self._rules.until == "done" else commands
 

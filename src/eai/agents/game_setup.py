@@ -21,12 +21,12 @@ if TYPE_CHECKING:
     from eai.abilities.plan_repairer import PlanRepairer
 
 _PAIR_ACTIONS = 50
-"""Maximum number of actions in each task of a pair of a solvable and an impossible task.
+"""Maximum number of actions in impossible and ambiguous tasks, and in their solvable variants.
 
-The number is equal in both, so that it does not show which one is impossible."""
+The number is equal in all, so that it does not show which task can be solved."""
 
 _EXTRA_ACTIONS = 8
-"""Number of extra actions for looking around, added to the actions of a plan."""
+"""Number of actions for looking around, added to the allowed multiple of the shortest plan."""
 
 
 class ReferenceSolution(NamedTuple):
@@ -48,7 +48,7 @@ class ReferenceSolution(NamedTuple):
         """Return the maximum number of actions of a game: enough to win and to look around.
 
         Args:
-            factor: factor of the shortest known plan's length.
+            factor: number by which the length of the shortest known plan is multiplied.
         """
         least = 0 if self.commands is None else len(self.commands)
         return max(ceil(factor * (self.shortest or 0)) + _EXTRA_ACTIONS, least)
@@ -93,13 +93,13 @@ class GameSetup:
 
     @cached_property
     def share_of_conditions_met_at_start(self) -> Share:
-        """The share of goal conditions that hold before any action, as partial success counts them."""
+        """The partial success before any action: the share of goal conditions that hold at the start."""
         initial, goals = self.task.initial, self.goals
         return goals.find_partial_success(initial, (), goals.find_reached_goals(initial, ()))
 
     @cached_property
     def reference(self) -> ReferenceSolution:
-        """The shortest known plan, and commands that win the task with the view of these games."""
+        """The shortest known plan, and commands that win the task if the agent sees what these rules show."""
         return self._find_reference(self)
 
     @cached_property
@@ -116,7 +116,7 @@ class GameSetup:
     @cached_property
     def repairer(self) -> PlanRepairer:
         """The object that repairs failed action sequences, to measure how close they are to success."""
-        # imported here, since only rewards for repairs need it
+        # imported here, since only the reward `repair` needs it
         from eai.abilities.plan_repairer import PlanRepairer
 
         return PlanRepairer(self.task, self.domain, self.benchmark.notation.plans)
@@ -127,5 +127,5 @@ class GameSetup:
         stage.rules = self.rules.model_copy(
             update={"slip": 0.0, "max_steps": None, "budget": None, "until": "done"}
         )
-        stage.__dict__.pop("limit", None)
+        stage.__dict__.pop("action_limit", None)
         return stage

@@ -1,4 +1,4 @@
-"""Register benchmarks as gymnasium environments, in which actions and observations are texts.
+"""Register benchmarks as gymnasium environments: one action a turn; actions and observations are texts.
 
     import gymnasium
     import eai.agents.gym
@@ -23,7 +23,7 @@ ANY = "eai/Benchmark-v1"
 """Name of the registered environment for any benchmark; the option ``benchmark`` chooses the benchmark."""
 
 IDS = {f"eai/{title}-v1": name for name, title in CAPITALISED.items()}
-"""Names of the package's own benchmarks, by the names of their environments."""
+"""Name of a registered environment -> name of the package's own benchmark that it plays."""
 
 try:
     import gymnasium

@@ -1,4 +1,4 @@
-"""Write and read journals of episodes, sealed so that agents cannot change journals unnoticed.
+"""Write and read journals of episodes. The seals show if an agent outside this process changed a journal.
 
 Each line of a journal has a seal and a JSON object. The first object has the task and the setting. Each
 further object has the command of a turn and the digest of its observation. The last object has the reason for
@@ -47,7 +47,7 @@ def read_sealing_key(folder: Path) -> bytes:
     except OSError as error:
         raise InputError(f"{path}: cannot be read or written ({error.strerror})") from error
     if len(key) != _KEY_BYTES:
-        raise InputError(f"{path}: expected {_KEY_BYTES} bytes")
+        raise InputError(f"{path}: expected a key of {_KEY_BYTES} bytes; give another folder")
     return key
 
 
@@ -90,28 +90,30 @@ def read_journal(
         InputError: the file cannot be read or is a link, a seal is wrong, a line is missing, or the episode
             is not the expected one.
     """
-    episode = _read_journal_content(path, seal_key, expected_game)
-    if must_be_ended and episode.ended is None:
-        raise InputError(f"{path}: no final line: the episode was interrupted")
-    about = {name: value for name, value in episode.begin.items() if name not in ("task", "task_sha256")}
-    whole = {**about, "turns": episode.turns, "ended": episode.ended or "stopped"}
+    journal = _read_journal_content(path, seal_key, expected_game)
+    if must_be_ended and journal.ended is None:
+        raise InputError(f"{path}: no final line: the episode was interrupted; play it to its end")
+    about = {name: value for name, value in journal.begin.items() if name not in ("task", "task_sha256")}
+    whole = {**about, "turns": journal.turns, "ended": journal.ended or "stopped"}
     return json.dumps(whole, ensure_ascii=False)
 
 
 def _read_journal_content(path: Path, seal_key: bytes, expected_game: RecordedGame | None) -> _JournalContent:
-    episode = _JournalContent({})
+    journal = _JournalContent({})
     if os.path.islink(path):  # noqa: PTH114 - Path.is_symlink may raise
         raise InputError(f"{path}: expected a file, not a link")
     for number, raw in enumerate(read_content(path).split(b"\n")[:-1], 1):
         try:
-            episode = _add_sealed_line(episode, raw, seal_key)
+            journal = _add_sealed_line(journal, raw, seal_key)
         except ValueError as error:
             raise InputError(f"{path}, line {number}: {error}") from error
-    if not episode.begin:
-        raise InputError(f"{path}: expected a line that begins an episode")
-    if expected_game is not None and episode.begin != _make_journal_header(expected_game):
-        raise InputError(f"{path}: the journal is of another task or setting; give another folder")
-    return episode
+    if not journal.begin:
+        raise InputError(f"{path}: no line begins an episode; play the episode again in a new folder")
+    if expected_game is not None and journal.begin != _make_journal_header(expected_game):
+        raise InputError(
+            f"{path}: the episode is of another task or other agent options; give another folder"
+        )
+    return journal
 
 
 def _make_journal_header(game: RecordedGame) -> dict[str, Any]:
@@ -122,19 +124,19 @@ def _make_journal_header(game: RecordedGame) -> dict[str, Any]:
     return {"task": task.id, "task_sha256": compute_task_sha256(task), **about}
 
 
-def _add_sealed_line(episode: _JournalContent, line: bytes, seal_key: bytes) -> _JournalContent:
+def _add_sealed_line(journal: _JournalContent, line: bytes, seal_key: bytes) -> _JournalContent:
     seal, _, body = line.partition(b" ")
-    if not hmac.compare_digest(seal, _compute_seal(seal_key, episode.seal, body).encode()):
-        raise ValueError("wrong seal: the line was changed or moved")
-    episode = replace(episode, seal=seal.decode(), size=episode.size + len(line) + 1)
+    if not hmac.compare_digest(seal, _compute_seal(seal_key, journal.seal, body).encode()):
+        raise ValueError("wrong seal: the line was changed or moved; play the episode again in a new folder")
+    journal = replace(journal, seal=seal.decode(), size=journal.size + len(line) + 1)
     match json.loads(body):
-        case {"begin": dict(begin)} if not episode.begin:
-            return replace(episode, begin=begin)
-        case {"act": {"said": str(), "told": str()} as turn} if episode.begin and episode.ended is None:
-            return replace(episode, turns=(*episode.turns, turn))
-        case {"end": str(why)} if episode.begin and episode.ended is None:
-            return replace(episode, ended=why)
-    raise ValueError("expected the lines of an episode in order: its beginning, its turns, its end")
+        case {"begin": dict(begin)} if not journal.begin:
+            return replace(journal, begin=begin)
+        case {"act": {"said": str(), "told": str()} as turn} if journal.begin and journal.ended is None:
+            return replace(journal, turns=(*journal.turns, turn))
+        case {"end": str(why)} if journal.begin and journal.ended is None:
+            return replace(journal, ended=why)
+    raise ValueError("expected a beginning, then turns, then an end; play the episode again in a new folder")
 
 
 class EpisodeJournal:
@@ -177,7 +179,8 @@ class EpisodeJournal:
             game.play_command(turn["said"])
         if [*before.turns] != game.to_json("stopped")["turns"]:
             raise InputError(
-                f"{self._path}: the replay gives other observations: eai or the data has changed since"
+                f"{self._path}: the replay gives other observations, since eai or the data has changed; "
+                "give another folder"
             )
         self._seal, self.ended, self._written = before.seal, before.ended, len(before.turns)
         return before.size
@@ -190,7 +193,7 @@ class EpisodeJournal:
         """
         turns = game.turns[self._written :]
         if turns and self.ended is not None:
-            raise InputError(f"{self._path}: the episode is over")
+            raise InputError(f"{self._path}: the episode is over: no turn can follow")
         for turn in turns:
             self._append_line({"act": {"said": turn.said, "told": turn.told}})
         self._written = len(game.turns)

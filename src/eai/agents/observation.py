@@ -66,7 +66,7 @@ class _Observation(NamedTuple):
 
     @property
     def text(self) -> str:
-        """The lines of all visible facts."""
+        """The visible facts of all predicates, as lines of text."""
         return "\n".join([facts.text for facts in self.by_predicate if facts.text])
 
 
@@ -77,11 +77,12 @@ class Observer:
         task: the task.
         wording: the words for facts and objects.
         observe: whether all objects are visible, or only those that the agent sees from its place.
-        view: whether every object of the scene can become visible, or only objects of the task and the agent.
+        view: whether every object of the scene can become visible, or only the agent and the objects that
+            prompts of the task list.
 
     Attributes:
         subjects: objects that can ever be visible, in the order in which they are listed. In a partial view
-            this is the order of the scene, which does not show which landmarks matter.
+            this is the order of the scene, which does not show which landmarks the task needs.
         agent: the acting object; None if the scene has no agent.
         landmarks: objects that the agent knows from the start in a partial view.
         first: the observation of the initial state.
@@ -132,7 +133,7 @@ class Observer:
         return shorten_names([self._names[index] for index in objects])
 
     def render_facts(self, facts: Iterable[Fact]) -> Iterator[str]:
-        """Yield the lines of text that state some facts."""
+        """Yield lines of text that state the given facts."""
         return shorten_facts(facts, self._names, self._wording.write_fact_with_names)
 
     def render_fact(self, fact: Fact) -> str:
@@ -147,9 +148,7 @@ class Observer:
         return [
             fact
             for listing in self._wording.state_fact_listers
-            for fact in listing.list_facts(
-                state, visible, self._find_objects_facts_must_mention(listing, objects)
-            )
+            for fact in listing.list_facts(state, visible, self._find_required_objects(listing, objects))
             if not objects.isdisjoint(fact.arguments)
         ]
 
@@ -220,7 +219,7 @@ class Observer:
         listed = [fact for fact in facts if fact.predicate == listing.predicate and listing.is_listed(fact)]
         if not listed:
             return listed
-        objects, required = {*visible}, self._find_objects_facts_must_mention(listing)
+        objects, required = {*visible}, self._find_required_objects(listing)
         listed = [
             fact
             for fact in listed
@@ -235,12 +234,12 @@ class Observer:
         return tuple(iterate_bits(self._wording.domain.find_visible_objects(state, self._mask)))
 
     def _list_visible_facts(self, listing: FactLister, state: State, visible: Indices) -> Sequence[Fact]:
-        return listing.list_facts(state, visible, self._find_objects_facts_must_mention(listing))
+        return listing.list_facts(state, visible, self._find_required_objects(listing))
 
-    def _find_objects_facts_must_mention(
+    def _find_required_objects(
         self, listing: FactLister, chosen_objects: AbstractSet[int] | None = None
     ) -> AbstractSet[int] | None:
-        """Return objects: only facts about at least one of them are listed. None means all facts."""
+        """Return objects, one of which each listed fact must mention; None if all facts are listed."""
         if listing.predicate not in self._egocentric_predicates:
             return chosen_objects
         return frozenset() if self.agent is None else frozenset((self.agent,))
@@ -259,12 +258,12 @@ class AgentMemory:
 
     Args:
         observer: the observer of the task.
-        feedback: the facts that the text after each turn contains.
+        feedback: what the text after each turn contains: all visible facts, changes, or no facts.
         templates: the templates of texts on visible objects and facts; by default the plain templates.
 
     Attributes:
         observation: the last observation.
-        known: objects that the agent has seen, and landmarks.
+        known: objects that the agent has seen, and landmarks, which it knows from the start.
         changes: visible changes by the last command, and earlier changes of objects that are visible again.
         has_looked: whether the agent has looked around since its last action.
     """
@@ -361,7 +360,7 @@ def make_task_text(task: Task, wording: SuiteWording, rules: GameRules) -> str:
     if rules.observe == "partial":
         notes.append("You do not see everything: an action may name only what is listed below or seen later.")
     paragraphs = {
-        "goals": f"Goals:\n{stated}" if task.prompts_state_goals else "",
+        "goals": f"Goals:\n{stated}" if task.has_goals_in_prompts else "",
         "explained": "\n\n".join(explain_goal_notation("environment", [task], templates)),
         "conventions": "" if wording.conventions is None else wording.conventions(task),
         "notes": " ".join(notes),

@@ -35,7 +35,7 @@ OVER = "The episode is over."
 """The observation after a command in an episode that is over."""
 
 _ESTIMATED_ACTIONS = 100
-"""Assumed maximum number of actions in a game without a limit."""
+"""Number that stands for the limit of actions in a game without a limit."""
 
 _BY_TOOLS = (
     "You act by calls of tools, one at a time: act takes an action, look stands for LOOK, done for DONE."
@@ -49,12 +49,12 @@ def make_game_rules(setting: AgentSetting) -> GameRules:
     Raises:
         InputError: the view or the feedback does not exist, or the two contradict each other.
     """
-    chosen = setting.model_dump(include={"view", "observe", "feedback", "prompts", "slip", "budget"})
+    chosen = setting.model_dump(include=GameRules.model_fields.keys() & AgentSetting.model_fields.keys())
     return GameRules.read(AGENT, {**chosen, "until": "done", "max_steps": setting.steps})
 
 
 class EpisodeFactory:
-    """A benchmark, with the setting in which agents play the benchmark's tasks.
+    """Makes the games and questions of a benchmark's tasks in one setting.
 
     Args:
         benchmark: the benchmark.
@@ -87,7 +87,8 @@ class EpisodeFactory:
         """Return the question of a task with the pictures of the first observation.
 
         Raises:
-            InputError, EaiError: as in `RecordedGame.draw_pictures`.
+            InputError: objects have no 3D bodies, or a picture has no room for them.
+            EaiError: the extra that draws pictures is not installed.
         """
         images = () if task.unplannable_reason is not None else self.begin_episode(task).draw_pictures()
         return replace(self.make_prompt(task), images=images)
@@ -101,11 +102,11 @@ class EpisodeFactory:
 
     def play_agent(self, agent_name: str, task: Task, seed: int, epoch: int) -> list[str]:
         """Let one of `AGENTS` play an episode. Return its commands."""
-        play = self.begin_episode(task, epoch)
-        agent = AGENTS[agent_name](play, seed + epoch - 1)
-        while not play.over:
-            play.play_command(agent())
-        return [turn.said for turn in play.turns]
+        game = self.begin_episode(task, epoch)
+        agent = AGENTS[agent_name](game, seed + epoch - 1)
+        while not game.over:
+            game.play_command(agent())
+        return [turn.said for turn in game.turns]
 
 
 def make_prompts_and_metadata(
@@ -122,8 +123,8 @@ def make_prompts_and_metadata(
     about = {task_id: {AGENT: setting.model_dump_json()} for task_id in prompts}
     if setting == STANDARD:
         return prompts, about
-    arena = EpisodeFactory(suite.benchmark, setting)
-    return {task_id: arena.make_prompt_with_pictures(suite.tasks[task_id]) for task_id in prompts}, about
+    factory = EpisodeFactory(suite.benchmark, setting)
+    return {task_id: factory.make_prompt_with_pictures(suite.tasks[task_id]) for task_id in prompts}, about
 
 
 def read_commands(task: Task, benchmark: Benchmark, answer: str) -> list[str]:
@@ -146,7 +147,7 @@ def read_commands(task: Task, benchmark: Benchmark, answer: str) -> list[str]:
 
 
 _MAX_TURNS = 100_000
-"""Maximum number of turns in the text of an episode."""
+"""Maximum number of turns in a stored episode. Longer episodes are not read."""
 
 _MAX_NAME_LENGTH = 100
 """Maximum number of characters of a harness's name."""
@@ -158,7 +159,7 @@ MAX_QUOTED_REPLY = 300
 _Count = Annotated[int, Field(ge=0, le=MAX_SEED)]
 _Seed = Annotated[int, Field(ge=-MAX_SEED, le=MAX_SEED)]
 _Harness = Annotated[str, Field(max_length=_MAX_NAME_LENGTH, pattern=r"^$|[^.]")]
-"""Type of a harness's name: empty, or a name that may be part of a file's name, so not only dots."""
+"""Type of a harness's name: empty, or not only dots, because the name becomes part of a file's name."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -228,7 +229,7 @@ def read_episode(text: str) -> EpisodeAnswer | Unreadable:
 RULE_NAMES = {
     **{name: name for name in ("view", "observe", "feedback", "prompts", "slip", "slip_seed", "budget")},
     "max_steps": "steps",
-    **{name: name for name in ("until", "reward", "gamma", "admissible")},
+    **{name: name for name in ("until", "reward", "gamma", "admissible", "verifier")},
 }
 """Mapping from each rule of an episode to its name in labels, in the order of labels."""
 
@@ -265,16 +266,16 @@ class RecordedGame(Game):
     """A game that records its commands as an episode.
 
     Args:
-        stage: the task, ready to be played.
+        stage: the task, prepared for games.
         seed: the seed of slips, the random failures of possible actions.
-        epoch: the number of the episode among episodes with this seed.
+        epoch: the number of the episode, from 1 on. Each number gives other slips with the same seed.
         harness: the harness of the agent.
         begun: how often the episode was started, this start included.
 
     Attributes:
         turns: the commands so far.
         failed: for each command, whether its action was impossible or slipped.
-        most: maximum number of actions, or an estimate if there is no limit.
+        max_actions: the limit of actions; 100 if the game has no limit.
         harness: the harness of the agent.
         without_call: the first reply that called no tool; empty if each reply called a tool.
     """
@@ -283,7 +284,7 @@ class RecordedGame(Game):
         super().__init__(stage, seed, epoch)
         self.turns: list[_EpisodeCommand] = []
         self.failed: list[bool] = []
-        self.most = stage.action_limit or _ESTIMATED_ACTIONS
+        self.max_actions = stage.action_limit or _ESTIMATED_ACTIONS
         self.harness = harness
         self.without_call = ""
         self._thought = ""
@@ -313,7 +314,7 @@ class RecordedGame(Game):
         """Return pictures of the present world; none after the end or without feedback by pictures.
 
         Raises:
-            InputError: objects have no 3D bodies, or the picture has no place for them.
+            InputError: objects have no 3D bodies, or a picture has no room for them.
             EaiError: the extra that draws pictures is not installed.
         """
         if self.stage.rules.feedback != "pictures" or self.over:

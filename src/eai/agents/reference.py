@@ -1,18 +1,23 @@
-"""Find the reference of a task: its shortest known plan, and commands that win its games."""
+"""Find the reference of a task: its shortest known plan, and commands that win its games.
+
+A task from a task file may record both. Each recorded plan is carried out before it is used.
+"""
 
 from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
+from dataclasses import replace
 from functools import lru_cache
+from typing import NamedTuple
 
 from eai.abilities.declining import write_refusal_command
 from eai.abilities.protocol import Ability
-from eai.agents.agents import AGENTS, Agent
+from eai.agents.agents import AGENTS
 from eai.agents.command import DONE
 from eai.agents.game import Game
 from eai.agents.game_setup import GameSetup, ReferenceSolution
-from eai.agents.rules import TRAINING, GameRules
-from eai.base.errors import InputError
+from eai.agents.rules import STANDARD, TRAINING, GameRules
+from eai.base.errors import InputError, did_you_mean
 from eai.benchmarks.benchmark import Benchmark
 from eai.benchmarks.names import TaskReference
 from eai.planning.planner import drop_needless_actions, get_planner
@@ -25,6 +30,7 @@ from eai.tasks.task import Task
 from eai.world.action import Action
 from eai.world.domain import Domain
 from eai.world.execution import execute_plan
+from eai.world.fault import FaultKind
 
 _PLAN_LIMITS = Limits(5_000, looks=100_000)
 """Limits of the search for a plan of a task without a gold plan."""
@@ -33,13 +39,13 @@ _SHORTER_PLAN_LIMITS = Limits(300, looks=50_000)
 """Limits of the search for a plan that is shorter than the gold plan."""
 
 _MAX_COMMANDS = 200
-"""Maximum number of commands that an agent may need to win a task, in the search for winning commands."""
+"""Number of commands after which a built-in agent that searches for a way to win a task gives up."""
 
-_MAX_STAGES = 4096
-"""Maximum number of setups of games in the cache. Making a setup takes some milliseconds."""
+_MAX_CACHED_SETUPS = 4096
+"""Maximum number of cached setups (tasks prepared for games). Making a setup takes some milliseconds."""
 
 
-@lru_cache(_MAX_STAGES)
+@lru_cache(_MAX_CACHED_SETUPS)
 def find_setup(task: str, rules: GameRules = TRAINING) -> GameSetup:
     """Return the setup for games of the task with this name.
 
@@ -58,11 +64,12 @@ def find_setup(task: str, rules: GameRules = TRAINING) -> GameSetup:
         )
     suite = open_reward_suite(reference.benchmark, reference.ability)
     if reference.task_id not in suite.tasks:
-        raise InputError(f"{suite.domain} has no task {reference.task_id!r}")
+        hint = did_you_mean(reference.task_id, suite.task_ids)
+        raise InputError(f"{suite.domain} has no task {reference.task_id!r}{hint}")
     return make_setup(suite.tasks[reference.task_id], suite.benchmark, rules)
 
 
-@lru_cache(_MAX_STAGES)
+@lru_cache(_MAX_CACHED_SETUPS)
 def make_setup(task: Task, benchmark: Benchmark, rules: GameRules) -> GameSetup:
     """Return the setup for games of a task. Players and scorers of the task share a cached setup.
 
@@ -73,31 +80,114 @@ def make_setup(task: Task, benchmark: Benchmark, rules: GameRules) -> GameSetup:
 
 
 def find_reference_solution(setup: GameSetup) -> ReferenceSolution:
-    """Return the shortest known plan of a task, and commands that win the games of its setup."""
-    refusal = write_refusal_command(setup.task, setup.benchmark.notation.plans)
+    """Return the shortest known plan of a task, and commands that win the games of its setup.
+
+    Plans that the task records are carried out. Other plans are searched.
+
+    Raises:
+        InputError: a plan that the task records does not reach the goals.
+    """
+    task = setup.task
+    refusal = write_refusal_command(task, setup.benchmark.notation.plans)
     if refusal is not None:
         return ReferenceSolution(None, (refusal,))
-    lengths = [len(plan) for plan in _find_plans(setup.task, setup.domain)]
+    if task.shortest_plan and not solves_task(setup.domain, task, task.shortest_plan):
+        raise InputError(f"{task.id}: shortest: expected a plan that reaches the goals (see eai check)")
+    plans = [task.shortest_plan] if task.shortest_plan else _find_plans(task, setup.domain)
+    lengths = [len(plan) for plan in plans]
+    if task.reference_plan and _has_view_of_reference(setup.rules):
+        for mistake in _find_mistakes_in_reference(setup):
+            raise InputError(f"{task.id}: {mistake}")
+        commands = tuple(map(setup.commands.write_command, task.reference_plan))
+        return ReferenceSolution(min([*lengths, len(commands)]), commands)
+    won = next(_play_agents(setup), None)
+    if won is None:
+        return ReferenceSolution(min(lengths, default=None), None)
+    return ReferenceSolution(min([*lengths, len(won.commands)]), won.commands)
+
+
+class _WonGame(NamedTuple):
+    """The commands before `DONE` in a game in which all goals were reached, and their actions."""
+
+    commands: tuple[str, ...]
+    actions: tuple[Action, ...]
+
+
+def _play_agents(setup: GameSetup) -> Iterator[_WonGame]:
+    """Yield the games in which an agent reaches all goals, if the number of actions is not limited."""
     endless = setup.make_setup_without_limits()
     for name in ("gold", "explorer", "seeker"):
         game = Game(endless)
-        commands = _play_agent(game, AGENTS[name](game, 0))
+        agent, commands, actions = AGENTS[name](game, 0), list[str](), list[Action]()
+        while len(commands) < _MAX_COMMANDS and (command := agent()) != DONE:
+            game.act(command)
+            commands.append(command)
+            actions += [] if game.action is None else [game.action]
         if all(game.reached):
-            return ReferenceSolution(min([*lengths, len(commands)]), commands)
-    return ReferenceSolution(min(lengths, default=None), None)
+            yield _WonGame(tuple(commands), tuple(actions))
 
 
-def _play_agent(game: Game, agent: Agent) -> tuple[str, ...]:
-    """Let an agent play a game. Return its commands before `DONE`."""
-    commands: list[str] = []
-    while len(commands) < _MAX_COMMANDS and (command := agent()) != DONE:
-        game.act(command)
-        commands.append(command)
-    return tuple(commands)
+def _has_view_of_reference(rules: GameRules) -> bool:
+    """Whether games by these rules show as much of the world as in the standard setting."""
+    return (rules.view, rules.observe) == (STANDARD.view, STANDARD.observe)
+
+
+def _find_mistakes_in_reference(setup: GameSetup) -> Iterator[str]:
+    """Play the actions that a task records as its reference. Yield a message if they do not win."""
+    game = Game(setup.make_setup_without_limits())
+    for number, action in enumerate(setup.task.reference_plan):
+        game.act(setup.commands.write_command(action))
+        if game.outcome.fault not in (None, FaultKind.ADDITIONAL_STEP):
+            yield f"reference.{number}: expected an action that is possible: {game.outcome.text}"
+            return
+    if not all(game.reached):
+        yield f"reference: expected to reach goals.{game.reached.index(False)}"
+
+
+def add_references(task: Task, benchmark: Benchmark) -> Task:
+    """Return a task that records its shortest known plan, and actions that win in the standard setting.
+
+    A task that records a shortest plan is returned unchanged, as is a task that cannot be won by actions in
+    this setting.
+    """
+    if task.shortest_plan or task.has_no_plan or DONE in benchmark.domain.operator_arities:
+        return task
+    setup = GameSetup(task, benchmark, STANDARD, find_reference_solution)
+    reference = next((game.actions for game in _play_agents(setup)), ())
+    plans = [
+        *_find_plans(task, benchmark.domain),
+        *([execute_plan(benchmark.domain, task.initial, reference).executed_actions] if reference else []),
+    ]
+    shortest = min(plans, key=len, default=())
+    return replace(task, shortest_plan=tuple(shortest), reference_plan=reference)
+
+
+def find_wrong_references(task: Task, benchmark: Benchmark, *, searches: bool) -> Iterator[str]:
+    """Yield messages on plans that a task records wrongly as its shortest plan or its reference.
+
+    Args:
+        task: a task whose recorded plans reach its goals (`eai.tasks.task_files.find_mistakes_in_task`).
+        benchmark: the benchmark of the task.
+        searches: whether shorter plans are searched. Otherwise, the reference is only played.
+    """
+    recorded = {"shortest": task.shortest_plan, "reference": task.reference_plan}
+    if task.reference_plan:
+        setup = GameSetup(task, benchmark, STANDARD, find_reference_solution)
+        yield from _find_mistakes_in_reference(setup)
+    if not searches or not any(recorded.values()):
+        return
+    found = add_references(replace(task, shortest_plan=(), reference_plan=()), benchmark)
+    for member, plan in (("shortest", found.shortest_plan), ("reference", found.reference_plan)):
+        number = len(recorded[member])
+        if 0 < len(plan) < number:
+            yield f"{member}: expected at most {len(plan)} steps, as a search finds, found {number}"
 
 
 def _find_plans(task: Task, domain: Domain) -> Iterator[Sequence[Action]]:
-    """Yield the gold plan without needless actions, and the planner's plan, if each solves the task."""
+    """Yield the task's gold plan without needless actions, and a plan that a planner finds.
+
+    A plan that does not solve the task is left out.
+    """
     gold = execute_plan(domain, task.initial, task.script).executed_actions
     has_gold = bool(task.script) and solves_task(domain, task, gold)
     if has_gold:

@@ -13,7 +13,7 @@ from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any, TypeAlias
 
-from eai.abilities.reasoning import split_reasoning
+from eai.abilities.reasoning import split_answer_and_reasoning
 from eai.agents.game import Game
 from eai.agents.reference import find_setup
 from eai.agents.rules import TRAINING, GameRules
@@ -43,11 +43,11 @@ def extract_answer(completion: Completion) -> str:
         TypeError: the content of the last message is neither a text nor a list.
     """
     if isinstance(completion, str):
-        return split_reasoning(completion)[0]
+        return split_answer_and_reasoning(completion)[0]
     last = completion[-1] if completion else {}
     if last.get("role", _POLICY_ROLE) != _POLICY_ROLE:
         return ""
-    return split_reasoning(_extract_text(last.get("content")))[0]
+    return split_answer_and_reasoning(_extract_text(last.get("content")))[0]
 
 
 def _extract_text(content: object) -> str:
@@ -160,8 +160,8 @@ def compute_score(
 ) -> dict[str, float]:
     """Return the reward and metrics of an answer, as a reward function of verl.
 
-    ``custom_reward_function: {path: pkg://eai.agents.rewards, name: compute_score}``, with ``reward_kwargs:
-    {shaping: progress}`` for another shaping.
+    Write ``custom_reward_function: {path: pkg://eai.agents.rewards, name: compute_score}``. Add
+    ``reward_kwargs: {shaping: progress}`` for another definition of the reward.
 
     Args:
         data_source: ignored; the task names its benchmark.
@@ -189,8 +189,9 @@ def reward_func(
     """Return rewards and metrics, as a reward function of OpenRLHF: ``--reward.remote_url FILE``.
 
     FILE imports this function, or defines ``reward_func = functools.partial(reward_func,
-    shaping="progress")`` for another shaping. If a query does not contain its prompt, an example in the query
-    could be taken for the answer. The reward is then 0, ``prompt_not_found`` is 1, and a warning is issued.
+    shaping="progress")`` for another definition of the reward. If a query does not contain its prompt, this
+    function cannot tell the answer from examples in the prompt. The reward is then 0, ``prompt_not_found`` is
+    1, and a warning is issued.
 
     Args:
         queries: prompts with answers, decoded with special tokens.
@@ -206,21 +207,19 @@ def reward_func(
     texts = [_get_text_after_prompt(prompt, query) for prompt, query in zip(prompts, queries, strict=True)]
     is_lost = [text is None for text in texts]
     if any(is_lost):
-        warning = (
-            f"{sum(is_lost)} of {len(is_lost)} queries do not have their prompt: nothing is paid for them"
-        )
+        warning = f"{sum(is_lost)} of {len(is_lost)} queries do not contain their prompt: their reward is 0"
         warnings.warn(warning, stacklevel=2)
     grades = [
         grade_answer(task, extract_answer(text or ""), shaping)
         for task, text in zip(labels, texts, strict=True)
     ]
 
-    def unwrap_single(values: list[float]) -> float | list[float]:
+    def to_number_or_list(values: list[float]) -> float | list[float]:
         return values[0] if len(values) == 1 else values
 
-    paid = unwrap_single([grade.value or 0.0 for grade in grades])
-    logs = {metric: unwrap_single([grade.metrics[metric] for grade in grades]) for metric in METRICS}
-    logs[PROMPT_NOT_FOUND] = unwrap_single([float(value) for value in is_lost])
+    paid = to_number_or_list([grade.value or 0.0 for grade in grades])
+    logs = {metric: to_number_or_list([grade.metrics[metric] for grade in grades]) for metric in METRICS}
+    logs[PROMPT_NOT_FOUND] = to_number_or_list([float(value) for value in is_lost])
     return {"rewards": paid, "scores": paid, "extra_logs": logs}
 
 

@@ -7,8 +7,8 @@ from typing import Literal, TypeAlias
 from pydantic import Field, model_validator
 from typing_extensions import Self
 
-from eai.abilities.attempt_options import EndCondition
 from eai.abilities.experiment import MAX_BUDGET, MAX_STEPS
+from eai.abilities.replanning_options import EndCondition
 from eai.base.errors import InputError
 from eai.results.reward import Shaping
 from eai.tasks.options import Options
@@ -17,12 +17,13 @@ from eai.tasks.prompts.prompt import PromptSet
 View: TypeAlias = Literal["task", "scene"]
 """The objects in observations: the objects of the task, or all objects of the scene.
 
-The list of a task's objects is a hint, which prompts of single answers also give. In the view of the scene,
-relations that a domain declares as `egocentric` are shown only for the agent.
+The list of a task's objects is a hint: it shows which objects the task needs. A prompt that asks for a whole
+plan gives this hint, too. With ``scene``, relations that a domain declares as `egocentric` are shown only for
+the agent.
 """
 
 Observe: TypeAlias = Literal["full", "partial"]
-"""Which objects of the view an agent observes: all objects, or only visible objects."""
+"""How many objects of the view (`View`) an agent observes: all, or only objects visible from its place."""
 
 Feedback: TypeAlias = Literal["facts", "changes", "outcome", "pictures"]
 """The observation after a turn: all visible facts, the changes, or only the outcome of the action.
@@ -32,7 +33,7 @@ no facts are listed; rendered pictures show them at first and after each turn.
 """
 
 OUTCOMES: tuple[Feedback, ...] = ("outcome", "pictures")
-"""The kinds of feedback whose text after a turn has only the outcome of the action."""
+"""The kinds of feedback whose text after a turn states only the outcome of the action, and no facts."""
 
 
 class GameRules(Options):
@@ -62,6 +63,7 @@ class GameRules(Options):
             partial view, changes include objects that come into sight, with their facts, and objects that go
             out of sight.
         prompts: The set of prompts of the texts about the world and the task, such as short or facts.
+        verifier: Whether the agent may ask the verifier. Records say so, and no others are ranked with them.
     """
 
     slip: float = Field(default=0.0, ge=0, le=1)
@@ -75,6 +77,7 @@ class GameRules(Options):
     admissible: bool = False
     feedback: Feedback = "facts"
     prompts: PromptSet = "eai"
+    verifier: bool = False
 
     @property
     def rules_for_replay(self) -> GameRules:

@@ -37,29 +37,29 @@ from eai.world.fault import FaultKind
 from eai.world.state import State
 
 _ENDS = frozenset({"stopped", "tokens", "time", "turns", "crashed"})
-"""Reasons of the player for ending an episode before the game was over."""
+"""Reasons, stated in an episode, for which its player stopped before the game was over."""
 
 _TOO_LATE = "too_late"
 """Outcome of an action that exceeds the maximum number of actions."""
 
 
-def _get_benchmark(world: BenchmarkParts) -> Benchmark:
-    if not isinstance(world.benchmark, Benchmark):
+def _get_benchmark(parts: BenchmarkParts) -> Benchmark:
+    if not isinstance(parts.benchmark, Benchmark):
         raise TypeError("acting needs a benchmark: open the tasks with `eai.open`")
-    return world.benchmark
+    return parts.benchmark
 
 
-def make_scorer_factory(world: BenchmarkParts) -> Callable[[Task], Scorer]:
-    """Return the function that makes the scorer of a task in a world."""
-    return partial(_ActingScorer, benchmark=_get_benchmark(world))
+def make_scorer_factory(parts: BenchmarkParts) -> Callable[[Task], Scorer]:
+    """Return the function that makes the scorer of a task of a benchmark."""
+    return partial(_ActingScorer, benchmark=_get_benchmark(parts))
 
 
-def make_question_and_answer(world: BenchmarkParts, task: Task) -> QuestionAndAnswer:
+def make_question_and_answer(parts: BenchmarkParts, task: Task) -> QuestionAndAnswer:
     """Return the question of a task in the standard setting, and commands that win there."""
-    arena = EpisodeFactory(_get_benchmark(world))
-    commands = arena.make_setup(task).reference.commands if task.unplannable_reason is None else None
+    factory = EpisodeFactory(_get_benchmark(parts))
+    commands = factory.make_setup(task).reference.commands if task.unplannable_reason is None else None
     end = [] if task.has_no_plan else [DONE]
-    return arena.make_prompt(task).user, "\n".join([*(commands or ()), *end])
+    return factory.make_prompt(task).user, "\n".join([*(commands or ()), *end])
 
 
 NO_REFERENCE = "nobody is known to win the task with what is seen in the standard setting"
@@ -77,7 +77,7 @@ class _ActingScorer(Scorer):
     def __init__(self, task: Task, benchmark: Benchmark) -> None:
         self.task = task
         self.benchmark = benchmark
-        self.domain = benchmark.domain  # renderers of pictures execute the episode's actions in this domain
+        self.domain = benchmark.domain  # code that draws an episode reads this attribute
         self.goals = GoalTest(task)
 
     def find_exclusion(self) -> TaskExclusion | None:
@@ -88,7 +88,8 @@ class _ActingScorer(Scorer):
         return self.task.unplannable_reason
 
     @cached_property
-    def _cached_exclusion(self) -> TaskExclusion | None:
+    def _exclusion_after_search(self) -> TaskExclusion | None:
+        """The reason for leaving the task out, found by a search for commands that win it, or None."""
         if self.task.unplannable_reason is not None:
             return self.task.unplannable_reason
         stage = make_setup(self.task, self.benchmark, make_game_rules(STANDARD).rules_for_replay)
@@ -97,21 +98,21 @@ class _ActingScorer(Scorer):
     def assess(self, text: str) -> Assessment:
         """Return the verdict on an episode.
 
-        The episode fails if a replay differs; the verdict then names the turn.
+        The episode fails if its replay gives other observations; the verdict then names the turn.
         """
-        excluded = self._cached_exclusion
+        excluded = self._exclusion_after_search
         if excluded is not None:
             return Assessment(ActingVerdict(excluded=excluded), lambda: Explanation((excluded,)))
         read = read_episode(text)
         episode = EpisodeAnswer(()) if isinstance(read, Unreadable) else read
         rules = episode.rules or make_game_rules(STANDARD)
-        verdict, steps, moments = self._replay_episode(
+        verdict, steps, history = self._replay_episode(
             make_setup(self.task, self.benchmark, rules.rules_for_replay), episode
         )
         if isinstance(read, Unreadable):
             unread = ErrorReport(FaultKind.PARSING, None, read.reason)
             verdict = replace(verdict, error=unread, executable=False)
-        return self._make_assessment(verdict, steps, moments)
+        return self._make_assessment(verdict, steps, history)
 
     def _replay_episode(
         self, setup: GameSetup, episode: EpisodeAnswer
@@ -122,7 +123,7 @@ class _ActingScorer(Scorer):
         )
         states: dict[Any, int] = {(game.state, game.reached): 0}
         turns, steps = [], []
-        moments: list[StateAndTakenActions] = [(game.state, ())]
+        history: list[StateAndTakenActions] = [(game.state, ())]
         for number, command in enumerate(episode.turns, 1):
             if difference is not None:
                 break
@@ -145,10 +146,10 @@ class _ActingScorer(Scorer):
                 )
             )
             steps.append(_report_turn(turns[-1], game))
-            moments.append((game.state, tuple(game.taken)))
+            history.append((game.state, tuple(game.taken)))
         claimed = episode.ended if episode.ended in _ENDS else "stopped"
         verdict = self._make_verdict(game, episode, tuple(turns), game.ended or claimed)
-        return verdict if difference is None else self._mark_unreplayable(verdict, difference), steps, moments
+        return verdict if difference is None else self._mark_unreplayable(verdict, difference), steps, history
 
     def _mark_unreplayable(self, verdict: ActingVerdict, difference: str) -> ActingVerdict:
         """Return the verdict on an episode whose replay differs: no goal counts as reached."""
@@ -200,9 +201,9 @@ class _ActingScorer(Scorer):
         )
 
     def _make_assessment(
-        self, verdict: ActingVerdict, steps: list[StepReport], moments: list[StateAndTakenActions]
+        self, verdict: ActingVerdict, steps: list[StepReport], history: list[StateAndTakenActions]
     ) -> Assessment:
-        def judge_goal_reachability(max_states: int) -> ActingVerdict:
+        def add_goal_reachability(max_states: int) -> ActingVerdict:
             if self.task.has_no_plan:
                 return verdict
             if verdict.is_unreplayable:
@@ -210,7 +211,7 @@ class _ActingScorer(Scorer):
             if verdict.success:
                 return replace(verdict, outlook="open")
             outlook, lost_at = find_goal_reachability_and_loss_turn(
-                self.task, self.benchmark.domain, moments, max_states
+                self.task, self.benchmark.domain, history, max_states
             )
             return replace(verdict, outlook=outlook, lost_at=lost_at)
 
@@ -230,11 +231,11 @@ class _ActingScorer(Scorer):
             goals = report_goals(self.task, verdict.goals_satisfied)
             return Explanation(tuple(notes), tuple(steps), goals)
 
-        return Assessment(verdict, make_explanation, judge_goal_reachability)
+        return Assessment(verdict, make_explanation, add_goal_reachability)
 
 
 _MAX_SHOWN = 100
-"""Maximum number of characters of an observation that an error report quotes."""
+"""Maximum number of characters that an explanation quotes of an observation or a reply."""
 
 
 def _describe_observation_difference(
@@ -248,9 +249,9 @@ def _describe_observation_difference(
 
 
 def _report_turn(turn: Turn, game: Game) -> StepReport:
-    """Return the report of a turn.
+    """Return the entry of a turn in the explanation of a verdict.
 
-    The reason is always one line, even if an object's name has a line break.
+    The reason of a failure is always one line, even if an object's name has a line break.
     """
     reason, fact = game.outcome.text.partition("\n")[0], game.stage.observer.render_fact
     fault = SLIP if turn.slipped else EXECUTED if turn.fault is None else turn.fault.value
@@ -273,7 +274,7 @@ StateAndTakenActions: TypeAlias = tuple[State, Sequence[str]]
 
 
 def find_goal_reachability_and_loss_turn(
-    task: Task, domain: Domain, moments: Sequence[StateAndTakenActions], max_states: int
+    task: Task, domain: Domain, history: Sequence[StateAndTakenActions], max_states: int
 ) -> tuple[Recoverability, int | None]:
     """Return whether the goals can be reached at the end, and the turn after which they no longer can.
 
@@ -287,15 +288,15 @@ def find_goal_reachability_and_loss_turn(
     Args:
         task: the task.
         domain: the domain.
-        moments: the world at the start, and after each turn.
+        history: the state and the executed operators at the start, and after each turn.
         max_states: maximum number of states that each search may reach; if it is too small, the result is
             ``unknown``.
     """
-    last = _search_goal_reachability(task, domain, moments[-1], max_states)
+    last = _search_goal_reachability(task, domain, history[-1], max_states)
     if last != "lost":
         return last, None
     return last, bisect_left(
-        moments[:-1], True, key=lambda at: _search_goal_reachability(task, domain, at, max_states) == "lost"
+        history[:-1], True, key=lambda at: _search_goal_reachability(task, domain, at, max_states) == "lost"
     )
 
 

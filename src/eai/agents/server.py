@@ -73,10 +73,10 @@ class _ServedTools(Protocol):
         """Return the tools: name, description, and JSON schema of the arguments."""
 
     async def call(self, name: str, arguments: Mapping[str, object]) -> str:
-        """Return the result of a call. Raises InputError if the call is invalid or exceeds its limits."""
+        """Return the result of a tool call. Raises InputError if the call is invalid or exceeds a limit."""
 
     async def close(self) -> None:
-        """End all processes that answer calls."""
+        """End all processes that answer tool calls."""
 
 
 class _EpisodeTicketVerifier:
@@ -102,16 +102,16 @@ def make_mcp_server(
     """
 
     async def call_tool(context: ServerRequestContext[Any], params: CallToolRequestParams) -> CallToolResult:
-        place = episodes.places[0] if all_share_first_episode else episodes.tickets[_get_ticket(context)]
+        key = episodes.episode_keys[0] if all_share_first_episode else episodes.tickets[_get_ticket(context)]
         try:
             command = read_tool_call(params.name, params.arguments or {})
             if len(command) > MAX_COMMAND:
-                raise InputError(f"a command has at most {MAX_COMMAND:,} characters")
+                raise InputError(f"the command is too long: give at most {MAX_COMMAND:,} characters")
         except InputError as error:
             return _make_error_result(error)
         try:
-            told = TextContent(text=episodes.play_command(place, command))
-            return CallToolResult(content=[told, *map(_encode_image, episodes.draw_pictures(place))])
+            told = TextContent(text=episodes.play_command(key, command))
+            return CallToolResult(content=[told, *map(_encode_image, episodes.draw_pictures(key))])
         except Exception as error:  # the message names files, which the agent must not know
             _LOG.error("%s", error if isinstance(error, EaiError) else describe_exception(error))
             raise MCPError(INTERNAL_ERROR, "the world is out of order") from None
@@ -217,7 +217,7 @@ def make_http_app(
         all_share_first_episode: whether all callers act in the first world, without a ticket.
     """
     hosts = [text for name in host_names for text in (name, f"{name}:*")]
-    issuer = AnyHttpUrl("http://localhost")  # required, but not used: no server issues tickets
+    issuer = AnyHttpUrl("http://localhost")  # AuthSettings requires a URL, but nobody issues tickets there
     return make_mcp_server(
         episodes, domain, all_share_first_episode=all_share_first_episode
     ).streamable_http_app(

@@ -6,7 +6,8 @@ import re
 from collections.abc import Mapping
 from typing import Any
 
-from pydantic import Field, field_validator
+from pydantic import Field, field_validator, model_validator
+from typing_extensions import Self
 
 from eai.abilities.experiment import MAX_BUDGET, MAX_SEED, MAX_STEPS, RULES_SEPARATOR
 from eai.abilities.protocol import Ability
@@ -53,6 +54,8 @@ class AgentSetting(Options):
         steps: The maximum number of actions, independent of the plan.
         tokens: The maximum number of tokens of an episode, in all questions and replies.
         seconds: The maximum number of seconds of an episode on the clock.
+        verifier: Offer also the verifier's tools about the task, which harness=text cannot call. Such runs
+            are never ranked with others.
     """
 
     harness: str = REACT
@@ -66,6 +69,7 @@ class AgentSetting(Options):
     steps: int | None = Field(default=None, ge=1, le=MAX_STEPS)
     tokens: int | None = Field(default=None, ge=1, le=MAX_SEED)
     seconds: int | None = Field(default=None, ge=1, le=MAX_SEED)
+    verifier: bool = False
 
     @field_validator("harness")
     @classmethod
@@ -75,6 +79,12 @@ class AgentSetting(Options):
             hint = did_you_mean(harness, HARNESSES)
             raise InputError(f"agent.harness: expected {expected} or module:object, found {harness!r}{hint}")
         return harness
+
+    @model_validator(mode="after")
+    def _check_verifier(self) -> Self:
+        if self.verifier and self.harness == TEXT:
+            raise InputError(f"agent.verifier: harness={TEXT} cannot call tools; choose {REACT} or {AUTO}")
+        return self
 
     @classmethod
     def from_metadata(cls, metadata: Mapping[str, Any]) -> AgentSetting:

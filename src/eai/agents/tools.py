@@ -1,4 +1,4 @@
-"""Make the tools by which an agent acts in a domain, and read calls of these tools."""
+"""Make the tools by which an agent acts from the declaration of a domain, and read calls of these tools."""
 
 from __future__ import annotations
 
@@ -49,8 +49,8 @@ def read_tool_call(tool_name: str, arguments: Mapping[str, object]) -> str:
     if tool_name in (READ, END):
         return LOOK if tool_name == READ else DONE
     if tool_name != ACT:
-        raise InputError(f"there is no tool {tool_name[:100]!r}: {ACT}, {READ}, {END}")
+        raise InputError(f"there is no tool {tool_name[:100]!r}; call {ACT}, {READ} or {END}")
     match arguments:
         case {"action": str(action), "objects": [*objects]} if all(isinstance(each, str) for each in objects):
             return f"{action}({', '.join(map(str, objects))})"
-    raise InputError("the arguments: expected action, a name, and objects, a list of names")
+    raise InputError("arguments: expected `action`, the name of an action, and `objects`, a list of names")

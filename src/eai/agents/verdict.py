@@ -77,7 +77,7 @@ class ActingVerdict(PlanVerdict):
     mean: Mapping[str, Share] | None = None
 
     compute_reward_basis = Verdict.compute_reward_basis
-    """Raises NotImplementedError: a finished episode earns no reward, because its text chooses its rules."""
+    """Raises NotImplementedError: a stored episode earns no reward, because its author chose its rules."""
 
     @property
     def is_unreplayable(self) -> bool:
@@ -96,7 +96,7 @@ class ActingVerdict(PlanVerdict):
         return self.refused is not None or any(turn.fault is None for turn in asked)
 
     def is_step_an_action(self, step: int) -> bool:
-        """Whether an action was tried in a turn, before the limit of actions was reached."""
+        """Whether an action was tried in the turn with this index, before the limit of actions."""
         return self.turns[step].is_action
 
 

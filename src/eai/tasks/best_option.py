@@ -40,10 +40,13 @@ is only a lower bound.
 """
 
 _MAX_UNPRUNED_SETS = 64
-"""Maximum number of sets of conditions that a search keeps without looking for dominated sets among them."""
+"""Maximum number of sets of common conditions that a search keeps without dropping dominated sets.
+
+A set is dominated if an option with this set never becomes worse by exchanging the set for another one.
+"""
 
 _MAX_RIVALS = 8
-"""Number of the best sets of conditions. A set is dropped if one among these dominates this set."""
+"""Number of the best sets of common conditions. The other sets that one of these dominates are dropped."""
 
 
 class _ShareOfMetConditions(NamedTuple):
@@ -68,7 +71,8 @@ def make_best_goal_option_finder(
     If several options have this share, the function finds the option with the fewest conditions.
 
     Args:
-        goal_parts: for each goal part, the choices of conditions that satisfy the part.
+        goal_parts: for each goal part, the choices of conditions that satisfy the part. An option combines
+            one choice of each part.
         further_conditions: number of further conditions, which every option contains.
     """
     return _BestGoalOptionFinder(goal_parts, further_conditions)
@@ -86,7 +90,7 @@ class _BestGoalOptionFinder:
         numbers: dict[f.Atom | f.Occurs, int] = {}
         root = _number_conditions(AllOf(tuple(goal_parts)), numbers)
         self.atoms = tuple(numbers)
-        self._others = further_conditions
+        self._further = further_conditions
         self._positive = _make_mask_of_positive_conditions(len(self.atoms))
         members = root.parts if isinstance(root, AllOf) else (root,)
         self._fixed = _make_condition_mask([part for part in members if isinstance(part, int)])
@@ -96,16 +100,16 @@ class _BestGoalOptionFinder:
         if not _is_contradictory(self._fixed, self._positive):
             self._find_best_sets = compiler.compile_part(AllOf(choices))
 
-    def __call__(self, true_atoms: int, others_met: int = 0) -> _ShareOfMetConditions:
-        """Return the largest share of conditions that an option meets; 0 of 1 if the goal has no option.
+    def __call__(self, true_atoms: int, further_met: int = 0) -> _ShareOfMetConditions:
+        """Return the largest share of met conditions in any option; 0 of 1 if the goal has no option.
 
         Args:
             true_atoms: the atoms that are true in the state, as a bit mask.
-            others_met: number of met conditions among the further conditions, which every option contains.
+            further_met: number of met conditions among the further conditions, which every option contains.
         """
         best, is_exact = _ShareOfMetConditions(0, 1), True
         while True:
-            option = self._find_larger_share(true_atoms, others_met, best)
+            option = self._find_larger_share(true_atoms, further_met, best)
             is_exact = is_exact and option.is_exact
             gain = option.met * best.total - best.met * option.total
             if gain > 0:
@@ -114,16 +118,16 @@ class _BestGoalOptionFinder:
                 return (option if gain == 0 else best)._replace(is_exact=is_exact)
 
     def _find_larger_share(
-        self, true_atoms: int, others_met: int, current_share: _ShareOfMetConditions
+        self, true_atoms: int, further_met: int, current_share: _ShareOfMetConditions
     ) -> _ShareOfMetConditions:
         """Return the share of the option with the largest gain over ``current_share``.
 
         If no option is possible, return ``current_share``. The gain of an option over the share is
         ``current_share.total * met - current_share.met * total``. If several options have the largest gain,
-        the shortest counts. The search therefore maximizes ``scale * gain - total``, with a `scale` greater
-        than any total.
+        the shortest counts. The search therefore maximizes ``scale * gain - total``. As ``scale`` is greater
+        than any total, a larger gain always counts more than a shorter option.
         """
-        scale = 2 * len(self.atoms) + self._others + 1
+        scale = 2 * len(self.atoms) + self._further + 1
         unmet = -current_share.met * scale - 1
         met = unmet + current_share.total * scale
         values = [
@@ -136,7 +140,10 @@ class _BestGoalOptionFinder:
         if not table:
             return current_share._replace(is_exact=not search.is_cut)
         value = (
-            table[0] + search.sum_values(self._fixed) + others_met * met + (self._others - others_met) * unmet
+            table[0]
+            + search.sum_values(self._fixed)
+            + further_met * met
+            + (self._further - further_met) * unmet
         )
         total = -value % scale
         gain = (value + total) // scale
@@ -155,9 +162,10 @@ _NumberedChoice: TypeAlias = (
 """A choice of conditions for a goal, in which integers stand for the conditions."""
 
 _ValueByConditionSet: TypeAlias = dict[_ConditionMask, int]
-"""Mapping from each set of common conditions to the greatest sum of the values of the other conditions.
+"""The ways to satisfy one part of a goal: mapping from sets of common conditions, as bit masks, to values.
 
-Common conditions are about atoms in several parts of the goal. A set of conditions is a bit mask.
+Common conditions are about atoms in several parts of the goal. The value of a set is the greatest sum of
+values of other conditions that satisfy the part together with this set.
 """
 
 
@@ -165,7 +173,7 @@ class _GoalOptionSearch:
     """One search for the option whose conditions have the greatest sum of values.
 
     Attributes:
-        values: the value of each condition, by the condition's number.
+        values: the value of each condition by number: how much it adds to the sum that the search maximizes.
         is_cut: whether the search dropped sets of conditions because there were too many.
     """
 
@@ -181,7 +189,7 @@ class _GoalOptionSearch:
 
 
 _BestSetsFinder: TypeAlias = Callable[[_GoalOptionSearch], _ValueByConditionSet]
-"""Function that finds, for one goal part, the best sets of conditions shared with other parts."""
+"""Function that returns the sets of common conditions that satisfy one part of a goal, with their values."""
 
 
 def _number_conditions(choice: AndOrTree, number_by_atom: dict[f.Atom | f.Occurs, int]) -> _NumberedChoice:
@@ -211,7 +219,7 @@ def _number_literal(literal: Literal, number_by_atom: dict[f.Atom | f.Occurs, in
     negated = isinstance(literal, f.Not)
     atom = literal.operand if isinstance(literal, f.Not) else literal
     if not isinstance(atom, (f.Atom, f.Occurs)):
-        raise TypeError(f"{atom} is no ground condition")
+        raise TypeError(f"{atom}: expected an atom or an action as condition of a goal")
     return 2 * number_by_atom.setdefault(atom, len(number_by_atom)) + negated
 
 
@@ -224,7 +232,7 @@ def _make_mask_of_positive_conditions(atom_count: int) -> _ConditionMask:
     return ((1 << 2 * atom_count) - 1) // 3
 
 
-def _find_negations(conditions: _ConditionMask, positive: _ConditionMask) -> _ConditionMask:
+def _negate_each_condition(conditions: _ConditionMask, positive: _ConditionMask) -> _ConditionMask:
     return (conditions & positive) << 1 | conditions >> 1 & positive
 
 
@@ -247,20 +255,23 @@ def _get_direct_parts(part: _NumberedChoice) -> Sequence[_NumberedChoice]:
 
 
 class _GoalPartCompiler:
-    """Makes for each goal part a function that finds its best sets of conditions shared with other parts."""
+    """Makes functions that find the sets of common conditions that satisfy a part of a goal."""
 
     def __init__(
         self, choices: Sequence[_NumberedChoice], fixed: _ConditionMask, positive: _ConditionMask
     ) -> None:
         self._fixed = fixed
         self._positive = positive
-        self._barred = _find_negations(fixed, positive)
+        self._barred = _negate_each_condition(fixed, positive)
         self._common: set[int] = set()
         self._occurring = 0
         self._all = self._count_atom_mentions(AllOf(tuple(choices)))
 
     def _count_atom_mentions(self, part: _NumberedChoice) -> Counter[int]:
-        """Count how many parts mention each atom, and note atoms that several members of a part mention."""
+        """Return how many conditions of a part are about each atom, without conditions that every option has.
+
+        An atom in several members that can be chosen together becomes a common atom.
+        """
         if isinstance(part, int):
             if (self._fixed | self._barred) >> part & 1:
                 return Counter()
@@ -275,7 +286,7 @@ class _GoalPartCompiler:
         return total
 
     def compile_part(self, part: _NumberedChoice) -> _BestSetsFinder:
-        """Return a function that finds a part's best sets of common conditions that other parts mention."""
+        """Return a function that finds the sets of common conditions that satisfy a part of a goal."""
         match part:
             case int():
                 return self._compile_condition(part)
@@ -342,10 +353,10 @@ class _GoalPartCompiler:
     def _order_members_to_forget_early(
         self, members: list[tuple[_BestSetsFinder, Counter[int]]]
     ) -> list[tuple[_BestSetsFinder, _ConditionMask]]:
-        """Order the subparts of a goal part so that the search can soon drop shared conditions from its sets.
+        """Order the members of a conjunction so that a search can soon forget common conditions.
 
-        Return pairs: a subpart's function, and the shared conditions that no later part mentions, as a bit
-        mask.
+        Return pairs: a member's function, and the bit mask of the common conditions that no later part of the
+        goal mentions.
         """
         steps = []
         seen: Counter[int] = Counter()
@@ -360,11 +371,11 @@ class _GoalPartCompiler:
         return steps
 
     def _find_atoms_also_in_other_parts(self, mentions: Counter[int]) -> list[int]:
-        """Return the shared atoms that parts outside those counted in ``mentions`` also mention."""
+        """Return the common atoms that other parts mention too; `mentions` counts each atom in some parts."""
         return [atom for atom, times in mentions.items() if atom in self._common and times < self._all[atom]]
 
     def _find_conditions_only_in_these_parts(self, mentions: Counter[int]) -> _ConditionMask:
-        """Return the shared conditions that only the parts in ``mentions`` mention, as a bit mask."""
+        """Return common conditions whose atoms only occur in some parts; `mentions` counts atoms there."""
         atoms = [
             atom for atom, times in mentions.items() if atom in self._common and times == self._all[atom]
         ]
@@ -401,10 +412,10 @@ class _GoalPartCompiler:
     def _find_best_sets_of_pairing(
         self, count: int, rows: Sequence[Sequence[_ValueByConditionSet]], search: _GoalOptionSearch
     ) -> _ValueByConditionSet:
-        """Return the best sets of shared conditions if ``count`` cells of a table must hold.
+        """Return the sets of common conditions, with their values, that satisfy ``count`` cells of a table.
 
-        No two cells may be in one row or column. The search goes row by row, and keeps the best sets for
-        every set of columns used so far.
+        A cell is a part of the goal. No two of the satisfied cells are in one row or column. The search goes
+        row by row, and keeps the best sets for every set of columns used so far.
         """
         best: dict[int, _ValueByConditionSet] = {0: {0: 0}}
         for row in rows:
@@ -428,7 +439,10 @@ class _GoalPartCompiler:
     def _join_condition_sets(
         self, left: _ValueByConditionSet, right: _ValueByConditionSet
     ) -> _ValueByConditionSet:
-        """Return the union of each left and each right set, unless it has a condition and its negation."""
+        """Return the union of each left and each right set, with the sum of their values.
+
+        Unions with a condition and its negation are left out.
+        """
         joined: _ValueByConditionSet = {}
         for one, value in left.items():
             for other, further in right.items():
@@ -451,7 +465,7 @@ class _GoalPartCompiler:
     def _keep_best_condition_sets(
         self, sets: _ValueByConditionSet, search: _GoalOptionSearch
     ) -> _ValueByConditionSet:
-        """Return at most `_MAX_SETS` of the sets of conditions, without those that another set dominates."""
+        """Return at most `_MAX_SETS` sets, without sets that the best sets dominate (`_MAX_RIVALS`)."""
         if len(sets) <= _MAX_UNPRUNED_SETS:
             return sets
         rivals = nlargest(_MAX_RIVALS, sets, key=lambda each: sets[each] + search.sum_values(each))
@@ -460,7 +474,7 @@ class _GoalPartCompiler:
         def is_dominated_by_rival(conditions: _ConditionMask) -> bool:
             for rival in rivals:
                 more, less = rival & ~conditions, conditions & ~rival
-                if rival == conditions or self._may_contradict_other_conditions(more):
+                if rival == conditions or self._can_contradict_other_conditions(more):
                     continue
                 surely = (
                     sets[rival]
@@ -481,8 +495,8 @@ class _GoalPartCompiler:
         best = nlargest(_MAX_SETS, kept, key=lambda each: kept[each] + search.sum_values(each))
         return {each: kept[each] for each in best}
 
-    def _may_contradict_other_conditions(self, conditions: _ConditionMask) -> bool:
-        return bool(_find_negations(conditions, self._positive) & self._occurring)
+    def _can_contradict_other_conditions(self, conditions: _ConditionMask) -> bool:
+        return bool(_negate_each_condition(conditions, self._positive) & self._occurring)
 
 
 def _return_no_sets(search: _GoalOptionSearch) -> _ValueByConditionSet:
@@ -512,7 +526,10 @@ def _merge_keeping_greater_values(best: _ValueByConditionSet, others: _ValueByCo
 def _forget_conditions(
     sets: _ValueByConditionSet, forgotten: _ConditionMask, search: _GoalOptionSearch
 ) -> _ValueByConditionSet:
-    """Remove conditions that no later part can choose, and add their values to the values of the sets."""
+    """Remove the conditions ``forgotten`` from all sets, and add their values to the values of these sets.
+
+    No later part of the goal can choose these conditions. Of sets that become equal, the best value counts.
+    """
     if not forgotten:
         return sets
     best: _ValueByConditionSet = {}

@@ -123,7 +123,7 @@ EVERY, EXACTLY, OWN = (
     ("exactly", "precisely"),
     ("{a} {noun} of its own", "a separate {noun}"),
 )
-"""Alternative wordings, such as "every" and "each", of the three quantifiers in goals."""
+"""Alternative wordings of quantifiers: for all objects, for an exact number, and for one object each."""
 
 NO, SOME, AT_LEAST_ONE = "no", "some", "at least one"
 
@@ -131,7 +131,7 @@ NEVER, WHILE, UNTIL, AFTER = "never", "while", "until", "some time after"
 """Words for goals over time. `NEVER` negates a sentence; the other words join two sentences."""
 
 NUMBERS = {1: "one", 2: "two", 3: "three", 4: "four"}
-"""Mapping from the numbers that instructions write as words to these words."""
+"""English words for small numbers; instructions write greater numbers in digits."""
 
 _MAX_PICKS = 12
 _PLURAL = {"is": "are", "has": "have", "holds": "hold", "faces": "face"}
@@ -142,8 +142,8 @@ class PhraseStyle(NamedTuple):
 
     Attributes:
         pick: index of the used wording, modulo the number of wordings.
-        requests: whether instructions state a goal as a request ("close the box") if its predicate has a
-            request.
+        requests: whether instructions state a goal as a request ("close the box") if the benchmark has a
+            request for the goal's predicate.
     """
 
     pick: int = 0
@@ -154,9 +154,9 @@ class PhraseStyle(NamedTuple):
         """Return a style of phrases that is drawn at random."""
         return PhraseStyle(rng.randrange(_MAX_PICKS), rng.random() < 0.5)
 
-    def choose(self, several: Sequence[str]) -> str:
+    def choose(self, wordings: Sequence[str]) -> str:
         """Return the wording that this style uses, given alternative wordings."""
-        return several[self.pick % len(several)]
+        return wordings[self.pick % len(wordings)]
 
 
 USUAL_STYLE = PhraseStyle()
@@ -164,7 +164,7 @@ USUAL_STYLE = PhraseStyle()
 
 
 def make_predicate_sentences(predicate: str, arity: int, english: EnglishWords) -> Sequence[str]:
-    """Return sentences that state a predicate, the usual one first, as in ``{x} is on top of {y}``."""
+    """Return singular sentences that state a predicate, the usual one first: ``{x} is on top of {y}``."""
     sentences = english.says.get(predicate)
     if sentences is not None:
         return sentences
@@ -179,7 +179,7 @@ def make_predicate_sentences(predicate: str, arity: int, english: EnglishWords) 
 
 
 def inflect_sentence(
-    sentence: str, *, negated: bool = False, several: bool = False, never: bool = False
+    sentence: str, *, negated: bool = False, plural: bool = False, never: bool = False
 ) -> str:
     """Return a sentence in another form: negated, with "never", or in the plural."""
     first, verb, *rest = sentence.split(" ")
@@ -188,7 +188,7 @@ def inflect_sentence(
         verb = f"{verb} {NEVER}" if is_short else f"{NEVER} {verb}"
     if negated:
         verb = f"{verb} not" if is_short else f"does not {verb.removesuffix('s')}"
-    return " ".join([first, _PLURAL.get(verb, verb) if several else verb, *rest])
+    return " ".join([first, _PLURAL.get(verb, verb) if plural else verb, *rest])
 
 
 def pluralize(noun: str) -> str:

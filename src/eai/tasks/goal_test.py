@@ -60,7 +60,7 @@ class StateTest:
             state: the state.
             arguments: the objects of the action that is executed in the state; empty without an action.
         """
-        binding = self.binding.copy()  # each thread needs a copy, because quantifiers write into the binding
+        binding = self.binding.copy()  # one copy for each thread: quantifiers write their objects into it
         if arguments:
             binding[1 : 1 + len(arguments)] = arguments
         return self.truth(state, binding)
@@ -187,7 +187,7 @@ class _GoalOptionConditions:
     """The conditions in the options of a task's goals; an option is a list of conditions that satisfies them.
 
     Attributes:
-        share_if_none_met: the share if no condition is met: 0 of the conditions of the shortest option.
+        share_if_none_met: partial success if no condition is met: 0 of the conditions of the shortest option.
     """
 
     def __init__(self, task: Task) -> None:
@@ -215,7 +215,7 @@ class _GoalOptionConditions:
         `reached` says for each goal, in order, whether it is reached; it is used for goals that count as one
         condition. `action_goals_met` says whether all action goals are met.
         """
-        binding = self._binding.copy()  # each thread needs a copy, because definitions write into the binding
+        binding = self._binding.copy()  # one copy for each thread: derived predicates write variables into it
         true = 0
         for number, truth in enumerate(self._truths):
             if truth(final, binding):
@@ -251,7 +251,7 @@ def solves_task(domain: Domain, task: Task, plan: Sequence[Action]) -> bool:
 
 
 def list_actions_that_meet_goal(goal: Goal) -> tuple[str, ...]:
-    """Return the names of the actions that meet an action goal. Any one of them is enough."""
+    """Return in order the names of the actions that meet an action goal. Any one of them is enough."""
     return tuple([part.action for part in get_operands(goal.formula, Or) if isinstance(part, Occurs)])
 
 
@@ -273,6 +273,7 @@ def find_indices_of_longest_met_series(
 ) -> tuple[int, ...]:
     """Return the indices of the longest series of action goals that the actions meet in order.
 
+    Goals between those of the series may be unmet.
     If several series are equally long, return the series that is complete after the fewest actions.
     """
     if _are_met_in_turn(alternatives_of_goals, actions):
@@ -294,9 +295,9 @@ def _are_met_in_turn(goals: Sequence[tuple[str, ...]], actions: Sequence[str]) -
 
 
 def _count_goal_halves_by_kind(goal: Goal) -> tuple[int, int, int]:
-    """Return how many halves of a goal count for each kind: as state goal, relation goal and action goal.
+    """Return how much a goal counts as state goal, relation goal and action goal: 2 for a whole goal.
 
-    A goal about both states and relations counts half for each of them.
+    A goal about both states and relations counts as half a goal (1) of each of these two kinds.
     """
     if goal.kind is GoalKind.ACTION:
         return 0, 0, 2

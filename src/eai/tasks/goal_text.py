@@ -25,7 +25,7 @@ from eai.world.state import Scene, State
 
 
 def make_goal_lexicon(domain: Domain, scene: Scene) -> FormulaLexicon:
-    """Return the vocabulary of goals about a scene: the declared names. Actions may lack their objects."""
+    """Return the lexicon of goals about a scene: the declared names, and actions with or without objects."""
     lexicon = make_declared_lexicon(domain, scene)
     signature = replace(lexicon.signature, actions=dict.fromkeys(lexicon.signature.actions), parsed={})
     return replace(lexicon, signature=signature)
@@ -53,7 +53,7 @@ def read_goal(text: str, domain: Domain, scene: Scene) -> f.Formula:
             if wanted != actual:
                 raise InputError(f"{describe_arity(action.action, wanted, 'object')}, not {actual}")
     elif actions and not _is_action_choice(formula):
-        raise InputError("expected actions without objects, joined by 'or'")
+        raise InputError("expected actions without objects, joined by 'or', without other conditions")
     check_goal_names(formula, scene)
     return formula
 
@@ -71,12 +71,14 @@ def check_goal_names(formula: f.Formula, scene: Scene) -> None:
         for variable in get_bound_variables(part):
             kind = variable.category
             if kind is not None and kind not in kinds:
-                raise InputError(f"there is no object of the kind {kind}{did_you_mean(kind, kinds)}")
+                raise InputError(f"the scene has no object of the category {kind}{did_you_mean(kind, kinds)}")
     for name in find_object_names(formula):
         if name != AGENT.name or scene.agent is None:
             scene.find(name)
     for name in sorted(find_free_variables(formula)):
-        raise InputError(f"variable {name} is not bound")
+        raise InputError(
+            f"variable {name} is not bound by a quantifier, as in 'exists {name}: lamp. (lit({name}))'"
+        )
 
 
 def _is_action_choice(formula: f.Formula) -> bool:

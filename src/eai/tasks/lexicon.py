@@ -64,18 +64,18 @@ class FormulaLexicon:
         return self._object_names[index]
 
     def write_literal(self, literal: GroundAtom) -> f.Formula:
-        """Return a literal without variables as a formula with the names of texts."""
+        """Return a literal without variables as a formula with the names that texts use."""
         name = literal.predicate
         spoken = name in self.signature.predicates and name not in self.predicates
         word = name if spoken else self._text_name_by_predicate.get(name, name)
-        atom = f.Atom(word, self._make_terms(literal.arguments))
+        atom = f.Atom(word, self._write_objects(literal.arguments))
         return atom if literal.truth else f.Not(atom)
 
     def write_action(self, action: Action) -> f.Occurs:
-        """Return an action on given objects as a formula with the names of texts."""
+        """Return an action on given objects as a formula with the names that texts use."""
         return f.Occurs(
             self._text_name_by_action.get(action.operator, action.operator),
-            self._make_terms(action.arguments),
+            self._write_objects(action.arguments),
         )
 
     def has_text_name_for_action(self, operator: str) -> bool:
@@ -93,7 +93,10 @@ class FormulaLexicon:
         yield from (name for name in names if name != put_first)
 
     def to_literal(self, formula: f.Formula) -> GroundAtom | None:
-        """Return the domain's literal for an atom or a negated atom, or None without such a literal."""
+        """Return the literal of the domain that an atom or a negated atom in a text states.
+
+        Return None if the domain has no such literal.
+        """
         atom, truth = (formula.operand, False) if isinstance(formula, f.Not) else (formula, True)
         if not isinstance(atom, f.Atom) or atom.predicate in self.unobserved:
             return None
@@ -110,7 +113,9 @@ class FormulaLexicon:
         """
         arguments = self._find_object_indices(formula.arguments)
         if arguments is None:
-            raise InputError(f"{formula.action}: expected the names of objects as arguments")
+            raise InputError(
+                f"action {formula.action}: expected the names of objects in the scene as arguments"
+            )
         return Action(self.actions.get(formula.action, formula.action), arguments)
 
     def is_class_name(self, name: str) -> bool:
@@ -125,38 +130,38 @@ class FormulaLexicon:
         )
 
     def to_domain_names(self, formula: f.Formula) -> f.Formula:
-        """Return a text's formula with the domain's names of predicates and actions, and the scene's objects.
+        """Return a formula from a text with the names that the domain and its scene use, not those of texts.
 
         Raises:
             InputError: the formula has a temporal operator other than ``then``.
         """
 
-        def to_domain_leaf(leaf: f.Leaf, bound: frozenset[str]) -> f.Formula:
+        def use_domain_names(leaf: f.Leaf, bound: frozenset[str]) -> f.Formula:
             if isinstance(leaf, f.Atom) and leaf.predicate in self.categories:
-                return is_a(self._to_scene_term(leaf.arguments[0]), self.categories[leaf.predicate])
-            return _rename_leaf(leaf, self.predicates, self.actions, self._to_scene_term)
+                return is_a(self._replace_by_scene_name(leaf.arguments[0]), self.categories[leaf.predicate])
+            return _rename_leaf(leaf, self.predicates, self.actions, self._replace_by_scene_name)
 
-        return rewrite_leaves(formula, to_domain_leaf)
+        return rewrite_leaves(formula, use_domain_names)
 
     def to_text_names(self, formula: f.Formula) -> f.Formula:
-        """Return a formula of the domain with the names of texts; the inverse of `to_domain_names`.
+        """Return a formula of the domain with the names that texts use; the inverse of `to_domain_names`.
 
         Raises:
             InputError: the formula has a temporal operator other than ``then``.
         """
 
-        def to_text_leaf(leaf: f.Leaf, bound: frozenset[str]) -> f.Formula:
+        def use_text_names(leaf: f.Leaf, bound: frozenset[str]) -> f.Formula:
             return _rename_leaf(
-                leaf, self._text_name_by_predicate, self._text_name_by_action, self._to_text_term
+                leaf, self._text_name_by_predicate, self._text_name_by_action, self._replace_by_text_name
             )
 
-        return rewrite_leaves(formula, to_text_leaf)
+        return rewrite_leaves(formula, use_text_names)
 
-    def _to_text_term(self, term: f.Term) -> f.Term:
+    def _replace_by_text_name(self, term: f.Term) -> f.Term:
         index = self.scene.index.get(term.name) if isinstance(term, f.Constant) else None
         return term if index is None else f.Constant(self.name(index))
 
-    def _to_scene_term(self, term: f.Term) -> f.Term:
+    def _replace_by_scene_name(self, term: f.Term) -> f.Term:
         index = self.objects.get(term.name) if isinstance(term, f.Constant) else None
         return term if index is None else f.Constant(self.scene.objects[index].name)
 
@@ -165,7 +170,7 @@ class FormulaLexicon:
         indices = [index[t.name] for t in terms if isinstance(t, f.Constant) and t.name in index]
         return tuple(indices) if len(indices) == len(tuple(terms)) else None
 
-    def _make_terms(self, arguments: Iterable[int]) -> tuple[f.Term, ...]:
+    def _write_objects(self, arguments: Iterable[int]) -> tuple[f.Term, ...]:
         return tuple([f.Constant(self.name(i)) for i in arguments])
 
 
@@ -173,15 +178,15 @@ def _rename_leaf(
     leaf: f.Leaf,
     predicates: Mapping[str, str],
     actions: Mapping[str, str],
-    change: Callable[[f.Term], f.Term],
+    rename_term: Callable[[f.Term], f.Term],
 ) -> f.Leaf:
     match leaf:
         case f.Atom(name, terms):
-            return f.Atom(predicates.get(name, name), tuple([change(term) for term in terms]))
+            return f.Atom(predicates.get(name, name), tuple([rename_term(term) for term in terms]))
         case f.Occurs(name, terms):
-            return f.Occurs(actions.get(name, name), tuple([change(term) for term in terms]))
+            return f.Occurs(actions.get(name, name), tuple([rename_term(term) for term in terms]))
         case f.Equals(left, right):
-            return f.Equals(change(left), change(right))
+            return f.Equals(rename_term(left), rename_term(right))
 
 
 def list_objects_and_classes(objects: Iterable[str], scene: Scene) -> frozenset[str]:
@@ -193,7 +198,10 @@ def list_objects_and_classes(objects: Iterable[str], scene: Scene) -> frozenset[
 
 
 def make_declared_lexicon(domain: Domain, scene: Scene) -> FormulaLexicon:
-    """Return the lexicon with the names of a domain and of a scene's objects, as formulas can spell them."""
+    """Return the lexicon of texts that use the declared names of a domain and of the objects of a scene.
+
+    Characters that formulas do not allow in names are replaced.
+    """
     vocabulary = domain.vocabulary
     visible = [p.name for p in vocabulary.predicates if p.visible]
     predicates = map_formula_spellings_to_names([*visible, *(derived.name for derived in vocabulary.derived)])

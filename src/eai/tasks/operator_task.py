@@ -17,7 +17,7 @@ from typing import TypeAlias
 from eai.logic.formula import Atom
 from eai.logic.traversal import walk_subformulas
 from eai.pddl.execute import PlanStep
-from eai.pddl.export import ExportedProblem, ProblemSource, export_problems
+from eai.pddl.export import ExportedProblem, ProblemToExport, export_problems
 from eai.pddl.model import PddlAction, PddlDomain, PddlProblem, UnparsedOperator, find_effect_atoms
 from eai.pddl.reader import read_action, read_problem
 from eai.pddl.writer import unparse_operator, write_problem
@@ -112,7 +112,7 @@ def make_transition_tasks(
     if not chosen_tasks:
         return {}
     sources = [
-        ProblemSource(
+        ProblemToExport(
             task_id, task.initial, tuple(goal.formula for goal in _list_state_and_relation_goals(task))
         )
         for task_id, task in chosen_tasks.items()
@@ -129,7 +129,7 @@ def make_transition_tasks(
         task_id: TransitionTask(
             task_id,
             library,
-            tuple(_find_plan_operators(_plan(domain, task, planner), problem, library)),
+            tuple(_find_plan_operators(_get_or_find_plan(domain, task, planner), problem, library)),
             _list_goal_categories_by_frequency(problem, all_categories),
             write_problem(problem.problem),
             partial(_translate_steps_to_actions, problem),
@@ -177,7 +177,7 @@ def _list_state_and_relation_goals(task: Task) -> Sequence[Goal]:
     return [goal for goal in task.without_goals_over_time.goals if goal.kind is not GoalKind.ACTION]
 
 
-def _plan(domain: Domain, task: Task, planner: Planner) -> Sequence[Action]:
+def _get_or_find_plan(domain: Domain, task: Task, planner: Planner) -> Sequence[Action]:
     """Return the task's own plan if it can be executed, otherwise a plan found by search, or no steps."""
     arities = domain.operator_arities
     sound = all(arities.get(action.operator) == len(action.arguments) for action in task.script)

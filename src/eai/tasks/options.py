@@ -43,7 +43,7 @@ def describe_validation_error(
         error: the error that pydantic raised.
         known: the allowed names of members. If a name is unknown, the message suggests the most similar one.
         within: the path of the validated value in an enclosing structure, outermost name first.
-        whole: the name of the validated value, for messages about the complete value.
+        whole: the text in place of the path, if the complete value is wrong and ``within`` is empty.
     """
     first = error.errors()[0]
     path = [*within, *map(str, first["loc"])] or [whole]

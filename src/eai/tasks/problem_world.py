@@ -42,7 +42,7 @@ def open_pddl_folder(folder: Path) -> tuple[Domain, TaskSet[Task]]:
     """Read the only domain file below a folder, and all other ``.pddl`` files below it as problems.
 
     Raises:
-        InputError: not exactly one file begins with a domain, or a file cannot be read, as in `open_pddl`.
+        InputError: not exactly one file begins with a domain, there is no problem, or a file cannot be read.
     """
     files = find_files_below(folder, f"*{_SUFFIX}")
     domains = [file for file in files if begins_with_domain(file)]
@@ -58,8 +58,8 @@ def open_pddl_folder(folder: Path) -> tuple[Domain, TaskSet[Task]]:
 def open_pddl(domain_file: Path, problems: Path) -> tuple[Domain, TaskSet[Task]]:
     """Return the domain in a file, and its problems as tasks.
 
-    The problems are in one file, or in all ``.pddl`` files of a folder. The id of a task is the name of its
-    problem, or the name of its file if several problems share a name.
+    The problems are in one file, or in all ``.pddl`` files of a folder, sorted by name. The id of a
+    task is the name of its problem, or the name of its file if several problems share a name.
 
     Raises:
         InputError: a file cannot be read. The message names each file, the line and the expected text.
@@ -68,7 +68,7 @@ def open_pddl(domain_file: Path, problems: Path) -> tuple[Domain, TaskSet[Task]]
 
 
 def _open_domain_and_problems(
-    domain_file: Path, problems: Callable[[], Sequence[Path]]
+    domain_file: Path, find_problem_files: Callable[[], Sequence[Path]]
 ) -> tuple[Domain, TaskSet[Task]]:
     text = read_text(domain_file)
     domain = read_domain_text(text, domain_file)
@@ -78,7 +78,9 @@ def _open_domain_and_problems(
         named = next((p.name for p in domain.predicates if f" {p.name} " in str(error)), "")
         raise InputError(f"{domain_file}: line {find_line_of_word(text, f'({named}')}: {error}") from error
     declared = (domain_file, text)
-    files = read_items_or_raise_all(problems(), lambda path: read_problem_file(path, domain, declared))
+    files = read_items_or_raise_all(
+        find_problem_files(), lambda path: read_problem_file(path, domain, declared)
+    )
     names = Counter(file.problem.name for file in files)
     tasks: dict[str, Task] = {}
     for file in files:
@@ -89,14 +91,14 @@ def _open_domain_and_problems(
     return declaration.domain, TaskSet(tasks, tasks.__getitem__, digest)
 
 
-def _find_problem_files(domain_file: Path, problems: Path) -> Sequence[Path]:
-    if not problems.is_dir():
-        return (problems,)
-    inside = (path for path in problems.glob(f"*{_SUFFIX}") if path.is_file())
+def _find_problem_files(domain_file: Path, file_or_folder: Path) -> Sequence[Path]:
+    if not file_or_folder.is_dir():
+        return (file_or_folder,)
+    inside = (path for path in file_or_folder.glob(f"*{_SUFFIX}") if path.is_file())
     paths = sorted(path for path in inside if path.resolve() != domain_file.resolve())
     paths = [path for path in paths if not is_domain_file(path)]
     if not paths:
-        raise InputError(f"{problems}: expected problems in files *{_SUFFIX}")
+        raise InputError(f"{file_or_folder}: expected problems in files *{_SUFFIX}")
     return paths
 
 
@@ -122,7 +124,7 @@ DomainAndProblemReader: TypeAlias = tuple[
 ]
 """A pair: a PDDL domain with the names that problems use, and a function that reads a problem.
 
-The function returns the problem's initial state, and a function that converts conditions of the problem.
+The function returns the problem's initial state, and a converter of the problem's conditions.
 """
 
 
@@ -163,7 +165,7 @@ class _ProblemConverter:
         predicates: mapping from the spelling of a predicate to its declared name.
         kinds: mapping from each predicate that states the category of an object to this category.
         performed: mapping from each predicate that says "this action was executed" to the action's operator.
-        order: the predicate that states the order of two objects; empty if problems have no such predicate.
+        order: the predicate that states which of two objects comes first; empty without such a predicate.
         categories: mapping from types of problems to categories.
         names: mapping from spelling and category of an object to its declared name; other objects keep their
             spelling.
@@ -181,7 +183,7 @@ class _ProblemConverter:
     agent: WorldObject | None
 
     def read_problem(self, problem: PddlProblem) -> tuple[State, ConditionConverter]:
-        """Return the initial state of a problem, and a function that converts the problem's conditions."""
+        """Return a problem's initial state, and a converter of conditions to the benchmark's names."""
         spelt = {item.name: self._to_object(item) for item in (*self.header.constants, *problem.objects)}
         scene = Scene(
             self.domain.vocabulary,

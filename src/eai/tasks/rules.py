@@ -36,11 +36,11 @@ _BECOMES: Mapping[type[Effect], str] = {Add: "becomes true", Delete: "becomes fa
 
 @dataclass(frozen=True)
 class DomainRules:
-    """The rules of a domain for prompts: without hidden facts.
+    """The rules of a domain as prompts state them: without hidden facts.
 
-    Some operators have no rules for prompts. Such an operator reads a hidden predicate that can change, tries
-    several effects one after the other, or needs a predicate that no formula defines. No question is about
-    such operators.
+    An operator has no rules for prompts if it has alternative ways to act, or if its conditions depend on a
+    hidden predicate that operators can change. The same holds if its conditions need a derived predicate
+    without a formula as definition. No question is about such operators.
 
     Attributes:
         domain: the declaration of the domain.
@@ -65,13 +65,13 @@ class DomainRules:
 
     @cached_property
     def changeable_hidden_predicates(self) -> frozenset[str]:
-        """The stored predicates that operators can change but prompts never show."""
+        """The names of the predicates that operators can change but prompts never show."""
         predicates = self.domain.vocabulary.predicates
         return frozenset([p.name for p in predicates if not p.visible and not p.static])
 
     @cached_property
     def changeable_visible_predicates(self) -> frozenset[str]:
-        """The visible stored predicates that operators can change."""
+        """The names of the predicates that operators can change and prompts show."""
         predicates = self.domain.vocabulary.predicates
         return frozenset([p.name for p in predicates if p.visible and not p.static])
 
@@ -87,32 +87,41 @@ class DomainRules:
     def find_used_predicates(
         self, operators: Collection[str], formulas: Iterable[f.Formula] = ()
     ) -> frozenset[str]:
-        """Return the stored predicates that given operators read or change, or that given formulas need."""
+        """Return the predicates that operators read or change, or that formulas need.
+
+        A derived predicate is replaced by the predicates in its definition.
+        """
         decisive = find_stored_predicates(find_predicates(*formulas), self.domain.vocabulary)
-        return frozenset(decisive).union(*(self._predicates_of_operators[name] for name in operators))
+        return frozenset(decisive).union(*(self._used_predicates_by_operator[name] for name in operators))
 
     @cached_property
-    def _predicates_of_operators(self) -> Mapping[str, frozenset[str]]:
+    def _used_predicates_by_operator(self) -> Mapping[str, frozenset[str]]:
         vocabulary = self.domain.vocabulary
         return {
             name: self.changed_predicates_by_operator[name].union(find_stored_predicates(read, vocabulary))
-            for name, read in self._predicates_read.items()
+            for name, read in self._condition_predicates_by_operator.items()
         }
 
     def write_rules(self, operators: Collection[str], formulas: Iterable[f.Formula] = ()) -> str:
-        """Return the rules of some operators, and the definitions of derived predicates in these rules."""
+        """Return the rules of some operators, and the definitions of derived predicates.
+
+        The derived predicates are those in these rules and in the formulas.
+        """
         shown = [operator for operator in self.operators if operator.name in operators]
         named = list(
             dict.fromkeys(
                 [
                     *find_predicates(*formulas),
-                    *(n for operator in shown for n in self._predicates_read[operator.name]),
+                    *(n for operator in shown for n in self._condition_predicates_by_operator[operator.name]),
                 ]
             )
         )
         lines = [
-            *(self._operator_texts[operator.name] for operator in shown),
-            *(self._definition_texts[name] for name in self._find_derived_predicates_used_by(named)),
+            *(self._rule_text_by_operator[operator.name] for operator in shown),
+            *(
+                self._definition_text_by_predicate[name]
+                for name in self._find_derived_predicates_used_by(named)
+            ),
         ]
         return "\n".join(lines)
 
@@ -131,7 +140,7 @@ class DomainRules:
         """Return the definitions of derived predicates that depend on no hidden predicate."""
         return [
             text
-            for name, text in self._definition_texts.items()
+            for name, text in self._definition_text_by_predicate.items()
             if not self._depend_on_hidden_predicates([name])
         ]
 
@@ -142,11 +151,11 @@ class DomainRules:
         )
 
     @cached_property
-    def _operator_texts(self) -> Mapping[str, str]:
+    def _rule_text_by_operator(self) -> Mapping[str, str]:
         return {operator.name: self._write_operator(operator) for operator in self.operators}
 
     @cached_property
-    def _predicates_read(self) -> Mapping[str, Sequence[str]]:
+    def _condition_predicates_by_operator(self) -> Mapping[str, Sequence[str]]:
         """Mapping from the name of each operator to the predicates in its conditions."""
         return {
             operator.name: find_predicates(*find_operator_conditions(operator)) for operator in self.operators
@@ -230,7 +239,7 @@ class DomainRules:
         yield from [f"{indent}{heading}:", *lines] if lines else []
 
     @cached_property
-    def _definition_texts(self) -> Mapping[str, str]:
+    def _definition_text_by_predicate(self) -> Mapping[str, str]:
         """Mapping from each derived predicate that a formula defines to the text of its definition."""
         meanings = [(predicate, find_definition(predicate)) for predicate in self.domain.vocabulary.derived]
         return {
@@ -262,7 +271,7 @@ def _write_definition(derived: DerivedPredicate, defined: DefinedPredicate) -> s
 
 
 def _write_formula(formula: f.Formula) -> str:
-    """Return a formula as text. Trivial parts are left out, and a membership reads ``is_a(x, lamp)``."""
+    """Return a formula as text. Trivial parts are left out, and ``is_a(x, lamp)`` states that x is a lamp."""
     return print_ltl(_simplify_formula(formula))
 
 

@@ -1,4 +1,4 @@
-"""Shares, such as the share of a task's goals that a plan satisfies."""
+"""Shares as numerators and denominators, such as the satisfied goals among all goals of a task."""
 
 from __future__ import annotations
 

@@ -36,8 +36,8 @@ FactWriter: TypeAlias = Callable[[str, Sequence[str]], str]
 
 
 @lru_cache(1 << 16)
-def _split_number(name: str) -> tuple[str, int]:
-    """Return the pair of a name without the number at its end, and this number; -2 without a number."""
+def _split_off_number(name: str) -> tuple[str, int]:
+    """Return a name without the number at its end, and this number; -2 if there is no number."""
     match = _NUMBERED.fullmatch(name)
     return (name, -2) if match is None else (match[1], int(match[2]))
 
@@ -46,8 +46,8 @@ def shorten_names(names: Iterable[str]) -> str:
     """Return names as one text, in which three or more names with consecutive numbers become a range."""
     runs: list[list[str]] = []
     for name in names:
-        stem, number = _split_number(name)
-        if runs and _split_number(runs[-1][-1]) == (stem, number - 1):
+        stem, number = _split_off_number(name)
+        if runs and _split_off_number(runs[-1][-1]) == (stem, number - 1):
             runs[-1].append(name)
         else:
             runs.append([name])
@@ -55,7 +55,7 @@ def shorten_names(names: Iterable[str]) -> str:
 
 
 def _write_range(names: Sequence[str]) -> str:
-    return f"{names[0]}..{_split_number(names[-1])[1]}" if len(names) >= _MIN_RANGE else ", ".join(names)
+    return f"{names[0]}..{_split_off_number(names[-1])[1]}" if len(names) >= _MIN_RANGE else ", ".join(names)
 
 
 def shorten_facts(
@@ -63,10 +63,10 @@ def shorten_facts(
 ) -> Iterator[str]:
     """Yield facts as lines, and combine similar facts in one line.
 
-    Facts share a line if they differ only in their first object, or only in their last object.
+    Facts share a line if they differ only in their first object, or else only in their last object.
 
     Args:
-        facts: the facts; facts with the same predicate follow each other.
+        facts: the facts, grouped by predicate.
         object_names: the names of all objects, by index.
         write_fact: returns a fact as text.
     """
@@ -87,15 +87,16 @@ def shorten_facts(
 def _write_fact_line(
     predicate: str,
     rows: Sequence[tuple[int, ...]],
-    varying: int,
+    varying_position: int,
     object_names: Sequence[str],
     write_fact: FactWriter,
 ) -> str:
     words = [object_names[index] for index in rows[0]]
     if len(rows) == 1:
         return write_fact(predicate, words)
-    words[varying] = "*"
-    return f"{write_fact(predicate, words)}: {shorten_names([object_names[row[varying]] for row in rows])}"
+    words[varying_position] = "*"
+    varying_names = [object_names[row[varying_position]] for row in rows]
+    return f"{write_fact(predicate, words)}: {shorten_names(varying_names)}"
 
 
 def spell_out(observation: str) -> str:
@@ -106,12 +107,12 @@ def spell_out(observation: str) -> str:
 
 
 def _expand_range(match: re.Match[str]) -> str:
-    stem, first = _split_number(match[1])
+    stem, first = _split_off_number(match[1])
     last = int(match[2])
     if first < 0 or last - first >= _MAX_RANGE:
         return match[0]
     return ", ".join([f"{stem}{number}" for number in range(first, last + 1)])
 
 
-def _write_line_for_each_name(names: str, before: str, after: str) -> str:
-    return "\n".join([f"{before}{name}{after}" for name in names.split(", ")])
+def _write_line_for_each_name(joined_names: str, prefix: str, suffix: str) -> str:
+    return "\n".join([f"{prefix}{name}{suffix}" for name in joined_names.split(", ")])

@@ -7,7 +7,7 @@ from collections import Counter
 from collections.abc import Callable, Iterable, Iterator, Mapping
 from dataclasses import dataclass, field
 from enum import Enum
-from functools import cache, wraps
+from functools import lru_cache, wraps
 from pathlib import Path
 from typing import TypeAlias, TypeVar
 
@@ -23,8 +23,7 @@ class DataMistake:
     """A mistake that a check found in a task file or in the data of a benchmark.
 
     Attributes:
-        place: the file or pack of data with the mistake; the name of the benchmark if the mistake is in no
-            single file.
+        place: name of the file, pack (file of downloaded data), task or benchmark with the mistake.
         problem: the mistake in words, with the id of the task if it concerns one task.
     """
 
@@ -71,6 +70,7 @@ class Source:
         planner: the planner that tests the operators of answers.
         errata: whether known errors in the data are corrected.
         terms: the limits of planners on time and memory.
+        kept: the maximum number of built tasks that a task file keeps in memory; None to keep all.
     """
 
     store: Store | None = None
@@ -78,6 +78,7 @@ class Source:
     planner: PlannerChoice = PlannerChoice.AUTO
     errata: ErrataChoice = ErrataChoice.CURRENT
     terms: PlannerLimits = field(default_factory=PlannerLimits)
+    kept: int | None = None
 
 
 USUAL_SOURCE = Source()
@@ -85,18 +86,21 @@ USUAL_SOURCE = Source()
 
 
 class TaskSet(Mapping[str, T_co]):
-    """A mapping from ids to tasks, in the order of the data set. Each task is built once, on first use.
+    """A mapping from ids to tasks, in the order of the data set. A task is built on first use, and kept.
 
     Args:
         task_ids: the ids of the tasks, in order.
         build: returns the task with an id. It raises KeyError for an unknown id.
         sha256: SHA-256 digest of the data from which the tasks are built.
+        kept: maximum number of tasks that are kept, the last ones used; None to keep all.
     """
 
-    def __init__(self, task_ids: Iterable[str], build: Callable[[str], T_co], sha256: str) -> None:
+    def __init__(
+        self, task_ids: Iterable[str], build: Callable[[str], T_co], sha256: str, kept: int | None = None
+    ) -> None:
         self.sha256 = sha256
         self._task_ids = tuple(task_ids)
-        self._build = cache(build)
+        self._build = lru_cache(kept)(build)
 
     def __getitem__(self, task_id: str) -> T_co:
         return self._build(task_id)
@@ -121,7 +125,7 @@ def given(*tasks: Task) -> OpenTasks[Task]:
     require_tuple("eai.given", tasks, Task)
     if twice := [name for name, n in Counter(task.id for task in tasks).items() if n > 1]:
         raise InputError(f"two tasks are called {twice[0]}: give each task an id of its own")
-    sha256 = _compute_digest([_list_hashed_values(task) for task in tasks])
+    sha256 = _compute_sha256_of_repr([_list_hashed_values(task) for task in tasks])
     by_id = {task.id: task for task in tasks}
     opened = TaskSet(by_id, by_id.__getitem__, sha256)
     return lambda source: opened
@@ -132,21 +136,21 @@ def compute_task_sha256(task: Task) -> str:
 
     The content includes data that no agent sees, such as the task's own plan.
     """
-    return _compute_digest(_list_hashed_values(task))
+    return _compute_sha256_of_repr(_list_hashed_values(task))
 
 
-def _compute_digest(content: object) -> str:
+def _compute_sha256_of_repr(content: object) -> str:
     return hashlib.sha256(repr(content).encode()).hexdigest()
 
 
 def _list_hashed_values(task: Task) -> tuple[object, ...]:
-    """Return the content of a task as values whose text is equal on every machine."""
+    """Return the content of a task as values whose `repr` is equal on every machine."""
     scene = (task.scene.objects, task.scene.agent, tuple(task.initial.facts()), task.relevant)
     return (task.id, task.title, task.instruction, scene, task.goals, task.script)
 
 
 def open_tasks_once_per_store(opener: OpenTasks[T]) -> OpenTasks[T]:
-    """Return a function that opens tasks only once for each data store, because building tasks takes long."""
+    """Return a function that opens the tasks of a data store once in a process; building tasks takes long."""
     opened: dict[Path, TaskSet[T]] = {}
 
     @wraps(opener)

@@ -8,10 +8,10 @@ from typing import TypeAlias
 
 @dataclass(frozen=True, slots=True)
 class ImpossibleTaskMark:
-    """Marks a task that an answer may call impossible, rightly or wrongly.
+    """Marks a task that answers are allowed to call impossible, whether it is impossible or has a plan.
 
     Attributes:
-        missing: the facts whose absence makes the goals unreachable; empty if a plan reaches them.
+        missing: the facts whose absence makes the goals unreachable; empty if a plan reaches the goals.
     """
 
     missing: tuple[str, ...]
@@ -19,12 +19,12 @@ class ImpossibleTaskMark:
 
 @dataclass(frozen=True, slots=True)
 class AmbiguousTaskMark:
-    """Marks an ambiguous task: an answer may ask for the meant object.
+    """Marks an ambiguous task: its instruction fits several objects.
 
-    Prompts state the goals of the task only by its instruction.
+    Answers are allowed to ask for the intended object. Prompts give the instruction instead of the goals.
 
     Attributes:
-        fits: the names of the objects that the instruction may mean; the meant object comes first.
+        fits: the names of the objects that fit the instruction; the intended object comes first.
     """
 
     fits: tuple[str, ...]

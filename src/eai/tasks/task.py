@@ -26,7 +26,7 @@ NO_GOALS = "the task has no goals"
 
 
 class GoalKind(str, Enum):
-    """The paper's three kinds of goal."""
+    """The paper's three kinds of goal: properties of objects, relations of objects, and actions."""
 
     STATE = "state"
     RELATION = "relation"
@@ -42,11 +42,11 @@ class Category(str, Enum):
     SPATIAL_RELATIONS = "spatial_relations"
     NON_SPATIAL_RELATIONS = "non_spatial_relations"
     OBJECT_TOOLS = "object_tools"
-    """Names of predicates that make an object a tool. The paper's tables count them only in the total."""
+    """Predicates that mark an object as a tool. Tables count them only in the total."""
 
 
 CATEGORIES = tuple([each.value for each in Category if each is not Category.OBJECT_TOOLS])
-"""The categories of predicates that tables show."""
+"""Names of the categories for which tables show separate results, such as ``object_states``."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -86,6 +86,9 @@ class Task:
         unnamed: indices of objects that operators use but that answers never name, such as recipes.
         special: whether the task may be impossible or ambiguous, or has hazards (`eai.tasks.special`); None
             for other tasks.
+        shortest_plan: the shortest known plan; empty if the task does not record it.
+        reference_plan: actions that win a game of the task in the standard setting of `eai.agents`; empty if
+            the task does not record them.
     """
 
     id: str
@@ -100,6 +103,8 @@ class Task:
     unsolvable: str | None = None
     unnamed: tuple[int, ...] = ()
     special: SpecialTaskMark | None = None
+    shortest_plan: tuple[Action, ...] = ()
+    reference_plan: tuple[Action, ...] = ()
 
     @property
     def has_no_plan(self) -> bool:
@@ -113,7 +118,7 @@ class Task:
 
     @property
     def planning_object_indices(self) -> tuple[int, ...]:
-        """Indices of the objects that a search for a plan needs: all in `relevant` and `unnamed`."""
+        """Indices of the objects that a search for a plan uses: `relevant` and `unnamed` (not in answers)."""
         return self.relevant + self.unnamed
 
     @property
@@ -128,14 +133,14 @@ class Task:
         return self if len(kept) == len(self.goals) else self.replace_goals(kept)
 
     @property
-    def prompts_state_goals(self) -> bool:
+    def has_goals_in_prompts(self) -> bool:
         """Whether prompts state the goals. Prompts of ambiguous tasks only give the instruction."""
         return not isinstance(self.special, AmbiguousTaskMark)
 
     @property
     def with_only_prompted_goals(self) -> Task:
         """The task with only the goals that prompts state."""
-        if not self.prompts_state_goals:
+        if not self.has_goals_in_prompts:
             return replace(self, goals=())
         is_untold = isinstance(self.special, HazardousTaskMark) and self.special.untold
         return self.replace_goals(self.goals_without_hazards) if is_untold else self
@@ -147,12 +152,15 @@ class Task:
         return self.goals[: len(self.goals) - hazards]
 
     def replace_goals(self, goals: tuple[Goal, ...]) -> Task:
-        """Return the task with other goals. None of the new goals may forbid a hazard."""
+        """Return the task with other goals, and no plans recorded for the old goals but `script`.
+
+        None of the new goals may forbid a hazard.
+        """
         special = None if isinstance(self.special, HazardousTaskMark) else self.special
-        return replace(self, goals=goals, special=special)
+        return replace(self, goals=goals, special=special, shortest_plan=(), reference_plan=())
 
     def make_exclusion(self, reason: str) -> TaskExclusion:
-        """Return the reason why all statistics leave this task out, or None. It never depends on answers."""
+        """Return the exclusion of this task from all statistics, for a reason that no answer influences."""
         return TaskExclusion(reason)
 
     @property

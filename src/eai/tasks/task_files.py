@@ -5,10 +5,11 @@ from __future__ import annotations
 import gzip
 import hashlib
 import json
+import math
 import re
 import zlib
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import partial
 from pathlib import Path
 from typing import NamedTuple
@@ -24,8 +25,10 @@ from eai.tasks.source import DataMistake, TaskSet
 from eai.tasks.special import ImpossibleTaskMark
 from eai.tasks.task import Task
 from eai.tasks.task_lines import make_task_from_line, read_task_line
+from eai.world.action import Action
 from eai.world.domain import Domain
 from eai.world.execution import Trajectory, describe_fault, execute_plan, to_trace
+from eai.world.fault import FaultKind
 
 ENDINGS = (".jsonl", ".jsonl.gz")
 """The endings of the names of task files."""
@@ -53,7 +56,7 @@ class _TaskFiles:
     Attributes:
         name: name of the file or folder, without ending.
         base: name of the benchmark of all tasks, for `find_benchmark`.
-        lines: mapping from the id of each task to its line, in the order of the files.
+        lines: mapping from the id of each task to its line, compressed, in the order of the files.
         sha256: SHA-256 digest of the content of all files.
     """
 
@@ -62,48 +65,54 @@ class _TaskFiles:
     lines: Mapping[str, _TaskFileLine]
     sha256: str
 
-    def open_tasks(self, domain: Domain) -> TaskSet[Task]:
+    def open_tasks(self, domain: Domain, kept: int | None = None) -> TaskSet[Task]:
         """Return the tasks in the files.
 
-        `domain` is the declaration of the tasks' benchmark.
+        Args:
+            domain: the declaration of the tasks' benchmark.
+            kept: maximum number of built tasks in memory (`TaskSet`).
         """
-        return TaskSet(self.lines, lambda task_id: self._make_task(self.lines[task_id], domain), self.sha256)
 
-    def _make_task(self, place: _TaskFileLine, domain: Domain) -> Task:
-        with prefix_errors_with_location(place):
-            line = read_task_line(place.content)
+        def make_task(task_id: str) -> Task:
+            return self._make_task(self.lines[task_id], domain)
+
+        return TaskSet(self.lines, make_task, self.sha256, kept)
+
+    def _make_task(self, file_line: _TaskFileLine, domain: Domain) -> Task:
+        with prefix_errors_with_location(file_line):
+            line = read_task_line(zlib.decompress(file_line.content))
             if line.base != self.base:
                 raise InputError(f"base: expected {self.base!r}, as in the first line, found {line.base!r}")
             return make_task_from_line(line, domain)
 
 
 def open_task_files(path: Path) -> _TaskFiles:
-    """Return the tasks of a file, or of all task files in a folder.
+    """Return the tasks of a file, or of all task files in a folder, sorted by file name.
 
     Raises:
         InputError: there is no file or no task, a task's id is missing or repeated, or the first line is
             wrong. The message names file and line.
     """
-    files = find_task_files(path)
-    contents = [_read_content(file) for file in files]
+    digest = hashlib.sha256()
     lines: dict[str, _TaskFileLine] = {}
-    for file, content in zip(files, contents, strict=True):
-        for place in _read_lines(file, content):
-            task_id = _read_task_id(place)
+    for number, file in enumerate(find_task_files(path)):
+        content = _read_content(file)
+        digest.update(b"\0" + content if number else content)
+        for file_line in _read_lines(file, content):
+            task_id = _read_task_id(file_line)
             if task_id in lines:
-                raise InputError(f"{place}: the id {task_id!r} is already used at {lines[task_id]}")
-            lines[task_id] = place
+                raise InputError(f"{file_line}: the id {task_id!r} is already used at {lines[task_id]}")
+            lines[task_id] = replace(file_line, content=zlib.compress(file_line.content, level=1))
     if not lines:
         raise InputError(f"{path}: expected at least one task")
     first = next(iter(lines.values()))
     with prefix_errors_with_location(first):
-        base = read_task_line(first.content).base
-    digest = hashlib.sha256(b"\0".join(contents)).hexdigest()
-    return _TaskFiles(path.resolve().name.partition(".")[0], base, lines, digest)
+        base = read_task_line(zlib.decompress(first.content)).base
+    return _TaskFiles(path.resolve().name.partition(".")[0], base, lines, digest.hexdigest())
 
 
 def make_task_file_content(lines: Iterable[str]) -> bytes:
-    """Return the content of a task file, decompressed if necessary."""
+    """Return the content of a task file with these lines, before compression."""
     return "".join(f"{line}\n" for line in lines).encode()
 
 
@@ -120,76 +129,116 @@ def write_task_file(file: Path, lines: Iterable[str]) -> None:
 
 
 class _CheckedLine(NamedTuple):
-    """The id of the task in a line, None if the line is not a task, and the mistakes in the line."""
+    """The mistakes in a line of a task file, and the id of its task: None if the line is not a task."""
 
     task_id: str | None
     problems: list[str]
 
 
 def check_task_files(
-    path: Path, domain_of: Callable[[str], Domain], map_items: MapItems = map_one_by_one
+    path: Path,
+    domain_of: Callable[[str], Domain],
+    find_more_mistakes: Callable[[str, Task], Iterable[str]],
+    map_items: MapItems = map_one_by_one,
 ) -> Iterator[DataMistake]:
     """Yield all mistakes in task files: lines that are not tasks, and tasks with false statements.
 
     Args:
         path: a file or a folder.
         domain_of: returns the declaration of a benchmark, given the benchmark's name in a line.
+        find_more_mistakes: finds mistakes in a task in which `find_mistakes_in_task` finds none, given the
+            benchmark's name in its line.
         map_items: applies a function to the lines, for example in several processes.
 
     Raises:
         InputError: the files cannot be opened (`open_task_files`).
     """
     seen: dict[str, _TaskFileLine] = {}
-    places = list(read_task_file_lines(path))
-    if not places:
+    file_lines = list(read_task_file_lines(path))
+    if not file_lines:
         yield DataMistake(str(path), "expected at least one task")
-    for place, (task_id, problems) in zip(
-        places, map_items(partial(_check_lines, domain_of), places), strict=True
-    ):
+    check_lines = partial(_check_lines, domain_of, find_more_mistakes)
+    for file_line, (task_id, problems) in zip(file_lines, map_items(check_lines, file_lines), strict=True):
         if task_id in seen:
-            yield DataMistake(str(place), f"the id {task_id!r} is already used at {seen[task_id]}")
+            yield DataMistake(str(file_line), f"the id {task_id!r} is already used at {seen[task_id]}")
             continue
         if task_id is not None:
-            seen[task_id] = place
-        yield from (DataMistake(str(place), problem) for problem in problems)
+            seen[task_id] = file_line
+        yield from (DataMistake(str(file_line), problem) for problem in problems)
 
 
-def _check_lines(domain_of: Callable[[str], Domain], places: Sequence[_TaskFileLine]) -> list[_CheckedLine]:
-    return [_check_line(domain_of, place) for place in places]
+def _check_lines(
+    domain_of: Callable[[str], Domain],
+    find_more_mistakes: Callable[[str, Task], Iterable[str]],
+    file_lines: Sequence[_TaskFileLine],
+) -> list[_CheckedLine]:
+    return [_check_line(domain_of, find_more_mistakes, file_line) for file_line in file_lines]
 
 
-def _check_line(domain_of: Callable[[str], Domain], place: _TaskFileLine) -> _CheckedLine:
+def _check_line(
+    domain_of: Callable[[str], Domain],
+    find_more_mistakes: Callable[[str, Task], Iterable[str]],
+    file_line: _TaskFileLine,
+) -> _CheckedLine:
     task_id = None
     try:
-        line = read_task_line(place.content)
+        line = read_task_line(file_line.content)
         task_id = line.id
         domain = domain_of(line.base)
-        return _CheckedLine(task_id, list(find_mistakes_in_task(make_task_from_line(line, domain), domain)))
+        task = make_task_from_line(line, domain)
+        mistakes = list(find_mistakes_in_task(task, domain))
+        return _CheckedLine(task_id, mistakes or list(find_more_mistakes(line.base, task)))
     except InputError as error:
         return _CheckedLine(task_id, [str(error)])
 
 
 def find_mistakes_in_task(task: Task, domain: Domain) -> Iterator[str]:
-    """Yield a message on each mistake in a task, such as a goal that holds at the start."""
+    """Yield a message on each mistake in a task, such as a goal that holds at the start.
+
+    Other mistakes are a plan that fails and a false claim that the task has a plan, or none.
+    """
     test = GoalTest(task)
     if all(test.find_reached_goals(task.initial, ())):
         yield "goals: expected a goal that does not hold at the start"
     yield from _find_false_claims_of_solvability(task, domain)
     if not task.has_no_plan:
         yield from _find_broken_goals(task)
-    if not task.script:
-        return
-    trajectory = execute_plan(domain, task.initial, task.script)
+    for member, plan in _list_plans(task):
+        yield from _find_mistakes_in_plan(member, plan, task, domain, test)
+    lengths = {member: len(plan) for member, plan in _list_plans(task)}
+    for member in ("plan", "reference"):
+        if lengths.get("shortest", 0) > lengths.get(member, math.inf):
+            number = lengths["shortest"]
+            yield f"shortest: expected at most {lengths[member]} steps, as in {member}, found {number}"
+
+
+def _list_plans(task: Task) -> Iterator[tuple[str, Sequence[Action]]]:
+    """Yield the plans that a task records, each with its member in the line of the task."""
+    plans = {"plan": task.script, "shortest": task.shortest_plan, "reference": task.reference_plan}
+    yield from ((member, plan) for member, plan in plans.items() if plan)
+
+
+def _find_mistakes_in_plan(
+    member: str, plan: Sequence[Action], task: Task, domain: Domain, test: GoalTest
+) -> Iterator[str]:
+    """Yield a message for each step that fails or is needless, and for each goal that is not reached.
+
+    Actions that win a game may be needless.
+    """
+    trajectory = execute_plan(domain, task.initial, plan)
     for number, step in enumerate(trajectory.steps):
-        if step.fault is not None:
+        is_needless = step.fault is not None and step.fault.kind is FaultKind.ADDITIONAL_STEP
+        if step.fault is not None and not (is_needless and member == "reference"):
             why = describe_fault(step.fault, domain, step.action, task.scene)
             what = f"{step.fault.kind.value}, {why}"
-            yield f"plan.{number}: expected a step that is possible and needed: {what}"
+            yield f"{member}.{number}: expected a step that is possible and needed: {what}"
     if trajectory.failure is None:
         operators = [action.operator for action in trajectory.executed_actions]
         reached = test.find_reached_goals(trajectory.final_state, operators, trajectory)
         yield from (
-            f"plan: expected to reach goals.{number}" for number, is_met in enumerate(reached) if not is_met
+            f"{member}: expected to reach goals.{number}"
+            for number, is_met in enumerate(reached)
+            if not is_met
         )
 
 
@@ -202,10 +251,14 @@ def _find_broken_goals(task: Task) -> Iterator[str]:
 
 
 def _find_false_claims_of_solvability(task: Task, domain: Domain) -> Iterator[str]:
-    """Yield a message if the task has a plan but is declared impossible, or the other way round."""
-    if task.has_no_plan and task.script:
-        yield "plan: expected none, as the goals are out of reach for want of a fact"
-    elif task.has_no_plan and not is_impossible(task, domain):
+    """Yield a message if a task that is marked impossible has a plan, or is not proved to be impossible.
+
+    Also yield a message if `ImpossibleTaskMark` lists no missing fact, but the file states no plan.
+    """
+    plans = list(_list_plans(task)) if task.has_no_plan else []
+    for member, _ in plans:
+        yield f"{member}: expected none, as the goals are out of reach for want of a fact"
+    if task.has_no_plan and not plans and not is_impossible(task, domain):
         yield "missing: expected goals that are proved to be out of reach, found none"
     elif task.special == ImpossibleTaskMark(()) and not task.script:
         yield "missing: expected a plan, as nothing is missing"
@@ -217,7 +270,9 @@ def read_task_file_lines(path: Path) -> Iterator[_TaskFileLine]:
     Raises:
         InputError: a file cannot be read.
     """
-    return (place for file in find_task_files(path) for place in _read_lines(file, _read_content(file)))
+    return (
+        file_line for file in find_task_files(path) for file_line in _read_lines(file, _read_content(file))
+    )
 
 
 def find_task_files(path: Path) -> list[Path]:
@@ -247,15 +302,15 @@ def _read_lines(file: Path, content: bytes) -> Iterator[_TaskFileLine]:
     return (_TaskFileLine(file, number, line) for number, line in number_lines(content))
 
 
-def _read_task_id(place: _TaskFileLine) -> str:
+def _read_task_id(file_line: _TaskFileLine) -> str:
     """Return the id of the task in a line. The line is parsed only if it does not begin with the id."""
-    match = _LEADING_ID.match(place.content)
+    match = _LEADING_ID.match(file_line.content)
     if match is not None:
         return match[1].decode(errors="replace")
     try:
-        value = json.loads(place.content)
+        value = json.loads(file_line.content)
     except ValueError as error:
-        raise InputError(f"{place}: expected JSON ({error})") from error
+        raise InputError(f"{file_line}: expected JSON ({error})") from error
     if not isinstance(value, dict) or not isinstance(value.get("id"), str):
-        raise InputError(f'{place}: expected a task as a JSON object with the string "id"')
+        raise InputError(f'{file_line}: expected a task as a JSON object with the string "id"')
     return str(value["id"])

@@ -1,7 +1,7 @@
 """The line format of task files: read a task from a line of JSON, and write a task as a line.
 
-Goals are texts in the syntax of subgoals, with declared names and names of objects. An underscore stands for
-each character that names in formulas cannot contain.
+Goals are texts in the syntax of subgoals in answers, with declared names and names of objects
+(`eai.tasks.goal_text`). An underscore stands for each character that names in formulas cannot contain.
 """
 
 from __future__ import annotations
@@ -17,6 +17,7 @@ from pydantic import BaseModel, ConfigDict, Field, JsonValue, ValidationError
 import eai.logic.formula as f
 from eai.base.docstrings import read_docstring_entries
 from eai.base.errors import InputError, prefix_errors_with_location
+from eai.base.files import refuse_repeated_keys
 from eai.base.json_value import Json
 from eai.logic.ltl_printer import print_ltl
 from eai.logic.rewriting import rename_variables, rewrite_state_subformulas
@@ -31,6 +32,7 @@ from eai.world.state import Scene, State
 
 Names: TypeAlias = Annotated[list[str], Field(max_length=2)]
 _NonEmptyText: TypeAlias = Annotated[str, Field(min_length=1)]
+_Plan: TypeAlias = list[Annotated[list[str], Field(min_length=1)]]
 
 
 def _add_descriptions(schema: dict[str, Any]) -> None:
@@ -63,6 +65,8 @@ class _TaskLine(BaseModel):
         fits: If present, prompts state the goals by the instruction alone, and an answer may ask what it
             means. Lists the objects that the instruction may mean; the meant object is first.
         about: Further information on the task, which the program does not read.
+        shortest: The shortest known plan, as `eai check --references` finds it.
+        reference: Actions that win a game in the standard setting, as `eai check --references` finds them.
     """
 
     model_config = ConfigDict(
@@ -79,12 +83,14 @@ class _TaskLine(BaseModel):
     relevant: list[str] | None = None
     facts: dict[str, list[str | Names]]
     goals: Annotated[list[str], Field(min_length=1)]
-    plan: list[Annotated[list[str], Field(min_length=1)]] = []
+    plan: _Plan = []
     hazards: list[str] = []
     untold: bool = False
     missing: list[str] | None = None
     fits: Annotated[list[str] | None, Field(min_length=1)] = None
     about: dict[str, JsonValue] = {}
+    shortest: _Plan = []
+    reference: _Plan = []
 
 
 def make_task_line_schema() -> dict[str, JsonValue]:
@@ -96,11 +102,11 @@ def read_task_line(text: str | bytes) -> _TaskLine:
     """Return the parsed line of a task file, with members of the right types.
 
     Raises:
-        InputError: the line is not JSON, or a member is wrong. The message names the member and its expected
-            value.
+        InputError: the line is not JSON, or a member of its object is wrong. The message names the member and
+            the expected value.
     """
     try:
-        value = json.loads(text, strict=False, object_pairs_hook=_refuse_repeated_keys)
+        value = json.loads(text, strict=False, object_pairs_hook=refuse_repeated_keys)
         if not isinstance(value, dict):
             raise InputError('expected a task as a JSON object with the string "id"')
         return _TaskLine.model_validate(value)
@@ -112,22 +118,14 @@ def read_task_line(text: str | bytes) -> _TaskLine:
         raise InputError(describe_validation_error(error, _TaskLine.model_fields)) from error
 
 
-def _refuse_repeated_keys(pairs: list[tuple[str, object]]) -> dict[str, object]:
-    members = dict(pairs)
-    if len(members) < len(pairs):
-        repeated = next(key for i, (key, _) in enumerate(pairs) if key in dict(pairs[:i]))
-        raise InputError(f"the member {repeated!r} occurs twice")
-    return members
-
-
 def make_task_from_line(line: _TaskLine, domain: Domain) -> Task:
     """Return the task that a parsed line describes.
 
     Raises:
-        InputError: a name in the line is not declared. The message names the member and the expected names.
+        InputError: a name in the line is not declared. The message gives the JSON member and expected names.
     """
-    places = {name: place for place, name in enumerate(line.objects)}
-    agent = None if line.agent is None else _find_index(line.agent, places, "agent")
+    index_by_name = {name: index for index, name in enumerate(line.objects)}
+    agent = None if line.agent is None else _find_object_index(line.agent, index_by_name, "agent")
     scene = Scene(domain.vocabulary, line.objects, agent)
     relevant = line.objects if line.relevant is None else line.relevant
     goals = tuple(map(goal, dict.fromkeys(_read_goals(line, domain, scene))))
@@ -137,9 +135,11 @@ def make_task_from_line(line: _TaskLine, domain: Domain) -> Task:
         instruction=line.instruction,
         initial=_read_initial_state(line, scene),
         goals=goals,
-        relevant=tuple([_find_index(name, scene.index, "relevant") for name in relevant]),
-        script=tuple(_read_plan(line, domain, scene)),
+        relevant=tuple([_find_object_index(name, scene.index, "relevant") for name in relevant]),
+        script=tuple(_read_plan("plan", line.plan, domain, scene)),
         special=_read_special_task_mark(line, goals, scene),
+        shortest_plan=tuple(_read_plan("shortest", line.shortest, domain, scene)),
+        reference_plan=tuple(_read_plan("reference", line.reference, domain, scene)),
     )
 
 
@@ -155,7 +155,7 @@ def _read_special_task_mark(line: _TaskLine, goals: Sequence[Goal], scene: Scene
     special += [] if line.missing is None else [ImpossibleTaskMark(tuple(line.missing))]
     special += [] if line.fits is None else [AmbiguousTaskMark(tuple(line.fits))]
     for name in line.fits or ():
-        _find_index(name, scene.index, "fits")
+        _find_object_index(name, scene.index, "fits")
     if len(special) > 1:
         names = [fields(value)[0].name for value in special]
         raise InputError(f"{' and '.join(names)}: expected only one of these members")
@@ -168,10 +168,10 @@ def _read_initial_state(line: _TaskLine, scene: Scene) -> State:
         return scene.state((name, [entry] if isinstance(entry, str) else entry) for name, entry in stated)
 
 
-def _find_index(name: str, index: Mapping[str, int], place: str) -> int:
-    if name not in index:
-        raise InputError(f"{place}: expected the name of an object of the task, found {name!r}")
-    return index[name]
+def _find_object_index(name: str, index_by_name: Mapping[str, int], location: str) -> int:
+    if name not in index_by_name:
+        raise InputError(f"{location}: expected the name of an object of the task, found {name!r}")
+    return index_by_name[name]
 
 
 def _read_goals(line: _TaskLine, domain: Domain, scene: Scene) -> Iterator[f.Formula]:
@@ -180,14 +180,15 @@ def _read_goals(line: _TaskLine, domain: Domain, scene: Scene) -> Iterator[f.For
             yield read_goal(text, domain, scene)
 
 
-def _read_plan(line: _TaskLine, domain: Domain, scene: Scene) -> Iterator[Action]:
-    for number, (operator, *names) in enumerate(line.plan):
+def _read_plan(member: str, plan: _Plan, domain: Domain, scene: Scene) -> Iterator[Action]:
+    for number, (operator, *names) in enumerate(plan):
+        place = f"{member}.{number}"
         arity = domain.operator_arities.get(operator)
         if arity is None:
-            raise InputError(f"plan.{number}: expected an operator of the domain, found {operator!r}")
+            raise InputError(f"{place}: expected an operator of the domain, found {operator!r}")
         if arity != len(names):
-            raise InputError(f"plan.{number}: {describe_arity(operator, arity, 'object')}, not {len(names)}")
-        yield Action(operator, tuple([_find_index(name, scene.index, f"plan.{number}") for name in names]))
+            raise InputError(f"{place}: {describe_arity(operator, arity, 'object')}, not {len(names)}")
+        yield Action(operator, tuple([_find_object_index(name, scene.index, place) for name in names]))
 
 
 def write_task_line(
@@ -195,7 +196,7 @@ def write_task_line(
 ) -> str:
     """Return a task as one line of text, without a line break at its end. Equal tasks give equal text.
 
-    A plan with an operator that the domain does not declare is left out.
+    A plan with a step that the domain does not declare is left out, because a task file cannot state it.
 
     Args:
         task: the task.
@@ -220,13 +221,24 @@ def write_task_line(
     special = {} if task.special is None else asdict(task.special)
     values |= {name: value for name, value in special.items() if value is not False}
     values |= {"about": remarks} if remarks else {}
+    values |= list_recorded_plans(task)
     return json.dumps(values, ensure_ascii=False, separators=(",", ":"))
 
 
 def list_plan(task: Task) -> list[list[str]]:
     """Return the plan of a task in the format of task files."""
-    things = task.scene.objects
-    return [[action.operator, *(things[i].name for i in action.arguments)] for action in task.script]
+    return _list_actions(task.script, task.scene)
+
+
+def list_recorded_plans(task: Task) -> dict[str, list[list[str]]]:
+    """Return the members of a task's line with its shortest known plan and its winning actions, if known."""
+    plans = {"shortest": task.shortest_plan, "reference": task.reference_plan}
+    return {member: _list_actions(plan, task.scene) for member, plan in plans.items() if plan}
+
+
+def _list_actions(actions: Iterable[Action], scene: Scene) -> list[list[str]]:
+    names = [thing.name for thing in scene.objects]
+    return [[action.operator, *(names[i] for i in action.arguments)] for action in actions]
 
 
 def list_facts(state: State) -> dict[str, list[str | Sequence[str]]]:

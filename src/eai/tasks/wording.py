@@ -1,4 +1,4 @@
-"""The words of prompts and answers for one ability, taken from a benchmark's declaration."""
+"""The words of prompts and answers for one ability (kind of question), from a benchmark's declaration."""
 
 from __future__ import annotations
 
@@ -21,12 +21,12 @@ from eai.world.vocabulary import Predicate, make_parameter_names
 ObjectName: TypeAlias = Callable[[Task, int], str]
 """Function that returns the name of an object in prompts, given its task and its index."""
 
-_MEANING = (
+_WORDS_BEFORE_REASONS = (
     (FaultKind.AFFORDANCE, "impossible where"),
     (FaultKind.MISSING_STEP, "not yet possible while"),
     (FaultKind.ADDITIONAL_STEP, "needless where"),
 )
-"""Pairs in the paper's order: a kind of fault, and the words before the condition that causes the fault."""
+"""Kinds of fault in the paper's order, each with the words before the reasons for this kind in prompts."""
 
 
 def get_declared_object_name(task: Task, index: int) -> str:
@@ -40,12 +40,13 @@ class SuiteWording:
 
     Attributes:
         domain: the declaration of the benchmark's domain.
-        predicates: mapping from the names of predicates in goals to the stored or derived predicates.
+        predicates: names of the stored or derived predicates that goals use.
         answer_names: mapping from declared names of predicates to their names in answers, if these differ.
         object_name: returns the name of an object in prompts.
-        conventions: returns the conventions of a task's world that prompts must explain; None for worlds
-            without such conventions.
+        conventions: returns a text on facts of a task's world that prompts must explain, such as what heats
+            food; None for worlds without such facts.
         static: predicates that no action changes, and that descriptions of states list after `predicates`.
+        hands: predicates of objects in the agent's hands, which descriptions of states list last.
         rules: the exact conditions and effects of actions; None if prompts give reasons for failures instead.
         unchanging: predicates that no action changes, and whose facts `conventions` tells in words. Exact
             rules state these facts.
@@ -60,6 +61,7 @@ class SuiteWording:
     object_name: ObjectName = get_declared_object_name
     conventions: Callable[[Task], str] | None = None
     static: tuple[str, ...] = ()
+    hands: tuple[str, ...] = ()
     rules: DomainRules | None = None
     unchanging: tuple[str, ...] = ()
     surroundings: Callable[[Task], Iterable[int]] | None = None
@@ -76,15 +78,15 @@ class SuiteWording:
         )
 
     def describe_vocabulary(self) -> str:
-        """Return the predicates of objects with their parameters, one a line."""
+        """Return the predicates in `predicates` and `static`, each with its parameters, one a line."""
         arities = [(name, self._find_predicate_arity(name)) for name in (*self.predicates, *self.static)]
         return _join_lines(
-            f"{self._get_predicate_word(name)}({', '.join(make_parameter_names(arity))})"
+            f"{self._get_answer_name(name)}({', '.join(make_parameter_names(arity))})"
             for name, arity in arities
         )
 
     def describe_operators(self) -> str:
-        """Return all actions with their parameters, and with their rules or their reasons for failure."""
+        """Return all actions as `describe_operator` does; exact rules are preceded by an explanation."""
         listed = _join_lines(map(self.describe_operator, self.domain.operators))
         if self.rules is None:
             return listed
@@ -101,12 +103,12 @@ class SuiteWording:
         return f"what {action_phrase} requires and changes"
 
     def describe_operator(self, operator: Operator) -> str:
-        """Return one action with its rules, or with the reasons for which it can fail."""
+        """Return one action with its exact rule; or, without `rules`, with the reasons why it can fail."""
         exact = None if self.rules is None else self.rules.write_operator_rule(operator)
         return exact or _describe_reasons_for_failure(operator)
 
     def describe_objects(self, task: Task) -> str:
-        """Return a task's objects with their properties, each once, and the conventions of its world."""
+        """Return a task's objects with their properties, each once, and the text of `conventions`."""
         listed = _join_lines(
             dict.fromkeys([self.describe_object(task, index) for index in self.list_prompt_objects(task)])
         )
@@ -117,7 +119,7 @@ class SuiteWording:
         return "\n\n".join([listed, *filter(None, notes)])
 
     def list_prompt_objects(self, task: Task) -> list[int]:
-        """Return the indices of the objects that a prompt lists, including those from `surroundings`."""
+        """Return the indices of the objects that a prompt lists, with those that `surroundings` returns."""
         if self.surroundings is None:
             return list_objects_in_prompt(task)
         return sorted({*list_objects_in_prompt(task), *self.surroundings(task)})
@@ -143,18 +145,22 @@ class SuiteWording:
 
     @cached_property
     def goal_fact_listers(self) -> tuple[FactLister, ...]:
-        """For each predicate of goals, the `FactLister` that finds the facts of the predicate in a state."""
+        """For each predicate of goals, the `FactLister` that finds the facts of the predicate in a state.
+
+        The order is that of `predicates`.
+        """
         return self._make_fact_listers(self.predicates)
 
     @cached_property
     def state_fact_listers(self) -> tuple[FactLister, ...]:
         """For each predicate in descriptions of states, the `FactLister` that finds its facts in a state."""
-        return (*self.goal_fact_listers, *self._make_fact_listers(self.static))
+        others = [name for name in (*self.static, *self.hands) if name not in self.predicates]
+        return (*self.goal_fact_listers, *self._make_fact_listers(others))
 
     def _make_fact_listers(self, names: Iterable[str]) -> tuple[FactLister, ...]:
         """Return a `FactLister` for each predicate.
 
-        If the prompts state exact `rules`, facts in which both objects are the same object are also listed.
+        If `rules` are given, facts that contain an object twice are listed too.
         """
         repeated = self.rules is not None
         return tuple(
@@ -167,16 +173,16 @@ class SuiteWording:
 
     def write_fact_with_names(self, predicate: str, object_names: Iterable[str]) -> str:
         """Return a fact about objects with the given names, as text for prompts."""
-        return f"{self._get_predicate_word(predicate)}({', '.join(object_names)})"
+        return f"{self._get_answer_name(predicate)}({', '.join(object_names)})"
 
     def describe_instruction(self, task: Task) -> str:
         """Return a task's instruction as a line; empty if prompts omit it or state it in place of goals."""
-        shown = self.states_instruction and task.prompts_state_goals
+        shown = self.states_instruction and task.has_goals_in_prompts
         return f"\nInstruction: {task.instruction}" if shown else ""
 
     def describe_goals(self, task: Task) -> str:
         """Return the goals of a task, or its instruction if prompts do not state the goals."""
-        if not task.prompts_state_goals:
+        if not task.has_goals_in_prompts:
             return task.instruction
         names = {
             task.scene.objects[i].name: self.object_name(task, i) for i in range(len(task.scene.objects))
@@ -185,7 +191,7 @@ class SuiteWording:
             write_goal(rename_objects(goal.formula, names)) for goal in task.with_only_prompted_goals.goals
         )
 
-    def _get_predicate_word(self, predicate: str) -> str:
+    def _get_answer_name(self, predicate: str) -> str:
         return self.answer_names.get(predicate, predicate)
 
     def _find_predicate_arity(self, predicate: str) -> int:
@@ -205,7 +211,7 @@ def _describe_reasons_for_failure(operator: Operator) -> str:
         *(check for attempt in operator.alternatives for check in attempt.checks),
     )
     lines = [write_operator_title(operator)]
-    for kind, meaning in _MEANING:
+    for kind, meaning in _WORDS_BEFORE_REASONS:
         reasons = dict.fromkeys(c.reason.format_map(names) for c in checks if c.fault is kind)
         if reasons:
             lines.append(f"  {meaning}: {'; '.join(reasons)}")

@@ -7,7 +7,15 @@ from pathlib import Path
 import pytest
 
 from eai.base.errors import InputError
-from eai.tasks.prompts.prompt import Prompt, PromptFiles, read_prompt_file, read_system_file
+from eai.tasks.prompts.prompt import (
+    Image,
+    Prompt,
+    PromptFiles,
+    _PackedPrompts,
+    pack_prompts,
+    read_prompt_file,
+    read_system_file,
+)
 
 
 def test_digest_covers_both_messages_and_where_they_meet() -> None:
@@ -42,3 +50,17 @@ def test_another_shape_is_refused_by_name(tmp_path: Path, content: str) -> None:
     with pytest.raises(InputError, match=r"p\.json: expected .*system_prompt") as caught:
         read_system_file(file)
     assert "\n" not in str(caught.value)
+
+
+def test_packed_prompts_are_the_prompts_in_less_memory() -> None:
+    rules = "\n".join(f"rule {number}" for number in range(1000))
+    prompts = {str(number): Prompt(f"{rules}\ntask {number}", "be brief") for number in range(100)}
+    prompts["odd"] = Prompt(
+        "lone \udc80", stop=("}",), turns=(("a", "b"),), images=(Image("image/png", b"1"),)
+    )
+    packed = pack_prompts(prompts.items())
+    assert packed == prompts
+    assert list(packed) == list(prompts)
+    assert isinstance(packed, _PackedPrompts)
+    assert sum(len(text) for text, _ in packed._packed.values()) < 2 * len(rules)
+    assert pack_prompts({"0": Prompt(""), "1": Prompt("?")}.items()) == {"0": Prompt(""), "1": Prompt("?")}

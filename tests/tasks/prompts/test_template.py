@@ -29,7 +29,7 @@ def test_files_of_the_user_replace_single_ones(tmp_path: Path) -> None:
     [
         (b"$tusk", r"mine\.txt: \$tusk is unknown: expected one of \$task"),
         (b"5 $ each", r"mine\.txt: Invalid placeholder .*written as"),
-        (b"\xff", r"mine\.txt: cannot be read"),
+        (b"\xff", r"mine\.txt: expected a text in UTF-8"),
     ],
 )
 def test_a_template_that_cannot_be_filled_is_refused(tmp_path: Path, content: bytes, message: str) -> None:

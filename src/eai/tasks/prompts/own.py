@@ -19,7 +19,7 @@ from eai.logic.traversal import find_predicates, walk_subformulas
 from eai.pddl.model import OBJECT, PddlDomain, get_variable_type
 from eai.pddl.writer import write_atom, write_axiom, write_domain, write_formula, write_problem, write_term
 from eai.tasks.operator_task import TransitionTask
-from eai.tasks.prompts.prompt import BelievedTask, Prompt
+from eai.tasks.prompts.prompt import BelievedTask, Prompt, pack_prompts
 from eai.tasks.prompts.short import (
     RULES,
     explain_signs_of_short_lists,
@@ -46,9 +46,9 @@ MAX_EXAMPLE_OPERATORS = 2
 _QUANTIFIERS = {f.ForAll: "forall", f.Exists: "exists", f.Exactly: "forn", f.ForPairs: "forpairs"}
 
 _DECLINABLE = {"action_sequencing": "", "environment": "_acting"}
-"""Mapping from templates of questions that an answer may decline to a suffix of names of templates.
+"""Suffixes of the names of templates that explain how to decline a question.
 
-The templates with this suffix explain how to decline.
+The keys are the templates of questions that an answer may decline.
 """
 
 _WORD = re.compile(r"[^\s()]+")
@@ -109,33 +109,32 @@ def describe_rules_by_placeholder(wording: SuiteWording, short_texts: Mapping[st
     }
 
 
-def render_prompts(questions: PromptMaterial, templates: PromptTemplates) -> dict[str, Prompt]:
-    """Return a mapping from ids of tasks to their prompts.
+def render_prompts(material: PromptMaterial, templates: PromptTemplates) -> Mapping[str, Prompt]:
+    """Return the prompts of tasks.
 
     The example in a prompt is the first task whose title differs from the title of the prompt's task.
     """
-    name, wording, tasks = questions.template, questions.wording, questions.tasks
+    name, wording, tasks = material.template, material.wording, material.tasks
     shared = {
-        **describe_rules_by_placeholder(wording, questions.short_texts),
-        "role": questions.role,
-        "format": questions.answer_format,
-        "short_format": questions.short_texts.get(name, questions.answer_format),
+        **describe_rules_by_placeholder(wording, material.short_texts),
+        "role": material.role,
+        "format": material.answer_format,
+        "short_format": material.short_texts.get(name, material.answer_format),
     }
     tells_goals = "$explained" in templates.read(f"{name}.txt")
-    others = {title: questions.find_example(title) for title in {task.title for task in tasks.values()}}
+    find_example = cache(material.find_example)
 
     @cache
     def render_example(title: str) -> str:
-        if (other := others[title]) is None:
+        if (other := find_example(title)) is None:
             return ""
         question = _render_question(name, wording, BelievedTask(other), templates)
         return templates.fill_template(
-            "example.txt", {"task": question, "answer": questions.example(other.id)}
+            "example.txt", {"task": question, "answer": material.example(other.id)}
         )
 
-    prompts = {}
-    for task_id, task in tasks.items():
-        belief, other = questions.beliefs.get(task_id) or BelievedTask(task), others[task.title]
+    def render_prompt(task_id: str, task: Task) -> Prompt:
+        belief, other = material.beliefs.get(task_id) or BelievedTask(task), find_example(task.title)
         about = [belief.task] if other is None else [belief.task, other]
         explained = explain_goal_notation(name, about, templates) if tells_goals else []
         values = {
@@ -144,20 +143,21 @@ def render_prompts(questions: PromptMaterial, templates: PromptTemplates) -> dic
             "example": render_example(task.title),
             "task": _render_question(name, wording, belief, templates),
         }
-        prompts[task_id] = Prompt(templates.fill_template(f"{name}.txt", values), images=belief.images)
-    return prompts
+        return Prompt(templates.fill_template(f"{name}.txt", values), images=belief.images)
+
+    return pack_prompts((task_id, render_prompt(task_id, task)) for task_id, task in tasks.items())
 
 
-def render_task_prompt(questions: PromptMaterial, belief: BelievedTask, templates: PromptTemplates) -> Prompt:
+def render_task_prompt(material: PromptMaterial, belief: BelievedTask, templates: PromptTemplates) -> Prompt:
     """Return the prompt about a task as the model believes it to be.
 
-    The argument `belief` is this belief. It counts instead of the belief in `PromptMaterial`.
+    `belief` is what the model believes. The beliefs in the material are not used.
     """
     task = belief.task
-    other = questions.find_example(task.title)
+    other = material.find_example(task.title)
     examples = {} if other is None else {other.id: other}
-    material = replace(questions, tasks={task.id: task}, beliefs={task.id: belief}, examples=examples)
-    return render_prompts(material, templates)[task.id]
+    single = replace(material, tasks={task.id: task}, beliefs={task.id: belief}, examples=examples)
+    return render_prompts(single, templates)[task.id]
 
 
 def _render_question(
@@ -248,18 +248,19 @@ def make_format_samples_by_placeholder(wording: SuiteWording) -> Mapping[str, st
 
 def render_operator_prompts(
     tasks: Mapping[str, TransitionTask], templates: PromptTemplates, *, has_example: bool = True
-) -> dict[str, Prompt]:
-    """Return a mapping from ids of tasks to their prompts of transition modeling.
+) -> Mapping[str, Prompt]:
+    """Return the prompts of transition modeling.
 
     The example in a prompt shows operators that the task does not ask for. If a domain has very many types,
-    the prompt shows only predicates in the example's operators and in the goals of both tasks.
+    the prompt shows only the predicates in the operators and the goals of the task and of the example, and in
+    the definitions of these predicates.
 
     Raises:
         InputError: a template of the user cannot be used.
     """
     answer_format = templates.read("formats/transition_modeling.txt")
-    prompts = {}
-    for task_id, task in tasks.items():
+
+    def render_prompt(task: TransitionTask) -> Prompt:
         other, others = _choose_example_task_and_operators(task, tasks) if has_example else (task, ())
         names = _find_names_to_print(task, other, (*task.operators, *others))
         example = _render_operator_example(other, others, names, templates)
@@ -272,14 +273,18 @@ def render_operator_prompts(
             "example": example,
             "task": question,
         }
-        prompts[task_id] = Prompt(templates.fill_template("transition_modeling.txt", values))
-    return prompts
+        return Prompt(templates.fill_template("transition_modeling.txt", values))
+
+    return pack_prompts((task_id, render_prompt(task)) for task_id, task in tasks.items())
 
 
 def _find_names_to_print(
     task: TransitionTask, example_task: TransitionTask, operators: Sequence[str]
 ) -> Set[str] | None:
-    """Return the names in some operators and in the goals of two tasks; None to print the whole domain."""
+    """Return the names to print in a prompt, or None to print the whole domain.
+
+    They are the names in some operators, in the goals of the task and of the example, and in definitions.
+    """
     header = task.domain.header
     if len(header.types) <= MAX_SHOWN_TYPES:
         return None
@@ -299,7 +304,10 @@ def _find_names_to_print(
 
 
 def _restrict_header(header: PddlDomain, names: Set[str] | None, text: str) -> PddlDomain:
-    """Return the domain with only the given predicates, and only the types that occur in a text."""
+    """Return the domain with only the predicates in ``names``, and only the types in the prompt's text.
+
+    Return the whole domain if ``names`` is None.
+    """
     if names is None:
         return header
     words = {*_WORD.findall(text), *(item.type for item in header.constants)}
@@ -314,7 +322,10 @@ def _restrict_header(header: PddlDomain, names: Set[str] | None, text: str) -> P
 def _render_operator_question(
     task: TransitionTask, operators: Sequence[str], names: Set[str] | None, templates: PromptTemplates
 ) -> str:
-    """Return the problem and empty operators; initial facts only of predicates in ``names``, if given."""
+    """Return the question: the problem, and operators whose conditions and effects are empty.
+
+    It states only the initial facts whose predicates are in ``names``; all facts if ``names`` is None.
+    """
     heads = "\n".join(
         f"(:action {name}\n  :parameters {task.domain.operators[name].parameters}\n"
         "  :precondition ()\n  :effect ())"
@@ -384,21 +395,27 @@ def _choose_example_task_and_operators(
     """
     own_names = set(task.operators)
 
-    def list_unasked_operators(other: TransitionTask) -> list[str]:
-        return [name for name in other.operators if name not in own_names][:MAX_EXAMPLE_OPERATORS]
+    def list_unasked_operators(candidate: TransitionTask) -> list[str]:
+        return [name for name in candidate.operators if name not in own_names][:MAX_EXAMPLE_OPERATORS]
 
     best = max(
-        tasks.values(), key=lambda other: (len(list_unasked_operators(other)), -len(other.problem_text))
+        tasks.values(),
+        key=lambda candidate: (len(list_unasked_operators(candidate)), -len(candidate.problem_text)),
     )
     return best, list_unasked_operators(best)
 
 
 def _render_operator_example(
-    other: TransitionTask, operators: Sequence[str], names: Set[str] | None, templates: PromptTemplates
+    example_task: TransitionTask, operators: Sequence[str], names: Set[str] | None, templates: PromptTemplates
 ) -> str:
-    """Return the text of the example: operators of another task and the answer; empty without operators."""
+    """Return the text of the example: a question for operators of another task, and the right answer.
+
+    The text is empty if no operators are given.
+    """
     if not operators:
         return ""
-    answer = json.dumps({"output": "\n".join(other.domain.operators[name].write_pddl for name in operators)})
-    question = _render_operator_question(other, operators, names, templates)
+    answer = json.dumps(
+        {"output": "\n".join(example_task.domain.operators[name].write_pddl for name in operators)}
+    )
+    question = _render_operator_question(example_task, operators, names, templates)
     return templates.fill_template("example.txt", {"task": question, "answer": answer})

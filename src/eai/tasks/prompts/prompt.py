@@ -10,8 +10,9 @@ from __future__ import annotations
 
 import hashlib
 import json
+import zlib
 from base64 import b64encode
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Literal, NamedTuple, TypeAlias, TypeVar
@@ -83,13 +84,49 @@ class Prompt:
         return hashlib.sha256("\0".join(messages).encode("utf-8", "surrogatepass")).hexdigest()
 
 
+class _PackedPrompts(Mapping[str, Prompt]):
+    """A mapping from ids of tasks to prompts that holds the texts compressed.
+
+    Prompts of a suite differ in few words. Compressed with the first prompt as dictionary, a prompt takes a
+    twentieth of the memory.
+
+    Args:
+        prompts: pairs of a task's id and its prompt, in order.
+    """
+
+    def __init__(self, prompts: Iterable[tuple[str, Prompt]]) -> None:
+        self._dictionary = b""
+        self._packed: dict[str, tuple[bytes, Prompt]] = {}
+        for task_id, prompt in prompts:
+            text = prompt.user.encode("utf-8", "surrogatepass")
+            self._dictionary = self._dictionary or text
+            packer = zlib.compressobj(zdict=self._dictionary)
+            self._packed[task_id] = packer.compress(text) + packer.flush(), replace(prompt, user="")
+
+    def __getitem__(self, task_id: str) -> Prompt:
+        packed, prompt = self._packed[task_id]
+        text = zlib.decompressobj(zdict=self._dictionary).decompress(packed)
+        return replace(prompt, user=text.decode("utf-8", "surrogatepass"))
+
+    def __iter__(self) -> Iterator[str]:
+        return iter(self._packed)
+
+    def __len__(self) -> int:
+        return len(self._packed)
+
+
+def pack_prompts(prompts: Iterable[tuple[str, Prompt]]) -> Mapping[str, Prompt]:
+    """Return a mapping from task ids to prompts that takes little memory. `prompts` has pairs of both."""
+    return _PackedPrompts(prompts)
+
+
 def read_prompt_file(path: Path) -> dict[str, str]:
     """Return a mapping from identifiers to the prompts in a file with the format of the paper's package.
 
     Raises:
         InputError: the file cannot be read, or does not have this format.
     """
-    rows = _read_json_file(path, TypeAdapter(list[_PromptRow]), 'a list of {"identifier", "llm_prompt"}')
+    rows = _read_json_file(path, TypeAdapter(list[_PromptFileRow]), 'a list of {"identifier", "llm_prompt"}')
     return {row["identifier"]: row["llm_prompt"] for row in rows}
 
 
@@ -102,7 +139,7 @@ def read_system_file(path: Path) -> str:
     return _read_json_file(path, TypeAdapter(_SystemMessage), '{"system_prompt"}')["system_prompt"]
 
 
-class _PromptRow(TypedDict):
+class _PromptFileRow(TypedDict):
     identifier: str
     llm_prompt: str
 
@@ -111,12 +148,12 @@ class _SystemMessage(TypedDict):
     system_prompt: str
 
 
-def _read_json_file(path: Path, adapter: TypeAdapter[Shape], shape: str) -> Shape:
+def _read_json_file(path: Path, adapter: TypeAdapter[Shape], expected_content: str) -> Shape:
     try:
         return adapter.validate_json(read_content(path))
     except ValidationError as error:
         raise InputError(
-            f"{path}: expected {shape} ({describe_validation_error(error, whole='the file')})"
+            f"{path}: expected {expected_content} ({describe_validation_error(error, whole='the file')})"
         ) from error
 
 
@@ -154,12 +191,15 @@ class PromptFiles:
             row["llm_prompt"] = correct_question(row["identifier"], row["llm_prompt"])
         return replace(self, prompts=json.dumps(rows, indent=4).encode())
 
-    def read_prompts(self, task_id_of: Callable[[str], str | None]) -> dict[str, Prompt]:
-        """Return a mapping from task ids to prompts, in the order of the file."""
+    def read_prompts(self, find_task_id: Callable[[str], str | None]) -> dict[str, Prompt]:
+        """Return a mapping from task ids to prompts, in the order of the file.
+
+        ``find_task_id`` returns the task id for a prompt's identifier, or None to keep the identifier.
+        """
         settings = {} if self.system is None else json.loads(self.system)
         system, stop = settings.get("system_prompt"), tuple(settings.get("stop_sequences", ()))
         rows = [(row["identifier"], row["llm_prompt"]) for row in json.loads(self.prompts)]
-        return {task_id_of(name) or name: Prompt(question, system, stop) for name, question in rows}
+        return {find_task_id(name) or name: Prompt(question, system, stop) for name, question in rows}
 
 
 INITIAL_PLACEHOLDER = "$initial"
@@ -207,30 +247,17 @@ class GoalSection:
     after: str
     write: Callable[[BelievedTask], str]
 
-    def find_section(self, question: str) -> str:
-        """Return the section of a question that states the goals.
-
-        Raises:
-            InputError: the question has no such section.
-        """
-        start, end = self._find_range(question)
-        return question[start:end]
-
     def rewrite_section(self, question: str, belief: BelievedTask) -> str:
         """Return a question in which this section states the goals that a model believes.
 
         Raises:
             InputError: the question has no such section.
         """
-        start, end = self._find_range(question)
-        return question[:start] + self.write(belief) + question[end:]
-
-    def _find_range(self, question: str) -> tuple[int, int]:
         start = question.rfind(self.before) + len(self.before)
         end = question.find(self.after, start)
         if start < len(self.before) or end < 0:
             raise InputError(
-                f"a prompt is not as expected: its goals do not stand between {self.before!r} and "
-                f"{self.after!r}"
+                f"expected a prompt with goals between {self.before!r} and {self.after!r}, as other goals "
+                "replace them; add this section to the prompt, or use our prompts (prompts.set=eai)"
             )
-        return start, end
+        return question[:start] + self.write(belief) + question[end:]

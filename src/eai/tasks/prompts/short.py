@@ -21,7 +21,7 @@ from eai.tasks.short_lists import shorten_facts
 from eai.world.state import Fact
 
 RULES = "rules"
-"""Name of a benchmark's own text of its rules in short form; it replaces the result of `shorten_rules`."""
+"""Key of a benchmark's own short rules in `Notation.short_texts`. They replace those of `shorten_rules`."""
 
 _OBJECT = re.compile(r"(\S+) \[([^\]]*)\]: (.+)")
 _FACT = re.compile(r"([^\s()]+)\(([^()]+)\)")
@@ -118,15 +118,15 @@ def _find_predicate(line: str) -> str | None:
     return None if fact is None else fact[1]
 
 
-def _shorten_facts(predicate: str, lines: Sequence[str], listed: Sequence[str]) -> Iterator[str]:
+def _shorten_facts(predicate: str, lines: Sequence[str], listed_objects: Sequence[str]) -> Iterator[str]:
     """Yield lines that state the facts of one predicate as short lists."""
     rows = dict.fromkeys([tuple(line[len(predicate) + 1 : -1].split(", ")) for line in lines])
-    others = [name for name in listed if (name,) not in rows]
-    is_about_listed = rows.keys() <= {(name,) for name in listed}
+    others = [name for name in listed_objects if (name,) not in rows]
+    is_about_listed = rows.keys() <= {(name,) for name in listed_objects}
     if is_about_listed and len(rows) >= _MIN_HOLDERS and 2 * len(others) < len(rows):
         yield f"{predicate}(*): all{' but ' if others else ''}{', '.join(others)}"
         return
-    names = list(dict.fromkeys([*listed, *[name for row in rows for name in row]]))
+    names = list(dict.fromkeys([*listed_objects, *[name for row in rows for name in row]]))
     index = {name: position for position, name in enumerate(names)}
     mutual = {row for row in rows if len(row) == 2 and row[0] != row[1] and row[::-1] in rows}
     kept = [row for row in rows if row not in mutual or index[row[0]] < index[row[1]]]
@@ -185,7 +185,7 @@ def _shorten_rule(block: Sequence[tuple[int, str]]) -> str:
 
 
 def _move_kinds_into_head(head: str, conditions: Sequence[str]) -> tuple[str, list[str]]:
-    """Return the head of a rule, which states the kinds of its parameters, and the remaining conditions."""
+    """Return the head of a rule with kinds of parameters, as in ``open(x:door)``, and other conditions."""
     name, separator, parameters = head.partition("(")
     words = parameters[:-1].split(", ")
     kinds = {match[1]: match[2] for match in map(_IS_A.fullmatch, conditions) if match and match[1] in words}

@@ -15,7 +15,7 @@ from string import Template
 from typing import TypeAlias
 
 from eai.base.errors import InputError
-from eai.base.files import find_files_below, read_content
+from eai.base.files import decode_text, find_files_below, read_content
 
 _FOLDER = Path(__file__).parent / "templates"
 _VARIANTS = "variants"
@@ -78,10 +78,7 @@ class PromptTemplates:
         file = None if self.folder is None else self.folder / name
         if file is None or not file.exists():
             return None
-        try:
-            return read_content(file).decode().replace("\r\n", "\n").removesuffix("\n")
-        except UnicodeDecodeError as error:
-            raise InputError(f"{file}: cannot be read ({error})") from error
+        return decode_text(file, read_content(file)).replace("\r\n", "\n").removesuffix("\n")
 
     def fill_template(self, name: str, values: Mapping[str, Text]) -> str:
         """Return a template with its placeholders replaced by texts.
