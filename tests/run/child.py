@@ -6,6 +6,7 @@ from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from typing import NamedTuple
+from unittest.mock import patch
 
 import inspect_ai
 from inspect_ai.log import EvalLog, read_eval_log, write_eval_log
@@ -19,10 +20,12 @@ from eai.results.epochs import ModelAnswers, score_answers
 from eai.results.options import ScoringOptions
 from eai.results.rate import Rate
 from eai.results.record import Record
+from eai.results.records import RECORDS, read_records
 from eai.run.job import QuestionJob
+from eai.run.log_scores import write_scores
 from eai.run.registry import TASKS
 from eai.run.scorer import SCORERS
-from eai.run.tasks import request_missing_answers, write_scores
+from eai.run.tasks import request_missing_answers
 from eai.studies.variation import Endpoint
 from eai.tasks.source import ErrataChoice, Source
 from suites import official_prompts
@@ -67,6 +70,12 @@ def obtain_in_child(job: QuestionJob, journal: Path, logs: Path) -> ModelAnswers
     return request_missing_answers(job, journal, logs)
 
 
+def obtain_with_logs_of(max_samples: int, job: QuestionJob, journal: Path, logs: Path) -> ModelAnswers:
+    """Get the answers to a job. Each log has at most a number of samples."""
+    with patch("eai.run.tasks._MAX_LOG_SAMPLES", max_samples):
+        return request_missing_answers(job, journal, logs)
+
+
 def run_in_child(asked: Asked, whom: Whom, folder: Path) -> Ran:
     """Run ``eai run``."""
     suite, model = asked.suite(), whom.model
@@ -76,10 +85,10 @@ def run_in_child(asked: Asked, whom: Whom, folder: Path) -> Ran:
     job = QuestionJob(endpoint, suite, prompts, whom.epochs)
     answers = request_missing_answers(job, folder / "answers.jsonl", folder / "logs")
     result = score_answers(answers, folder, suite, ScoringOptions())
-    write_scores(answers.log, result.map_keys_to_records(), Source(planner=PLANNER))
-    return Ran(
-        result.totals.rates, result.records, [one.totals.rates for one in result.by_epoch], answers.log
-    )
+    write_scores(answers.logs, result)
+    records = list(read_records(result.folder / RECORDS))
+    (log,) = set(answers.logs.values())
+    return Ran(result.totals.rates, records, [one.totals.rates for one in result.by_epoch], log)
 
 
 def evaluate_in_child(asked: Asked, whom: Whom, folder: Path) -> Path:

@@ -4,17 +4,17 @@ from __future__ import annotations
 
 import itertools
 import signal
-from typing import NoReturn
+from typing import Any, NoReturn
 
 
 def interrupt_at(number: int) -> None:
     """Make the process interrupt itself after a number of answers."""
-    from eai.run.journal import Answer, RunState
+    from eai.run.journal import RunState
 
     take, taken = RunState.add_answer, itertools.count(1)
 
-    def interrupting(desk: RunState, answer: Answer) -> None:
-        take(desk, answer)
+    def interrupting(*arguments: Any) -> None:
+        take(*arguments)
         if next(taken) == number:
             signal.raise_signal(signal.SIGINT)
 

@@ -79,6 +79,34 @@ def test_a_model_acts_by_tool_calls(data_store: Store, tmp_path: Path) -> None:
     assert about["explorer"] == f"explorer.html#run={run}&task={TASK}"
 
 
+def test_a_run_whose_model_may_ask_the_verifier_is_a_setting_of_its_own(
+    data_store: Store, tmp_path: Path
+) -> None:
+    plan = json.dumps([{"action": "FLY"}])
+    queries = [("plan", {}), ("check_plan", {"plan": plan}), ("predict", {"action": plan})]
+    asked = [ModelOutput.for_tool_call("mockllm/model", name, given) for name, given in queries]
+    log = play(scripted([*asked, *map(call, gold()), tool("done")]), tmp_path, verifier=True)
+    about = outcome_of(log)
+    assert (about["success"], about["harness"]) == (True, "react")
+    (sample,) = log.samples or ()
+    replies = [message for message in sample.messages if message.role == "tool"]
+    assert json.loads(replies[0].text)["success"] is True
+    assert json.loads(replies[1].text)["success"] is False
+    assert replies[2].error is not None
+    assert replies[2].error.message.startswith("action: ")
+    assert json.loads(sample.output.completion)["rules"]["verifier"] is True
+    assert "rules-verifier-true" in str(about["explorer"])  # so it is never ranked with others
+
+
+def test_verifier_tools_are_offered_only_if_the_setting_says_so(data_store: Store, tmp_path: Path) -> None:
+    log = play(scripted([ModelOutput.for_tool_call("mockllm/model", "plan", {}), tool("done")]), tmp_path)
+    (sample,) = log.samples or ()
+    reply, _ = [message for message in sample.messages if message.role == "tool"]
+    assert reply.error is not None
+    with pytest.raises(InputError, match="cannot call tools; choose react or auto"):
+        AgentSetting(verifier=True, harness="text")
+
+
 def test_an_episode_ends_if_the_model_calls_no_tool(data_store: Store, tmp_path: Path) -> None:
     outputs = [*map(call, gold()), ModelOutput.from_content("mockllm/model", "I am done.")]
     about = outcome_of(play(scripted(outputs), tmp_path))

@@ -22,7 +22,7 @@ NOISE = "--with perception.scene=noisy --with perception.noise.missing=0.1"
 CHOICES: Mapping[str, str] = {
     "goals": "--with pipeline.goals=own",
     "scene": NOISE,
-    "attempts": "--with attempts.replans=2 --with attempts.slip=0.1",
+    "replanning": "--with replanning.replans=2 --with replanning.slip=0.1",
     "prompt": "--with prompts.name=mine",
 }
 WHAT = "--domain behavior --ability action_sequencing --limit 3 --set eai"
@@ -65,7 +65,7 @@ def test_a_run_combines_studies_and_its_log_gets_the_same_scores(
     said = {
         "goals": "goals-eai_noisy" in experiment.label and all("pipeline" in r.summaries for r in records),
         "scene": "scene-" in experiment.label and all("perception" in r.summaries for r in records),
-        "attempts": "replans-2" in experiment.label and all(record.attempts for record in records),
+        "replanning": "replans-2" in experiment.label and all(record.attempts for record in records),
         "prompt": experiment.label.endswith("prompt-mine"),
     }
     assert {name for name, is_so in said.items() if is_so} == set(pair)
@@ -88,7 +88,7 @@ def test_goals_are_interpreted_in_the_perceived_scene(data_store: Store, tmp_pat
 
 
 def test_analyses_compare_runs_that_differ_in_one_study(data_store: Store, tmp_path: Path) -> None:
-    for names in (("attempts",), ("attempts", "goals"), ("attempts", "scene")):
+    for names in (("replanning",), ("replanning", "goals"), ("replanning", "scene")):
         done = command(f"{RUN} {' '.join(CHOICES[name] for name in names)} --out @/runs", tmp_path)
         assert done.status == 0, done.err
     for study, table in (
@@ -133,7 +133,7 @@ def test_two_studies_that_change_the_same_option_are_refused_with_a_reason() -> 
     with pytest.raises(InputError) as refused:
         read_spec(
             {
-                "attempts": {"replans": 1, "world": "continue"},
+                "replanning": {"replans": 1, "world": "continue"},
                 "perception": {"scene": "predicted", "scene_model": "eai/captioner"},
             }
         )
@@ -153,7 +153,7 @@ def test_prompts_in_other_words_are_named_and_compared(data_store: Store, tmp_pa
     assert command("analyze prompts @/runs --out @/prompts", tmp_path).status == 0
     (table,) = (tmp_path / "prompts").rglob("prompts.csv")
     assert table.read_text().count("eai-brief") == 2
-    drawn = {path.stem for path in (tmp_path / "prompts").rglob("*.png")}
+    drawn = {path.stem for path in (tmp_path / "prompts").rglob("*.svg")}
     if drawn:
         assert drawn == {"prompts", "prompts-by-eai_noisy", "prompts-by-eai_oracle"}
 
@@ -202,7 +202,7 @@ def test_subgoals_of_a_chain_need_goals_plans_and_our_prompts(data_store: Store,
         ),
         (
             "--with pipeline.goals=own --with pipeline.subgoals=own",
-            "pipeline.subgoals: published prompts state no subgoals; use ours (--set eai)",
+            "pipeline.subgoals: published prompts state no subgoals; choose the prompts of eai by --set eai",
         ),
     ):
         run = f"run --domain behavior --limit 1 --quiet --model eai/oracle {options} --out @/runs"

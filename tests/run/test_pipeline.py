@@ -53,7 +53,7 @@ def test_a_task_states_the_goals_of_answers(goals: Path) -> None:
     ):
         with pytest.raises(InputError, match=message):
             make(goals=str(goals), **wrong)
-    with pytest.raises(InputError, match="those of goal_interpretation do not"):
+    with pytest.raises(InputError, match="questions of goal_interpretation state no goals"):
         TASKS["behavior_goal_interpretation"](goals=str(goals))
 
 

@@ -49,9 +49,9 @@ def test_a_question_lists_the_perceived_scene_with_its_errors(data_store: Store)
     words = open_scene_graph_vocabulary(suite.benchmark)
     seen = perceive_with_noise(suite.tasks[JARS], words, parse_noise(settings))
     there = {*words.list_object_names(suite.tasks[JARS])}
-    assert {line.partition(" [")[0] for line in listed} == {*seen.names}
-    assert {*seen.names} - there
-    assert {*words.make_true_graph(suite.tasks[JARS]).names} - {*seen.names}
+    assert {line.partition(" [")[0] for line in listed} == {*seen.mentioned_objects}
+    assert {*seen.mentioned_objects} - there
+    assert {*words.make_true_graph(suite.tasks[JARS]).mentioned_objects} - {*seen.mentioned_objects}
 
 
 @pytest.mark.parametrize("domain", ["behavior", "virtualhome"])
@@ -84,13 +84,13 @@ def test_invalid_scene_options_are_refused(data_store: Store) -> None:
     for wrong, message in (
         ({"scene": "image"}, "published prompts show scenes only in their own format"),
         ({"scene": "seen"}, "perception.scene: expected 'text', 'image', "),
-        ({"scene": "predicted"}, "scene: Inspect tasks have no second model for scenes; use eai run"),
+        ({"scene": "predicted"}, "scene: a task in Inspect cannot ask a second model for scenes"),
         ({"scene": "image", "noise": "missing=0.1"}, "has no effect with perception.scene image"),
         ({"scene": "noisy", "prompts": "eai"}, "expected rates of errors"),
         ({"scene": "noisy", "prompts": "eai", "noise": "mising=1"}, "did you mean missing"),
         (
             {"scene": "numbered", "prompts": "eai", "replans": 1, "world": "continue"},
-            "perception.scene numbered: cannot be combined with attempts.replans, "
+            "perception.scene numbered: cannot be combined with replanning.replans, "
             "slip or until; the scene is only ",
         ),
         ({"noise": "missing=0.1"}, "has no effect with perception.scene text"),

@@ -34,11 +34,11 @@ ONWARD = {"replans": 1, "world": "continue"}
 @pytest.mark.parametrize(
     "tables",
     [
-        {"attempts": {"slip": 0.1, "replans": 2}, "pipeline": {"goals": "own"}},
-        {"attempts": ONWARD, "perception": {"scene": "both"}, "pipeline": {"goals": "own"}},
-        {"attempts": ONWARD, "perception": {"context": "some"}},
-        {"attempts": {**ONWARD, "feedback": "none"}, "perception": {"scene": "rendered"}},
-        {"attempts": {"replans": 1}, "perception": {"scene": "predicted", "scene_model": "eai/captioner"}},
+        {"replanning": {"slip": 0.1, "replans": 2}, "pipeline": {"goals": "own"}},
+        {"replanning": ONWARD, "perception": {"scene": "both"}, "pipeline": {"goals": "own"}},
+        {"replanning": ONWARD, "perception": {"context": "some"}},
+        {"replanning": {**ONWARD, "feedback": "none"}, "perception": {"scene": "rendered"}},
+        {"replanning": {"replans": 1}, "perception": {"scene": "predicted", "scene_model": "eai/captioner"}},
         {"pipeline": {"goals": "own"}, "perception": {"scene": "numbered"}, "prompts": {"name": "mine"}},
     ],
 )
@@ -92,7 +92,7 @@ def test_each_option_belongs_to_one_study() -> None:
     """Therefore Inspect's arguments do not name a study."""
     names = [name for study in list_studies_with_run_options() for name in study.options.model_fields]
     assert [find_study_of_option(name) for name in names] == [
-        s.section_name for s in list_studies_with_run_options() for _ in s.options.model_fields
+        s.name for s in list_studies_with_run_options() for _ in s.options.model_fields
     ]
 
 
@@ -117,12 +117,12 @@ def test_keys_of_servers_are_never_written_to_a_file(tmp_path: Path) -> None:
 @pytest.mark.parametrize(
     ("tables", "message"),
     [
-        ({"atempts": {}}, "atempts: unknown; did you mean attempts?"),
+        ({"replaning": {}}, "replaning: unknown; did you mean replanning?"),
         (
-            {"attempts": {"replan": 1}},
-            "attempts.replan: unknown; did you mean replans? (attempts has replans, ",
+            {"replanning": {"replan": 1}},
+            "replanning.replan: unknown; did you mean replans? (replanning has replans, ",
         ),
-        ({"attempts": 3}, "attempts: expected "),
+        ({"replanning": 3}, "replanning: expected "),
         ({"generation": {"top_p": 2}}, "generation.top_p: expected less than or equal to 1, found 2"),
         ({"perception": {"scene": "noisy", "noise": {"mising": 1}}}, "noise mising=1: expected NAME=NUMBER"),
         (
@@ -131,13 +131,13 @@ def test_keys_of_servers_are_never_written_to_a_file(tmp_path: Path) -> None:
             "adaptive runs choose tasks by the difficulty ",
         ),
         (
-            {"attempts": ONWARD, "perception": {"scene": "rendered"}},
-            "perception.scene rendered: cannot be combined with attempts.replans, "
+            {"replanning": ONWARD, "perception": {"scene": "rendered"}},
+            "perception.scene rendered: cannot be combined with replanning.replans, "
             "slip or until; the scene is only shown ",
         ),
         (
-            {"attempts": {**ONWARD, "feedback_form": "chat"}, "perception": {"scene": "image"}},
-            "perception.scene image: cannot be combined with attempts.replans, slip or until; "
+            {"replanning": {**ONWARD, "feedback_form": "chat"}, "perception": {"scene": "image"}},
+            "perception.scene image: cannot be combined with replanning.replans, slip or until; "
             "a chat cannot show pictures ",
         ),
         (

@@ -1,8 +1,12 @@
 from __future__ import annotations
 
+import asyncio
 import re
+from collections.abc import Iterator
 
 import pytest
+from inspect_ai.dataset import Sample
+from inspect_ai.log import EvalSample
 from inspect_ai.model import ChatMessageSystem, ChatMessageUser
 from inspect_ai.util import registry_info
 
@@ -12,6 +16,7 @@ from eai.base.errors import InputError
 from eai.base.store import Store
 from eai.benchmarks.registry import list_benchmarks
 from eai.run.registry import TASKS
+from eai.run.tasks import _SampleFeed
 from protocols import PROTOCOLS
 from suites import official_prompts
 
@@ -56,7 +61,7 @@ def test_a_task_takes_arguments() -> None:
         assert [sample.id for sample in task.dataset] == ids
     for wrong, message in (
         ({"tasks": "0_0"}, "tasks: '0_0' is not a task of this suite"),
-        ({"tasks": 99}, "tasks=99 is a number, not a task"),
+        ({"tasks": 99}, "tasks=99: expected the id of a task, found a number"),
         ({"planner": "fast"}, "planner: expected 'auto', 'full', 'built_in'"),
         (
             {"protocol": "lax"},
@@ -68,7 +73,36 @@ def test_a_task_takes_arguments() -> None:
             "found 'mine'",
         ),
         ({"replan": 3}, "replan: unknown; did you mean replans? (there are replans, world, feedback"),
-        ({"scene_model": "eai/captioner"}, "scene_model: Inspect tasks have no second model for scenes"),
+        ({"scene_model": "eai/captioner"}, "scene_model: a task in Inspect cannot ask a second model"),
     ):
         with pytest.raises(InputError, match=re.escape(message)):
             make(**wrong)
+
+
+@pytest.mark.parametrize(("epochs", "ahead"), [(1, 3), (2, 3), (3, None)])
+def test_a_feed_makes_few_samples_ahead(epochs: int, ahead: int | None) -> None:
+    made: list[int] = []
+
+    def make_samples() -> Iterator[Sample]:
+        for number in range(20):
+            made.append(number)
+            yield Sample(input="?", id=number)
+
+    async def finish_all() -> list[int]:
+        feed = _SampleFeed(make_samples(), epochs=epochs, ahead=ahead)
+        waiting = [sample for sample in await feed.next_samples() or [] for _ in range(epochs)]
+        finished = []
+        while waiting:
+            sample = waiting.pop(0)
+            finished.append(int(sample.id or 0))
+            done = EvalSample(id=sample.id or 0, epoch=1, input="?", target="")
+            waiting += [more for more in await feed.sample_complete(done) for _ in range(epochs)]
+            assert ahead is None or len(waiting) < ahead + epochs
+        assert await feed.next_samples() is None
+        return finished
+
+    feed = _SampleFeed(make_samples(), epochs=epochs, ahead=ahead)
+    assert (
+        len(asyncio.run(feed.next_samples()) or []) == len(made) == (20 if ahead is None else -(-3 // epochs))
+    )
+    assert sorted(asyncio.run(finish_all())) == sorted([*range(20)] * epochs)

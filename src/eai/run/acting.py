@@ -7,7 +7,7 @@ the state of a sample, so that any solver finds them. ``eai/player`` is the defa
 from __future__ import annotations
 
 import json
-from collections.abc import Awaitable, Callable, Mapping
+from collections.abc import Awaitable, Callable, Iterator, Mapping
 from functools import cache
 from typing import Any
 
@@ -16,7 +16,7 @@ from inspect_ai.event import ModelEvent
 from inspect_ai.log import EvalSample, transcript
 from inspect_ai.model import ChatMessageUser, Content, ModelOutput, StopReason, get_model
 from inspect_ai.solver import Generate, Solver, TaskState, solver
-from inspect_ai.tool import ToolDef, ToolParams
+from inspect_ai.tool import ToolDef, ToolError, ToolParams
 from inspect_ai.util import StoreModel, apply_limits, registry_info, time_limit, token_limit, turn_limit
 from pydantic import Field
 
@@ -26,10 +26,12 @@ from eai.agents.command import DONE
 from eai.agents.play import BY_TEXT, EpisodeFactory, RecordedGame
 from eai.agents.setting import AUTO, HARNESSES, TEXT, AgentSetting
 from eai.agents.tools import list_tool_names_texts_and_schemas, read_tool_call
+from eai.base.entry_points import load_from_extension
+from eai.base.errors import InputError
 from eai.benchmarks.benchmark import Benchmark
 from eai.benchmarks.registry import find_benchmark, load_object
 from eai.benchmarks.suite import open_suite
-from eai.run.job import ERRATA, is_built_in
+from eai.run.job import ERRATA, KEPT_TASKS, is_built_in
 from eai.run.journal import RunState
 from eai.run.request_errors import describe_error
 from eai.run.solver import (
@@ -70,7 +72,7 @@ def read_episode_text(state: TaskState | EvalSample) -> str:
 
 @cache
 def _open_tasks(benchmark: Benchmark, ability: Ability, errata: ErrataChoice) -> Mapping[str, Task]:
-    return open_suite(benchmark, ability, source=Source(errata=errata)).tasks
+    return open_suite(benchmark, ability, source=Source(errata=errata, kept=KEPT_TASKS)).tasks
 
 
 def _begin_episode(state: TaskState) -> RecordedGame | None:
@@ -90,7 +92,7 @@ def _begin_episode(state: TaskState) -> RecordedGame | None:
 
 
 def _play_command(state: TaskState, play: RecordedGame, command: str) -> str | list[Content]:
-    """Play a command, store the episode, and return the reply to the agent with its pictures."""
+    """Play a command, store the episode, and return the game's reply with pictures of the scene."""
     last_reply = _read_last_model_reply()
     reply = play.play_command(command, "" if last_reply == command else last_reply)
     state.store_as(_StoredEpisode).episode = play.to_json("stopped")
@@ -111,10 +113,36 @@ def _make_tools(state: TaskState, play: RecordedGame) -> list[ToolDef]:
 
         return call
 
-    return [
+    tools = [
         ToolDef(make_tool_function(name), name, description, ToolParams.model_validate(schema), max_output=0)
         for name, description, schema in list_tool_names_texts_and_schemas(play.stage.domain)
     ]
+    return [*tools, *_make_verifier_tools(state)] if play.stage.rules.verifier else tools
+
+
+def _make_verifier_tools(state: TaskState) -> Iterator[ToolDef]:
+    """Yield the tools of `eai serve mcp --tools`, restricted to the task."""
+    open_tools = load_from_extension("verifier_tools", "agent.verifier")
+    task = {"benchmark": str(state.metadata["domain"]), "task": str(state.sample_id)}
+
+    def make_tool_function(name: str) -> Callable[..., Awaitable[str]]:
+        async def call(**arguments: Any) -> str:
+            tools = open_tools()
+            try:
+                result: str = await tools.call(name, {**arguments, **task})
+            except InputError as error:
+                raise ToolError(str(error)) from error
+            finally:
+                await tools.close()
+            return result
+
+        return call
+
+    for name, description, schema in open_tools().list_names_texts_and_schemas():
+        properties = {key: value for key, value in schema["properties"].items() if key not in task}
+        required = [key for key in schema["required"] if key not in task]
+        params = ToolParams.model_validate({**schema, "properties": properties, "required": required})
+        yield ToolDef(make_tool_function(name), name, description, params, max_output=0)
 
 
 @solver(name="eai_enter")
@@ -148,7 +176,7 @@ def _make_solver_that_plays_episode(harness: str | None = None) -> Solver:
         chosen = harness or setting.harness
         agent = AgentState(messages=state.messages)
         limits = [
-            turn_limit(_REPLIES_PER_TURN * (play.most + 1)),
+            turn_limit(_REPLIES_PER_TURN * (play.max_actions + 1)),
             token_limit(setting.tokens),
             time_limit(setting.seconds),
         ]
@@ -181,7 +209,8 @@ def _store_episode_text(state: TaskState, model_stop_reason: StopReason, episode
 async def _play_by_tools(state: TaskState, agent: AgentState, harness: str) -> None:
     """Let the model call tools until the episode ends or a reply calls no tool, or run the user's agent.
 
-    If a reply calls no tool or the server refuses tools, the harness ``auto`` continues with lines of text.
+    If a reply calls no tool or the server refuses tools, the harness ``auto`` asks the model to write later
+    commands as lines of text.
     """
     if harness not in HARNESSES:
         result = await load_object(harness)(state.tools)(agent)
@@ -236,16 +265,18 @@ def play_missing_episodes(run: RunState) -> Solver:
 
     async def solve(state: TaskState, generate: Generate) -> TaskState:
         key = (str(state.sample_id), state.epoch)
-        if run.all_answers[key]:
-            restore_answer(state, run.all_answers[key][-1])
+        recorded = run.open_conversation(key)
+        if recorded.answers:
+            restore_answer(state, recorded.answers[-1])
             return state
         if run.stopped is not None:
             return state
-        question, request = run.conversations[key].question, run.hash_next_request(key)
+        question, request = recorded.conversation.question, run.hash_next_request(recorded)
         state.metadata[BEGUN] = run.journal.record_and_count_episode_starts(key, request)
         with report_failure(run, key):
             state = await perform(await begin(state, generate), generate)
-        run.add_answer(make_answer(state, request, question, _sum_usage_of_replies(run.job.endpoint.model)))
+        usage = _sum_usage_of_replies(run.job.endpoint.model)
+        run.add_answer(recorded, make_answer(state, request, question, usage))
         return state
 
     return solve

@@ -213,20 +213,20 @@ def _yield_context_lengths(server: Any, address: str, name: str) -> Iterator[Any
     which the model was trained.
     """
     root = address.rstrip("/").removesuffix("/v1")
-    models = _read_list(_read_json(server, "/models"), "data")
+    models = _read_dicts_in_field(_read_json(server, "/models"), "data")
     entries = [entry for entry in models if entry.get("id") == name] or (models if len(models) == 1 else [])
     listed = entries[0] if entries else {}
-    meta = _read_dict(listed.get("meta"))
+    meta = _get_dict_or_empty(listed.get("meta"))
     yield from (listed.get("max_model_len"), meta.get("n_ctx"), listed.get("context_length"))
-    properties = _read_dict(_read_json(server, f"{root}/props"))
-    yield _read_dict(properties.get("default_generation_settings")).get("n_ctx")
-    for running in _read_list(_read_json(server, f"{root}/api/ps"), "models"):
+    properties = _get_dict_or_empty(_read_json(server, f"{root}/props"))
+    yield _get_dict_or_empty(properties.get("default_generation_settings")).get("n_ctx")
+    for running in _read_dicts_in_field(_read_json(server, f"{root}/api/ps"), "models"):
         if running.get("name") in (name, f"{name}:latest"):
             yield running.get("context_length")
-    shown = _read_dict(_read_json(server, f"{root}/api/show", {"model": name}))
+    shown = _get_dict_or_empty(_read_json(server, f"{root}/api/show", {"model": name}))
     parameter = re.search(r"^num_ctx\s+(\d+)", str(shown.get("parameters")), re.MULTILINE)
     yield int(parameter[1]) if parameter else None
-    training = _read_dict(shown.get("model_info"))
+    training = _get_dict_or_empty(shown.get("model_info"))
     yield from [value for key, value in training.items() if key.endswith(".context_length")]
     yield meta.get("n_ctx_train")
 
@@ -243,10 +243,10 @@ def _read_json(server: Any, path: str, body: Mapping[str, str] | None = None) ->
         return None
 
 
-def _read_dict(value: Any) -> dict[str, Any]:
+def _get_dict_or_empty(value: Any) -> dict[str, Any]:
     return value if isinstance(value, dict) else {}
 
 
-def _read_list(value: Any, field: str) -> list[dict[str, Any]]:
-    entries = _read_dict(value).get(field)
-    return [_read_dict(entry) for entry in entries] if isinstance(entries, list) else []
+def _read_dicts_in_field(value: Any, field: str) -> list[dict[str, Any]]:
+    entries = _get_dict_or_empty(value).get(field)
+    return [_get_dict_or_empty(entry) for entry in entries] if isinstance(entries, list) else []

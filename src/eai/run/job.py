@@ -3,8 +3,8 @@
 from __future__ import annotations
 
 import json
-from collections.abc import Collection, Mapping
-from dataclasses import dataclass, field
+from collections.abc import Collection, Iterator, Mapping
+from dataclasses import dataclass, field, replace
 from functools import partial
 from typing import Literal, TypeAlias
 
@@ -24,13 +24,16 @@ from eai.results.trials import Conversation, TrialSet
 from eai.studies.perception.scene_graph import SCENE
 from eai.studies.variation import Endpoint
 from eai.tasks.options import Options
-from eai.tasks.prompts.prompt import Prompt
+from eai.tasks.prompts.prompt import Prompt, pack_prompts
 
 PROVIDER = "eai"
 """Name of the provider of built-in models: the text before the slash of their names."""
 
 ERRATA = "errata"
 """Field of a question's metadata: whether known errors (errata) in the data set's answer are corrected."""
+
+KEPT_TASKS = 100
+"""Maximum number of tasks that a run keeps in memory, and of scorers, and of gold answers."""
 
 CAPTIONER = "captioner"
 """Built-in model that lists the objects in pictures."""
@@ -167,12 +170,25 @@ class QuestionJob:
 
     @property
     def sha256(self) -> str:
-        """Digest of all requests: jobs with equal digests would get equal answers."""
+        """Digest of all requests. A log with the answers to a job serves every job with this digest."""
         requests = [(name, self.hash_request(name, prompt)) for name, prompt in self.prompts.items()]
         decisive: list[Json] = [self.epochs, requests]
         if self.trials is not None:
             decisive.append([self.trials.options.label, self.trials.suite.protocol.value])
         return hash_text(json.dumps(decisive))
+
+    def split(self, max_samples: int) -> Iterator[QuestionJob]:
+        """Yield jobs with consecutive tasks of this job, in order. A task in an epoch is a sample.
+
+        A job has more samples than the maximum only if one task has.
+        """
+        task_ids, size = list(self.prompts), max(1, max_samples // self.epochs)
+        if len(task_ids) <= size:
+            yield self
+            return
+        for start in range(0, len(task_ids), size):
+            prompts = pack_prompts((name, self.prompts[name]) for name in task_ids[start : start + size])
+            yield replace(self, prompts=prompts)
 
     def start_conversation(self, task_id: str, epoch: int) -> Conversation:
         """Return the conversation of a task in one epoch: its questions, one after the other."""

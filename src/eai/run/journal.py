@@ -11,8 +11,9 @@ from __future__ import annotations
 import json
 from collections import defaultdict
 from collections.abc import Callable
+from itertools import product
 from pathlib import Path
-from typing import TypeAlias
+from typing import NamedTuple, TypeAlias
 
 from pydantic import TypeAdapter, ValidationError
 
@@ -42,7 +43,7 @@ class AnswerJournal:
 
     def __init__(self, path: Path) -> None:
         self._path = path
-        self._answers: dict[tuple[str, str, int, int], Answer] = {}
+        self._answers: dict[AnswerKey, list[Answer]] = defaultdict(list)
         content, adapter = read_content(path) if path.exists() else b"", TypeAdapter(Answer)
         self._size = content.rfind(b"\n") + 1
         for number, line in number_lines(content[: self._size]):
@@ -55,7 +56,13 @@ class AnswerJournal:
 
     def find_answer(self, key: AnswerKey, request_sha256: str, attempt: int = 1) -> Answer | None:
         """Return the recorded answer to exactly this request, or None if the request has no answer."""
-        return self._answers.get((request_sha256, *key, attempt))
+        wanted = request_sha256, attempt
+        answers = reversed(self._answers[key] if self.has_answers(key) else ())
+        return next((each for each in answers if (each.request_sha256, each.attempt) == wanted), None)
+
+    def has_answers(self, key: AnswerKey) -> bool:
+        """Whether the journal has an answer to any request about a task in an epoch."""
+        return key in self._answers
 
     def add(self, answer: Answer) -> None:
         """Write an answer to disk, so that the answer survives a crash of the process.
@@ -89,19 +96,29 @@ class AnswerJournal:
         return times_before + 1
 
     def _index_answer(self, answer: Answer) -> None:
-        self._answers[answer.request_sha256, answer.task_id, answer.epoch, answer.attempt] = answer
+        self._answers[answer.task_id, answer.epoch].append(answer)
 
 
 ProgressWatch: TypeAlias = Callable[[int, int, int, int], None]
 """Function that is called with the numbers of answered tasks, failed tasks, all tasks, and output tokens.
 
-A task counts once in every epoch. Answers that the journal already had count as answered, without their
-tokens. A task has failed if one of its requests failed for good.
+A task counts once in every epoch (one answer to each task). Answers from an earlier start of the run count as
+answered, without their tokens. A task has failed if a request failed after all repetitions.
 """
 
 
+class _RecordedConversation(NamedTuple):
+    """The conversation about a task in an epoch, with its answers in order."""
+
+    key: AnswerKey
+    conversation: Conversation
+    answers: list[Answer]
+
+
 class RunState:
-    """The answers so far to a job (the questions of a suite to a model), and its open questions.
+    """The answers so far to a job (the questions of a suite to a model).
+
+    Only the solver that asks the questions holds a conversation, so that memory does not grow with prompts.
 
     Args:
         job: the job.
@@ -111,9 +128,9 @@ class RunState:
     Attributes:
         job: the job.
         journal: the journal for new answers.
-        all_answers: mapping from task and epoch to the answers in order; experiments have one for each
-            attempt.
-        conversations: mapping from task and epoch to the questions asked so far and the next one.
+        last_answers: mapping from task and epoch to the last answer, for each finished task.
+        attempts: mapping from task and epoch to attempts at a finished task; empty if answers are not
+            executed.
         failures: mapping from task and epoch to the reason why the answer is missing.
         stopped: reason why the run sends no more questions; None while the run goes on.
         answer_limit: maximum number of tokens of further answers by default; None for no limit.
@@ -122,44 +139,44 @@ class RunState:
     def __init__(self, job: QuestionJob, journal: AnswerJournal, watch: ProgressWatch | None) -> None:
         self.job = job
         self.journal = journal
-        self.all_answers: dict[AnswerKey, list[Answer]] = defaultdict(list)
-        self.conversations: dict[AnswerKey, Conversation] = {}
+        self.last_answers: dict[AnswerKey, Answer] = {}
+        self.attempts: dict[AnswerKey, tuple[Attempt, ...]] = {}
         self.failures: dict[AnswerKey, str] = {}
         self.stopped: EaiError | None = None
         self.answer_limit = job.answer_limit
         self._watch = watch
-        self._finished = 0
         self._new_tokens = 0
-        for task_id in job.prompts:
-            for epoch in range(1, job.epochs + 1):
-                self.conversations[task_id, epoch] = job.start_conversation(task_id, epoch)
-                self._take_answers_from_journal((task_id, epoch))
+        for key in product(job.prompts, range(1, job.epochs + 1)):
+            if journal.has_answers(key):
+                self.open_conversation(key)
+
+    def has_all_answers(self, job: QuestionJob) -> bool:
+        """Whether every question of a job has an answer. The job may be a part of the run's job."""
+        return all(key in self.last_answers for key in product(job.prompts, range(1, job.epochs + 1)))
 
     @property
-    def is_complete(self) -> bool:
-        """Whether every question of the job has an answer."""
-        return self._finished == len(self.conversations)
+    def _question_count(self) -> int:
+        return len(self.job.prompts) * self.job.epochs
 
-    @property
-    def last_answers(self) -> dict[AnswerKey, Answer]:
-        """Mapping from task and epoch to the last answer, for each finished task."""
-        return {key: given[-1] for key, given in self.all_answers.items() if self.conversations[key].is_over}
+    def open_conversation(self, key: AnswerKey) -> _RecordedConversation:
+        """Return the conversation about a task in an epoch, continued with the answers in the journal."""
+        recorded = _RecordedConversation(key, self.job.start_conversation(*key), [])
+        while not recorded.conversation.is_over:
+            answer = self.journal.find_answer(
+                key, self.hash_next_request(recorded), len(recorded.answers) + 1
+            )
+            if answer is None:
+                break
+            self._add_to_conversation(recorded, answer)
+        return recorded
 
-    @property
-    def attempts(self) -> dict[AnswerKey, tuple[Attempt, ...]]:
-        """Mapping from task and epoch to attempts at a finished task; empty if answers are not executed."""
-        return {
-            key: tuple(add_answer_details_to_attempts(attempts, given))
-            for key, given in self.all_answers.items()
-            if self.conversations[key].is_over and (attempts := self.conversations[key].attempts)
-        }
+    def hash_next_request(self, recorded: _RecordedConversation) -> str:
+        """Return the digest of everything that decides the next answer of a conversation."""
+        task_id, _ = recorded.key
+        return self.job.hash_request(task_id, recorded.conversation.question, len(recorded.answers) + 1)
 
-    def hash_next_request(self, key: AnswerKey) -> str:
-        """Return the digest of everything that decides the next answer to a task in an epoch."""
-        return self.job.hash_request(key[0], self.conversations[key].question, len(self.all_answers[key]) + 1)
-
-    def add_answer(self, answer: Answer) -> None:
-        """Write an answer to the journal, and add it to the answers of the run.
+    def add_answer(self, recorded: _RecordedConversation, answer: Answer) -> None:
+        """Write an answer to the journal, and add it to its conversation and to the answers of the run.
 
         Raises:
             InputError: the journal cannot be written; then the run sends no more questions.
@@ -169,7 +186,7 @@ class RunState:
         except InputError as error:
             self.stopped = error
             raise
-        self._add_to_conversation(answer)
+        self._add_to_conversation(recorded, answer)
         self._new_tokens += answer.usage.output_tokens or 0
         self.report_progress()
 
@@ -186,20 +203,13 @@ class RunState:
     def report_progress(self) -> None:
         """Call the progress watch with the numbers of answered and failed tasks, and of output tokens."""
         if self._watch is not None:
-            self._watch(self._finished, len(self.failures), len(self.conversations), self._new_tokens)
+            self._watch(len(self.last_answers), len(self.failures), self._question_count, self._new_tokens)
 
-    def _take_answers_from_journal(self, key: AnswerKey) -> None:
-        while not self.conversations[key].is_over:
-            answer = self.journal.find_answer(
-                key, self.hash_next_request(key), len(self.all_answers[key]) + 1
-            )
-            if answer is None:
-                return
-            self._add_to_conversation(answer)
-
-    def _add_to_conversation(self, answer: Answer) -> None:
-        key = (answer.task_id, answer.epoch)
-        conversation = self.conversations[key]
-        self.all_answers[key].append(answer)
+    def _add_to_conversation(self, recorded: _RecordedConversation, answer: Answer) -> None:
+        key, conversation, answers = recorded
+        answers.append(answer)
         conversation.add_answer(answer.text)
-        self._finished += conversation.is_over
+        if conversation.is_over:
+            self.last_answers[key] = answer
+            if conversation.attempts:
+                self.attempts[key] = tuple(add_answer_details_to_attempts(conversation.attempts, answers))

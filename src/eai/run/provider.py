@@ -50,8 +50,8 @@ from eai.results.answer_files import find_response_file_of_suite
 from eai.results.batch import NO_ROW
 from eai.results.epochs import STATED
 from eai.results.responses import read_responses
-from eai.run.job import CAPTIONER, ERRATA, PROVIDER, can_model_answer, check_model_name
-from eai.run.tasks import convert_input_errors
+from eai.run.job import CAPTIONER, ERRATA, KEPT_TASKS, PROVIDER, can_model_answer, check_model_name
+from eai.run.tasks import raise_input_errors_as_task_argument_errors
 from eai.studies.perception.scene_graph import SCENE, read_scene_graph
 from eai.tasks.options import Options
 from eai.tasks.source import ErrataChoice, Source, find_errata_choice
@@ -67,7 +67,7 @@ They end the search if such a task is unsolvable. All tasks of the household ben
 
 T = TypeVar("T")
 
-_OPEN_BOOK = {
+_ANSWER_OPENERS = {
     "planner": open_answers_of_planner,
     "lookup": open_answers_of_similar_tasks,
     "copy": open_copied_answers,
@@ -103,12 +103,12 @@ class _ModelQuestion(NamedTuple):
 
     Attributes:
         attempt: number of the attempt at the task, from 1 on.
-        done: actions executed in the world that the question describes.
+        done: actions that earlier attempts executed in the world that the question describes.
         text: text of all messages.
-        stated: a model's answer to goal interpretation, whose goals the question states; None if it states
-            the task's goals.
+        stated: a model's answer to goal interpretation. The question states the goals in this answer; None
+            if it states the task's goals.
         scene: the scene graph that the question shows; None if it shows the task's scene.
-        source: settings for opening the data set, which has the right answer to the task.
+        source: settings for opening the data set, which has the gold answers.
         setting: rules of the episode, in the ability ``acting``.
     """
 
@@ -158,15 +158,15 @@ class _BuiltInModel(ModelAPI):
         **model_args: Any,
     ) -> None:
         super().__init__(model_name, base_url, api_key, [], config)
-        with convert_input_errors():
+        with raise_input_errors_as_task_argument_errors():
             check_model_name(f"{PROVIDER}/{model_name}")
-            self._given = _ModelArguments.read(f"{PROVIDER}/{model_name}", model_args)
-            if model_name == "replay" and self._given.path is None:
+            self._arguments = _ModelArguments.read(f"{PROVIDER}/{model_name}", model_args)
+            if model_name == "replay" and self._arguments.path is None:
                 raise InputError("eai/replay: expected -M path=FILE, a response file or a folder of them")
-        self._book = cache(_OPEN_BOOK.get(model_name, open_gold_answers))
-        self._played = cache(self._list_episode_commands)
-        self._random = cache(open_random_answers)
-        self._recorded = cache(self._read_recorded_answers)
+        self._open_answers = cache(_ANSWER_OPENERS.get(model_name, open_gold_answers))
+        self._find_commands = cache(self._list_episode_commands)
+        self._open_random_answers = cache(open_random_answers)
+        self._open_recorded_answers = cache(self._read_recorded_answers)
 
     async def generate(
         self, input: list[ChatMessage], tools: list[ToolInfo], tool_choice: ToolChoice, config: GenerateConfig
@@ -178,7 +178,7 @@ class _BuiltInModel(ModelAPI):
         metadata = (input[positions[-1]].metadata or {}) if positions else {}
         takes_turns = bool(positions) and get_declaration(Ability(metadata["ability"])).takes_turns
         if not positions or (not takes_turns and positions[-1] != len(input) - 1):
-            raise InputError(f"eai/{self.model_name} can only answer the questions of eai's own tasks")
+            raise InputError(f"eai/{self.model_name} answers only questions of the tasks eai/...")
         question = _ModelQuestion(
             find_benchmark(str(metadata["domain"])),
             Ability(metadata["ability"]),
@@ -189,11 +189,11 @@ class _BuiltInModel(ModelAPI):
             "\n\n".join([message.text for message in input]),
             metadata.get(STATED),
             metadata.get(SCENE),
-            Source(errata=find_errata_choice(metadata.get(ERRATA, ErrataChoice.CURRENT))),
+            Source(errata=find_errata_choice(metadata.get(ERRATA, ErrataChoice.CURRENT)), kept=KEPT_TASKS),
             AgentSetting.from_metadata(metadata),
         )
         if takes_turns:
-            commands = await _run_in_thread(partial(self._played, question._replace(text="")))
+            commands = await _run_in_thread(partial(self._find_commands, question._replace(text="")))
             actions_taken = sum(message.role == "assistant" for message in input[positions[-1] :])
             return self._make_output(
                 input, commands[actions_taken] if actions_taken < len(commands) else DONE, tools
@@ -205,7 +205,7 @@ class _BuiltInModel(ModelAPI):
         task = question.benchmark.tasks(question.source)[question.task_id]
         if self.model_name in AGENTS:
             arena = EpisodeFactory(question.benchmark, question.setting)
-            return arena.play_agent(self.model_name, task, self._given.seed, question.epoch)
+            return arena.play_agent(self.model_name, task, self._arguments.seed, question.epoch)
         of_plan = question._replace(ability=Ability.ACTION_SEQUENCING)
         answer = self._answer_question(question if self.model_name == "replay" else of_plan)
         return read_commands(task, question.benchmark, answer)
@@ -239,41 +239,43 @@ class _BuiltInModel(ModelAPI):
         if self.model_name == CAPTIONER:
             return self._describe_scene(question)
         if self.model_name == "replay":
-            recorded = self._recorded(question.benchmark, question.ability, question.attempt, question.source)
+            recorded = self._open_recorded_answers(
+                question.benchmark, question.ability, question.attempt, question.source
+            )
             if question.task_id not in recorded:
                 raise InputError(NO_ROW)
             return recorded[question.task_id]
         if self.model_name == "planner" and (question.done or question.scene is not None):
-            book = open_answers_of_planner(
+            answers = open_answers_of_planner(
                 _change_task_as_question_states(question), question.ability, question.source, PLANNER_LIMITS
             )
-            return _require_text(book[question.task_id])
+            return _get_text_or_raise(answers[question.task_id])
         if self.model_name in ("planner", "copy") and question.stated is not None:
-            book = _OPEN_BOOK[self.model_name](
+            answers = _ANSWER_OPENERS[self.model_name](
                 _change_task_as_question_states(question), question.ability, question.source
             )
-            return _require_text(book[question.task_id])
+            return _get_text_or_raise(answers[question.task_id])
         if self.model_name == "random":
-            seed = f"{self._given.seed} {question.epoch} {question.attempt}"
-            draw = self._random(question.benchmark, question.ability, question.source)
+            seed = f"{self._arguments.seed} {question.epoch} {question.attempt}"
+            draw = self._open_random_answers(question.benchmark, question.ability, question.source)
             return draw(question.task_id, seed, question.done).text
-        book = self._book(question.benchmark, question.ability, question.source)
-        if self.model_name in ("oracle", *_OPEN_BOOK):
-            return _require_text(book[question.task_id])
-        _require_text(book[question.task_id])
-        return self._corrupt_answer(book, question).text
+        answers = self._open_answers(question.benchmark, question.ability, question.source)
+        if self.model_name in ("oracle", *_ANSWER_OPENERS):
+            return _get_text_or_raise(answers[question.task_id])
+        _get_text_or_raise(answers[question.task_id])
+        return self._corrupt_answer(answers, question).text
 
     def _describe_scene(self, question: _ModelQuestion) -> str:
         """Return the scene graph of a task with errors.
 
-        Some facts are left out, and on average as many facts have a wrong object.
+        On average, half of the errors leave out a fact, and half give a fact a wrong object.
         """
         from eai.studies.perception.belief import open_scene_graph_vocabulary
         from eai.studies.perception.noise import PerceptionNoise, perceive_with_noise
 
-        half = self._given.rate / 2
+        half = self._arguments.rate / 2
         noise, stream = (
-            PerceptionNoise(missing=half, misplaced=half, seed=self._given.seed),
+            PerceptionNoise(missing=half, misplaced=half, seed=self._arguments.seed),
             str(question.epoch),
         )
         task = question.benchmark.tasks_for(question.ability, question.source)[question.task_id]
@@ -281,27 +283,27 @@ class _BuiltInModel(ModelAPI):
             task, open_scene_graph_vocabulary(question.benchmark), noise, stream
         ).json_text
 
-    def _corrupt_answer(self, book: AnswersByTask, question: _ModelQuestion) -> WrittenAnswer:
+    def _corrupt_answer(self, answers: AnswersByTask, question: _ModelQuestion) -> WrittenAnswer:
         """Return a corrupted answer to a question.
 
         Each attempt draws new errors. With the argument ``heed``, later attempts repeat the last answer
         instead, or repair it if the model heeds the feedback.
         """
-        seed = f"{self._given.seed} {question.epoch}"
-        if self._given.heed is not None:
-            text, attempt, rate = question.text, question.attempt, self._given.rate
+        seed = f"{self._arguments.seed} {question.epoch}"
+        if self._arguments.heed is not None:
+            text, attempt, rate = question.text, question.attempt, self._arguments.rate
             return make_answer_heeding_feedback(
-                book, question.task_id, text, attempt, rate=rate, seed=seed, heed=self._given.heed
+                answers, question.task_id, text, attempt, rate=rate, seed=seed, heed=self._arguments.heed
             )
         seed += f" {question.attempt}" if question.attempt > 1 else ""
-        return make_noisy_answer(book, question.task_id, self._given.rate, seed)
+        return make_noisy_answer(answers, question.task_id, self._arguments.rate, seed)
 
     def _read_recorded_answers(
         self, benchmark: Benchmark, ability: Ability, attempt: int, source: Source
     ) -> dict[str, str]:
-        book = self._book(benchmark, ability, source)
-        file = find_response_file_of_suite(Path(str(self._given.path)), benchmark.name, ability, attempt)
-        recorded = read_responses(file, book, benchmark.data.task_id_of)
+        answers = self._open_answers(benchmark, ability, source)
+        file = find_response_file_of_suite(Path(str(self._arguments.path)), benchmark.name, ability, attempt)
+        recorded = read_responses(file, answers, benchmark.data.task_id_of)
         return {response.task_id: response.text for response in recorded.responses}
 
 
@@ -325,7 +327,7 @@ def _change_task_as_question_states(question: _ModelQuestion) -> Benchmark:
     return drop_reached_goals(benchmark, task_id, question.done) if question.done else benchmark
 
 
-def _require_text(answer: WrittenAnswer) -> str:
+def _get_text_or_raise(answer: WrittenAnswer) -> str:
     if answer.why_none:
         raise InputError(answer.why_none)
     return answer.text

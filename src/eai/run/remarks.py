@@ -16,10 +16,10 @@ from eai.results.trials import Answer, AnswerKey
 from eai.run.job import QuestionJob, is_built_in
 
 _MAX_QUOTED = 60
-"""Maximum number of characters of a reply that a sentence quotes."""
+"""Maximum number of characters of a quoted reply."""
 
 _MIN_PROMPT_LENGTH = 2000
-"""Minimum number of characters of a prompt whose tokens are compared with its length."""
+"""Minimum length of the prompts whose counted tokens are checked, in characters."""
 
 _MIN_TOKENS = 256
 """Minimum number of tokens of a long prompt. A server that states fewer tokens has not counted them."""
@@ -46,7 +46,7 @@ def _describe_answers_of_wrong_form(job: QuestionJob, answers: Mapping[AnswerKey
         schema = job.make_answer_schema(task_id)
         if schema is not None and not answer.truncated:
             checked += 1
-            misfits += not _has_form(answer.text, schema)
+            misfits += not _matches_schema(answer.text, schema)
     if not misfits:
         return ""
     return (
@@ -55,7 +55,7 @@ def _describe_answers_of_wrong_form(job: QuestionJob, answers: Mapping[AnswerKey
     )
 
 
-def _has_form(text: str, schema: Schema) -> bool:
+def _matches_schema(text: str, schema: Schema) -> bool:
     try:
         value = json.loads(text)
     except (ValueError, RecursionError):

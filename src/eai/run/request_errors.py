@@ -22,7 +22,7 @@ MIN_SECONDS_BETWEEN_TRIES = 1.0
 """Minimum seconds between a refused connection and the second, last try."""
 
 _MAX_SECONDS_BETWEEN_TRIES = 60.0
-"""Maximum seconds between two refused connections if the second counts as the last try."""
+"""Maximum seconds after the first refused connection in which a second refusal ends the tries."""
 
 _TOO_LONG = re.compile(
     r"context_length_exceeded|exceed_context_size|context size has been exceeded"
@@ -37,7 +37,7 @@ _CONTEXT_LENGTH = re.compile(
     |['"]n_ctx['"]:|tokens\ >)\s*(\d[\d,]*)""",
     re.IGNORECASE | re.VERBOSE,
 )
-"""Pattern whose group is the context length, in tokens, in a message that refuses a long question."""
+"""Pattern of messages that refuse a long question. Its group is the context length in tokens."""
 
 
 _MAX_TOKENS = re.compile(r"max\w*tokens", re.IGNORECASE)
@@ -45,7 +45,7 @@ _MAX_TOKENS = re.compile(r"max\w*tokens", re.IGNORECASE)
 
 
 def describe_error(error: BaseException) -> str:
-    """Return one line on why a request failed; if it was repeated, on why the last repetition failed."""
+    """Return one line on why a request failed. If the request was repeated, the last error counts."""
     if is_connection_refused(error):
         return REFUSED
     if is_prompt_too_long(error):

@@ -1,4 +1,4 @@
-"""Inspect's scorers: they give verdicts as scores, and the columns of the paper's tables as one metric.
+"""Scorers and a metric for Inspect: a score is a verdict, the metric has the columns of the paper's tables.
 
 A score tells whether the whole answer is right (``C`` or ``I``), for Inspect's own metrics and reducers. The
 score's metadata is the record of the answer; the metric adds up the contributions of all records. The score's
@@ -29,11 +29,11 @@ from inspect_ai.scorer import (
 )
 from inspect_ai.solver import TaskState
 
-from eai.abilities.attempt_options import AttemptOptions
 from eai.abilities.declaration import AnswerOutcome, get_declaration, get_display_name
 from eai.abilities.experiment import RULES_SEPARATOR, Experiment
 from eai.abilities.explanation import Explanation, GoalPartReport, StepReport
 from eai.abilities.protocol import Ability, Protocol, find_abilities
+from eai.abilities.replanning_options import ReplanningOptions
 from eai.abilities.verdict import Verdict
 from eai.base.files import to_file_name
 from eai.base.grouping import group_pairs
@@ -111,12 +111,13 @@ def _describe_goal_part(part: GoalPartReport, number: int) -> str:
 def make_metric_with_paper_columns(ability: str) -> Metric:
     """Return Inspect's metric with the columns of the paper's tables, as fractions.
 
-    They are ratios of sums over all tasks, as in ``summary.json``; columns without cases are left out. For
-    several answers to a task the mean counts, or the answer with the most frequent meaning, as in ``eai run
-    --epochs``. If the protocol chooses one way to read all answers, they are scored again.
+    The fractions are ratios of sums over all tasks, as in ``summary.json``; columns without cases are left
+    out. For several answers to a task the mean counts, or the answer with the most frequent meaning, as in
+    ``eai run --epochs``. Some protocols choose one way to read all answers of a model, after the last answer.
+    In this case, the answers are scored again.
     """
 
-    def pool_scores(scores: list[SampleScore]) -> Value:
+    def compute_paper_columns(scores: list[SampleScore]) -> Value:
         ability_of_scores = Ability.from_name(ability)
         ordered = sorted(scores, key=lambda score: int(_get_metadata(score)["epoch"]))
         by_task = group_pairs((str(score.sample_id), score) for score in ordered).values()
@@ -132,7 +133,7 @@ def make_metric_with_paper_columns(ability: str) -> Metric:
         }
         return shares if scores else dict.fromkeys(shares, nan)
 
-    return pool_scores
+    return compute_paper_columns
 
 
 def _register_scorer(ability: Ability) -> Callable[..., Scorer]:
@@ -185,7 +186,8 @@ def _make_record(state: TaskState, suite: Suite) -> Record:
 def _add_harness_and_game_rules_of_record(log_experiment: Experiment, record: Record) -> Experiment:
     """Return the experiment of a log with the harness and the game rules of an episode's verdict.
 
-    The log may have further limits, such as a token limit, that an episode does not have.
+    An episode does not record limits of the log, such as a token limit. The log's rules are kept if they
+    contain all rules of the episode.
     """
     agent = (
         get_declaration(record.ability).read_episode_settings(record.response)
@@ -200,9 +202,9 @@ def _add_harness_and_game_rules_of_record(log_experiment: Experiment, record: Re
 
 
 def apply_experiment(record: Record, suite: Suite, metadata: Mapping[str, Any], epoch: int) -> Record:
-    """Return the record of an answer from Inspect's log, with the results that its experiment adds.
+    """Return the record of an answer from Inspect's log, completed with the results of the experiment.
 
-    The sample's metadata state the experiment. In an experiment with several attempts, all answers are
+    The experiment is read from the sample's metadata. In an experiment with several attempts, all answers are
     executed again. If the question stated goals or a scene from an earlier answer, these are judged again.
 
     Args:
@@ -218,7 +220,7 @@ def apply_experiment(record: Record, suite: Suite, metadata: Mapping[str, Any], 
     experiment, task_id = _add_harness_and_game_rules_of_record(stated, record), record.task_id
     if record.unanswered is not None:
         return replace(record, experiment=experiment)
-    options = AttemptOptions.from_experiment(experiment)
+    options = ReplanningOptions.from_experiment(experiment)
     if options is not None:
         attempts = replay_answers(suite, options, task_id, metadata[ANSWERS], epoch)
         record = make_trial_record(suite, options, record.model, task_id, attempts)
@@ -226,7 +228,7 @@ def apply_experiment(record: Record, suite: Suite, metadata: Mapping[str, Any], 
 
 
 LoggedSamples: TypeAlias = Mapping[str, tuple[Mapping[str, Any], int, str]]
-"""Mapping from each task to the metadata, epoch and question of the sample that counts for it."""
+"""Mapping from each task to the metadata, epoch and question of the sample whose answer is scored."""
 
 
 def make_record_of_logged_answer(
@@ -266,8 +268,18 @@ def _open_suite(benchmark: Benchmark, ability: Ability, protocol: str, planner: 
     return open_suite(benchmark, ability, Protocol.from_name(protocol), source=source)
 
 
+RECORD = "record"
+"""Field of a score's metadata that has the `Record`. Scores from a log have the record's fields instead."""
+
+
 def _get_metadata(score: SampleScore) -> dict[str, Any]:
     return score.score.metadata or {}
+
+
+def _get_record(score: SampleScore) -> Record:
+    metadata = _get_metadata(score)
+    record: Record = metadata.get(RECORD) or record_from_json(metadata)
+    return record
 
 
 def _select_answered_scores(scores: Iterable[SampleScore]) -> list[SampleScore]:
@@ -275,7 +287,7 @@ def _select_answered_scores(scores: Iterable[SampleScore]) -> list[SampleScore]:
 
 
 def _select_majority_score(scores: Sequence[SampleScore], ability: Ability) -> SampleScore:
-    """Return a task's score in the epoch whose answer has the most frequent meaning."""
+    """Return one of a task's scores: that of the answer whose meaning is the most frequent."""
     answered_scores = _select_answered_scores(scores) or scores
     return answered_scores[
         find_majority_index([score.score.answer or "" for score in answered_scores], ability)
@@ -285,12 +297,13 @@ def _select_majority_score(scores: Sequence[SampleScore], ability: Ability) -> S
 def _read_verdicts(scores: Sequence[SampleScore]) -> list[Verdict]:
     """Return the verdicts on tasks, read from one score of each task.
 
-    If the protocol chooses one way to read all answers of a model, the answers are scored again. Verdicts on
-    repeated attempts do not change, because each answer was read before the next question was asked.
+    Some protocols choose one way to read all answers of a model, after the last answer. In this case, the
+    answers are scored again. Verdicts on repeated attempts do not change, because each answer was read before
+    the next question was asked.
     """
     texts = {str(score.sample_id): score.score.answer or "" for score in _select_answered_scores(scores)}
     verdicts = {str(score.sample_id): _read_verdict(score) for score in scores}
-    if texts and not any(_get_metadata(score).get("attempts") for score in scores):
+    if texts and not any(_get_record(score).attempts for score in scores):
         suite = _open_suite_of_score(scores[0])
         suite_of_answers = suite.choose_suite_for_answers(list(texts.values()))
         if suite_of_answers is not suite:
@@ -299,11 +312,11 @@ def _read_verdicts(scores: Sequence[SampleScore]) -> list[Verdict]:
 
 
 def _read_verdict(score: SampleScore) -> Verdict:
-    return record_from_json(_get_metadata(score)).verdict
+    return _get_record(score).verdict
 
 
 def _open_suite_of_score(score: SampleScore) -> Suite:
-    benchmark, metadata = (score.sample_metadata or {})["domain"], _get_metadata(score)
-    errata = ErrataChoice.CURRENT if metadata.get("errata") else ErrataChoice.NONE
-    rules = (metadata["protocol"], PlannerChoice.NONE.value, errata.value)
-    return _open_suite(find_benchmark(benchmark), Ability.from_name(metadata["ability"]), *rules)
+    benchmark, record = (score.sample_metadata or {})["domain"], _get_record(score)
+    errata = ErrataChoice.NONE if record.errata is None else ErrataChoice.CURRENT
+    rules = (record.protocol.value, PlannerChoice.NONE.value, errata.value)
+    return _open_suite(find_benchmark(benchmark), record.ability, *rules)

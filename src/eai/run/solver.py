@@ -33,7 +33,7 @@ from inspect_ai.solver import Generate, Solver, TaskState, solver
 from inspect_ai.util import JSONSchema
 
 from eai.abilities.attempt import Usage
-from eai.abilities.reasoning import split_reasoning
+from eai.abilities.reasoning import split_answer_and_reasoning
 from eai.results.trials import Answer, AnswerKey, Conversation, TrialSet
 from eai.run.context import REMEDIES, describe_long_tasks, find_long_tasks
 from eai.run.job import QuestionJob
@@ -67,7 +67,7 @@ class _ReplyParts(NamedTuple):
 
 def split_reply(text: str) -> _ReplyParts:
     """Separate the reasoning in a text from the answer; `eai.abilities.reasoning` has the rules."""
-    answer, reasoning = split_reasoning(text)
+    answer, reasoning = split_answer_and_reasoning(text)
     return _ReplyParts(answer, reasoning, ("reasoning",) if answer != text else ())
 
 
@@ -116,7 +116,8 @@ async def _is_readable(body: dict[str, Any]) -> bool:
 def make_messages(prompt: Prompt, metadata: Mapping[str, Any]) -> list[ChatMessage]:
     """Return the messages of a prompt.
 
-    The last message has the metadata, which only built-in models read. Other providers do not send it.
+    The last message has the metadata of the question, such as the task's id. Only built-in models read it;
+    it is not sent to other providers.
     """
     messages: list[ChatMessage] = [ChatMessageUser(content=make_message_content(prompt))]
     if prompt.system is not None:
@@ -138,14 +139,14 @@ _REFUSED_PARAMETER_STATUSES = (400, 422)
 """HTTP statuses with which servers refuse a parameter of a request, such as a stop sequence."""
 
 FORM_LEFT_OUT = "form_left_out"
-"""Entry in an answer's repairs: no schema restricted the answer, because the provider cannot enforce one."""
+"""Entry of `Answer.repairs`: no schema restricted the answer, because the provider cannot enforce one."""
 
 ANSWERS = "answers"
-"""Field of a sample's metadata: its answers in order, without reasoning."""
+"""Field of a sample's metadata: the model's answers in order, without reasoning."""
 
 
 class _ModelReply(NamedTuple):
-    """A model's reply as it came, its answer and reasoning, and its usage."""
+    """A model's reply: Inspect's output, its answer and reasoning, and its tokens, cost and time."""
 
     output: ModelOutput
     parts: _ReplyParts
@@ -177,26 +178,29 @@ def _describe_tasks_beyond_context(run: RunState, error: Exception) -> str | Non
 
 @solver(name="eai_ask")
 def ask_unanswered_questions(run: RunState) -> Solver:
-    """Return a solver that asks a run's unanswered questions. The log gets the texts of the answers."""
+    """Return a solver that asks a run's unanswered questions.
+
+    The answers are added to the run. The log gets their texts without reasoning.
+    """
     restrictions = cache(partial(_make_answer_restrictions, run.job))
 
     async def solve(state: TaskState, generate: Generate) -> TaskState:
         key = (str(state.sample_id), state.epoch)
-        transcript, conversation = _SampleTranscript(state), run.conversations[key]
-        for question, answer in zip(conversation.asked, run.all_answers[key], strict=True):
+        transcript, recorded = _SampleTranscript(state), run.open_conversation(key)
+        conversation = recorded.conversation
+        for question, answer in zip(conversation.asked, recorded.answers, strict=True):
             transcript.add_question(question, conversation)
             transcript.add_recorded_answer(answer)
         while not conversation.is_over:
             if run.stopped is not None:  # the run raises its error once, not once for each sample
                 return state
-            question, request = conversation.question, run.hash_next_request(key)
+            question, request = conversation.question, run.hash_next_request(recorded)
             messages = transcript.add_question(question, conversation)
             with report_failure(run, key):
                 reply = await _ask_within_limit(run, messages, restrictions(key[0], question.stop))
             transcript.add_reply(reply)
-            run.add_answer(
-                make_answer(state, request, question, reply.usage, transcript.attempt, reply.parts)
-            )
+            answer = make_answer(state, request, question, reply.usage, transcript.attempt, reply.parts)
+            run.add_answer(recorded, answer)
         return state
 
     return solve
@@ -239,7 +243,7 @@ class _SampleTranscript:
     """The conversation with a model about one sample, kept in the sample's state and metadata.
 
     Attributes:
-        attempt: number of the attempt of the last question.
+        attempt: number of questions so far; each question begins an attempt at the task.
     """
 
     def __init__(self, state: TaskState) -> None:
@@ -268,7 +272,7 @@ class _SampleTranscript:
         return messages
 
     def add_recorded_answer(self, answer: Answer) -> None:
-        """Add an answer to the state that an earlier start of this run recorded."""
+        """Add an answer from the journal to the state."""
         restore_answer(self._state, answer)
         self._store_answer_text(answer.text)
 
@@ -393,10 +397,12 @@ async def _send_request(messages: list[ChatMessage], restrictions: GenerateConfi
         raise RuntimeError(output.error or "the provider returned no choice")
     if output.stop_reason == "model_length" and output.usage is None:  # the provider refused the question
         raise RuntimeError(f"the question is too long: {output.completion}")
-    return _ModelReply(output, _split_output(output, restrictions.stop_seqs or ()), read_usage(output))
+    return _ModelReply(
+        output, _split_output_into_parts(output, restrictions.stop_seqs or ()), read_usage(output)
+    )
 
 
-def _split_output(output: ModelOutput, stop: Sequence[str]) -> _ReplyParts:
+def _split_output_into_parts(output: ModelOutput, stop: Sequence[str]) -> _ReplyParts:
     parts = split_reply(output.completion)
     if output.stop_reason == "stop":
         parts = restore_closing_brace(parts, stop)
@@ -404,7 +410,7 @@ def _split_output(output: ModelOutput, stop: Sequence[str]) -> _ReplyParts:
 
 
 def find_reasoning(output: ModelOutput) -> list[str]:
-    """Return the reasoning beside the text of a reply; of encrypted reasoning, return the summary."""
+    """Return the blocks of reasoning that a reply has besides its text; the summary of an encrypted block."""
     content = output.message.content
     blocks = [] if isinstance(content, str) else [c for c in content if isinstance(c, ContentReasoning)]
     return [block.summary or "" if block.redacted else block.reasoning for block in blocks]

@@ -192,30 +192,33 @@ class RunSpec(Options):
 
     @property
     def setting(self) -> AgentSetting:
-        """The setting of agents, with the chosen set of prompts."""
+        """The setting of the agent (harness, rules of the game), with the run's set of prompts."""
         chosen = self.prompts.set
         return self.agent.model_copy(update={"prompts": chosen}) if chosen in VARIANTS else self.agent
 
     @property
     def variation(self) -> VariationOptions:
-        """Options of the chosen studies, combined.
+        """The options of all chosen studies, combined into one object.
 
         Raises:
             InputError: two studies contradict each other.
         """
         return combine_variations(
             [
-                self.studies[study.section_name]
+                self.studies[study.name]
                 for study in list_studies_with_run_options()
-                if study.section_name in self.studies
+                if study.name in self.studies
             ]
         )
 
     @property
     def experiment(self) -> Experiment:
-        """The options of studies as records store them, without options that an earlier stage records."""
+        """The options of studies as records store them.
+
+        Left out are options that a stage before the questions records (`PromptBeliefs.experiment`).
+        """
         variations_by_study = {
-            variation.name: self.studies.get(variation.section_name, VariationOptions())
+            variation.name: self.studies.get(variation.name, VariationOptions())
             for variation in list_studies_with_run_options()
         }
         choices = {
@@ -240,7 +243,7 @@ _CORE = {name: type(field.default) for name, field in RunSpec.model_fields.items
 
 def list_sections() -> Mapping[str, type[Options]]:
     """Return a mapping from names to sections of a specification, with those of studies last."""
-    return {**_CORE, **{study.section_name: study.options for study in list_studies_with_run_options()}}
+    return {**_CORE, **{study.name: study.options for study in list_studies_with_run_options()}}
 
 
 def read_spec(tables: Mapping[str, object]) -> RunSpec:
@@ -264,7 +267,7 @@ def find_study_of_option(name: str) -> str:
         InputError: no study has the option.
     """
     study_of_option = {
-        option: study.section_name
+        option: study.name
         for study in list_studies_with_run_options()
         for option in study.options.model_fields
     }

@@ -1,38 +1,39 @@
 """Inspect tasks of the suites, for ``eai run`` and for ``inspect eval eai/...``; reads Inspect's logs.
 
-Inspect's command line uses click, which shows a refused argument as one line. One log holds all answers to a
-job, with their scores; answers can be read from any log.
+A refused argument raises an exception of click, which Inspect's command line shows as one line. A log holds
+the answers to a job, with their scores. Answers can be read from any log.
 """
 
 from __future__ import annotations
 
+import sys
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from contextlib import contextmanager
 from dataclasses import replace
 from functools import partial
+from itertools import islice
 from pathlib import Path
 from typing import Any, TypeAlias
 
 import click
 import inspect_ai
-from inspect_ai.dataset import MemoryDataset, Sample
+from inspect_ai import SampleSource
+from inspect_ai.dataset import Dataset, MemoryDataset, Sample
 from inspect_ai.log import (
     EvalLog,
     EvalSample,
     HeadlineMetric,
     read_eval_log,
-    recompute_metrics,
-    write_eval_log,
 )
 from inspect_ai.model import GenerateConfig, Model, get_model
 from inspect_ai.solver import Solver
 from inspect_ai.util import registry_info
 from rich.text import Text
 
-from eai.abilities.attempt_options import AttemptOptions
 from eai.abilities.declaration import get_declaration
 from eai.abilities.experiment import Experiment
 from eai.abilities.protocol import DEFAULT_PROTOCOL, Ability
+from eai.abilities.replanning_options import ReplanningOptions
 from eai.agents.play import make_prompts_and_metadata
 from eai.agents.setting import AGENT, AgentSetting
 from eai.base.errors import EaiError, InputError, InterruptError, did_you_mean
@@ -49,13 +50,13 @@ from eai.results.codec import experiment_to_json
 from eai.results.epochs import ModelAnswers, PromptBeliefs, SuiteResult, find_majority_index
 from eai.results.record import Record
 from eai.results.responses import Response, ResponseFile
-from eai.results.trials import AnswerKey, TrialSet, open_trials
+from eai.results.trials import TrialSet, open_trials
 from eai.run.acting import offer_task_tools, play_missing_episodes, player, read_episode_text
 from eai.run.context import calls_server, require_server
 from eai.run.job import ERRATA, QuestionJob, is_built_in
 from eai.run.journal import AnswerJournal, ProgressWatch, RunState
 from eai.run.request_errors import limit_tries_of_refused_connections
-from eai.run.scorer import EXPERIMENT, SCORERS, LoggedSamples, make_record_of_logged_answer, make_score
+from eai.run.scorer import EXPERIMENT, SCORERS, LoggedSamples, make_record_of_logged_answer
 from eai.run.solver import (
     ask_unanswered_questions,
     ask_without_journal,
@@ -74,12 +75,58 @@ class _TaskArgumentError(InputError, click.ClickException):
 
 
 @contextmanager
-def convert_input_errors() -> Iterator[None]:
+def raise_input_errors_as_task_argument_errors() -> Iterator[None]:
     """Turn an InputError of the block into a `_TaskArgumentError`, which click shows as one line."""
     try:
         yield
     except InputError as error:
         raise _TaskArgumentError(str(error)) from error
+
+
+_MAX_LOG_SAMPLES = 2000
+"""Maximum number of samples in one log. Inspect holds a summary of every sample of a log in memory."""
+
+_USUAL_CONNECTIONS = 100
+"""Assumed number of simultaneous requests if the user gives no maximum. Inspect sends at most as many."""
+
+_MAX_BUFFERED_SAMPLES = 50
+"""Maximum number of finished samples that Inspect holds before it writes them. Each write copies the log."""
+
+
+class _SampleFeed(SampleSource):
+    """Hands the samples of a job to Inspect while it runs, so that memory does not grow with their number.
+
+    Args:
+        samples: the samples, in order.
+        epochs: number of runs of each sample.
+        ahead: maximum number of runs handed to Inspect that have not ended; None for no limit.
+    """
+
+    def __init__(self, samples: Iterable[Sample], *, epochs: int, ahead: int | None) -> None:
+        self._samples = iter(samples)
+        self._epochs = epochs
+        self._ahead = sys.maxsize if ahead is None else ahead
+        self._unfinished = 0
+
+    async def next_samples(self) -> list[Sample] | None:
+        """Return the samples that Inspect begins with, or None if no sample is left."""
+        return self._take_samples() or None
+
+    async def sample_complete(self, sample: EvalSample) -> list[Sample]:
+        """Return the samples that Inspect can begin because a sample has finished."""
+        self._unfinished -= 1
+        return self._take_samples()
+
+    async def sample_abandoned(self, sample: Sample, epoch: int) -> list[Sample]:
+        """Return the samples that Inspect can begin because a sample was abandoned."""
+        self._unfinished -= 1
+        return self._take_samples()
+
+    def _take_samples(self) -> list[Sample]:
+        free = max(0, self._ahead - self._unfinished)
+        taken = list(islice(self._samples, -(-free // self._epochs)))
+        self._unfinished += self._epochs * len(taken)
+        return taken
 
 
 def build_task(
@@ -90,6 +137,7 @@ def build_task(
     metadata: Mapping[str, Json] | None = None,
     experiment: Experiment | None = None,
     question_metadata: Mapping[str, Mapping[str, str]] | None = None,
+    open_dataset: Callable[[Iterable[Sample]], Dataset | SampleSource] | None = None,
 ) -> inspect_ai.Task:
     """Return the Inspect task that asks a model these prompts, each with its task's id and gold answer.
 
@@ -100,20 +148,39 @@ def build_task(
         metadata: metadata of the log, besides domain and ability.
         experiment: the experiment of the run, if any.
         question_metadata: mapping from task ids to the metadata of questions, for the built-in models.
+        open_dataset: makes Inspect's dataset from the samples; None for a dataset in memory.
     """
-    benchmark, ability, source = suite.benchmark, suite.ability, suite.source
+    benchmark, ability = suite.benchmark, suite.ability
     name = suite_name(benchmark.name, ability)
-    book = open_gold_answers(benchmark, ability, source)
-    gold = {task_id: book[task_id].text for task_id in book if task_id in prompts}
+    samples = _make_samples(suite, prompts, experiment, question_metadata or {})
+    rules = suite.protocol.value, suite.source.planner.value, suite.source.errata.value
+    return inspect_ai.Task(
+        dataset=MemoryDataset(list(samples), name=name) if open_dataset is None else open_dataset(samples),
+        solver=solver,
+        scorer=SCORERS[ability](benchmark.reference, *rules),
+        headline_metric=HeadlineMetric(metric=next(iter(get_declaration(ability).overview_headings))),
+        name=name,
+        metadata={"domain": benchmark.name, "ability": ability.value, **(metadata or {})},
+    )
+
+
+def _make_samples(
+    suite: Suite,
+    prompts: Mapping[str, Prompt],
+    experiment: Experiment | None,
+    question_metadata: Mapping[str, Mapping[str, str]],
+) -> Iterator[Sample]:
+    """Yield the sample of each prompt, in order."""
+    benchmark, ability, source = suite.benchmark, suite.ability, suite.source
+    gold_answers = open_gold_answers(benchmark, ability, source)
     common_metadata = {"domain": benchmark.reference, "ability": ability.value, ERRATA: source.errata.value}
     choices = {} if experiment is None else experiment_to_json(experiment)
     experiment_metadata = {EXPERIMENT: choices} if choices else {}
-    samples = []
     for task_id, prompt in prompts.items():
         metadata_of_question = {
             **common_metadata,
             "task_id": task_id,
-            **(question_metadata or {}).get(task_id, {}),
+            **question_metadata.get(task_id, {}),
         }
         metadata_of_sample: dict[str, Json] = {
             **metadata_of_question,
@@ -121,18 +188,8 @@ def build_task(
             **experiment_metadata,
         }
         question = make_messages(prompt, metadata_of_question)
-        samples.append(
-            Sample(input=question, target=gold.get(task_id, ""), id=task_id, metadata=metadata_of_sample)
-        )
-    rules = suite.protocol.value, source.planner.value, source.errata.value
-    return inspect_ai.Task(
-        dataset=MemoryDataset(samples, name=name),
-        solver=solver,
-        scorer=SCORERS[ability](benchmark.reference, *rules),
-        headline_metric=HeadlineMetric(metric=next(iter(get_declaration(ability).overview_headings))),
-        name=name,
-        metadata={"domain": benchmark.name, "ability": ability.value, **(metadata or {})},
-    )
+        gold = gold_answers[task_id].text if task_id in gold_answers else ""
+        yield Sample(input=question, target=gold, id=task_id, metadata=metadata_of_sample)
 
 
 def register_suite_task(reference: str, ability: Ability) -> Callable[..., inspect_ai.Task]:
@@ -152,7 +209,7 @@ def register_suite_task(reference: str, ability: Ability) -> Callable[..., inspe
         **studies: Any,
     ) -> inspect_ai.Task:
         takes_turns = get_declaration(ability).takes_turns
-        with convert_input_errors():
+        with raise_input_errors_as_task_argument_errors():
             spec = read_spec(
                 {
                     "prompts": {"set": prompts, "folder": prompt_folder},
@@ -180,7 +237,7 @@ def register_suite_task(reference: str, ability: Ability) -> Callable[..., inspe
                 if stage is not None:
                     asked, beliefs = _run_goal_or_scene_stage(stage, asked, suite)
                     about = beliefs.metadata
-                trials = make_trials(spec.variation.attempts, library, suite, asked, beliefs)
+                trials = make_trials(spec.variation.replanning, library, suite, asked, beliefs)
                 solver = ask_without_journal(trials)
                 experiment = combine_experiments(
                     [experiment, None if beliefs is None else beliefs.experiment]
@@ -204,7 +261,7 @@ def register_suite_task(reference: str, ability: Ability) -> Callable[..., inspe
 
 
 def make_trials(
-    options: AttemptOptions | None,
+    options: ReplanningOptions | None,
     library: PromptLibrary,
     suite: Suite,
     prompts: Mapping[str, Prompt],
@@ -218,8 +275,8 @@ def make_trials(
     if options is None:
         return None
     look, goals = (None, {}) if beliefs is None else (beliefs.look, beliefs.tasks_with_stated_goals)
-    asker = library.make_question_writer(suite.benchmark, suite.ability, prompts, look)
-    return open_trials(suite, options, asker, prompts, goals)
+    question_writer = library.make_question_writer(suite.benchmark, suite.ability, prompts, look)
+    return open_trials(suite, options, question_writer, prompts, goals)
 
 
 def combine_experiments(parts: Iterable[Experiment | None]) -> Experiment:
@@ -248,24 +305,24 @@ def _sort_arguments_into_sections(
             tables.setdefault(AGENT, {})[name] = value
             continue
         if name.startswith("scene_") or (name, value) == ("scene", "predicted"):
-            raise InputError(f"{name}: Inspect tasks have no second model for scenes; use eai run")
+            raise InputError(f"{name}: a task in Inspect cannot ask a second model for scenes; use eai run")
         tables.setdefault(find_study_of_option(name), {})[name] = value
     return tables
 
 
 def _raise_instead_of_asking_model(*_: object, **__: object) -> SuiteResult:
     raise InputError(
-        "goals: in Inspect, give answers from a file; only eai run asks the model for its own goals"
+        "goals: expected a file with answers to goal interpretation; only eai run asks the model first"
     )
 
 
 def _run_goal_or_scene_stage(
     stage: StageBeforeQuestions, asked_prompts: Mapping[str, Prompt], suite: Suite
 ) -> tuple[Mapping[str, Prompt], PromptBeliefs]:
-    """Return questions that state results of an earlier stage (goals or scenes), and these results.
+    """Return questions that state the beliefs (goals or scenes) of an earlier stage, and these beliefs.
 
     Raises:
-        InputError: a task has no result to state; a log would leave it out of all rates.
+        InputError: the stage has no belief for a task. A log would leave the task out of all rates.
     """
     prompts, beliefs = stage.make_prompts(Endpoint(""), asked_prompts, suite)
     missing = len(asked_prompts) - len(prompts)
@@ -286,7 +343,7 @@ def _select_prompts(prompts: Mapping[str, Prompt], tasks: str | int | Sequence[s
     if isinstance(tasks, int):  # Inspect reads arguments as YAML, in which 27_2 is the number 272
         matching_ids = [task_id for task_id in prompts if task_id.replace("_", "") == str(tasks)]
         if len(matching_ids) != 1:
-            raise InputError(f"tasks={tasks} is a number, not a task; give the id with --sample-id")
+            raise InputError(f"tasks={tasks}: expected the id of a task, found a number; use --sample-id")
         tasks = matching_ids
     requested_ids = {task_id.strip() for task_id in ([tasks] if isinstance(tasks, str) else tasks)} - {""}
     for task_id in requested_ids - prompts.keys():
@@ -329,36 +386,12 @@ def find_log(job: QuestionJob, folder: Path) -> Path | None:
     return None
 
 
-def write_scores(path: Path, records: Mapping[AnswerKey, Record], source: Source) -> None:
-    """Write verdicts as scores into a log. They replace the scores that the log has.
-
-    Args:
-        path: the log.
-        records: the record of every requested answer, all under one protocol.
-        source: the planner that judged operators, and the use of errata.
-
-    Raises:
-        InputError: the log cannot be read or written.
-    """
-    log = read_inspect_log(path)
-    for sample in log.samples or ():
-        record = records[str(sample.id), sample.epoch]
-        score = make_score(record, sample.epoch, answered=bool(sample.output.choices))
-        sample.scores = {record.ability.value: score}
-    (protocol,) = {record.protocol.value for record in records.values()}
-    rules = {"protocol": protocol, "planner": source.planner.value, "errata": source.errata.value}
-    for scorer in log.eval.scorers or ():
-        scorer.options = {**(scorer.options or {}), **rules}
-    recompute_metrics(log)
-    with raise_write_errors_as_input_errors(path):
-        write_eval_log(log, str(path))
-
-
 def read_answers(path: Path, suite: Suite) -> ResponseFile:
     """Return the answers in a log.
 
-    For several answers to a task, the answer with the most frequent meaning counts. If tasks count by the
-    mean over epochs, each epoch becomes a response file. Samples of failed requests have no answer.
+    If a task has several answers, the answer with the most frequent meaning is returned. If the ability's
+    results are means over epochs, each epoch becomes a response file. Samples of failed requests have no
+    answer.
 
     Raises:
         InputError: the log cannot be read, or is of another suite.
@@ -372,7 +405,7 @@ def read_answers(path: Path, suite: Suite) -> ResponseFile:
         )
     answered_samples = [sample for sample in log.samples or () if sample.output.choices]
     if not answered_samples:
-        raise InputError(f"{path}: expected at least one answer, found none")
+        raise InputError(f"{path}: no sample of this log has an answer; give another log")
     answered_samples.sort(key=lambda sample: sample.epoch)
     responses = [Response(str(sample.id), read_episode_text(sample)) for sample in answered_samples]
     model = to_file_name(log.eval.model)
@@ -388,7 +421,9 @@ def read_answers(path: Path, suite: Suite) -> ResponseFile:
 
 
 def make_experiment_adder(path: Path, suite: Suite) -> Callable[[Record], Record] | None:
-    """Return a function that adds a log's experiment to records of its answers; None without an experiment.
+    """Return a function that adds a log's experiment to a record of an answer in the log.
+
+    Return None if the log has no experiment, or if the ability's results are means over epochs.
 
     Raises:
         InputError: the log cannot be read.
@@ -434,7 +469,7 @@ def request_missing_answers(
 ) -> ModelAnswers:
     """Ask a model for the answers that the journal does not have, and return all answers.
 
-    A suite is scored when all answers are there.
+    The answers are not scored yet: a suite is scored when it has all answers.
 
     Args:
         job: the questions and the model.
@@ -449,16 +484,11 @@ def request_missing_answers(
     """
     run = RunState(job, AnswerJournal(journal), watch)
     run.report_progress()
-    log = find_log(job, log_dir) if run.is_complete else None
-    if log is None:
-        if calls_server(job.endpoint) and not run.is_complete:
-            require_server(find_model(job.endpoint))
-        with raise_write_errors_as_input_errors(log_dir):
-            log_dir.mkdir(parents=True, exist_ok=True)
-        log_of_run = _evaluate_in_inspect(job, _build_job_task(job, run), log_dir)
-        if run.stopped is not None:
-            raise run.stopped
-        log = _require_finished_log(job, log_of_run)
+    if calls_server(job.endpoint) and not run.has_all_answers(job):
+        require_server(find_model(job.endpoint))
+    logs: dict[str, Path] = {}
+    for part in job.split(sys.maxsize if job.pace.batch else _MAX_LOG_SAMPLES):
+        logs |= dict.fromkeys(part.prompts, _find_or_make_log(part, run, log_dir))
     return ModelAnswers(
         job.endpoint.model,
         to_file_name(job.endpoint.model),
@@ -468,15 +498,38 @@ def request_missing_answers(
         job.epochs,
         job.trials,
         run.attempts,
-        log=log,
+        logs=logs,
     )
 
 
+def _find_or_make_log(job: QuestionJob, run: RunState, log_dir: Path) -> Path:
+    """Return a log with all answers to a job. Request missing answers.
+
+    The job has all tasks of the run, or some.
+    """
+    log = find_log(job, log_dir) if run.has_all_answers(job) else None
+    if log is not None:
+        return log
+    with raise_write_errors_as_input_errors(log_dir):
+        log_dir.mkdir(parents=True, exist_ok=True)
+    log_of_run = _evaluate_in_inspect(job, _build_job_task(job, run), log_dir)
+    if run.stopped is not None:
+        raise run.stopped
+    return _require_finished_log(job, log_of_run)
+
+
+def _choose_connections(job: QuestionJob) -> int | None:
+    """Return the maximum number of simultaneous requests, or None for Inspect's default."""
+    # an interrupt waits for the running request of a built-in model
+    return 1 if is_built_in(job.endpoint.model) else job.pace.max_connections
+
+
 def _build_job_task(job: QuestionJob, run: RunState) -> inspect_ai.Task:
-    """Return the Inspect task of the whole job, so that its log is complete.
+    """Return the Inspect task with all questions of a job, so that the log has all answers.
 
     Questions with an answer in the journal are not sent again.
     """
+    ahead = None if job.pace.batch else 2 * (_choose_connections(job) or _USUAL_CONNECTIONS)
     return build_task(
         job.suite,
         job.prompts,
@@ -486,13 +539,14 @@ def _build_job_task(job: QuestionJob, run: RunState) -> inspect_ai.Task:
         metadata={JOB: job.sha256, ANSWER_LIMIT: job.answer_limit},
         experiment=job.experiment,
         question_metadata=job.metadata,
+        open_dataset=partial(_SampleFeed, epochs=job.epochs, ahead=ahead),
     )
 
 
 def _evaluate_in_inspect(job: QuestionJob, task: inspect_ai.Task, log_dir: Path) -> EvalLog | None:
     """Run Inspect without scoring, because some protocols choose one way to read all answers of a model.
 
-    The scores are written into the log afterwards (`eai.run.tasks.write_scores`). Return None if the run was
+    The scores are written into the log afterwards (`eai.run.log_scores`). Return None if the run was
     interrupted before it began.
     """
     pace, model = job.pace, find_model(job.endpoint)
@@ -505,11 +559,12 @@ def _evaluate_in_inspect(job: QuestionJob, task: inspect_ai.Task, log_dir: Path)
         display="none",
         fail_on_error=False,
         score=False,
+        log_header_only=True,
+        log_buffer=min(max(1, len(job.prompts) * job.epochs // 20), _MAX_BUFFERED_SAMPLES),
         temperature=job.decoding.temperature,
         max_tokens=job.decoding.max_tokens,
         **sampling,
-        # an interrupt waits for the running request of a built-in model
-        max_connections=1 if is_built_in(job.endpoint.model) else pace.max_connections,
+        max_connections=_choose_connections(job),
         max_retries=pace.max_retries,
         attempt_timeout=pace.timeout,
         batch=pace.batch or None,
