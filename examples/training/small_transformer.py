@@ -5,10 +5,11 @@
 
 `eai generate` makes tasks of BEHAVIOR: `train`, and `test` with goals that no training task has. A prompt has
 facts and goals alone (`--set facts`). For each seed, a new model learns plans from certificates. Then
-each arm continues with a copy of it for the same processor time: `rewards` learns from the rewards of its own
-plans, `certificates` goes on with certificates, and `shuffled` learns from rewards that are dealt out anew
-among the plans of a batch. OUT/log.jsonl has a line for each measurement, OUT/plans.jsonl the plans that were
-measured.
+each arm continues with a copy of it: `rewards` learns from the rewards of its own plans, `certificates` goes
+on with certificates for about the same processor time, and `shuffled` learns from rewards that are dealt out
+anew among the plans of a batch.
+
+OUT/log.jsonl has a line for each measurement, OUT/plans.jsonl the measured plans.
 """
 
 from __future__ import annotations
@@ -66,9 +67,6 @@ GENERATOR_SEEDS = {"train": 1, "test": 2}
 
 GROUP_SIZE = 8
 """Number of plans for one task that are compared with each other."""
-
-BATCH_SIZE = 128
-"""Number of plans between two changes of the weights by rewards; a quarter of it with certificates."""
 
 ARMS = ("rewards", "certificates", "shuffled")
 
@@ -147,33 +145,34 @@ class Log:
 
 @dataclass
 class Clock(TrainerCallback):
-    """Stops a trainer after some processor time, and measures the model on the way."""
+    """Measures the model after every few changes of the weights, with the processor time that they took.
+
+    Attributes:
+        every: Number of changes between two measurements.
+        begun_at: Processor seconds of learning before this part of the training.
+    """
 
     log: Log
     arm: str
-    limit: float
-    every: float
-    begun_at: float
+    every: int
+    begun_at: float = 0.0
     rewards: Rewards | None = None
     started: float = field(init=False)
-    next_measurement: float = field(init=False)
 
     def on_train_begin(self, *arguments: Any, **others: Any) -> None:
         """Start the clock."""
-        self.started, self.next_measurement = time.process_time() - self.log.measuring, self.every
+        self.started = time.process_time() - self.log.measuring
 
     def on_step_end(self, arguments: Any, state: Any, control: Any, model: Any = None, **others: Any) -> None:
-        """Measure if it is time, and stop the trainer at the limit."""
-        spent = time.process_time() - self.log.measuring - self.started
-        if spent < min(self.next_measurement, self.limit):
+        """Measure if it is time, and after the last change."""
+        if state.global_step % self.every and state.global_step < state.max_steps:
             return
+        spent = time.process_time() - self.log.measuring - self.started
         numbers = {"steps": state.global_step}
         if self.rewards is not None:
             numbers["reward"] = statistics.fmean(self.rewards.means)
             self.rewards.means.clear()
         self.log.measure(model, self.arm, self.begun_at + spent, **numbers)
-        self.next_measurement += self.every
-        control.should_training_stop = spent >= self.limit
 
 
 def append_lines(file: Path, lines: Sequence[dict[str, Any]]) -> None:
@@ -189,7 +188,7 @@ def run_eai(*arguments: object) -> None:
 
 def make_rows(folder: Path, split: str, number: int) -> Dataset:
     """Return the rows of a split: prompt, plan of the certificate and name of each task. Generate it once."""
-    tasks, rows = folder / f"{split}.jsonl", folder / f"{split}-sft.jsonl"
+    tasks, rows = folder / f"{split}.jsonl", folder / "gold" / f"{split}.jsonl"
     if not rows.exists():
         run_eai(
             *("generate", "--like", "behavior", "--tier", "S", "--objects", 10),
@@ -259,14 +258,13 @@ def write_plans(
 
 
 def learn(trainer: Trainer, clock: Clock) -> None:
-    """Train until the clock stops."""
+    """Train, and measure on the way."""
     trainer.remove_callback(PrinterCallback)
     trainer.add_callback(clock)
     trainer.train()
 
 
 COMMON = {
-    "max_steps": 1_000_000,
     "report_to": "none",
     "save_strategy": "no",
     "logging_strategy": "no",
@@ -278,11 +276,14 @@ COMMON = {
 }
 
 
-def learn_from_certificates(model: LlamaForCausalLM, rows: Dataset, rate: float, clock: Clock) -> None:
+def learn_from_certificates(
+    model: LlamaForCausalLM, rows: Dataset, rate: float, steps: int, batch: int, clock: Clock
+) -> None:
     """Train on prompts with the plans of certificates."""
     settings = SFTConfig(
+        max_steps=steps,
         output_dir=str(clock.log.folder / "trainer"),
-        per_device_train_batch_size=BATCH_SIZE // 4,
+        per_device_train_batch_size=batch // 4,
         learning_rate=rate,
         warmup_steps=100,
         adam_beta2=0.98,
@@ -295,11 +296,14 @@ def learn_from_certificates(model: LlamaForCausalLM, rows: Dataset, rate: float,
     learn(SFTTrainer(model, settings, train_dataset=rows, processing_class=clock.log.tokenizer), clock)
 
 
-def learn_from_rewards(model: LlamaForCausalLM, rows: Dataset, rate: float, clock: Clock) -> None:
+def learn_from_rewards(
+    model: LlamaForCausalLM, rows: Dataset, rate: float, steps: int, batch: int, clock: Clock
+) -> None:
     """Train on the model's own plans for prompts, by their rewards (GRPO)."""
     settings = GRPOConfig(
+        max_steps=steps,
         output_dir=str(clock.log.folder / "trainer"),
-        per_device_train_batch_size=BATCH_SIZE,
+        per_device_train_batch_size=batch,
         num_generations=GROUP_SIZE,
         max_completion_length=MAX_PLAN_TOKENS,
         learning_rate=rate,
@@ -312,7 +316,9 @@ def learn_from_rewards(model: LlamaForCausalLM, rows: Dataset, rate: float, cloc
     learn(GRPOTrainer(model, clock.rewards, settings, prompts, processing_class=clock.log.tokenizer), clock)
 
 
-def train_seed(folder: Path, seed: int, rows: Dataset, test: Dataset, minutes: tuple[float, float]) -> None:
+def train_seed(
+    folder: Path, seed: int, rows: Dataset, test: Dataset, steps: tuple[int, int, int], batch: int
+) -> None:
     """Train the model of a seed, then a copy of it in each arm, but what an earlier run has trained.
 
     Args:
@@ -320,27 +326,36 @@ def train_seed(folder: Path, seed: int, rows: Dataset, test: Dataset, minutes: t
         seed: Seed of the weights, the batches and the sampled plans.
         rows: Tasks to learn from.
         test: Tasks to measure on.
-        minutes: Processor minutes of learning before the arms part, and in each arm.
+        steps: Changes of the weights: by certificates at first, by rewards, and by certificates again.
+        batch: Number of plans for a change of the weights by rewards; a quarter of it by certificates.
     """
     torch.manual_seed(seed)
     tokenizer = make_tokenizer(rows)
     log = Log(folder, seed, test, tokenizer)
     model, start = make_model(tokenizer), folder / f"start-{seed}"
-    first, each = (60 * length for length in minutes)
+    first, by_rewards, again = steps
     if not start.exists():
         log.measure(model, "start", 0, steps=0)
-        learn_from_certificates(model, rows, 2e-3, Clock(log, "start", first, first / 4, 0))
+        learn_from_certificates(model, rows, 2e-3, first, batch, Clock(log, "start", max(1, first // 4)))
         model.save_pretrained(start)
+        tokenizer.save_pretrained(start)
+    begun_at = max(
+        line["seconds"]
+        for line in read_lines(folder / "log.jsonl")
+        if line["seed"] == seed and line["arm"] == "start"
+    )
     for arm in ARMS:
         if (folder / f"{arm}-{seed}").exists():
             continue
         model = LlamaForCausalLM.from_pretrained(start)
-        rewards = None if arm == "certificates" else Rewards(seed if arm == "shuffled" else None)
-        clock = Clock(log, arm, each, each / 6, first, rewards)
-        if rewards is None:
-            learn_from_certificates(model, rows, 1e-3, clock)
+        if arm == "certificates":
+            learn_from_certificates(
+                model, rows, 1e-3, again, batch, Clock(log, arm, max(1, again // 6), begun_at)
+            )
         else:
-            learn_from_rewards(model, rows, 3e-4, clock)
+            rewards = Rewards(seed if arm == "shuffled" else None)
+            clock = Clock(log, arm, max(1, by_rewards // 6), begun_at, rewards)
+            learn_from_rewards(model, rows, 3e-4, by_rewards, batch, clock)
         model.save_pretrained(folder / f"{arm}-{seed}")
 
 
@@ -420,11 +435,17 @@ def main() -> None:
     parser.add_argument(
         "--out", type=Path, default=Path("runs/small"), help="folder for tasks, log and models"
     )
-    parser.add_argument("--seeds", type=int, default=3)
+    parser.add_argument("--seeds", type=int, nargs="+", default=(0, 1, 2), metavar="SEED")
     parser.add_argument("--tasks", type=int, nargs=2, default=(4000, 300), metavar=("TRAIN", "TEST"))
     parser.add_argument(
-        "--minutes", type=float, nargs=2, default=(10, 12), metavar=("FIRST", "ARM"), help="of processor time"
+        "--steps",
+        type=int,
+        nargs=3,
+        default=(1500, 264, 2304),
+        metavar=("FIRST", "REWARDS", "AGAIN"),
+        help="changes of the weights by certificates, then by rewards, or by certificates again",
     )
+    parser.add_argument("--batch", type=int, default=128, help="plans for each change of the weights")
     parser.add_argument("--threads", type=int, default=1, help="threads of PyTorch")
     options = parser.parse_args()
     disable_progress_bar()
@@ -434,8 +455,8 @@ def main() -> None:
         make_rows(options.out, split, number)
         for split, number in zip(("train", "test"), options.tasks, strict=True)
     )
-    for seed in range(options.seeds):
-        train_seed(options.out, seed, rows, test, tuple(options.minutes))
+    for seed in options.seeds:
+        train_seed(options.out, seed, rows, test, tuple(options.steps), options.batch)
     summarize(options.out / "log.jsonl")
     print_plans(options.out)
     draw(options.out / "log.jsonl", options.out / "curve.svg")

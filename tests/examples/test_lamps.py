@@ -17,6 +17,7 @@ from eai.abilities.declaration import get_declaration
 from eai.abilities.protocol import PAPER_ABILITIES, Ability
 from eai.results.paper_tables import NULL_MODELS
 from eai.world import Action, Episode, check_domain, execute_plan
+from explorer_pages import read_explorer
 from processes import eai as in_own_process
 from sweeps import first_of
 
@@ -162,7 +163,8 @@ def test_a_report_is_made(eai: Command) -> None:
     score(eai, "action_sequencing", {"light": RIGHT["action_sequencing"], "pack": []})
     outcome = eai("report", "out", "--out", "report", "--no-plots")
     assert (outcome.status, outcome.err) == (0, "")
-    assert "lamps" in Path("report/explorer.html").read_text()
+    explorer = read_explorer(Path("report/explorer.html").read_text(encoding="utf-8"))
+    assert "lamps" in explorer["runs"][0]["domain"]
 
 
 def test_worker_processes_find_the_example(eai: Command) -> None:
