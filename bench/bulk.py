@@ -5,6 +5,9 @@ it stands the time of scoring alone in the same run, with garbage collection as 
 Modules are compiled to bytecode beforehand, like modules of an installed package. The answers are the data
 set's scripts with seeded noise, or given response files. They are repeated as often as asked, each time under
 another model name.
+
+With ``--search`` only rewards that search are measured, in both households: subgoals by `progress`, and
+plans by `repair`. A batch is 512 gold answers with noise, eight to each of 64 tasks.
 """
 
 from __future__ import annotations
@@ -19,12 +22,14 @@ import tempfile
 import time
 from collections.abc import Callable, Sequence
 from functools import partial
+from itertools import product
 from pathlib import Path
 from statistics import quantiles
 
 from bench.record import add_write_option, write_figures
 from eai.abilities.protocol import Ability
 from eai.benchmarks.gold_answers import make_noisy_answer, open_gold_answers
+from eai.benchmarks.registry import PAPER_BENCHMARKS
 from eai.benchmarks.suite import Suite, open_suite
 from eai.results.batch import Scoring
 from eai.results.collector import reduce_garbage_collection
@@ -34,14 +39,20 @@ from eai.results.reward import Reward
 CLI = "from eai.cli import main; main()"
 NAMED = ("--domain", "virtualhome", "--ability", "action_sequencing")
 BATCH = 512
+_TASKS = 64
+"""Number of tasks in a batch of rewards that search."""
 
 
 def main() -> None:
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawTextHelpFormatter)
     parser.add_argument("--responses", type=Path, help="a response file, or a folder of them")
+    parser.add_argument("--search", action="store_true", help="measure only rewards that search")
     parser.add_argument("--copies", type=int, default=10, help="how often the answers are scored")
     add_write_option(parser)
     arguments = parser.parse_args()
+    if arguments.search:
+        _measure_rewards_that_search()
+        return
     suite = open_suite("virtualhome", Ability.ACTION_SEQUENCING)
     answers = _noisy(suite) if arguments.responses is None else _given(suite, arguments.responses)
     speeds: list[int] = []
@@ -83,6 +94,24 @@ def _noisy(suite: Suite) -> list[list[tuple[str, str]]]:
         [(task_id, make_noisy_answer(book, task_id, 0.2, f"{seed}").text) for task_id in suite.task_ids]
         for seed in range(9)
     ]
+
+
+def _measure_rewards_that_search() -> None:
+    """Print the CPU seconds of a batch of new answers, and of the part that is needed once a task."""
+    reduce_garbage_collection()
+    rewards = ((Ability.SUBGOAL_DECOMPOSITION, "progress"), (Ability.ACTION_SEQUENCING, "repair"))
+    for household, (ability, shaping) in product(PAPER_BENCHMARKS, rewards):
+        suite = open_suite(household, ability)
+        book, reward = open_gold_answers(suite.benchmark, ability), Reward(suite, shaping)
+        answers = [
+            (task_id, make_noisy_answer(book, task_id, 0.2, f"{seed}").text)
+            for task_id in suite.task_ids[:_TASKS]
+            for seed in range(BATCH // _TASKS)
+        ]
+        first = _timed(lambda: [reward(*answer) for answer in answers[:: BATCH // _TASKS]])  # noqa: B023
+        rest = _timed(lambda: [reward(*answer) for answer in answers])  # noqa: B023
+        print(f"{suite.domain} {ability.value} {shaping}: {len(answers)} answers {first + rest:.1f} CPU s,")
+        print(f"  the first answer to each of {_TASKS} tasks {first:.1f} CPU s")
 
 
 def _given(suite: Suite, path: Path) -> list[list[tuple[str, str]]]:

@@ -20,7 +20,7 @@ from functools import partial
 from typing import NamedTuple, cast, get_args
 
 from bench.record import add_write_option, write_figures
-from eai.abilities.action_sequencing.scorer import ActionSequencing
+from eai.abilities.action_sequencing.scorer import ActionSequencingScorer
 from eai.abilities.notation.plan_form import WrittenPlan
 from eai.abilities.protocol import Ability
 from eai.abilities.reports import action_text, fact_text
@@ -50,7 +50,7 @@ def gold_plans(name: str) -> list[Plan]:
     suite, found = open_suite(name, Ability.ACTION_SEQUENCING), []
     book = open_gold_answers(suite.benchmark, Ability.ACTION_SEQUENCING)
     for task_id in suite.task_ids:
-        scorer, text = cast("ActionSequencing", suite.scorer(task_id)), book[task_id].text
+        scorer, text = cast("ActionSequencingScorer", suite.scorer(task_id)), book[task_id].text
         written = scorer.notation.read(text)
         actions = scorer.resolve_names(written) if isinstance(written, WrittenPlan) else None
         if isinstance(actions, tuple) and getattr(scorer.score(text), "success", False):

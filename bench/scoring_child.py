@@ -20,12 +20,14 @@ def main(path: Path) -> None:
     clock = [0.0]
     from eai.abilities.verdict import PlanVerdict
     from eai.benchmarks.virtualhome.tasks import open_tasks
-    from eai.extensions.reference.virtualhome_plans import VirtualHomeActionSequencing
+    from eai.extensions.reference.virtualhome_plans import VirtualHomeActionSequencingScorer
 
     clock.append(time.process_time())
     tasks = dict(open_tasks())
     clock.append(time.process_time())
-    verdicts = {task_id: VirtualHomeActionSequencing(tasks[task_id]).score(text) for task_id, text in rows}
+    verdicts = {
+        task_id: VirtualHomeActionSequencingScorer(tasks[task_id]).score(text) for task_id, text in rows
+    }
     clock.append(time.process_time())
     importing, loading, scoring = (after - before for before, after in pairwise(clock))
     report = {
