@@ -35,7 +35,7 @@ def runs(data_store: Store, tmp_path_factory: pytest.TempPathFactory) -> Path:
     (about / "METADATA").write_text("Metadata-Version: 2.1\nName: terse\nVersion: 1.0\n", encoding="utf-8")
     (about / "entry_points.txt").write_text("[eai.studies]\nterse = terse:TERSE\n", encoding="utf-8")
     limit = "--with terse.characters=90"
-    for choices in ("", limit, f"{limit} --with attempts.replans=1"):
+    for choices in ("", limit, f"{limit} --with replanning.replans=1"):
         done = command(f"run {WHAT} {choices} --out @/runs", folder)
         assert done.status == 0, done.err
     return folder

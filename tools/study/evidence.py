@@ -9,7 +9,7 @@ from statistics import fmean
 from typing import NamedTuple, TypeVar
 
 from eai.abilities.protocol import Ability
-from eai.abilities.transition_modeling.scorer import TransitionModeling
+from eai.abilities.transition_modeling.scorer import TransitionModelingScorer
 from eai.benchmarks.suite import Suite as ScoredSuite
 from eai.benchmarks.suite import open_suite
 from eai.pddl.planning import PlannerChoice
@@ -154,7 +154,7 @@ def _tried(suite: ScoredSuite, record: Record) -> Iterator[OperatorReplacementTr
     scorer = suite.scorer(record.task_id)
     return (
         replace_gold_operators_one_by_one(scorer, record)
-        if isinstance(scorer, TransitionModeling)
+        if isinstance(scorer, TransitionModelingScorer)
         else iter(())
     )
 

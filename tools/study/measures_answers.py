@@ -43,6 +43,9 @@ FAMILIES = ("GPT", "Claude", "o1")
 OTHERS = ("Llama 3 8B", "Mixtral 8x22B MoE")
 """The models whose format errors the paper sets against those of the families."""
 
+PLYWOOD = ("laying_wood_floors", "bringing_in_wood")
+"""The tasks whose plans lay plywood on a floor."""
+
 RESULTS = {
     "PLUGIN": "PLUGGED_IN",
     "PLUGOUT": "PLUGGED_OUT",
@@ -499,10 +502,16 @@ def next_to_the_floor(evidence: Evidence) -> Finding:
     steps = [
         each
         for each in evidence.of(evidence.tables.steps, Suite(B, AS))
-        if each.operator.endswith("PLACE_NEXTTO") and each.objects.startswith("room_floor")
+        if each.name in PLYWOOD and re.search("PLACE_NEXTTO room_floor", f"{each.operator} {each.objects}")
     ]
+    right_hand = sum(each.operator == "RIGHT_PLACE_NEXTTO" for each in steps)
     models = {map_files_to_paper_models()[each.model] for each in steps}
-    return if_so(bool(steps), f"{len(steps)} steps of {len(models)} models in BEHAVIOR")
+    return if_so(
+        right_hand > 0,
+        f"{len(steps)} steps of {len(models)} models in {' and '.join(PLYWOOD)}, {right_hand} with the right "
+        "hand",
+        in_part=bool(steps),
+    )
 
 
 def plans_that_go_wrong(evidence: Evidence) -> Finding:

@@ -5,6 +5,7 @@ from __future__ import annotations
 import json
 import re
 from collections.abc import Mapping, Sequence
+from itertools import product
 
 from claim import Finding, by_degree
 from evidence import AS, GPT_4O, PLANS, SD, B, Evidence, Suite, V
@@ -13,11 +14,13 @@ from rates import all_of, if_so
 
 from eai.abilities.explanation import StepReport
 from eai.abilities.protocol import Ability, Protocol
+from eai.benchmarks.behavior import predicates as p
 from eai.benchmarks.registry import find_benchmark
 from eai.benchmarks.suite import open_suite
 from eai.logic import formula as f
 from eai.results.lines import StepLine
 from eai.tasks.task import GoalKind, Task
+from eai.world.execution import execute_plan
 
 FRIDGE = "cleaning_up_refrigerator"
 STATES = (
@@ -47,6 +50,16 @@ CLOTH = ("soaked(rag.0)", "holds_rh(rag.0)", "not stained(fridge.97)")
 CABINET = "open(bottom_cabinet_no_top.80)"
 """The state that lets the rag be taken out in the released task."""
 
+BROWSING = (
+    "ONTOP({character}, {chair})",
+    "HOLDS_RH({character}, {mouse}) and HOLDS_LH({character}, {keyboard})",
+    "FACING({character}, {computer})",
+)
+"""The states of the paper's plan for browsing the internet."""
+
+TABLE = "breakfast_table_20"
+"""The table of the meal in the released task."""
+
 NAMED = ("fridge_97", "tray_1", "bowl_1", "rag_0", "sink_82")
 """The objects that the paper names for the instruction."""
 
@@ -71,6 +84,25 @@ def example_subgoals(evidence: Evidence) -> Finding:
         all(step.outcome == "executed" for step in plain),
         f"in the released {FRIDGE} they {_end_of(plain)}; with the cabinet opened first "
         f"they {_end_of(opened)}",
+    )
+
+
+def browsing_plan(evidence: Evidence) -> Finding:
+    """Try the paper's states with all objects of their kinds, in each task of browsing."""
+    suite = open_suite(V, Ability.SUBGOAL_DECOMPOSITION, Protocol("eai-1.0.5"), source=evidence.published)
+    tasks = [t for t in find_benchmark(V).tasks(evidence.published).values() if t.title == "Browse internet"]
+    run = met = 0
+    for task in tasks:
+        verdicts = [
+            suite.assess(task.id, json.dumps({"actions_to_include": [], "output": states})).verdict
+            for states in _browsing_states(task)
+        ]
+        run += any(verdict.executable for verdict in verdicts)
+        met += any(verdict.success for verdict in verdicts)
+    return if_so(
+        0 < met == len(tasks),
+        f"of {len(tasks)} tasks “Browse internet” it can be executed in {run} and reaches the goals in {met}",
+        in_part=run > 0,
     )
 
 
@@ -262,6 +294,23 @@ def gold_of_the_meal(evidence: Evidence) -> Finding:
     )
 
 
+def chicken_on_the_table(evidence: Evidence) -> Finding:
+    """Execute the data set's plan for the meal: chickens lie on plates, plates on the table."""
+    (task,) = (t for t in find_benchmark(B).tasks(evidence.published).values() if t.title == "serving_a_meal")
+    domain = find_benchmark(B).domain
+    end = execute_plan(domain, task.initial, task.script).final_state
+    lie = {
+        (upper, lower): domain.holds(
+            p.lies_on(p.X, p.Y), end, {p.X.name: task.scene.index[upper], p.Y.name: task.scene.index[lower]}
+        )
+        for upper, lower in (("chicken_0", "plate_0"), ("plate_0", TABLE), ("chicken_0", TABLE))
+    }
+    shown = ", ".join(
+        f"ontop({upper}, {lower}) is {str(holds).lower()}" for (upper, lower), holds in lie.items()
+    )
+    return if_so(list(lie.values()) == [True, True, False], f"after the data set's plan {shown}")
+
+
 def orders_of_plans(evidence: Evidence) -> Finding:
     drinks = sum(step.operator == "DRINK" for step in _failed(evidence, V, "wrong_order", AS))
     tomatoes = sum(
@@ -348,6 +397,15 @@ def _kinds_on_top(formula: f.Formula) -> tuple[str, str] | None:
         first, second = (re.split(r"[._]", argument.name)[0] for argument in formula.arguments)
         return first, second
     return None
+
+
+def _browsing_states(task: Task) -> list[list[str]]:
+    kinds = ("character", "chair", "mouse", "keyboard", "computer")
+    objects = [each.name for each in task.scene.objects]
+    choices = product(*([name for name in objects if name.split(".")[0] == kind] for kind in kinds))
+    return [
+        [state.format(**dict(zip(kinds, chosen, strict=True))) for state in BROWSING] for chosen in choices
+    ]
 
 
 def _fridge(evidence: Evidence) -> Task:

@@ -3,8 +3,9 @@
 from __future__ import annotations
 
 import re
-from collections import Counter
+from collections import Counter, defaultdict
 from collections.abc import Sequence
+from math import log
 
 from claim import Finding, by_degree
 from evidence import GPT_4O, NAMED, SD, TM, B, Evidence, Suite, V
@@ -15,7 +16,8 @@ from eai.benchmarks.registry import find_benchmark
 from eai.pddl.planning import PlannerOutcome
 from eai.results.paper_tables import map_files_to_paper_models, read_published_scores
 from eai.studies.sensitivity.study import OperatorReplacementTrial
-from eai.tasks.operator_task import OperatorLibrary
+from eai.tasks.operator_task import OperatorLibrary, TransitionTask
+from eai.tasks.task import Category
 
 O1 = "o1-preview-2024-09-12"
 _WORD = re.compile(r"[a-z][a-z0-9_-]*")
@@ -295,6 +297,25 @@ def categories_of_predicates(evidence: Evidence) -> Finding:
     return if_so(len(kinds[V]) == 5, f"VirtualHome: {', '.join(kinds[V])}; BEHAVIOR: {', '.join(kinds[B])}")
 
 
+def categories_by_weight(evidence: Evidence) -> Finding:
+    """Compare released categories of tasks with those of the highest sums of inverse document frequencies."""
+    counts = {}
+    for domain in (V, B):
+        tasks = find_benchmark(domain).operators(evidence.published).values()
+        predicates = [_predicates_of(task) for task in tasks]
+        frequency = Counter(name for names in predicates for name in names)
+        hits = 0
+        for task, names in zip(tasks, predicates, strict=True):
+            weights: dict[Category, float] = defaultdict(float)
+            for name in sorted(names):
+                weights[task.domain.categories[name]] += log(len(tasks) / frequency[name])
+            lowest = min(weights[category] for category in task.categories)
+            hits += all(weights[each] <= lowest + 1e-9 for each in weights.keys() - set(task.categories))
+        counts[domain] = hits, len(tasks)
+    text = ", ".join(f"{NAMED[domain]} {hits} of {number}" for domain, (hits, number) in counts.items())
+    return all_of(*counts.values(), text=f"tasks whose released categories follow from these weights: {text}")
+
+
 def plans_that_work(evidence: Evidence) -> Finding:
     """Count the plans found with models' operators that work with the true ones."""
     counts = {}
@@ -362,6 +383,13 @@ def _only_switched(problem: str) -> set[str]:
 
 def _solved(trials: Sequence[OperatorReplacementTrial]) -> float:
     return sum(trial.outcome == PlannerOutcome.SOLVED.value for trial in trials) / max(1, len(trials))
+
+
+def _predicates_of(task: TransitionTask) -> set[str]:
+    library = task.domain
+    texts = (library.operators[name] for name in task.operators)
+    words = {word for text in texts for word in re.findall(r"\(\s*([\w-]+)", text.precondition + text.effect)}
+    return words & library.categories.keys()
 
 
 def _library(evidence: Evidence, domain: str) -> OperatorLibrary:

@@ -175,7 +175,8 @@ def binary_goals(evidence: Evidence) -> Finding:
     text = ", ".join(f"{name} {number}" for name, number in names.most_common())
     return if_so(
         other == 0,
-        f"{other} of VirtualHome's {names.total()} goals on relations are of holding or facing: {text}",
+        f"{other} of VirtualHome's {names.total()} distinct goals on relations are of holding or facing: "
+        f"{text}",
         in_part=other < names.total() / 2,
     )
 

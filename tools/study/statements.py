@@ -192,14 +192,11 @@ class Checker:
     def _rank(self, text: str) -> Finding:
         *place, model, number = text.split("/")
         column = column_of(place)
-        ranks = [
-            rank_of(rates, model) for rates in (printed_rates(column), self._ours(column)) if model in rates
-        ]
-        right = [rank == int(number) for rank in ranks]
-        shown = " by the table and ".join(map(str, ranks))
-        return Finding(
-            by_degree(all(right), any(right)), f"{_name(column)}: {model} is number {shown} by public answers"
-        )
+        sides = [("the table", printed_rates(column)), ("public answers", self._ours(column))]
+        ranks = [(name, rank_of(rates, model)) for name, rates in sides if model in rates]
+        right = [rank == int(number) for _, rank in ranks]
+        shown = " and ".join(f"{rank} by {name}" for name, rank in ranks)
+        return Finding(by_degree(all(right), any(right)), f"{_name(column)}: {model} is number {shown}")
 
     def _above(self, text: str) -> Finding:
         *place, first, second = text.split("/")

@@ -54,12 +54,13 @@ class StudyRecords:
         return read_runs(self.paths)
 
     def make_plain_tables(self, *, features: bool = True) -> TidyTables:
-        """Return the tidy tables of comparable runs: of plain runs (without study options), if any exist.
+        """Return the tidy tables of runs that can be compared, built at the first call.
 
-        The tables are built once. If there are plain runs, other runs are left out, with a note.
+        These are the runs without study options (plain runs), if there are any. Other runs are then left out,
+        and the user gets a note. Without plain runs, all runs must have the same study options.
 
         Args:
-            features: whether lines contain features of their tasks, for which the tasks are loaded.
+            features: whether lines have features of tasks and reasons for wrong goals, from the data set.
 
         Raises:
             InputError: there are no records, a record is unusable, or there are several experiments and no
@@ -99,7 +100,7 @@ class StudyRecords:
         return TidyTables(replace(self.source, errata=ErrataChoice.NONE), features=features)
 
     def change_to_subfolder(self, name: str) -> StudyRecords:
-        """Return a copy of these records that has a subfolder as its folder for results."""
+        """Return a copy whose folder for results is a subfolder of the present one."""
         return replace(self, folder=self.folder / name)
 
 

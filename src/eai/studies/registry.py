@@ -65,19 +65,19 @@ def find_study(name: str) -> Study:
         )
     value = _find_study_entry_points()[name].load()
     if not isinstance(value, Study):
-        raise InputError(f"{name}: expected a Study, found {type(value).__name__}")
+        raise InputError(f"entry point {name} of {GROUP}: expected a Study, found {type(value).__name__}")
     return value
 
 
 def add_study_summaries(record: Record, suite: Suite, question_metadata: Mapping[str, Any]) -> Record:
-    """Return a record to which the studies of its run have added summaries of the answer.
+    """Return the record with a summary by each study that varied its run, such as perception errors.
 
-    Summaries that the record has already are kept.
+    Summaries that the record already has are kept.
 
     Args:
         record: the record; a record without an answer gets no summaries.
         suite: the suite of the record.
-        question_metadata: the metadata of the question.
+        question_metadata: the metadata of the question, such as the stated scene.
     """
     if record.unanswered is not None:
         return record

@@ -41,6 +41,7 @@ class Analysis:
         screen_tables: tables for the screen; without such tables, the screen shows only the names of the
             output.
         facts: further values for the JSON output, by name.
+        pages: HTML pages, by file name.
     """
 
     tables: Sequence[Table]
@@ -49,6 +50,7 @@ class Analysis:
     folder: str = ""
     screen_tables: Sequence[Table] = ()
     facts: Mapping[str, Json] = field(default_factory=dict)
+    pages: Mapping[str, str] = field(default_factory=dict)
 
 
 @dataclass(frozen=True, slots=True)
@@ -59,10 +61,9 @@ class Study:
     imports the modules for the analysis, so that reading the options stays fast.
 
     Attributes:
-        name: name of the analysis and of its output files.
+        name: name of the analysis, of its output files, and of the options in a run's specification.
         title: a few words on the varied option, and on the question that the analysis answers.
         options: the options of a run; with the defaults, the study changes nothing.
-        section: name of the options in a run's specification; empty for the name of the study.
         choices: the options of the analysis.
         analyze: makes tables and figures from records. One function makes tables and figures, because figures
             use data that tables do not print.
@@ -74,16 +75,10 @@ class Study:
     name: str
     title: str
     options: type[VariationOptions] = VariationOptions
-    section: str = ""
     choices: type[Options] = Options
     analyze: Callable[[StudyRecords, Any], Iterator[Analysis]] | None = None
     summarize: Callable[[Record, Suite, Mapping[str, Any]], Mapping[str, Json]] | None = None
     included_in_all: bool = False
-
-    @property
-    def section_name(self) -> str:
-        """Name of the study's section in a run's specification."""
-        return self.section or self.name
 
 
 def format_suite_heading(suite: SuiteKey) -> str:
@@ -92,7 +87,10 @@ def format_suite_heading(suite: SuiteKey) -> str:
 
 
 def add_suite_title(suite: SuiteKey, name: str, figure: Figure | None) -> tuple[str, Figure | None]:
-    """Give a figure the title of a suite. Return the name of the figure's file, and the figure."""
+    """Give a figure the title of a suite. Return the name of the figure's file, and the figure.
+
+    The figure may be None (nothing to show), and stays None.
+    """
     if figure is not None:
         add_title(figure, format_suite_heading(suite))
     return f"{name}-{suite.file_name}", figure
@@ -101,16 +99,21 @@ def add_suite_title(suite: SuiteKey, name: str, figure: Figure | None) -> tuple[
 def add_run_title(key: RunKey, name: str, figure: Figure | None) -> tuple[str, Figure | None]:
     """Give a figure a title that names a suite and a model.
 
-    Return the name of the figure's file, and the figure.
+    Return the name of the figure's file, and the figure. The figure may be None (nothing to show), and stays
+    None.
     """
     if figure is not None:
         add_title(figure, f"{format_suite_heading(key.suite)}, {clip_label(key.model)}")
     return name, figure
 
 
-def write_paper_remarks(papers: Iterable[PaperTable], protocol: Protocol) -> list[str]:
-    """Return remarks on the paper's figures, for readers who compare them with runs under a protocol."""
-    on_columns = (paper.notes.get(("", column), ()) for paper in papers for column in paper.columns)
+def write_paper_remarks(printed_tables: Iterable[PaperTable], protocol: Protocol) -> list[str]:
+    """Return remarks on numbers of the paper, for readers who compare runs of a protocol with them."""
+    on_columns = (
+        printed_table.notes.get(("", column), ())
+        for printed_table in printed_tables
+        for column in printed_table.columns
+    )
     remarks = [note for notes in on_columns for note in notes]
     if protocol.value != read_paper_protocol_and_tables().protocol:
         remarks.append(f"These records are of protocol {protocol.value}, the paper's figures are not.")

@@ -9,9 +9,9 @@ from typing import TYPE_CHECKING, Any, Literal, TypeAlias
 
 from pydantic import SerializeAsAny
 
-from eai.abilities.attempt_options import AttemptOptions
 from eai.abilities.experiment import SEPARATOR, StudySettings, make_option_label
 from eai.abilities.protocol import PAPER_ABILITIES, Ability, get_ability_sort_key
+from eai.abilities.replanning_options import ReplanningOptions
 from eai.base.errors import InputError
 from eai.base.json_value import Json
 from eai.tasks.options import Options
@@ -77,16 +77,18 @@ class StageBeforeQuestions:
         Tasks without a belief are left out.
 
         Raises:
-            InputError: as raised by `believe`.
+            InputError: a stage finds no beliefs, or the questions cannot state them.
         """
         beliefs = self.collect_beliefs(endpoint, suite)
         return beliefs.make_prompts(self.library, suite, task_ids), beliefs
 
     def collect_beliefs(self, endpoint: Endpoint, suite: Suite) -> PromptBeliefs:
-        """Return the beliefs (goals and scenes to state) of this stage and of all stages before it.
+        """Return the goals and scenes that a model found at this stage and at all stages before it.
+
+        The questions of the run state these goals and scenes instead of the true ones.
 
         Raises:
-            InputError: as raised by `believe`.
+            InputError: a stage finds no beliefs, or the questions cannot state them.
         """
         if self.previous is None:
             return self.believe(self, endpoint, suite)
@@ -104,13 +106,13 @@ class StageBeforeQuestions:
         return [*(() if self.previous is None else self.previous.all_results), *self.results]
 
     def ask_for_answers(
-        self, endpoint: Endpoint, prompts: Mapping[str, Prompt], suite: Suite, **more: Any
+        self, endpoint: Endpoint, prompts: Mapping[str, Prompt], suite: Suite, **further_arguments: Any
     ) -> dict[str, str]:
-        """Return the answers of a model by task. Unanswered tasks are left out.
+        """Ask a model, keep the result in `results`, and return the answers by task id.
 
-        The arguments ``more`` are passed on to `ask`.
+        Unanswered tasks are left out. ``further_arguments`` are the further arguments of `AskModel`.
         """
-        outcome = self.ask(endpoint, prompts, suite, **more)
+        outcome = self.ask(endpoint, prompts, suite, **further_arguments)
         self.results.append(outcome)
         return {record.task_id: record.response for record in outcome.records if record.unanswered is None}
 
@@ -118,12 +120,12 @@ class StageBeforeQuestions:
 class VariationOptions(Options):
     """The options of a study that varies runs. With the default values, a run is unchanged.
 
-    For runs that belong to another study only, no property or method but `chosen_option` is used.
+    If `chosen_option` is empty, the run is without this study and uses no other property or method.
     """
 
     @property
     def chosen_option(self) -> str:
-        """Name of the chosen option in messages; empty if the run does not belong to the study."""
+        """The option that adds this study to a run, as messages name it; empty if no option does."""
         return ""
 
     @property
@@ -140,41 +142,41 @@ class VariationOptions(Options):
         """Return why a run cannot combine this choice with another study's choice; empty if it can."""
         if self.changed_task_part and self.changed_task_part == other.changed_task_part:
             return f"both change the {self.changed_task_part} that questions state"
-        if self.attempts is not None and other.attempts is not None:
+        if self.replanning is not None and other.replanning is not None:
             return "both say how answers are carried out"
         return ""
 
     @property
-    def attempts(self) -> AttemptOptions | None:
-        """The options of attempts at each task, or None for one attempt in which every action works."""
+    def replanning(self) -> ReplanningOptions | None:
+        """The options of replanning; None if a task has one attempt, in which every action works."""
         return None
 
-    def make_recorded_settings(self, study: str) -> StudySettings | None:
-        """Return the choice for records: the options that differ from their defaults.
+    def make_recorded_settings(self, study_name: str) -> StudySettings | None:
+        """Return the settings that records state: the options that differ from their defaults.
 
-        A study returns None if its first stage records the choice (`PromptBeliefs.experiment`).
+        A study returns None if a stage before the questions records them (`PromptBeliefs.experiment`).
         """
         options = self.model_dump(mode="json", exclude_defaults=True)
         label = SEPARATOR.join([make_option_label(name, str(value)) for name, value in options.items()])
-        return StudySettings(label or study, options)
+        return StudySettings(label or study_name, options)
 
     @property
     def captioner(self) -> str | None:
         """A second model that describes pictures in text for the asked model; None without such a model."""
         return None
 
-    def select_abilities(self, named: Collection[Ability]) -> list[Ability]:
+    def select_abilities(self, requested: Collection[Ability]) -> list[Ability]:
         """Return the abilities of the run in order: the named ones, or all that the study supports.
 
         Raises:
             InputError: the study does not support a named ability.
         """
-        return sorted(set(named or PAPER_ABILITIES), key=get_ability_sort_key)
+        return sorted(set(requested or PAPER_ABILITIES), key=get_ability_sort_key)
 
     def make_stage_before_questions(
         self, library: PromptLibrary, task_ids_by_domain: Mapping[str, Collection[str]], ask: AskModel
     ) -> StageBeforeQuestions | None:
-        """Return the stage before the questions, or None if the study needs no stage.
+        """Return a stage that asks models before the run's questions, or None if the study needs no stage.
 
         Args:
             library: source of the prompts.
@@ -186,6 +188,8 @@ class VariationOptions(Options):
 
 def combine_variations(variations: Iterable[VariationOptions]) -> VariationOptions:
     """Return the options of all studies that a run combines, as a single `VariationOptions`.
+
+    For a run without a study, the result has no chosen option.
 
     Raises:
         InputError: two studies contradict each other.
@@ -220,35 +224,37 @@ class _CombinedVariation(VariationOptions):
         )
 
     @property
-    def attempts(self) -> AttemptOptions | None:
-        """The options of attempts at each task, or None for one attempt in which every action works."""
-        return next((choice.attempts for choice in self.chosen if choice.attempts is not None), None)
+    def replanning(self) -> ReplanningOptions | None:
+        """The options of replanning; None if a task has one attempt, in which every action works."""
+        return next((choice.replanning for choice in self.chosen if choice.replanning is not None), None)
 
     @property
     def captioner(self) -> str | None:
         """A second model that describes pictures in text for the asked model; None without such a model."""
         return next((choice.captioner for choice in self.chosen if choice.captioner is not None), None)
 
-    def select_abilities(self, named: Collection[Ability]) -> list[Ability]:
+    def select_abilities(self, requested: Collection[Ability]) -> list[Ability]:
         """Return the abilities that all studies support, in order; if the user names abilities, only these.
 
         Raises:
             InputError: a study does not support a named ability, or no ability is left.
         """
         if not self.chosen:
-            return super().select_abilities(named)
-        first, *others = [variation.select_abilities(named) for variation in self.chosen]
+            return super().select_abilities(requested)
+        first, *others = [variation.select_abilities(requested) for variation in self.chosen]
         shared = [ability for ability in first if all(ability in abilities for abilities in others)]
         if not shared:
-            raise InputError(f"{self.chosen_option}: no ability supports all of these studies")
+            raise InputError(
+                f"{self.chosen_option}: no ability supports all of these studies; give only one of them"
+            )
         return shared
 
     def make_stage_before_questions(
         self, library: PromptLibrary, task_ids_by_domain: Mapping[str, Collection[str]], ask: AskModel
     ) -> StageBeforeQuestions | None:
-        """Return the last stage before the questions, or None if no study needs a stage.
+        """Return the last stage that asks models before the run's questions; None if no study needs a stage.
 
-        The stage that finds scenes comes before the stage that finds goals.
+        If one study finds scenes and another finds goals, the stage that finds scenes comes first.
         """
         last: StageBeforeQuestions | None = None
         for variation in sorted(self.chosen, key=lambda variation: variation.changed_task_part != "scene"):

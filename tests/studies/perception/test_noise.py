@@ -61,7 +61,7 @@ def test_errors_at_a_rate_also_occur_at_a_higher_rate(kind: str) -> None:
 
     def errors(rate: float, stream: int) -> set[object]:
         graph = perceive_with_noise(kitchen_task(), WORDS, parse_noise([f"{kind}={rate}"]), str(stream))
-        invented = {name for name in graph.names if name not in TRUTH.objects}
+        invented = {name for name in graph.mentioned_objects if name not in TRUTH.objects}
         return {*TRUTH.facts, *TRUTH.objects}.difference(graph.facts, graph.objects) | invented
 
     for stream in range(20):
@@ -117,8 +117,8 @@ def test_the_frequency_of_errors_equals_the_rate_of_the_noise(
         errors, chances = occasions(kind, perceived, len(told))
         made, possible = made + errors, possible + chances
         invented = compute_perception_shares(perceived)["object_error"]
-        strangers = {*graph.names} - {*names}
-        assert (invented.numerator, invented.denominator) == (len(strangers), len({*graph.names}))
+        strangers = {*graph.mentioned_objects} - {*names}
+        assert (invented.numerator, invented.denominator) == (len(strangers), len({*graph.mentioned_objects}))
     assert abs(made / possible - rate) <= 3 * math.sqrt(rate * (1 - rate) / possible)
 
 
@@ -148,7 +148,7 @@ def test_noise_creates_no_circle_of_supports_and_names_no_undescribed_object(
         believed = apply_scene_graphs(benchmark, {task.id: graph}).tasks(Source(data_store))[task.id]
         plan = find_plan(believed, planner, Limits(60)).plan
         names = words.list_object_names(believed)
-        assert {names[index] for action in plan for index in action.arguments} <= {*graph.names}
+        assert {names[index] for action in plan for index in action.arguments} <= {*graph.mentioned_objects}
 
 
 def test_tasks_with_errata_are_corrected_once(data_store: Store) -> None:

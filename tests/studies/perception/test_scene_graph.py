@@ -37,4 +37,4 @@ def test_an_answer_without_facts_perceives_nothing(text: str) -> None:
 
 
 def test_the_names_of_a_scene_graph_include_those_in_facts() -> None:
-    assert SceneGraph(("b",), (NamedFact("in", ("a", "b")),)).names == ("b", "a")
+    assert SceneGraph(("b",), (NamedFact("in", ("a", "b")),)).mentioned_objects == ("b", "a")

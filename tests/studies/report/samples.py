@@ -204,7 +204,7 @@ def all_runs() -> list[list[Record]]:
 
 def cell_at(row: RankedModel, place: int) -> RankedScore:
     """Return the number of a row in a column."""
-    return [*row.cells.values()][place]
+    return [*row.scores.values()][place]
 
 
 def rate_at(row: RankedModel, place: int) -> Rate:

@@ -14,8 +14,9 @@ from eai.abilities.experiment import Experiment
 from eai.cli import app
 from eai.results.record import Record
 from eai.results.runs import read_runs
-from eai.studies.report.explorer import ExplorerData
+from eai.studies.report.explorer import ExplorerData, build_explorer_page
 from experiments import experiment
+from explorer_pages import read_explorer
 from studies.report.samples import RIGHT, WRONG, action_run, write_runs
 
 RUNNER = CliRunner()
@@ -103,10 +104,10 @@ def test_the_explorer_shows_each_attempt_as_an_answer(tmp_path: Path) -> None:
     data = ExplorerData()
     for run in read_runs([tmp_path / "runs"]):
         data.add_run(run)
-    content = json.loads(data.to_json())
+    content = read_explorer("".join(build_explorer_page(data.format_lines())))
     attempts = [answer.get("A", []) for answer in content["runs"][0]["answers"]]
     assert [[each["o"] for each in of_task] for of_task in attempts][:2] == [["wrong_order", "success"], []]
-    assert [content["texts"][each["r"]] for each in attempts[0]] == ["first", "answer 0"]
+    assert [each["r"] for each in attempts[0]] == ["first", "answer 0"]
 
 
 def test_comparisons_name_the_experiment(runs: Path) -> None:

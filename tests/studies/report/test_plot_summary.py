@@ -48,7 +48,7 @@ def test_a_summary_page_has_each_number_of_the_model_and_a_legend(
         for row in table.rows
         if (table.name, table.protocol, row.model) == ("action_sequencing_trajectory", protocol, "first")
     )
-    assert {f"{cell.value:.1f}" for cell in [*row.cells.values()][2:] if cell.value is not None} <= texts
+    assert {f"{cell.value:.1f}" for cell in [*row.scores.values()][2:] if cell.value is not None} <= texts
     (legend,) = figure.legends
     names = [text.get_text() for text in legend.get_texts()]
     assert [name for name in names if name.startswith("VirtualHome, ")] == names[:1]

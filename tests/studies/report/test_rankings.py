@@ -68,7 +68,7 @@ def test_rows_are_ranked_with_shared_ranks_and_the_best_marked() -> None:
 def test_a_single_run_is_not_marked_as_best() -> None:
     found = table("action_sequencing_trajectory", [plans(7, "a")])
     assert found is not None
-    assert not any(cell.best for cell in found.rows[0].cells.values())
+    assert not any(cell.best for cell in found.rows[0].scores.values())
 
 
 def test_a_table_without_numbers_is_left_out() -> None:
@@ -220,7 +220,7 @@ def test_the_share_of_working_plans_ranks_if_it_is_known(known: bool, first: str
     assert found is not None
     assert [row.rank for row in found.rows] == [1, 2]
     assert found.rows[0].model == first
-    rates = {row.model: [rate_at(row, place) for place in range(len(row.cells))] for row in found.rows}
+    rates = {row.model: [rate_at(row, place) for place in range(len(row.scores))] for row in found.rows}
     assert rates["honest"] == [Rate(6, 10), *([Rate(5, 10)] if known else [])]
     assert rates["asserting"] == [Rate(10, 10), *([Rate(0, 10)] if known else [])]
 
@@ -262,7 +262,7 @@ def test_null_models_are_last_in_each_table_without_a_rank(protocol: Protocol, w
     floor = found.rows[-len(NULL_MODELS) :]
     assert [row.model for row in floor] == list(NULL_MODELS)
     assert {row.source for row in found.rows[: -len(floor)]}.isdisjoint({"floor"})
-    assert not any(row.rank or cell.best for row in floor for cell in row.cells.values())
+    assert not any(row.rank or cell.best for row in floor for cell in row.scores.values())
     rates = (
         read_trivial_baseline_scores(protocol.value)
         .suites["virtualhome/action_sequencing"]
@@ -289,7 +289,7 @@ def test_a_null_model_that_was_run_has_no_rank_either() -> None:
         (None, "eai_lookup"),
     ]
     assert [row.model for row in found.rows if row.source == "floor"] == [row.model for row in found.rows[1:]]
-    assert not any(cell.best for row in found.rows[1:] for cell in row.cells.values())
+    assert not any(cell.best for row in found.rows[1:] for cell in row.scores.values())
 
 
 def test_other_benchmarks_have_no_rows_of_null_models() -> None:

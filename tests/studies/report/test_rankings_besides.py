@@ -43,7 +43,7 @@ def test_each_figure_of_the_paper_appears_in_the_papers_order(name: str) -> None
         (row.model, find_paper_column(column, table.domain)): cell.value
         for table in tables
         for row in table.rows
-        for column, cell in row.cells.items()
+        for column, cell in row.scores.items()
         if cell.value is not None
     }
     printed = {
@@ -99,7 +99,7 @@ def test_figures_that_the_paper_contradicts_itself_on_have_a_note() -> None:
 
 def test_every_note_is_marked_somewhere() -> None:
     for table in besides(summary(action_run()), summary(action_run(), Protocol.STRICT)).values():
-        used = {n for row in table.rows for cell in row.cells.values() for n in cell.texts}
+        used = {n for row in table.rows for cell in row.scores.values() for n in cell.texts}
         used |= {n for notes in table.columns.values() for n in notes}
         assert used == set(table.notes)
 

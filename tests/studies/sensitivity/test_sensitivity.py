@@ -10,7 +10,7 @@ import pytest
 
 from eai.abilities.protocol import Ability
 from eai.abilities.transition_modeling.rules import OperatorScoringRules, PaperOperatorRules, ReplacedPart
-from eai.abilities.transition_modeling.scorer import TransitionModeling
+from eai.abilities.transition_modeling.scorer import TransitionModelingScorer
 from eai.pddl.model import UnparsedOperator
 from eai.pddl.planning import PddlPlanner, PlannerOutcome
 from eai.pddl.reader import read_domain
@@ -56,11 +56,11 @@ def rules_with() -> MakeRules:
 def tried(
     text: str, rules_with: MakeRules, replaced: ReplacedPart = "operator"
 ) -> list[OperatorReplacementTrial]:
-    scorer = TransitionModeling(TASK, rules_with(BuiltInPlanner()))
+    scorer = TransitionModelingScorer(TASK, rules_with(BuiltInPlanner()))
     return list(replace_gold_operators_one_by_one(scorer, scored(scorer, text), replaced))
 
 
-def scored(scorer: TransitionModeling, text: str) -> Record:
+def scored(scorer: TransitionModelingScorer, text: str) -> Record:
     return record("t", scorer.score(text), ability=Ability.TRANSITION_MODELING, response=text)
 
 
@@ -112,7 +112,7 @@ def test_a_trial_records_the_errors_of_the_replaced_part() -> None:
 
 
 def test_a_missing_answer_has_no_operator(rules_with: MakeRules) -> None:
-    scorer = TransitionModeling(TASK, rules_with(BuiltInPlanner()))
+    scorer = TransitionModelingScorer(TASK, rules_with(BuiltInPlanner()))
     missing = replace(scored(scorer, "3"), unanswered="timeout")
     assert [trial.outcome for trial in replace_gold_operators_one_by_one(scorer, missing)] == [
         NOT_WRITTEN,

@@ -1,1 +1,1 @@
-"""Cofactors: features of tasks on which success depends, by correlation and regression."""
+"""A study of features of tasks on which success depends (cofactors), with correlations and regressions."""

@@ -36,8 +36,9 @@ def compute_rank_correlation(
 ) -> Estimate:
     """Return Spearman's rank correlation of two series; without a value if one series is constant.
 
-    The interval is from a jackknife over clusters of Fisher's transform, with Student's quantile for (number
-    of clusters - 1) degrees of freedom. Ranks are computed once, among all observations.
+    The interval is from a jackknife on Fisher's transform of the correlation, which leaves out one cluster
+    after the other. Student's quantile has (number of clusters - 1) degrees of freedom. Ranks are computed
+    once, among all observations.
 
     Args:
         first: one number per observation.

@@ -72,7 +72,7 @@ MIN_TASKS = 5
 """Minimum number of tasks in a bin; tables and figures mark bins with fewer tasks."""
 
 _AnswersBySuite: TypeAlias = Mapping[SuiteKey, Sequence[AnswerLine]]
-_ShareOf: TypeAlias = Callable[[AnswerLine], Share]
+_ShareGetter: TypeAlias = Callable[[AnswerLine], Share]
 
 _MAX_BINS = 8
 _BIN_SIZES = (1, 2, 5)
@@ -102,15 +102,15 @@ def make_task_feature_tables(tables: TidyTables, *, bin_width: int, measure: Ans
         bin_width: width of a bin of annotated plans, in steps; the paper uses 10.
         measure: the score that is compared with features.
     """
-    suites, share_of = group_by_suite(tables.answers), MEASURES[measure]
+    suites, get_share = group_by_suite(tables.answers), MEASURES[measure]
     judged = {
-        suite: [answer for answer in answers if share_of(answer).denominator]
+        suite: [answer for answer in answers if get_share(answer).denominator]
         for suite, answers in suites.items()
     }
     return [
         _make_feature_effects_table(suites),
-        _make_correlations_table(judged, share_of),
-        _make_score_curves(judged, share_of, bin_width),
+        _make_correlations_table(judged, get_share),
+        _make_score_curves(judged, get_share, bin_width),
         _make_actions_table(tables.steps),
         _make_predicates_table(tables.goals),
     ]
@@ -126,13 +126,13 @@ def make_bin_function(feature: str, values: Iterable[int], width: int) -> Callab
     highest = max(values, default=0)
     if feature != STEPS:
         if highest > 1000:
-            return _find_decade
+            return _find_decade_bounds
         sizes = (nice * 10**power for power in range(4) for nice in _BIN_SIZES)
         width = next(size for size in sizes if highest // size < _MAX_BINS)
     return lambda value: (value // width * width, value // width * width + width - 1)
 
 
-def _find_decade(value: int) -> tuple[int, int]:
+def _find_decade_bounds(value: int) -> tuple[int, int]:
     if value < 2:
         return value, value
     power = 10 ** int(math.log10(value) + 1e-9)
@@ -141,7 +141,7 @@ def _find_decade(value: int) -> tuple[int, int]:
 
 @make_table("curves", (*SUITE, MODEL, "feature", "from", "to", "score", "tasks", "few"))
 def _make_score_curves(
-    suites: _AnswersBySuite, share_of: _ShareOf, width: int, few: int = MIN_TASKS
+    suites: _AnswersBySuite, get_share: _ShareGetter, width: int, few: int = MIN_TASKS
 ) -> Iterator[Row]:
     """Score by feature.
 
@@ -158,7 +158,7 @@ def _make_score_curves(
                 bin_of = make_bin_function(feature, values, width)
                 for model, lines in models.items():
                     pairs = [(value, a) for a in lines if (value := getattr(a, feature)) is not None]
-                    binned = group_pairs((bin_of(value), make_case(a, share_of(a))) for value, a in pairs)
+                    binned = group_pairs((bin_of(value), make_case(a, get_share(a))) for value, a in pairs)
                     yield from [(*suite, model, feature, *row) for row in _make_score_curve_rows(binned, few)]
 
 
@@ -171,7 +171,7 @@ def _make_score_curve_rows(
 
 
 @make_table("correlations", (*SUITE, MODEL, "feature", "rho", "tasks"))
-def _make_correlations_table(suites: _AnswersBySuite, share_of: _ShareOf) -> Iterator[Row]:
+def _make_correlations_table(suites: _AnswersBySuite, get_share: _ShareGetter) -> Iterator[Row]:
     """Rank correlations.
 
     Spearman's correlation of each feature with the score of a task. For all models together, a task's score
@@ -179,13 +179,13 @@ def _make_correlations_table(suites: _AnswersBySuite, share_of: _ShareOf) -> Ite
     """
     for suite, answers in suites.items():
         for model, lines in group_by_model(answers).items():
-            yield from [(*suite, model, *row) for row in _compute_correlation_rows(lines, share_of)]
+            yield from [(*suite, model, *row) for row in _compute_correlation_rows(lines, get_share)]
 
 
-def _compute_correlation_rows(answers: Iterable[AnswerLine], share_of: _ShareOf) -> Iterator[Row]:
+def _compute_correlation_rows(answers: Iterable[AnswerLine], get_share: _ShareGetter) -> Iterator[Row]:
     """Yield for each varying feature its name, its correlation with task scores, and the number of tasks."""
     tasks = group_pairs((line.task, line) for line in answers)
-    scores = {t: fmean(Rate(*share_of(a)).share or 0 for a in lines) for t, lines in tasks.items()}
+    scores = {t: fmean(Rate(*get_share(a)).share or 0 for a in lines) for t, lines in tasks.items()}
     for feature in FEATURES:
         values = {task: getattr(lines[0], feature) for task, lines in tasks.items()}
         numbers = {task: value for task, value in values.items() if value is not None}
@@ -201,7 +201,7 @@ def _make_feature_effects_table(suites: _AnswersBySuite) -> Iterator[Row]:
 
     The table shows log odds of success per standard deviation of a feature among tasks. They are from
     logistic regressions with one intercept per model: of each feature alone, and of all features together.
-    The latter is not due to the other features. Intervals are from a jackknife over the names of tasks.
+    The effect together holds other features constant. Intervals are from a jackknife over the names of tasks.
     """
     for suite, answers in suites.items():
         judged = [answer for answer in answers if answer.success is not None]
@@ -211,7 +211,7 @@ def _make_feature_effects_table(suites: _AnswersBySuite) -> Iterator[Row]:
 def fit_feature_effects_on_success(answers: Sequence[AnswerLine]) -> Iterator[Row]:
     """Yield the effect of each varying column on success: alone, and together with all other columns.
 
-    Each row has the column's name, both effects, and the numbers of answers and of names of tasks.
+    Each row has the column's name, both effects, the number of answers, and the number of task names.
     """
     import numpy as np
 
@@ -248,7 +248,7 @@ def _make_actions_table(steps: Sequence[StepLine]) -> Iterator[Row]:
     """Executed steps by action.
 
     The share of tried steps that were executed. A plan ends with its first failing step. A step that was not
-    needed is not executed, but the plan goes on.
+    needed (additional step) is skipped, and the plan continues.
     """
     return _compute_success_rates(steps, lambda step: (step.operator,), lambda step: step.outcome == EXECUTED)
 
@@ -292,11 +292,11 @@ class _TaskFeatureOptions(Options):
     measure: AnswerMeasure = "score"
 
 
-def _analyze_task_features(records: StudyRecords, chosen: _TaskFeatureOptions) -> Iterator[Analysis]:
+def _analyze_task_features(records: StudyRecords, options: _TaskFeatureOptions) -> Iterator[Analysis]:
     tables = make_task_feature_tables(
-        records.make_plain_tables(), bin_width=chosen.bins, measure=chosen.measure
+        records.make_plain_tables(), bin_width=options.bins, measure=options.measure
     )
-    yield Analysis(tables, _draw_task_feature_figures(tables, chosen.measure))
+    yield Analysis(tables, _draw_task_feature_figures(tables, options.measure))
 
 
 def _draw_task_feature_figures(tables: Sequence[Table], measure: AnswerMeasure) -> Figures:

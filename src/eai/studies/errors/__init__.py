@@ -1,1 +1,1 @@
-"""Errors: errors of answers and their causes, sorted by the paper's taxonomy."""
+"""Errors: failed answers and the causes of failures, sorted by the paper's taxonomy."""

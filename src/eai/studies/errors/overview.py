@@ -67,8 +67,11 @@ _WorldAbility: TypeAlias = tuple[str, str]
 _Name = TypeVar("_Name")
 
 
-def draw_flows(table: Table) -> Iterator[tuple[str, Figure | None]]:
-    """Draw one figure for each protocol with answers to two suites or more. Yield file names and figures."""
+def draw_flows(table: Table) -> Iterator[tuple[str, Figure]]:
+    """Draw how many answers of each suite end in each outcome: flows from suites to outcomes.
+
+    Yield a file name and a figure for each protocol with answers to two suites or more.
+    """
     for protocol, rows in group_pairs((str(row["protocol"]), row) for row in table.row_dicts()).items():
         counts, needless = Counter[tuple[_WorldAbility, str]](), Counter[str]()
         for row in rows:
@@ -92,22 +95,22 @@ def _draw_flow_of_protocol(
     present = {outcome for _, outcome in counts}
     outcomes = [str(kind.value) for kind in AnswerOutcome if kind.value in present]
     suites = list(dict.fromkeys(suite for suite, _ in counts))
-    left = _stack_bars(
+    suite_bars = _stack_bars(
         {suite: sum(percents.get((suite, name), 0.0) for name in outcomes) for suite in suites}
     )
-    right = _stack_bars(
+    outcome_bars = _stack_bars(
         {name: sum(percents.get((suite, name), 0.0) for suite in suites) for name in outcomes}
     )
     figure = make_figure(PAGE, _HEIGHT)
     panel = figure.subplots()
     panel.set_axis_off()
     panel.set_title(f"Protocol {protocol}, percent of {total:,} answers", fontsize=8)
-    _draw_bands(panel, percents, left, right)
-    for (domain, ability), bar in left.items():
+    _draw_bands(panel, percents, suite_bars, outcome_bars)
+    for (domain, ability), bar in suite_bars.items():
         panel.fill_between([-_WIDTH, 0], bar.top - bar.height, bar.top, facecolor=SOFT, linewidth=0)
         text = f"{get_title(domain)}, {get_display_name(ability).lower()} {bar.height:.1f}"
         panel.text(-_WIDTH - 0.03, bar.middle, text, fontsize=6.5, ha="right", va="center", color=INK)
-    _draw_outcome_bars(panel, right, {name: 100 * with_extra_steps[name] / total for name in outcomes})
+    _draw_outcome_bars(panel, outcome_bars, {name: 100 * with_extra_steps[name] / total for name in outcomes})
     panel.set_xlim(-1.0, 2.2)
     return figure
 
@@ -123,13 +126,13 @@ def _stack_bars(heights: Mapping[_Name, float]) -> dict[_Name, _FlowBar]:
 def _draw_bands(
     panel: Axes,
     percents: Mapping[tuple[_WorldAbility, str], float],
-    left: Mapping[_WorldAbility, _FlowBar],
-    right: Mapping[str, _FlowBar],
+    suite_bars: Mapping[_WorldAbility, _FlowBar],
+    outcome_bars: Mapping[str, _FlowBar],
 ) -> None:
-    starts = {suite: bar.top for suite, bar in left.items()}
-    ends = {outcome: bar.top for outcome, bar in right.items()}
-    for suite in left:
-        for outcome in right:
+    starts = {suite: bar.top for suite, bar in suite_bars.items()}
+    ends = {outcome: bar.top for outcome, bar in outcome_bars.items()}
+    for suite in suite_bars:
+        for outcome in outcome_bars:
             share = percents.get((suite, outcome), 0.0)
             starts[suite] -= share
             ends[outcome] -= share

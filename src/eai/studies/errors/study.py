@@ -11,7 +11,7 @@ from urllib.parse import quote, urlencode
 
 from pydantic import Field
 
-from eai.abilities.declaration import AnswerOutcome
+from eai.abilities.declaration import RUNTIME_FAULTS, AnswerOutcome
 from eai.abilities.verdict import make_share_of_one
 from eai.base.errors import InputError
 from eai.base.grouping import group_pairs
@@ -52,14 +52,6 @@ if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
 
-RUNTIME = (
-    AnswerOutcome.AFFORDANCE.value,
-    AnswerOutcome.MISSING_STEP.value,
-    AnswerOutcome.WRONG_ORDER.value,
-    AnswerOutcome.UNCATEGORISED.value,
-)
-"""Outcomes of answers whose plan has a step that cannot be executed."""
-
 _KINDS = ("state", "relation", "action")
 _VERDICTS = ("matched", "additional", "missing")
 
@@ -84,7 +76,7 @@ def find_error_category(answer: AnswerLine) -> _ErrorCategory:
             return _ErrorCategory("grammar", answer.outcome, unknown)
         case AnswerOutcome.GOAL_MISSED if answer.executable:
             return _ErrorCategory("goal", answer.outcome, "+".join(_list_unmet_goal_kinds(answer)))
-        case _ if answer.outcome in RUNTIME:
+        case _ if answer.outcome in RUNTIME_FAULTS:
             return _ErrorCategory("runtime", answer.outcome)
         case _:
             return _ErrorCategory(answer.outcome)
@@ -107,10 +99,10 @@ def make_error_tables(
     """Return the tables that count errors of answers and of operators.
 
     Args:
-        answers: the answers.
-        clauses: the clauses (conditions and effects) of operators in answers.
-        examples: number of example answers for each leaf and suite.
-        explorer: address of an explorer of the same records, to which examples link.
+        answers: the answers, one line each.
+        clauses: the clauses (conditions and effects) of operators that are right, wrong or missing.
+        examples: number of example answers for each kind of error and suite.
+        explorer: address of an explorer page of the same records, to which examples link; None for no links.
     """
     counted = [answer for answer in answers if answer.outcome != AnswerOutcome.EXCLUDED.value]
     return [
@@ -129,9 +121,9 @@ def make_error_tables(
 def _make_outcomes_table(answers: Sequence[AnswerLine]) -> Iterator[Row]:
     """Outcomes of answers.
 
-    Answers at each leaf of the taxonomy, in percent of all counted answers. An answer belongs to one leaf,
-    that of the error that ended it. For a missed goal, the detail names the kinds of goals that are not
-    reached.
+    Each answer belongs to one leaf of the paper's taxonomy: that of the error that ended the answer. Answers
+    at each leaf are in percent of all answers but excluded ones. For a missed goal, the detail names the
+    kinds of goals that are not reached.
     """
     for suite, of_suite in group_by_suite(answers).items():
         leaves = sorted({find_error_category(answer) for answer in of_suite}, key=_make_category_sort_key)
@@ -151,10 +143,10 @@ def _make_category_sort_key(leaf: _ErrorCategory) -> tuple[int, _ErrorCategory]:
 def _make_failed_checks_table(answers: Sequence[AnswerLine]) -> Iterator[Row]:
     """Which precondition is overlooked.
 
-    Runtime errors (affordance, missing step, wrong order) by the check that failed, in percent of all runtime
-    errors of the suite.
+    Runtime errors (affordance, missing step, wrong order) by the precondition that was checked and did not
+    hold, in percent of the model's runtime errors in the suite.
     """
-    for key, lines in group_by_run([a for a in answers if a.outcome in RUNTIME]):
+    for key, lines in group_by_run([a for a in answers if a.outcome in RUNTIME_FAULTS]):
         checks = [line.error_check or "" for line in lines]
         times = Counter(checks)
         shares = estimate_share_of_each_kind(
@@ -168,7 +160,7 @@ def _make_additional_steps_table(answers: Sequence[AnswerLine]) -> Iterator[Row]
     """Additional steps.
 
     Answers with at least one unnecessary step, in percent, and the number of unnecessary steps. An
-    unnecessary step does not end a plan, so these answers count above under other outcomes.
+    unnecessary step does not end a plan, so the table of outcomes counts these answers at other leaves.
     """
     for key, lines in group_by_run([a for a in answers if a.additional_steps is not None]):
         cases = [make_case(line, make_share_of_one(bool(line.additional_steps))) for line in lines]
@@ -177,12 +169,12 @@ def _make_additional_steps_table(answers: Sequence[AnswerLine]) -> Iterator[Row]
 
 @make_table("clauses", (*SUITE, MODEL, "side", "category", *_VERDICTS, "written"))
 def _make_clauses_table(clauses: Sequence[OperatorClauseLine]) -> Iterator[Row]:
-    """Over- and understatement of operators.
+    """Clauses of operators that are right, wrong or missing.
 
-    Clauses of operators by side (precondition or effect) and category. matched: right clauses in answers.
-    additional: wrong clauses in answers. missing: right clauses that answers lack. written: number of clauses
-    in answers for each hundred clauses of the data set's own operators; above 100 the model says too much,
-    below 100 too little.
+    Clauses (conditions and effects) by side (precondition or effect) and category. matched: right clauses in
+    answers. additional: wrong clauses in answers. missing: right clauses that answers lack. written: number
+    of clauses in answers for each hundred clauses of the data set's own operators. Above 100, the model
+    states too much, and below 100 too little.
     """
     for key, lines in group_by_run(clauses):
         groups = group_pairs(
@@ -205,9 +197,9 @@ def _estimate_clause_count_ratio_to_gold(lines: Iterable[OperatorClauseLine]) ->
 
 @make_table("predicates", (*SUITE, MODEL, "side", "verdict", "predicate", "clauses"), max_shown_rows=12)
 def _make_predicates_table(clauses: Sequence[OperatorClauseLine]) -> Iterator[Row]:
-    """Predicates of operators that are missing, or too much.
+    """Predicates in wrong and missing clauses of operators.
 
-    Clauses that answers lack or state wrongly, counted by the predicates in them.
+    Clauses (conditions and effects) that answers lack or state wrongly, counted by the predicates in them.
     """
     for key, lines in group_by_run([c for c in clauses if c.verdict != "matched"]):
         counts = Counter(
@@ -258,8 +250,8 @@ def _make_errors_table(answers: Sequence[AnswerLine]) -> Iterator[Row]:
             yield (*key, *find_error_category(answer), *of_error, answer.annotated_steps)
 
 
-class _ErrorChoices(Options):
-    """How errors are sorted.
+class _ErrorAnalysisOptions(Options):
+    """How many examples the tables of errors show, and to which page they link.
 
     Attributes:
         examples: Number of example answers of each kind.
@@ -270,7 +262,7 @@ class _ErrorChoices(Options):
     explorer: Path | None = None
 
 
-def _analyze_errors(records: StudyRecords, chosen: _ErrorChoices) -> Iterator[Analysis]:
+def _analyze_errors(records: StudyRecords, chosen: _ErrorAnalysisOptions) -> Iterator[Analysis]:
     explorer = _make_relative_explorer_address(chosen.explorer, records.folder)
     tidy = records.make_plain_tables(features=False)
     tables = make_error_tables(tidy.answers, tidy.clauses, examples=chosen.examples, explorer=explorer)
@@ -371,7 +363,7 @@ def _name_stage_and_error(row: Mapping[str, Cell]) -> tuple[str, str]:
 ERRORS = Study(
     "errors",
     "Errors by the paper's taxonomy, and which check failed how often.",
-    choices=_ErrorChoices,
+    choices=_ErrorAnalysisOptions,
     analyze=_analyze_errors,
     included_in_all=True,
 )

@@ -52,8 +52,8 @@ def _make_predicates_table(atoms: Sequence[AtomLine]) -> Iterator[Row]:
 
     Conditions of the tasks that are stated (matched) or not stated (missing), and stated goals that no task
     has (wrong), by predicate or action. A negated goal counts for its predicate. Precision is the share of
-    stated goals that are matched; recall is the share of conditions that are matched. A protocol that
-    ignores stated goals with unknown names counts them in neither share.
+    stated goals that are matched; recall is the share of conditions that are matched. Stated goals with
+    unknown names are in neither share if the protocol ignores them.
     """
     for key, lines in group_by_run(atoms):
         names = group_pairs((line.predicate, line) for line in lines)
@@ -65,12 +65,12 @@ def _make_predicates_table(atoms: Sequence[AtomLine]) -> Iterator[Row]:
 
 def _estimate_precision_and_recall(lines: Sequence[AtomLine]) -> tuple[Estimate, Estimate]:
     return (
-        Estimate.from_cases([_make_goal_case(line) for line in lines if line.verdict != MISSING]),
-        Estimate.from_cases([_make_goal_case(line) for line in lines if line.verdict != WRONG]),
+        Estimate.from_cases([_make_rate_case_of_goal(line) for line in lines if line.verdict != MISSING]),
+        Estimate.from_cases([_make_rate_case_of_goal(line) for line in lines if line.verdict != WRONG]),
     )
 
 
-def _make_goal_case(line: AtomLine) -> RateCase:
+def _make_rate_case_of_goal(line: AtomLine) -> RateCase:
     return make_case(line, make_share_of_one(line.verdict == MATCHED))
 
 
@@ -79,9 +79,9 @@ def _make_wrong_goal_reasons_table(atoms: Sequence[AtomLine]) -> Iterator[Row]:
     """Where wrong goals come from.
 
     Wrong goals by the first of these reasons that fits, in percent of all wrong goals. unknown: the benchmark
-    does not have the predicate or action; procedural: an action that is a goal of no task; initial: it holds
-    at the start; final: it holds at the end of the data set's own plan, but is no condition; intermediate: it
-    holds only in between.
+    does not have the predicate or action; procedural: an action that is a goal of no task; initial: the goal
+    holds at the start; final: it holds at the end of the data set's own plan, but is no condition of the
+    task; intermediate: it holds only during the plan.
     """
     for key, lines in group_by_run([a for a in atoms if a.reason is not None]):
         reasons = [str(line.reason) for line in lines]
@@ -127,7 +127,7 @@ def _make_models_table(atoms: Sequence[AtomLine]) -> Iterator[Row]:
 def _count_models_right_wrong_missing_by_goal(
     lines: Sequence[AtomLine],
 ) -> Iterator[tuple[str, str, int, int, int]]:
-    """Yield each stated or missed goal: its task, and how many models state, make up or miss the goal."""
+    """Yield for each goal: task, goal, and how many models state it rightly, state it wrongly or miss it."""
     by_goal = group_pairs(((line.task, line.atom), (line.verdict, line.agent)) for line in lines)
     for (task, goal), pairs in by_goal.items():
         right, wrong, missing = (len({a for v, a in pairs if v == verdict}) for verdict in _VERDICTS)

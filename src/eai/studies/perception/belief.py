@@ -1,8 +1,9 @@
 """Make the task that a planner faces if it knows only a perceived scene.
 
-Facts that scene graphs describe come from the perceived graph. All other facts, such as the properties of
-objects, come from the true scene. No action may name an unperceived object. An invented name becomes an
-object with the properties of the first object with a similar name.
+The perceived scene graph replaces the facts that a scene graph can list. All other facts, such as properties
+of objects, come from the true scene. An object that the graph does not name belongs to no category of the
+domain, and no action may name it. An invented name becomes an object with the properties of the first object
+with a similar name.
 """
 
 from __future__ import annotations
@@ -26,7 +27,7 @@ _STEM = re.compile(r"[\W_]*\d*$")
 
 
 def open_scene_graph_vocabulary(benchmark: Benchmark) -> SceneGraphVocabulary:
-    """Return the names of predicates and objects in scene graphs, as in prompts that ask for plans."""
+    """Return the names of predicates and objects in scene graphs; prompts for plans use the same names."""
     return SceneGraphVocabulary(benchmark.wording(Ability.ACTION_SEQUENCING))
 
 
@@ -37,7 +38,7 @@ def apply_scene_graphs(benchmark: Benchmark, graphs: Mapping[str, SceneGraph]) -
     """
     words = open_scene_graph_vocabulary(benchmark)
 
-    def apply_scene_graph_of_task(task: Task) -> Task:
+    def replace_scene_of_task(task: Task) -> Task:
         graph = graphs.get(task.id)
         if graph is None:
             return task
@@ -46,22 +47,24 @@ def apply_scene_graphs(benchmark: Benchmark, graphs: Mapping[str, SceneGraph]) -
         goals = [goal for goal in seen.goals if unseen.isdisjoint(find_object_names(goal.formula))]
         return replace(seen, goals=tuple(goals))
 
-    return benchmark.with_changed_tasks(apply_scene_graph_of_task)
+    return benchmark.with_changed_tasks(replace_scene_of_task)
 
 
 def apply_scene_graph(task: Task, words: SceneGraphVocabulary, graph: SceneGraph) -> Task:
     """Return the task with the scene that a scene graph describes."""
-    described = words.make_true_graph(task)
-    if set(graph.facts) == set(described.facts) and set(graph.names) == set(described.objects):
+    true_graph = words.make_true_graph(task)
+    if set(graph.facts) == set(true_graph.facts) and set(graph.mentioned_objects) == set(true_graph.objects):
         return task
-    believer = _PerceivedScene(task, words, graph)
+    perceived_scene = _PerceivedScene(task, words, graph)
     return replace(
-        task, initial=believer.make_state(described), relevant=believer.list_relevant_object_indices()
+        task,
+        initial=perceived_scene.make_state(true_graph),
+        relevant=perceived_scene.list_relevant_object_indices(),
     )
 
 
 class _PerceivedScene:
-    """The scene of a task as one scene graph describes it."""
+    """Makes the state and the objects of a task's scene as a scene graph describes them."""
 
     def __init__(self, task: Task, words: SceneGraphVocabulary, graph: SceneGraph) -> None:
         self._task = task
@@ -70,27 +73,29 @@ class _PerceivedScene:
         names = words.list_object_names(task)
         self._index = {name: index for index, name in enumerate(names)}
         self._invented = {
-            name: self._find_similar_object(name) for name in graph.names if name not in self._index
+            name: self._find_similar_object(name)
+            for name in graph.mentioned_objects
+            if name not in self._index
         }
         self._index |= {name: len(names) + number for number, name in enumerate(self._invented)}
         agent = task.scene.agent
-        self._unseen = {i for i in task.relevant if names[i] not in graph.names and i != agent}
+        self._unseen = {i for i in task.relevant if names[i] not in graph.mentioned_objects and i != agent}
 
     def list_relevant_object_indices(self) -> tuple[int, ...]:
         seen = [index for index in self._task.relevant if index not in self._unseen]
         return (*seen, *range(len(self._task.scene.objects), len(self._index)))
 
-    def make_state(self, described: SceneGraph) -> State:
+    def make_state(self, true_graph: SceneGraph) -> State:
         index, seen = self._index, set(self._graph.facts)
         undescribed = set(self._task.initial.facts()) - {
-            self._convert_to_fact_of_state(fact) for fact in described.facts
+            self._convert_to_fact_of_state(fact) for fact in true_graph.facts
         }
         kept = [fact for fact in self._task.initial.facts() if fact in undescribed]
-        first = [fact for fact in described.facts if fact in seen]
+        first = [fact for fact in true_graph.facts if fact in seen]
         further = [fact for fact in self._graph.facts if fact not in set(first)]
         perceived = [
             self._convert_to_fact_of_state(fact)
-            for fact in self._select_jointly_possible_facts([*first, *further], set(described.facts))
+            for fact in self._select_jointly_possible_facts([*first, *further], set(true_graph.facts))
         ]
         static = {item.name for item in self._task.scene.vocabulary.predicates if item.static}
         copied = [

@@ -35,10 +35,10 @@ SceneFormat: TypeAlias = Literal[
 """
 
 Clutter: TypeAlias = Literal["none", "some", "many"]
-"""Number of objects in a picture that the task is not about.
+"""Choice of how many objects a picture shows beside the objects of the task.
 
-``none``: no other objects. ``some``: at most as many as objects of the task. ``many``: at most four times as
-many, or fewer if the picture would be too high. Objects in or on objects of the task come first.
+``none``: no other objects. ``some``: at most one other object for each object of the task. ``many``: at most
+four for each, or fewer if the picture would be too high. Objects in or on objects of the task come first.
 """
 
 PICTURE_FORMATS = ("image", "rendered", "numbered", "pointed")
@@ -48,20 +48,21 @@ SCENE_ABILITIES = (Ability.GOAL_INTERPRETATION, Ability.SUBGOAL_DECOMPOSITION, A
 """Abilities whose questions describe a scene, in order."""
 
 
-def _parse_noise_option(given: object) -> object:
+def _parse_noise_option(option: object) -> object:
     """Return the error rates of a noisy scene, from a table or from texts such as ``missing=0.1``."""
-    if isinstance(given, Mapping):
-        given = [f"{name}={rate}" for name, rate in given.items()]
-    elif isinstance(given, str):
-        given = [given]
-    return parse_noise([str(setting) for setting in given]) if isinstance(given, list | tuple) else given
+    if isinstance(option, Mapping):
+        option = [f"{name}={rate}" for name, rate in option.items()]
+    elif isinstance(option, str):
+        option = [option]
+    return parse_noise([str(setting) for setting in option]) if isinstance(option, list | tuple) else option
 
 
 class SceneOptions(VariationOptions):
     """How the questions of a run show the scene.
 
     Raises:
-        InputError: options contradict each other; the message names them.
+        InputError: options contradict each other, or a needed option is missing; the message names the
+            options.
 
     Attributes:
         scene: How questions show the scene: text, image, both, predicted (as a second model lists it), noisy
@@ -91,7 +92,7 @@ class SceneOptions(VariationOptions):
 
     @model_validator(mode="after")
     def _check_options(self) -> Self:
-        how = f"perception.scene {self.scene}"
+        scene_option = f"perception.scene {self.scene}"
         pictured = self.scene in ("image", "both", "predicted")
         for name, given, fits in (
             ("context", self.context, self.scene in ("text", "both")),
@@ -101,17 +102,20 @@ class SceneOptions(VariationOptions):
             ("noise", self.noise, self.scene == "noisy"),
         ):
             if given is not None and not fits:
-                raise InputError(f"perception.{name}: has no effect with {how}; leave it out")
+                raise InputError(f"perception.{name}: has no effect with {scene_option}; leave it out")
         if self.images is not None and self.clutter is not None:
             raise InputError(
                 "perception.clutter: has no effect on your own pictures (perception.images); leave it out"
             )
         if self.scene == "predicted" and self.scene_model is None:
             raise InputError(
-                f"{how}: expected perception.scene_model, which lists the scene; eai/captioner is built in"
+                f"{scene_option}: expected perception.scene_model, which lists the scene; "
+                "eai/captioner is built in"
             )
         if self.scene == "noisy" and self.noise is None:
-            raise InputError(f"{how}: expected rates of errors, such as perception.noise.missing=0.1")
+            raise InputError(
+                f"{scene_option}: expected rates of errors, such as perception.noise.missing=0.1"
+            )
         if self.scene_model is None and (self.scene_args or self.scene_base_url is not None):
             raise InputError(
                 "perception.scene_args, scene_base_url: also give perception.scene_model, their model"
@@ -127,11 +131,11 @@ class SceneOptions(VariationOptions):
 
     @property
     def results_heading(self) -> str:
-        """Heading of results that names the format of the scene."""
+        """Heading above the results of a run, which names the format of the scene."""
         return f"scene: {self.label}"
 
-    def make_recorded_settings(self, study: str) -> None:
-        """Return None, because the stage that makes the scenes before the questions records their format."""
+    def make_recorded_settings(self, study_name: str) -> None:
+        """Return None: the stage before the questions, which makes the scenes, records their format."""
 
     @property
     def captioner(self) -> str | None:
@@ -144,8 +148,8 @@ class SceneOptions(VariationOptions):
         return "scene"
 
     def explain_conflict(self, other: VariationOptions) -> str:
-        """Return why this format of the scene contradicts another study's choice; empty if they agree."""
-        acted = other.attempts
+        """Return why a run cannot combine this choice with another study's choice; empty if it can."""
+        acted = other.replanning
         if acted is not None and acted.world == "continue" and acted.feedback != "none":
             if not self.can_show_changed_scene:
                 return "the scene is only shown at the start, but feedback describes a changed world"
@@ -161,21 +165,22 @@ class SceneOptions(VariationOptions):
         """
         return self.scene in ("text", "noisy", "image", "both") and self.images is None
 
-    def select_abilities(self, named: Collection[Ability]) -> list[Ability]:
-        """Return the abilities whose questions describe a scene; if the user names abilities, only these.
+    def select_abilities(self, requested: Collection[Ability]) -> list[Ability]:
+        """Return, in order, the abilities whose questions describe a scene; only named ones, if any.
 
-        The ability ``scene_graph`` needs pictures and must be named.
+        The ability ``scene_graph`` must be named, and the scene be shown only in pictures.
 
         Raises:
             InputError: the questions of a named ability describe no scene.
         """
         possible = (*SCENE_ABILITIES, SCENE_GRAPH) if self.scene in PICTURE_FORMATS else SCENE_ABILITIES
-        for ability in named:
+        for ability in requested:
             if ability not in possible:
                 raise InputError(
-                    f"perception.scene {self.scene}: questions of {ability.value} describe no scene"
+                    f"perception.scene {self.scene}: questions of {ability.value} describe no scene; "
+                    f"choose one of {', '.join([ability.value for ability in possible])}"
                 )
-        return [ability for ability in possible if ability in (named or SCENE_ABILITIES)]
+        return [ability for ability in possible if ability in (requested or SCENE_ABILITIES)]
 
     @property
     def label(self) -> str:
@@ -186,7 +191,7 @@ class SceneOptions(VariationOptions):
         return f"{self.scene}{who}{self._make_pictures_label}{self._make_prompt_context_label}"
 
     def copy_with_pictures_only(self) -> Self:
-        """Return a copy of this choice that shows only pictures, for the model that lists scenes."""
+        """Return options with the same pictures and no text, for questions to the model that lists scenes."""
         return type(self)(scene="image", images=self.images, clutter=self.clutter)
 
     @property

@@ -31,10 +31,10 @@ if TYPE_CHECKING:
 def compute_perception_shares(perceived: PerceptionErrors) -> dict[str, Share]:
     """Return the numerator and denominator that one scene graph adds to each rate, by name of the rate.
 
-    The paper gives no denominators; these are ours. The rates ``predicate_error`` and ``object_error`` are
-    the paper's: the share of missing or misplaced facts in all described facts, and the share of invented
-    names in all names. The other rates are of the four kinds of error and of unnamed objects, and precision,
-    recall and F1 of facts.
+    The rates ``predicate_error`` and ``object_error`` are the paper's: the share of missing or misplaced
+    facts in all described facts, and the share of invented names in all names. Further rates are the four
+    kinds of error and unnamed objects, each as a share of all facts or objects that it can concern. The last
+    rates are precision, recall and F1 of facts. The denominators are this project's, as the paper gives none.
     """
     lost = perceived.missing + perceived.misplaced
     return {
@@ -49,24 +49,24 @@ def compute_perception_shares(perceived: PerceptionErrors) -> dict[str, Share]:
     }
 
 
-def _make_scorer_factory(world: BenchmarkParts) -> Callable[[Task], Scorer]:
+def _make_scorer_factory(parts: BenchmarkParts) -> Callable[[Task], Scorer]:
     """Return a function that makes the scorer of a task.
 
-    The import is delayed, so that reports load no engine.
+    The scorer's module is imported only here, because reports read this declaration and score nothing.
     """
     from eai.studies.perception.errors import make_scorer_factory
 
-    return make_scorer_factory(_open_scene_words(world))
+    return make_scorer_factory(_open_scene_words(parts))
 
 
-def _open_scene_words(world: BenchmarkParts) -> SceneGraphVocabulary:
+def _open_scene_words(parts: BenchmarkParts) -> SceneGraphVocabulary:
     from eai.studies.perception.scene_graph import SceneGraphVocabulary
 
-    return SceneGraphVocabulary(world.wording(Ability.ACTION_SEQUENCING))
+    return SceneGraphVocabulary(parts.wording(Ability.ACTION_SEQUENCING))
 
 
-def _make_question_and_answer(world: BenchmarkParts, task: Task) -> QuestionAndAnswer:
-    words = _open_scene_words(world)
+def _make_question_and_answer(parts: BenchmarkParts, task: Task) -> QuestionAndAnswer:
+    words = _open_scene_words(parts)
     values = {
         "vocabulary": words.wording.describe_vocabulary(),
         "objects": words.wording.describe_objects(task),
@@ -74,17 +74,17 @@ def _make_question_and_answer(world: BenchmarkParts, task: Task) -> QuestionAndA
     return values, words.make_true_graph(task).json_text
 
 
-def _draw_task_pictures(world: BenchmarkParts, task: Task) -> Sequence[tuple[str, bytes]]:
+def _draw_task_pictures(parts: BenchmarkParts, task: Task) -> Sequence[tuple[str, bytes]]:
     from eai.studies.perception.scene_graph import SceneGraphVocabulary
 
     diagrams = load_from_extension("diagrams", "questions of scene_graph")
-    return (diagrams.draw_task_image(task, SceneGraphVocabulary(world.observation_wording())),)
+    return (diagrams.draw_task_image(task, SceneGraphVocabulary(parts.observation_wording())),)
 
 
 def compute_rate_contributions(verdict: SceneGraphVerdict) -> dict[str, Share]:
     """Return the numerator and denominator that one answer adds to each rate, by name of the rate.
 
-    A predicate has rates only if it occurs in a fact.
+    A predicate has rates of its own only if a fact of the scene or of the scene graph has it.
     """
     shares = {
         "right": make_share_of_one(verdict.success),

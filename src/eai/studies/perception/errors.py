@@ -16,7 +16,7 @@ from eai.world.fault import FaultKind
 
 
 def make_scorer_factory(words: SceneGraphVocabulary) -> Callable[[Task], Scorer]:
-    """Return a function that makes the scorer of a task, whose scene graphs use the given names."""
+    """Return a function that makes the scorer of a task's scene graphs, which use the names in ``words``."""
     return partial(_SceneGraphScorer, words)
 
 
@@ -79,9 +79,9 @@ def find_perception_errors(task: Task, words: SceneGraphVocabulary, graph: Scene
         unnecessary=len(wrong) - len(strange) - misplaced,
         invented=len(strange),
         objects=len(objects),
-        names=len(graph.names),
-        invented_names=len([name for name in graph.names if name not in index]),
-        unseen=len(objects.difference(graph.names)),
+        names=len(graph.mentioned_objects),
+        invented_names=len([name for name in graph.mentioned_objects if name not in index]),
+        unseen=len(objects.difference(graph.mentioned_objects)),
         predicates=_count_confusions(right, wrong, lost),
         ill_formed=len(graph.ill_formed),
         unreadable=graph.unreadable is not None,
@@ -91,8 +91,8 @@ def find_perception_errors(task: Task, words: SceneGraphVocabulary, graph: Scene
 def _find_missing_and_untrue_facts(
     task: Task, words: SceneGraphVocabulary, graph: SceneGraph
 ) -> tuple[Sequence[NamedFact], Sequence[NamedFact]]:
-    """Return two lists of facts: described facts that the graph lacks, and untrue facts of the graph."""
-    names, seen, mentioned = words.list_object_names(task), set(graph.facts), set(graph.names)
+    """Return two lists: facts of the true scene graph that the graph lacks, and untrue facts of the graph."""
+    names, seen, mentioned = words.list_object_names(task), set(graph.facts), set(graph.mentioned_objects)
     about = [index for index, name in enumerate(names) if name in mentioned]
     holding = {words.to_named_fact(fact, names) for fact in words.list_facts(task.initial, about)}
     lost = [fact for fact in words.make_true_graph(task).facts if fact not in seen]
@@ -104,9 +104,11 @@ def _get_predicate_and_subject(fact: NamedFact) -> tuple[str, str]:
 
 
 def _count_confusions(
-    right: Iterable[NamedFact], wrong: Iterable[NamedFact], lost: Iterable[NamedFact]
+    right_facts: Iterable[NamedFact], untrue_facts: Iterable[NamedFact], missing_facts: Iterable[NamedFact]
 ) -> dict[str, Confusion]:
-    """Return the numbers of right, untrue and missing facts, as triples by predicate."""
-    counts = [Counter(fact.predicate for fact in facts) for facts in (right, wrong, lost)]
+    """Return three counts for each predicate: right facts, untrue facts and missing facts."""
+    counts = [
+        Counter(fact.predicate for fact in facts) for facts in (right_facts, untrue_facts, missing_facts)
+    ]
     names = dict.fromkeys(name for count in counts for name in count)
     return {name: Confusion(*(count[name] for count in counts)) for name in sorted(names)}

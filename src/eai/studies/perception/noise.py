@@ -95,20 +95,21 @@ def perceive_with_noise(
 ) -> SceneGraph:
     """Return the scene graph of a task with errors added by noise. Equal arguments give equal graphs.
 
-    The noise never creates a circle of objects that support each other. It never places an object relative to
-    an undescribed object, such as half of an uncut apple. A relation without a possible replacement is kept.
+    The noise never creates a circle of objects that support each other. It never places an object in relation
+    to an object without facts in the true scene graph, such as half of an uncut apple. A relation without a
+    possible replacement is kept.
 
     Args:
         task: the task.
-        words: how scene graphs name facts.
+        words: the names of predicates and objects in scene graphs.
         noise: the probabilities of errors.
         repetition: name of a repetition, such as an epoch; repetitions with different names have independent
             errors.
     """
-    return _NoisyObserver(task, words, noise, repetition).perceive_scene()
+    return _NoisySceneGraphMaker(task, words, noise, repetition).perceive_scene()
 
 
-class _NoisyObserver:
+class _NoisySceneGraphMaker:
     """Makes the scene graph of one scene, with random errors."""
 
     def __init__(self, task: Task, words: SceneGraphVocabulary, noise: PerceptionNoise, stream: str) -> None:
@@ -151,25 +152,25 @@ class _NoisyObserver:
         ]
         return make_scene_graph([*self._seen_names, *doubles.values()], in_order)
 
-    def _misplace_object(self, fact: NamedFact, seen_facts: dict[NamedFact, NamedFact]) -> NamedFact:
+    def _misplace_object(self, fact: NamedFact, listed_by_true_fact: dict[NamedFact, NamedFact]) -> NamedFact:
         """Return the relation with its second object replaced; unchanged if no other object is possible."""
-        seen, objects = set(seen_facts.values()), list(self._described_names)
+        seen, objects = set(listed_by_true_fact.values()), list(self._described_names)
         self._seed_random("place", str(fact)).shuffle(objects)
         others = (fact._replace(arguments=(fact.arguments[0], name)) for name in objects)
         return next((other for other in others if self._is_new_untrue_fact(other, seen)), fact)
 
     def _draw_unnecessary_facts(
-        self, visible: Sequence[NamedFact], seen: Sequence[NamedFact]
+        self, visible_facts: Sequence[NamedFact], listed_facts: Sequence[NamedFact]
     ) -> list[NamedFact]:
-        """Return untrue facts about described objects, except facts about the agent's hand."""
-        all_seen, added = set(seen), list[NamedFact]()
+        """Return untrue facts about objects with facts in the true graph; none is about the agent's hand."""
+        all_seen, added = set(listed_facts), list[NamedFact]()
         words = self._words
         predicates = [
             words.find_scene_graph_name(name)
             for name in words.stored_forms
             if name not in words.holding_predicates
         ]
-        for fact in visible:
+        for fact in visible_facts:
             draw = self._seed_random("more", str(fact))
             if draw.random() >= self._noise.unnecessary:
                 continue
@@ -191,9 +192,12 @@ class _NoisyObserver:
         arity = self._words.arity_by_scene_graph_name[predicate]
         return NamedFact(predicate, tuple([draw.choice(self._described_names) for _ in range(arity)]))
 
-    def _is_new_untrue_fact(self, fact: NamedFact, seen: set[NamedFact]) -> bool:
-        """Whether a fact could be true, is not true, and is not yet in the graph."""
-        is_known = fact in self._true_facts or fact in seen
+    def _is_new_untrue_fact(self, fact: NamedFact, listed_facts: set[NamedFact]) -> bool:
+        """Whether a fact is possible, untrue, and not yet in the graph.
+
+        A possible fact names each object once, and makes no object support itself through other objects.
+        """
+        is_known = fact in self._true_facts or fact in listed_facts
         return (
             not is_known
             and len({*fact.arguments}) == len(fact.arguments)
@@ -225,9 +229,9 @@ class _NoisyObserver:
         chosen = self._seed_random("of double", name).choice(facts)
         return chosen._replace(arguments=(double, *chosen.arguments[1:]))
 
-    def _seed_random(self, kind: str, subject: str) -> random.Random:
-        """Return the random generator for one possible error, seeded by its kind and subject."""
-        digest = hashlib.sha256(f"{self._key} {kind} {subject}".encode()).digest()
+    def _seed_random(self, error_kind: str, fact_or_object: str) -> random.Random:
+        """Return the random generator for one possible error: its kind, and the fact or object concerned."""
+        digest = hashlib.sha256(f"{self._key} {error_kind} {fact_or_object}".encode()).digest()
         return random.Random(digest)  # noqa: S311 - noise, not secrets
 
 

@@ -40,7 +40,7 @@ class SceneGraph:
         objects: names of the objects.
         facts: facts about the objects.
         ill_formed: entries of an answer that are not facts, as texts.
-        repairs: names of the corrections of the answer's text that made the graph readable.
+        repairs: names of the corrections that were made to the answer's text to read the graph.
         unreadable: why no scene graph can be read from the answer; None if it can be read.
     """
 
@@ -51,7 +51,7 @@ class SceneGraph:
     unreadable: str | None = None
 
     @property
-    def names(self) -> tuple[str, ...]:
+    def mentioned_objects(self) -> tuple[str, ...]:
         """Names of all objects in the graph, including objects that only facts name, each once."""
         return tuple(
             dict.fromkeys([*self.objects, *(name for fact in self.facts for name in fact.arguments)])
@@ -155,12 +155,12 @@ class SceneGraphVocabulary:
     """The names of predicates and objects in scene graphs of one domain.
 
     Args:
-        wording: the wording of prompts.
+        wording: how prompts of the domain write its facts.
 
     Attributes:
-        wording: the wording of prompts.
-        stored_forms: mapping from predicates in prompts to the stored predicate that implies them for the
-            same arguments. A stored predicate is a predicate whose facts a state contains.
+        wording: how prompts of the domain write its facts.
+        stored_forms: predicate in prompts -> the stored predicate that implies it for the same arguments.
+            States contain the facts of stored predicates; the facts of other predicates are derived.
     """
 
     def __init__(self, wording: SuiteWording) -> None:
@@ -173,12 +173,12 @@ class SceneGraphVocabulary:
 
     @cached_property
     def holding_predicates(self) -> tuple[str, ...]:
-        """Names of the described predicates that say which object a hand holds."""
+        """Domain names of the predicates in prompts that say which object a hand holds."""
         return self._list_predicates_implied_by(find_holding_and_location_predicates(self.wording.domain)[0])
 
     @cached_property
     def support_predicates(self) -> tuple[str, ...]:
-        """Names of the described predicates for an object in, on or under another object."""
+        """Domain names of the predicates in prompts for an object in, on or under another object."""
         return self._list_predicates_implied_by(find_holding_and_location_predicates(self.wording.domain)[1])
 
     @cached_property
@@ -189,11 +189,11 @@ class SceneGraphVocabulary:
 
     @cached_property
     def predicate_by_scene_graph_name(self) -> Mapping[str, str]:
-        """The described predicates by their names in scene graphs."""
+        """Name of each predicate in the domain, by its name in scene graphs."""
         return {self.find_scene_graph_name(name): name for name in self.wording.predicates}
 
     def find_scene_graph_name(self, predicate: str) -> str:
-        """Return the name of a predicate in scene graphs."""
+        """Return the name that scene graphs use for a predicate of the domain."""
         return self.wording.answer_names.get(predicate, predicate)
 
     def list_object_names(self, task: Task) -> list[str]:
@@ -235,10 +235,11 @@ class SceneGraphVocabulary:
 
 
 def find_stored_predicate_that_implies(vocabulary: Vocabulary, predicate: str) -> str | None:
-    """Return the stored predicate that implies a predicate for the same arguments, or None.
+    """Return a stored predicate that implies a predicate for the same arguments, or None.
 
-    For a derived predicate, this is the first predicate in its definition that has all parameters as
-    arguments and that actions can change.
+    States contain the facts of stored predicates. A stored predicate that actions can change implies itself.
+    For a derived predicate, the result is the first such predicate in its definition that is not negated and
+    has all parameters as arguments.
     """
     if (stored := vocabulary.find_stored(predicate)) is not None:
         return None if stored.static else predicate

@@ -1,4 +1,4 @@
-"""Find the scenes that the questions of a run show, as lists of facts (perhaps with errors) or pictures."""
+"""Find the scenes that questions of a run show (facts, perhaps wrong, or pictures), and their errors."""
 
 from __future__ import annotations
 
@@ -44,7 +44,7 @@ _MAX_OTHERS_PER_OBJECT: Mapping[Clutter, int] = {"none": 0, "some": 1, "many": 4
 def _make_beliefs_about_scenes(
     scene_format: str, beliefs: Mapping[str, BelievedTask], **further_fields: Any
 ) -> PromptBeliefs:
-    """Return the scenes that questions state, with the run's options (`PromptBeliefs`)."""
+    """Return scenes for questions to state (`PromptBeliefs`), with the scene format that records store."""
     lacking = "there is no scene graph or picture that would tell of the scene"
     experiment = Experiment({STUDY: make_settings_with_option("scene", "scene", scene_format, _PLACE)})
     return PromptBeliefs(beliefs, experiment, lacking, **further_fields)
@@ -53,12 +53,12 @@ def _make_beliefs_about_scenes(
 def make_scene_beliefs(
     label: str, tasks: Mapping[str, Task], words: SceneGraphVocabulary, graphs: Mapping[str, SceneGraph]
 ) -> PromptBeliefs:
-    """Return the perceived scenes (from scene graphs) that questions state instead of the true scenes.
+    """Return the scenes of scene graphs, which questions state instead of the true scenes.
 
     Args:
-        label: the origin of the graphs, which becomes part of the run's name, such as the scene's format.
+        label: name of the scene format, which becomes part of the run's name.
         tasks: the tasks.
-        words: how scene graphs name facts.
+        words: the names of predicates and objects in scene graphs.
         graphs: the scene graphs by task id; tasks without a graph are left out.
     """
     beliefs = {i: BelievedTask(apply_scene_graph(tasks[i], words, graph)) for i, graph in graphs.items()}
@@ -72,7 +72,13 @@ def make_scene_beliefs(
 
 
 def read_scene_beliefs(label: str, suite: Suite, texts: Mapping[str, str]) -> PromptBeliefs:
-    """Return the scenes that later questions state, read from a model's scene graphs, given by task id."""
+    """Read scene graphs, and return their scenes, which questions state instead of the true scenes.
+
+    Args:
+        label: name of the scene format, which becomes part of the run's name.
+        suite: the suite of the tasks.
+        texts: task id -> text of a scene graph.
+    """
     words = open_scene_graph_vocabulary(suite.benchmark)
     read = {
         task_id: read_scene_graph(text, words.arity_by_scene_graph_name) for task_id, text in texts.items()
@@ -83,7 +89,7 @@ def read_scene_beliefs(label: str, suite: Suite, texts: Mapping[str, str]) -> Pr
 def make_beliefs_by_scene_options(
     options: SceneOptions, benchmark: Benchmark, tasks: Mapping[str, Task], templates: PromptTemplates
 ) -> PromptBeliefs:
-    """Return the scenes that questions state, for scene formats without a second model.
+    """Return the scenes that questions state, for every scene format but ``predicted``.
 
     Raises:
         InputError: a task has no picture.
@@ -99,35 +105,35 @@ def make_beliefs_by_scene_options(
         seen = {i: perceive_with_noise(task, words, options.noise) for i, task in tasks.items()}
         return replace(make_scene_beliefs(options.label, tasks, words, seen), look=look)
     return _make_beliefs_about_scenes(
-        options.label, _state_true_scenes(options, benchmark, tasks, templates), look=look
+        options.label, _describe_true_scenes(options, benchmark, tasks, templates), look=look
     )
 
 
-def _state_true_scenes(
-    choice: SceneOptions, benchmark: Benchmark, tasks: Mapping[str, Task], templates: PromptTemplates
+def _describe_true_scenes(
+    options: SceneOptions, benchmark: Benchmark, tasks: Mapping[str, Task], templates: PromptTemplates
 ) -> dict[str, BelievedTask]:
     """Return a mapping from task ids to the true scenes, with the facts or pictures that questions show."""
-    if choice.scene == "text":
+    if options.scene == "text":
         said = {
-            i: _add_scene_context(INITIAL_PLACEHOLDER, choice, task, benchmark, templates)
+            i: _add_scene_context(INITIAL_PLACEHOLDER, options, task, benchmark, templates)
             for i, task in tasks.items()
         }
         return {i: BelievedTask(task, initial=said[i]) for i, task in tasks.items()}
-    images = _load_task_pictures(choice, benchmark, tasks)
-    texts = {i: _describe_pictures(choice.scene, tasks[i], benchmark, templates) for i in images}
-    said = {i: _add_scene_context(text, choice, tasks[i], benchmark, templates) for i, text in texts.items()}
+    images = _load_task_pictures(options, benchmark, tasks)
+    texts = {i: _describe_pictures(options.scene, tasks[i], benchmark, templates) for i in images}
+    said = {i: _add_scene_context(text, options, tasks[i], benchmark, templates) for i, text in texts.items()}
     return {i: BelievedTask(tasks[i], initial=said[i], images=shown) for i, shown in images.items()}
 
 
 def _perceive_scene_before_attempt(
     options: SceneOptions, benchmark: Benchmark, templates: PromptTemplates, changed_task: Task, attempt: int
 ) -> tuple[BelievedTask, Mapping[str, str]]:
-    """Return the changed scene as a model sees it before a further attempt, and metadata of the question.
+    """Return a scene that actions have changed, as the next question shows it, and metadata of this question.
 
-    A noisy scene gets newly drawn errors.
+    A noisy scene gets newly drawn errors; its metadata is the text of its scene graph.
     """
     if options.noise is None:
-        return _state_true_scenes(options, benchmark, {changed_task.id: changed_task}, templates)[
+        return _describe_true_scenes(options, benchmark, {changed_task.id: changed_task}, templates)[
             changed_task.id
         ], {}
     words = open_scene_graph_vocabulary(benchmark)
@@ -136,12 +142,12 @@ def _perceive_scene_before_attempt(
 
 
 def _add_scene_context(
-    text: str, choice: SceneOptions, task: Task, benchmark: Benchmark, templates: PromptTemplates
+    text: str, options: SceneOptions, task: Task, benchmark: Benchmark, templates: PromptTemplates
 ) -> str:
-    if choice.context in (None, "none"):
+    if options.context in (None, "none"):
         return text
     words = open_scene_graph_vocabulary(benchmark)
-    return f"{text}\n\n{write_scene_context(task, words, choice.context, templates)}"
+    return f"{text}\n\n{write_scene_context(task, words, options.context, templates)}"
 
 
 def write_scene_context(
@@ -152,8 +158,8 @@ def write_scene_context(
     Args:
         task: the task.
         words: names of predicates and objects in facts.
-        clutter: how many other objects the text describes.
-        templates: the text around the lists.
+        clutter: choice of how many other objects the text describes, as for pictures.
+        templates: the prompt templates, which have the text around the lists.
     """
     wording, described = words.wording, list_objects_in_prompt(task)
     others = choose_distractor_objects(task, words, described, clutter)
@@ -221,17 +227,17 @@ def _load_picture_extension(name: str, scene: SceneFormat) -> Any:
 
 
 def _load_task_pictures(
-    choice: SceneOptions, benchmark: Benchmark, tasks: Mapping[str, Task]
+    options: SceneOptions, benchmark: Benchmark, tasks: Mapping[str, Task]
 ) -> Mapping[str, tuple[Image, ...]]:
-    if choice.images is not None:
-        return read_images(choice.images, tasks)
+    if options.images is not None:
+        return read_images(options.images, tasks)
     images: Mapping[str, tuple[Image, ...]]
-    if choice.scene in ("rendered", "numbered", "pointed"):
-        rendered = _load_picture_extension("rendered_pictures", choice.scene)
-        images = rendered.render_images_of_tasks(tasks, numbered=choice.scene == "numbered")
+    if options.scene in ("rendered", "numbered", "pointed"):
+        rendered = _load_picture_extension("rendered_pictures", options.scene)
+        images = rendered.render_images_of_tasks(tasks, numbered=options.scene == "numbered")
     else:
-        diagrams = _load_picture_extension("diagrams", choice.scene)
-        images = diagrams.draw_task_images(benchmark, tasks, choice.clutter or "none")
+        diagrams = _load_picture_extension("diagrams", options.scene)
+        images = diagrams.draw_task_images(benchmark, tasks, options.clutter or "none")
     return images
 
 
@@ -249,7 +255,10 @@ def read_images(folder: Path, task_ids: Iterable[str]) -> dict[str, tuple[Image,
     lacking = [task_id for task_id in all_ids if task_id not in files]
     if lacking:
         shown = ", ".join(lacking[:3]) + (", ..." if len(lacking) > 3 else "")
-        raise InputError(f"images {folder}: no picture of {len(lacking)} of {len(all_ids)} tasks ({shown})")
+        raise InputError(
+            f"images {folder}: no picture of {len(lacking)} of {len(all_ids)} tasks ({shown}); "
+            "the name of a picture's file must begin with the id of its task"
+        )
     return {
         i: tuple([Image(_MEDIA_TYPES[file.suffix.lower()], read_content(file)) for file in files[i]])
         for i in all_ids
@@ -270,7 +279,7 @@ def _refuse_published_prompts_of_scene(options: SceneOptions, library: PromptLib
         scene = options.scene
         raise InputError(
             f"perception.scene {scene}: published prompts show scenes only in their own format; "
-            "use ours (--set eai, in Inspect -T prompts=eai)"
+            "choose the prompts of eai by --set eai (in Inspect, -T prompts=eai)"
         )
 
 
@@ -301,17 +310,17 @@ def collect_scene_beliefs(
     return stage.found_beliefs[key]
 
 
-def _ask_captioner(choice: SceneOptions, stage: StageBeforeQuestions, suite: Suite) -> PromptBeliefs:
+def _ask_captioner(options: SceneOptions, stage: StageBeforeQuestions, suite: Suite) -> PromptBeliefs:
     """Ask a second model (the captioner) to list the scenes in pictures, and return the listed scenes."""
     graph_suite = open_suite(suite.benchmark, SCENE_GRAPH, source=suite.source)
     pictured = StageBeforeQuestions(
         stage.library,
         stage.task_ids,
         stage.ask,
-        partial(collect_scene_beliefs, choice.copy_with_pictures_only()),
+        partial(collect_scene_beliefs, options.copy_with_pictures_only()),
     )
-    captioner = Endpoint(str(choice.scene_model), choice.scene_args, choice.scene_base_url)
+    captioner = Endpoint(str(options.scene_model), options.scene_args, options.scene_base_url)
     task_ids = [task_id for task_id in graph_suite.task_ids if task_id in stage.task_ids[suite.domain]]
     prompts, _ = pictured.make_prompts(captioner, task_ids, graph_suite)
     answers = stage.ask_for_answers(captioner, prompts, graph_suite, first=pictured, epochs=1)
-    return read_scene_beliefs(choice.label, suite, answers)
+    return read_scene_beliefs(options.label, suite, answers)

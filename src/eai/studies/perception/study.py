@@ -45,7 +45,7 @@ if TYPE_CHECKING:
 
 
 class _PerceptionRunOptions(SceneOptions):
-    """Options for how a run's questions show the scene. A stage before the questions makes the scenes."""
+    """How a run's questions show the scene, with the stage that makes the scenes before the questions."""
 
     def make_stage_before_questions(
         self, library: PromptLibrary, task_ids_by_domain: Mapping[str, Collection[str]], ask: AskModel
@@ -71,7 +71,12 @@ _COSTS = ("cases", "value", "without_errors", "cost")
 
 @dataclass(frozen=True, slots=True)
 class _TaskWithPerceptionErrors:
-    """The errors in one task's scene graph in one run, and the contribution of the answer to the metric."""
+    """The errors in one task's scene graph in one run, and the answer's part in the metric.
+
+    Attributes:
+        perceived: counts of the errors in the scene graph.
+        case: the task, with the numerator and denominator that the answer adds to the metric.
+    """
 
     perceived: PerceptionErrors
     case: RateCase
@@ -95,11 +100,11 @@ class _TaskWithPerceptionErrors:
 
     @property
     def predicates_with_missing_facts(self) -> frozenset[str]:
-        """Names of the predicates of described facts that the graph lacks or misplaces."""
+        """Names of the predicates of true facts that the scene graph lacks or misplaces."""
         return frozenset([name for name, counts in self.perceived.predicates.items() if counts[2]])
 
     def make_rate_case(self, share: Share) -> RateCase:
-        """Return the task's contribution to a rate, with the given numerator and denominator."""
+        """Return the case of this task in another rate, with the given numerator and denominator."""
         return self.case._replace(share=share)
 
 
@@ -111,7 +116,7 @@ class _RunsBySceneFormat:
     """The runs of one model on one suite that show the scene in several formats.
 
     Attributes:
-        metric: name of a metric of the ability.
+        metric: name of the metric to compare, such as ``task_success``.
         runs: the records of each run, by the label of its scene format; a run with the true scene has the
             label `PLAIN`.
     """
@@ -121,11 +126,11 @@ class _RunsBySceneFormat:
 
     @cached_property
     def perceived_tasks(self) -> list[_TaskWithPerceptionErrors]:
-        """The perceived scene and the contribution of each task with a recorded scene, in all runs."""
+        """The perception errors and the metric of each answer whose record has them, in all runs."""
         return [task for name in self.runs for task in self.list_perceived_tasks(name)]
 
     def list_perceived_tasks(self, scene_format: str) -> list[_TaskWithPerceptionErrors]:
-        """Return the perceived scene and the contribution of each task with a recorded scene, in one run."""
+        """Return the perception errors and the metric of each answer of a run whose record has them."""
         cases = {case.task: case for case in self.make_rate_cases(scene_format)}
         return [
             _TaskWithPerceptionErrors(perceived, cases[record.task_id])
@@ -135,17 +140,21 @@ class _RunsBySceneFormat:
         ]
 
     def make_rate_cases(self, scene_format: str) -> RateCases:
-        """Return the contribution of each task of a run to the metric."""
+        """Return the numerator and denominator that each task of a run adds to the metric."""
         records = self.runs[scene_format]
         return make_cases_by_metric(records, records[0].ability).get(self.metric, ())
 
     @cached_property
     def rate_cases_with_true_scene(self) -> dict[str, RateCase]:
-        """The contribution of each task to the metric in the run whose questions list the true scene."""
+        """Task id -> the task's part in the metric, in the run whose questions list the true scene."""
         return {case.task: case for case in self.make_rate_cases(PLAIN)} if PLAIN in self.runs else {}
 
-    def estimate_success_lost_to_errors(self, group: _PerceivedTasks) -> Row:
-        """Return the cells of the columns `_COSTS` (metric, without errors, cost) for a group of tasks."""
+    def make_cost_cells(self, group: _PerceivedTasks) -> Row:
+        """Return four cells on a group of tasks: number, metric, metric without errors, difference.
+
+        The last two cells compare with the answers to the same tasks with the true scene. They are empty if
+        such an answer is missing.
+        """
         cases = [task.case for task in group]
         without = [
             self.rate_cases_with_true_scene[case.task]
@@ -162,8 +171,8 @@ def make_perception_tables(runs: Sequence[Sequence[Record]], metric: str) -> lis
     """Return the tables that compare the scene formats of one model's runs in a suite.
 
     Args:
-        runs: the records of each run, by the label of its scene format.
-        metric: name of a metric of the ability.
+        runs: the records of each run.
+        metric: name of the metric to compare, such as ``task_success``.
 
     Raises:
         InputError: no run records a perceived scene.
@@ -222,9 +231,9 @@ def _make_table_by_error_rate(runs: _RunsBySceneFormat) -> Iterator[Row]:
 
     One row per group of answers of all runs, by the predicate error rate of the scene graph in the question:
     0, or more than `above` and at most `up_to` percent. `without_errors` is {runs.metric} of the same tasks
-    with the true scene, and `cost` the difference in percentage points. Only they compare equal tasks: tasks
-    with few facts are more often in the first and last groups. `cases` counts a task once for each run.
-    Graphs in the group of 0 may have unnecessary facts, and lack objects without facts.
+    with the true scene, and `cost` the difference in percentage points. Compare columns, not rows: rows have
+    different tasks, and tasks with few facts are more often in the first and last row. `cases` counts a task
+    once for each run. Graphs in the row of 0 can have unnecessary facts, and can lack objects without facts.
     """
     for low, high in [(0.0, 0.0), *pairwise(BOUNDS)]:
         group = [
@@ -233,15 +242,15 @@ def _make_table_by_error_rate(runs: _RunsBySceneFormat) -> Iterator[Row]:
             if task.percent_of_facts_missing == high == 0 or low < task.percent_of_facts_missing <= high
         ]
         if group:
-            yield (low, high, *runs.estimate_success_lost_to_errors(group))
+            yield (low, high, *runs.make_cost_cells(group))
 
 
 @make_table("perception_kinds", ("kind", *_COSTS))
 def _make_error_kinds_table(runs: _RunsBySceneFormat) -> Iterator[Row]:
     """{runs.metric} by kind of error.
 
-    One row per kind of error: the answers whose scene graphs have errors of this kind only, however many. A
-    missing fact about an unseen object counts as part of `unseen object`, not as a missing fact.
+    One row per kind of error, for answers whose scene graphs have errors of this kind only. Missing facts are
+    not counted in a graph that lacks whole objects (`unseen object`).
     """
     kinds = sorted({kind for task in runs.perceived_tasks for kind in task.perception_error_kinds})
     groups = {"none": [task for task in runs.perceived_tasks if not task.perception_error_kinds]}
@@ -250,19 +259,16 @@ def _make_error_kinds_table(runs: _RunsBySceneFormat) -> Iterator[Row]:
         for kind in kinds
     }
     groups["several"] = [task for task in runs.perceived_tasks if len(task.perception_error_kinds) > 1]
-    yield from [
-        (kind, *runs.estimate_success_lost_to_errors(group)) for kind, group in groups.items() if group
-    ]
+    yield from [(kind, *runs.make_cost_cells(group)) for kind, group in groups.items() if group]
 
 
 @make_table("perception_predicates", ("predicate", "lost", "all_cases", *_COSTS))
 def _make_predicates_table(runs: _RunsBySceneFormat) -> Iterable[Row]:
-    """Which facts cost most when they are lost.
+    """Which facts cost most when a scene graph lacks them.
 
-    One row per predicate. `lost`: percentage of its described facts that are lost or misplaced. Then
-    {runs.metric} of the answers in which only facts of this predicate are lost and nothing else is wrong.
-    `all_cases`: number of answers in which facts of this predicate are lost, whatever else is wrong. Sorted
-    by cost.
+    One row per predicate, sorted by cost. `lost`: percentage of the predicate's true facts that scene graphs
+    lack or misplace. `all_cases`: number of answers whose scene graph lacks or misplaces such facts. The
+    other columns are {runs.metric} of the answers whose scene graph has no other error.
     """
     names = sorted({name for task in runs.perceived_tasks for name in task.predicates_with_missing_facts})
     return sorted([_make_predicate_row(name, runs) for name in names], key=_make_cost_sort_key)
@@ -282,11 +288,11 @@ def _make_predicate_row(name: str, runs: _RunsBySceneFormat) -> Row:
     lost_share = Estimate.from_cases(
         [task.make_rate_case(share) for task, share in zip(tasks, shares, strict=True)]
     )
-    return (name, lost_share, len(lost), *runs.estimate_success_lost_to_errors(only_lost))
+    return (name, lost_share, len(lost), *runs.make_cost_cells(only_lost))
 
 
 def _make_cost_sort_key(row: Row) -> tuple[float, str]:
-    """Return the sort key of a row: highest cost first, then lowest value, then rows without a case."""
+    """Return the sort key of a table row: highest cost first, then lowest metric, then empty rows."""
     for column, sign in ((6, -1), (4, 1)):
         cell = row[column]
         if isinstance(cell, Estimate) and cell.value is not None:
@@ -307,8 +313,8 @@ class _PerceptionAnalysisOptions(Options):
 def _analyze_perception(records: StudyRecords, chosen: _PerceptionAnalysisOptions) -> Iterator[Analysis]:
     """Compare runs of one model, domain, ability and protocol.
 
-    The run that states the true scene as text, with the same prompts (--set eai), gives the metric without
-    perception errors.
+    The run whose questions state the true scene as text gives the metric without perception errors. It must
+    have the same prompts (``eai run --set eai``).
 
     Raises:
         InputError: no run records a perceived scene.
@@ -337,19 +343,20 @@ def _make_key_without_scene(key: RunKey) -> str:
     return key._replace(experiment=rest).name
 
 
-def _draw_error_rate_figure(by_run: Table, metric: str, key: RunKey) -> Figures:
-    yield add_run_title(key, "success_by_error_rate", draw_success_by_error_rate(by_run, metric))
+def _draw_error_rate_figure(table_of_runs: Table, metric: str, key: RunKey) -> Figures:
+    yield add_run_title(key, "success_by_error_rate", draw_success_by_error_rate(table_of_runs, metric))
 
 
-def draw_success_by_error_rate(by_run: Table, metric: str) -> Figure | None:
+def draw_success_by_error_rate(table_of_runs: Table, metric: str) -> Figure:
     """Draw each run as a point: its metric above its predicate error rate.
 
-    The run with the true scene is a hollow point at an error rate of 0.
+    The run with the true scene is a hollow point at an error rate of 0. Other runs without a known error rate
+    are left out.
     """
     figure = make_figure(COLUMN, 2.6)
     panel = figure.subplots()
     cases = set[int]()
-    for row in by_run.rows:
+    for row in table_of_runs.rows:
         rate, value = row[1], row[-1]
         if not isinstance(rate, Estimate) or not isinstance(value, Estimate) or value.value is None:
             continue

@@ -59,7 +59,7 @@ class SceneGraphVerdict(Verdict):
 
     Attributes:
         success: whether the graph has every described fact, and no untrue fact.
-        seen: the differences between the graph and the true scene.
+        seen: counts of the differences between the graph and the true scene.
     """
 
     success: bool = False

@@ -2,7 +2,8 @@
 
 Two runs are compared on the same tasks. In the modular run, questions state the goals of the task. In the
 pipeline, they state goals that a model interpreted. Tasks are grouped by the kind of these goals, such as
-right or incomplete. A search finds the tasks that a perfect second stage would solve with these goals.
+right or incomplete. With right goals, nothing is lost to interpretation. A search finds the tasks that a
+perfect second stage would solve with these goals.
 """
 
 from __future__ import annotations
@@ -41,15 +42,15 @@ from eai.studies.study import Analysis, format_suite_heading, write_paper_remark
 from eai.tasks.source import Source
 
 _MAX_SEARCH_EFFORT = 400
-"""Maximum effort of the search for a plan that reaches the stated goals.
+"""Maximum number of states in the search for a plan that reaches the stated goals.
 
 The limit is low, because a search for contradictory goals never ends early."""
 
 _FILE_ONLY_COLUMNS = ("p", "only modular", "only pipeline")
 """Names of columns that are written to files but not shown on the screen."""
 
-_KINDS = ("exactly right", "all, and others", "some missing", "no answer")
-"""Kinds of stated goals, from exactly right to no readable answer."""
+_GOAL_GROUPS = ("exactly right", "all, and others", "some missing", "no answer")
+"""Groups of tasks by the goals that questions state, from exactly the task's goals to no goals."""
 
 _GOALS = "goals"
 """Label of a pipeline whose questions state goals but no subgoals."""
@@ -60,7 +61,7 @@ _PERFECT = "perfect stage 2"
 
 
 def _classify_stated_goals(record: Record) -> str:
-    """Return the kind of the goals that a question states, such as right or incomplete (`_KINDS`)."""
+    """Return the group (one of `_GOAL_GROUPS`) of a record's task, by the goals that its question stated."""
     if STUDY not in record.summaries:
         return "no answer"
     _, others, missed = record.summaries[STUDY]["goal_counts"]
@@ -94,7 +95,7 @@ class _ModularAndPipelineRuns:
 
     @property
     def pipeline_label(self) -> str:
-        """Label of the pipeline: whether questions state subgoals, and the options of other studies."""
+        """`goals` or `goals and subgoals`, followed by the label of the run's options of other studies."""
         experiment = self.pipeline[0].experiment or Experiment()
         rest = experiment.without_study(STUDY)
         kind = "goals and subgoals" if "subgoals_from" in experiment.study[STUDY].options else _GOALS
@@ -144,8 +145,9 @@ class _ModularAndPipelineRuns:
         """Modular and pipeline.
 
         Rates in percent, and pipeline minus modular run in percentage points, with 95 % intervals whose units
-        are the names of tasks. p is the p value of the exact test that exchanges the two runs' answers to all
-        tasks of a name together; it is McNemar's test if each task has its own name.{self._remark_on_paper}
+        are the names of tasks. p is the p value of the exact test that exchanges the answers of the two runs,
+        for all tasks of a name together. If each task has its own name, this is McNemar's
+        test.{self._remark_on_paper}
         """
         declared = get_declaration(self.modular[0].ability)
         differences = compare_runs(self.modular, self.pipeline).differences
@@ -172,14 +174,15 @@ class _ModularAndPipelineRuns:
         """Where the loss comes from.
 
         Tasks are grouped by the verdict on the goals that their questions stated, under protocol strict.
-        Shown are the success of both runs and the numbers of tasks that only one run solves. Wrong goals
-        include ill-formed goals and goals with names that do not exist.{self._remark_on_perfect_second_stage}
+        Shown are the success of the run with true goals and of the run with a model's goals, and the numbers
+        of tasks that only one of them solves. The group of other goals has wrong goals, ill-formed goals and
+        goals with unknown names.{self._remark_on_perfect_second_stage}
         """
         kinds = {
             record.task_id: _classify_stated_goals(record)
             for record in self._select_common_records(self.pipeline)
         }
-        for kind in (*_KINDS, "all"):
+        for kind in (*_GOAL_GROUPS, "all"):
             tasks = {task for task, own_kind in kinds.items() if kind in (own_kind, "all")}
             if tasks:
                 modular, pipeline = (
@@ -199,9 +202,9 @@ class _ModularAndPipelineRuns:
     @property
     def _remark_on_perfect_second_stage(self) -> str:
         return (
-            " A perfect stage 2 finds a plan for the stated goals by search, where there is one, and is "
-            "judged under strict: a yardstick and no bound, since a model may reach goals that it did not "
-            "state."
+            " A perfect stage 2 finds a plan for the stated goals by search, if there is one, and is judged "
+            "under strict. It is no upper bound, because a model can also reach goals that its question did "
+            "not state."
             if self.reachable
             else ""
         )
@@ -210,9 +213,8 @@ class _ModularAndPipelineRuns:
     def _make_first_stage_table(self) -> Iterator[Row]:
         """Outcomes of the first stage.
 
-        For each kind of answer to goal interpretation: number of tasks, and success in the pipeline. All
-            these
-        tasks count in the rates above.
+        In the first stage, a model answers goal interpretation. For each defect of its answers: number of
+        tasks, and success in the pipeline. The other tables count these tasks too.
         """
         records = self._select_common_records(self.pipeline)
         kinds: dict[str, Callable[[Record], bool]] = {
@@ -259,16 +261,16 @@ class _ModularAndPipelineRuns:
     def _make_main_metric_cases(self, records: Sequence[Record]) -> Sequence[RateCase]:
         return make_cases_by_metric(records, self.modular[0].ability).get(self.metric, ())
 
-    def _select_common_records(self, side: Sequence[Record]) -> list[Record]:
+    def _select_common_records(self, run_records: Sequence[Record]) -> list[Record]:
         """Return the records of one run, limited to tasks that both runs of the pair have scored."""
         scored = [
             {record.task_id for record in records if record.verdict.excluded is None}
             for records in (self.modular, self.pipeline)
         ]
-        return self._select_records(side, scored[0] & scored[1])
+        return self._select_records(run_records, scored[0] & scored[1])
 
-    def _select_records(self, side: Sequence[Record], tasks: Collection[str]) -> list[Record]:
-        return [record for record in side if record.task_id in tasks]
+    def _select_records(self, run_records: Sequence[Record], tasks: Collection[str]) -> list[Record]:
+        return [record for record in run_records if record.task_id in tasks]
 
 
 def _make_test_of_pipeline_summary_field(field: str) -> Callable[[Record], bool]:
@@ -301,8 +303,8 @@ def _estimate_both_rates_and_difference(
 def pool_pipeline_pairs(pairs: Sequence[_ModularAndPipelineRuns]) -> _ModularAndPipelineRuns:
     """Return one pair that has the records of several pairs of runs.
 
-    The number of the pair is added to task ids, so that a task of several pairs counts several times. Names
-    of tasks do not change.
+    Each task id begins with the position of its pair, so that a task of several pairs counts several times.
+    Names of tasks do not change.
     """
     numbered = list(enumerate(pairs))
     return _ModularAndPipelineRuns(
@@ -319,7 +321,7 @@ def _prefix_task_id(number: int, record: Record) -> Record:
 
 
 def _list_goal_predicates_and_whether_missed(scorer: Scorer, answer: str) -> Iterator[tuple[str, bool]]:
-    """Yield the predicate of each condition of a task, and whether an answer lacks this condition."""
+    """Yield the predicate of each goal of a task, and whether an answer lacks this goal."""
     assessed = scorer.assess(answer)
     if isinstance(assessed.verdict, GoalVerdict):
         atoms = assessed.explain()
@@ -330,7 +332,7 @@ def _list_goal_predicates_and_whether_missed(scorer: Scorer, answer: str) -> Ite
 
 
 def analyze_pipelines(records: StudyRecords, goals: Path | None, *, search: bool) -> Iterator[Analysis]:
-    """Yield analyses of stated operators, then of each pipeline, then of all models of each suite.
+    """Yield an analysis of operators in answers, then of each pipeline, and of all pipelines of a suite.
 
     Args:
         records: the records.
@@ -351,8 +353,8 @@ def analyze_pipelines(records: StudyRecords, goals: Path | None, *, search: bool
     ]
     if not pairs and not chains:
         raise InputError(
-            "expected a run of a pipeline, and a run without one, of the same model, domain, "
-            "ability and protocol"
+            "no pipeline has a run to compare: also give the records of a run without a pipeline, of the "
+            "same model, domain, ability and protocol"
         )
     for (suite, chain), of_kind in group_pairs(
         ((pair.suite, pair.pipeline_label), pair) for pair in pairs
@@ -368,7 +370,7 @@ def analyze_pipelines(records: StudyRecords, goals: Path | None, *, search: bool
 
 
 def _pair_runs(records: StudyRecords, runs: Sequence[Run]) -> Iterator[tuple[Run, Run]]:
-    """Yield pairs of a modular run and the pipeline that is compared with it, sorted by pipeline."""
+    """Yield pairs of a run whose questions state the true goals, and an otherwise equal pipeline."""
     plain = {run.key: run for run in runs if not _is_pipeline(run)}
     pipelines = [run for run in runs if _is_pipeline(run)]
     if not pipelines:
@@ -391,14 +393,14 @@ def _is_pipeline(run: Run) -> bool:
 
 
 def _make_pipeline_pair(
-    one: Run, other: Run, source: Source, goals: Path | None, *, search: bool
+    modular: Run, pipeline: Run, source: Source, goals: Path | None, *, search: bool
 ) -> _ModularAndPipelineRuns:
-    key = one.key
+    key = modular.key
     conditions: Mapping[str, Sequence[tuple[str, bool]]] = {}
     reachable: Mapping[str, bool] = {}
     if goals is not None:
         benchmark = find_benchmark(key.domain)
-        model = other.records[0].study[STUDY].options["goals_from"]
+        model = pipeline.records[0].study[STUDY].options["goals_from"]
         answers = read_interpretations(goals, benchmark, source, model)[1]
         suite = open_suite(benchmark, Ability.GOAL_INTERPRETATION, source=source)
         conditions = {
@@ -406,11 +408,11 @@ def _make_pipeline_pair(
             for task, text in answers.items()
         }
         if search:
-            tasks = {record.task_id for record in other.records}
+            tasks = {record.task_id for record in pipeline.records}
             wanted = {task: text for task, text in answers.items() if task in tasks}
             reachable = dict(_find_reachable_tasks(benchmark, wanted, source))
     return _ModularAndPipelineRuns(
-        one.records, other.records, reachable, conditions, _find_paper_percents_of_both_runs(key)
+        modular.records, pipeline.records, reachable, conditions, _find_paper_percents_of_both_runs(key)
     )
 
 
@@ -428,7 +430,7 @@ def _find_reachable_tasks(
 
 
 def _find_paper_percents_of_both_runs(key: RunKey) -> Mapping[str, tuple[float | None, float | None]]:
-    """Return the paper's figures for a model by metric: pairs for the modular run and for the pipeline."""
+    """Return metric -> the paper's percentages for a model: of the modular run, and of the pipeline."""
     name = map_files_to_paper_models().get(key.model)
     paper = read_paper_table(f"pipeline_{key.ability.value}")
     columns = [column for column in paper.columns if column.domain == key.domain]
@@ -454,16 +456,16 @@ def _make_pair_analysis(pair: _ModularAndPipelineRuns, title: str, folder: str) 
 
 
 def _shorten_table_for_terminal(table: Table, heading: str) -> Table:
-    """Return the table for the screen: solved tasks and differences in points, without intervals."""
+    """Return a table for the screen: solved tasks, and differences in percentage points, no intervals."""
     shown = table.drop_columns(_FILE_ONLY_COLUMNS)
     return replace(
         shown,
         title=f"{heading}: tasks solved, difference in points",
-        rows=tuple([tuple(map(_format_short_cell, row)) for row in shown.rows]),
+        rows=tuple([tuple(map(_format_screen_cell, row)) for row in shown.rows]),
     )
 
 
-def _format_short_cell(cell: object) -> str:
+def _format_screen_cell(cell: object) -> str:
     if not isinstance(cell, Estimate):
         return str(cell)
     if cell.value is None:

@@ -1,8 +1,8 @@
 """Plan with a model's operators, execute the plan in the world, and find the step of this chain that fails.
 
 The plan of an answer to transition modeling is translated to actions of the world, and scored as an answer to
-action sequencing. Planning problems lack some goals and preconditions of the world. So even the data set's
-own operators can fail, and each model's chain is compared with the chain of these operators.
+action sequencing. The planner's problems leave out some goals and preconditions of the world. So even the
+data set's own operators can fail, and each model's chain is compared with the chain of these operators.
 """
 
 from __future__ import annotations
@@ -15,7 +15,7 @@ from typing import TypeAlias
 from eai.abilities.protocol import DEFAULT_PROTOCOL, Ability
 from eai.abilities.transition_modeling.extraction import OperatorCache, ResultCache, read_operators
 from eai.abilities.transition_modeling.rules import to_gold_steps
-from eai.abilities.transition_modeling.scorer import TransitionModeling
+from eai.abilities.transition_modeling.scorer import TransitionModelingScorer
 from eai.abilities.transition_modeling.verdict import OperatorVerdict
 from eai.abilities.verdict import PlanVerdict, Unreadable, make_share_of_one
 from eai.base.errors import InputError
@@ -36,9 +36,10 @@ from eai.tasks.source import Source
 from eai.tasks.task import GoalKind
 
 ChainOutcome: TypeAlias = tuple[str, str]
-"""End of a chain: the stage that fails, or `NOWHERE`, and how this stage fails.
+"""How the chain from a model's operators to an executed plan ends: the stage that fails, and the reason.
 
-The second value is the planner's outcome, the kind of error, or the kind of goals that are missed.
+The stage is `NOWHERE`, without a reason, if the plan succeeds. The reason is the planner's outcome, the kind
+of error, or the kind of missed goals.
 """
 
 OPERATORS, PLANNER, TRANSLATION = "operators", "planner", "translation"
@@ -48,19 +49,19 @@ _LINKS = (OPERATORS, PLANNER, TRANSLATION, EXECUTION, GOAL, NOWHERE)
 
 SUCCESS: ChainOutcome = (NOWHERE, "")
 UNTRANSLATED: ChainOutcome = (TRANSLATION, "no_action")
-"""End of a chain in which a step of the plan has no corresponding action of the world."""
+"""Outcome of a chain if a step of the planner's plan corresponds to no action of the world."""
 ONLY_ACTIONS_MISSED: ChainOutcome = (GOAL, "only_actions")
-"""End of a chain whose plan misses only goals of actions, which planning problems do not state."""
+"""Outcome of a chain if the plan misses only goals that ask for actions; the planner is not given them."""
 CONDITIONS_MISSED: ChainOutcome = (GOAL, "conditions")
 
 
 @dataclass(frozen=True, slots=True)
 class _OperatorExecutionChain:
-    """Finds plans with the operators of answers, and executes them in the world.
+    """Executes the plans that a planner found with the operators in answers.
 
     Attributes:
-        operators: the suite of transition modeling, whose answers are operators.
-        plans: the suite of action sequencing with the same tasks.
+        operators: the suite of transition modeling, in which models write operators.
+        plans: the suite of action sequencing, in which models write plans for the same tasks.
     """
 
     operators: Suite
@@ -79,9 +80,9 @@ class _OperatorExecutionChain:
         )
 
     def find_chain_outcome(self, task_id: str, answer: str, verdict: OperatorVerdict) -> ChainOutcome | None:
-        """Return the end of the chain of an answer's operators.
+        """Return the stage at which the chain of an answer's operators fails, and the reason.
 
-        The end is None if the task is excluded or no planner was run.
+        The result is None if the task is excluded, or if no planner was run to score the answer.
 
         Args:
             task_id: the task.
@@ -108,17 +109,17 @@ class _OperatorExecutionChain:
         return UNTRANSLATED if plan is None else self._find_plan_end(task_id, plan)
 
     def translate_plan(self, task_id: str, answer: str, verdict: OperatorVerdict) -> str | None:
-        """Translate the planner's plan to an answer to action sequencing, or None.
+        """Return the planner's plan in a verdict as an answer to action sequencing, or None.
 
         The result is None if a step corresponds to no action, or if a step and its operator differ in the
         number of objects.
 
         Raises:
-            InputError: as raised by `find_chain_outcome`.
+            InputError: the verdict has a plan with operators that the answer does not have.
         """
         scorer, written = self.operators.scorer(task_id), read_operators(answer, self._readings)
-        if not isinstance(scorer, TransitionModeling):
-            raise TypeError(f"{task_id}: {scorer} scores no operators")
+        if not isinstance(scorer, TransitionModelingScorer):
+            raise TypeError(f"{task_id}: expected a scorer of operators, found {scorer}")
         by_name = {} if isinstance(written, Unreadable) else written.value
         actions = {name: item.action for name, item in by_name.items() if item.action is not None}
         plan = [PlanStep(name, tuple(objects)) for name, *objects in map(str.split, verdict.plan)]
@@ -142,12 +143,12 @@ class _OperatorExecutionChain:
         return task_id in plans.scorers and plans.scorer(task_id).find_exclusion() is None
 
     def _find_plan_end(self, task_id: str, plan: str) -> ChainOutcome:
-        """Execute the plan of a chain in the world. Return the end of the chain."""
+        """Execute a translated plan in the world, and return the outcome of the chain."""
         verdict = self.plans.score(task_id, plan)
         if verdict.error is not None:
             return (EXECUTION, verdict.error.kind.value)
         if not isinstance(verdict, PlanVerdict):
-            raise TypeError(f"{task_id}: {verdict} is no verdict on a plan")
+            raise TypeError(f"{task_id}: expected a verdict on a plan, found {verdict}")
         if verdict.success:
             return SUCCESS
         goals = zip(self.plans.tasks[task_id].goals, verdict.goals_satisfied, strict=True)
@@ -155,7 +156,10 @@ class _OperatorExecutionChain:
         return ONLY_ACTIONS_MISSED if missed == {GoalKind.ACTION} else CONDITIONS_MISSED
 
     def find_outcome_with_gold_operators(self, task_id: str) -> ChainOutcome | None:
-        """Return the end of the chain of the data set's own operators, or None as in `find_chain_outcome`."""
+        """Return the outcome of the chain of the data set's own operators.
+
+        The result is None if the task is excluded, or if no planner was run.
+        """
         suite = self.operators
         answer = self._true_answers[task_id].text
         return self.find_chain_outcome(
@@ -165,7 +169,7 @@ class _OperatorExecutionChain:
 
 def _require_operator_verdict(verdict: object) -> OperatorVerdict:
     if not isinstance(verdict, OperatorVerdict):
-        raise TypeError(f"{verdict} is no verdict on operators")
+        raise TypeError(f"expected a verdict on operators, found {verdict}")
     return verdict
 
 
@@ -241,17 +245,17 @@ def _format_count_cell(cell: Cell) -> Cell:
 
 
 @make_table("operators", (*SUITE, MODEL, "breaks at", "reason", "share", "true operators"))
-def _make_operators_table(chained: Sequence[_RunWithChainOutcomes]) -> Iterator[Row]:
+def _make_operators_table(runs: Sequence[_RunWithChainOutcomes]) -> Iterator[Row]:
     """Chains of operators.
 
     A planner finds a plan with the model's operators, and the plan is executed in the world. Tasks are
-    counted
-    by the stage that fails, in percent. operators: they cannot be read or used for planning. planner: no plan
-    is found. translation: a step of the plan is no action of the world. execution: an action fails. goal: not
-    all goals are reached (only_actions: all missed goals are actions, which planning problems cannot state).
+    counted by the stage that fails, in percent. operators: they cannot be read or used for planning. planner:
+    no plan is found. translation: a step of the plan is no action of the world. execution: an action fails.
+    goal: not all goals are reached (only_actions: all missed goals are actions, which planning problems
+    cannot state).
     nowhere: success. true operators: tasks with the data set's operators instead of the model's.
     """
-    for run in chained:
+    for run in runs:
         ends = {*run.ends, *[end for end in run.true_ends if end is not None], SUCCESS}
         for end in sorted(ends, key=lambda end: (_LINKS.index(end[0]), end[1])):
             shares = [_estimate_share_of_end(run.records, side, end) for side in (run.ends, run.true_ends)]

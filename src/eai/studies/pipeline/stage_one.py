@@ -65,8 +65,8 @@ def read_goal_beliefs(
 def require_questions_state_goals(ability: Ability) -> None:
     """Raise an error if the questions of an ability state no goals."""
     if ability not in STAGE_TWO:
-        names = " and ".join(stage.value for stage in STAGE_TWO)
-        raise InputError(f"goals: questions of {names} state goals, those of {ability.value} do not")
+        names = " or ".join(stage.value for stage in STAGE_TWO)
+        raise InputError(f"goals: questions of {ability.value} state no goals; choose {names}")
 
 
 def make_goal_beliefs(
@@ -75,13 +75,15 @@ def make_goal_beliefs(
     source: Source,
     scenes: Mapping[str, BelievedTask] | None = None,
 ) -> PromptBeliefs:
-    """Return the goals that a model's answers state, with verdicts on these goals under the default protocol.
+    """Return the goals in a model's answers, for later questions to state, with counts of right goals.
+
+    The answers are scored under the default protocol.
 
     Args:
-        interpretations: the answers.
+        interpretations: a model's name, and its answers to goal interpretation.
         benchmark: the benchmark.
         source: source of the benchmark's data.
-        scenes: by task id, the perceived scene in which goals are read; other tasks have their true scene.
+        scenes: task id -> the perceived scene whose objects the answer names; by default the true scene.
     """
     model, answers = interpretations
     suite = open_suite(benchmark, Ability.GOAL_INTERPRETATION, source=source)
@@ -104,7 +106,7 @@ def make_goal_beliefs(
 
 
 def _summarize_goals_stated_in_answer(answer: str, task_id: str, suite: Suite) -> dict[str, Json]:
-    """Return the summary of stated goals that records store, with scores under the default protocol."""
+    """Return what records store on the goals in an answer: counts of right and wrong goals, and defects."""
     read = read_stated_goals(
         answer, suite.tasks[task_id], suite.benchmark.domain, suite.benchmark.notation.goals
     )
@@ -123,7 +125,7 @@ def count_goal_confusion(verdict: object) -> Confusion:
     Other stated goals are wrong, ill-formed, or name something that does not exist.
     """
     if not isinstance(verdict, GoalVerdict) or verdict.counts is None:
-        raise TypeError(f"{verdict} is no verdict on goals")
+        raise TypeError(f"expected a verdict on goals with counts, found {verdict}")
     right, wrong, missed = verdict.counts[ALL]
     return Confusion(right, wrong + verdict.ill_formed + len(verdict.hallucinated), missed)
 
@@ -146,21 +148,23 @@ def read_interpretations(
     """
     are_records = path.suffix == ".jsonl"
     records = find_files_below(path, RECORDS) if path.is_dir() else [path] * are_records
-    answers = list(_read_from_records(records, benchmark))
+    answers = list(_read_answers_from_records(records, benchmark))
     if not answers and not are_records:
-        answers = list(_read_from_responses(path, benchmark, source))
+        answers = list(_read_answers_from_responses(path, benchmark, source))
     by_model, wanted = group_pairs(answers), f"{benchmark.name} {Ability.GOAL_INTERPRETATION.value}"
     chosen = next(iter(by_model)) if len(by_model) == 1 else to_file_name(model) if model else ""
     if chosen not in by_model:
         names = ", ".join(sorted(by_model)) or "none"
-        raise InputError(f"{path}: expected answers to {wanted} of one model, found {names}")
+        raise InputError(
+            f"{path}: expected answers to {wanted} of one model, found {names}; give the answers of one model"
+        )
     runs = by_model[chosen]
     if len(runs) > 1:
-        raise InputError(f"{path}: {len(runs)} runs of {chosen} answer {wanted}; give the folder of one")
+        raise InputError(f"{path}: {len(runs)} runs of {chosen} answer {wanted}; give the folder of one run")
     return chosen, runs[0]
 
 
-def _read_from_records(files: list[Path], benchmark: Benchmark) -> Iterator[Interpretations]:
+def _read_answers_from_records(files: list[Path], benchmark: Benchmark) -> Iterator[Interpretations]:
     for file in files:
         answers: dict[str, dict[str, str]] = {}
         for record in read_records(file):
@@ -171,7 +175,9 @@ def _read_from_records(files: list[Path], benchmark: Benchmark) -> Iterator[Inte
         yield from answers.items()
 
 
-def _read_from_responses(path: Path, benchmark: Benchmark, source: Source) -> Iterator[Interpretations]:
+def _read_answers_from_responses(
+    path: Path, benchmark: Benchmark, source: Source
+) -> Iterator[Interpretations]:
     task_ids = tuple(benchmark.tasks_for(Ability.GOAL_INTERPRETATION, source))
     for file in find_files_of_suite(path, benchmark.name, Ability.GOAL_INTERPRETATION):
         read = read_responses(file, task_ids, benchmark.data.task_id_of)
@@ -203,20 +209,25 @@ def find_interpreted_goals(
         scenes = None if stage.previous is None else stage.previous.collect_beliefs(endpoint, suite).beliefs
         stage.found_beliefs[key] = make_goal_beliefs(answers, suite.benchmark, suite.source, scenes)
     if not stage.found_beliefs[key].beliefs.keys() & set(stage.task_ids[suite.domain]):
-        raise InputError(f"goals {goals}: none of the tasks has an answer to goal interpretation")
+        raise InputError(
+            f"goals {goals}: no task of the run has an answer to goal interpretation; "
+            "choose tasks or answers that belong together"
+        )
     return stage.found_beliefs[key]
 
 
 def ask_for_subgoals(stage: StageBeforeQuestions, endpoint: Endpoint, suite: Suite) -> PromptBeliefs:
     """Return the subgoals that a model lists for the goals that it interpreted.
 
-    The model is asked once for each domain.
+    Each model is asked once for each domain.
 
     Raises:
         InputError: published prompts cannot state subgoals.
     """
     if stage.library.prompts == "official" and suite.benchmark.data.prompts is not None:
-        raise InputError("pipeline.subgoals: published prompts state no subgoals; use ours (--set eai)")
+        raise InputError(
+            "pipeline.subgoals: published prompts state no subgoals; choose the prompts of eai by --set eai"
+        )
     key = (endpoint.model, suite.domain)
     if key not in stage.found_beliefs:
         subgoal_suite = open_suite(
@@ -233,24 +244,24 @@ def ask_for_subgoals(stage: StageBeforeQuestions, endpoint: Endpoint, suite: Sui
 
 
 def add_subgoals_to_beliefs(
-    goals: PromptBeliefs | None, listed: Interpretations, suite: Suite
+    goal_beliefs: PromptBeliefs | None, subgoal_answers: Interpretations, suite: Suite
 ) -> PromptBeliefs:
-    """Return the goals with subgoals added from answers. Unreadable answers add no subgoals.
+    """Return goals for questions to state, with subgoals from answers. Unreadable answers add no subgoals.
 
     Args:
-        goals: the goals that questions state, as beliefs.
-        listed: name of a model, and the model's answers to subgoal decomposition by task id.
+        goal_beliefs: the goals; without goals, no subgoals are added.
+        subgoal_answers: a model's name, and its answers to subgoal decomposition by task id.
         suite: the suite of subgoal decomposition.
     """
-    model, answers = listed
+    model, answers = subgoal_answers
     beliefs: dict[str, BelievedTask] = {}
     summaries: dict[str, Mapping[str, Mapping[str, Any]]] = {}
     for task_id, answer in answers.items():
-        if goals is None or task_id not in goals.beliefs:
+        if goal_beliefs is None or task_id not in goal_beliefs.beliefs:
             continue
         read = suite.benchmark.subgoals().read(answer)
         subgoals = () if isinstance(read, Unreadable) else read.subgoals
-        beliefs[task_id] = replace(goals.beliefs[task_id], subgoals=subgoals)
+        beliefs[task_id] = replace(goal_beliefs.beliefs[task_id], subgoals=subgoals)
         success = bool(getattr(suite.score(task_id, answer), "success", False))
         summaries[task_id] = {STUDY: {"subgoals_sha256": hash_text(answer), "subgoals_success": success}}
     return PromptBeliefs(
@@ -262,25 +273,27 @@ def add_subgoals_to_beliefs(
     )
 
 
-def summarize_stated_goals(record: Record, suite: Suite, about: Mapping[str, Any]) -> Mapping[str, Json]:
+def summarize_stated_goals(
+    record: Record, suite: Suite, question_metadata: Mapping[str, Any]
+) -> Mapping[str, Json]:
     """Return the summary of a question's stated goals and subgoals, to be stored in the record of the answer.
 
     Args:
         record: the record of the answer.
         suite: the suite of the question.
-        about: the metadata of the question, with the answers whose goals and subgoals it stated.
+        question_metadata: the metadata of the question, with the answers whose goals and subgoals it stated.
     """
     task_id, models = record.task_id, record.study[STUDY].options
-    if STATED not in about:
+    if STATED not in question_metadata:
         return {}
     beliefs = make_goal_beliefs(
-        (models["goals_from"], {task_id: about[STATED]}), suite.benchmark, suite.source
+        (models["goals_from"], {task_id: question_metadata[STATED]}), suite.benchmark, suite.source
     )
-    if SUBGOALS in about:
+    if SUBGOALS in question_metadata:
         subgoal_suite = open_suite(
             suite.benchmark, Ability.SUBGOAL_DECOMPOSITION, suite.protocol, source=suite.source
         )
-        listed = models["subgoals_from"], {task_id: about[SUBGOALS]}
+        listed = models["subgoals_from"], {task_id: question_metadata[SUBGOALS]}
         beliefs = beliefs.add_goal_beliefs(add_subgoals_to_beliefs(beliefs, listed, subgoal_suite))
     return beliefs.summaries.get(task_id, {}).get(STUDY, {})
 

@@ -1,4 +1,7 @@
-"""Study pipelines: questions state goals that a model interpreted, instead of the task's goals."""
+"""Study pipelines: questions state goals that a model interpreted, instead of the task's goals.
+
+Results are compared with those of the same ability with the task's goals.
+"""
 
 from __future__ import annotations
 
@@ -28,9 +31,10 @@ class _PipelineOptions(VariationOptions):
     """Which goals the questions state instead of the task's.
 
     Attributes:
-        goals: Ask with interpreted goals: the model's own, asked for first (own), or those in a file or
-            folder of answers to goal interpretation (its path).
-        subgoals: Ask for plans with subgoals too, which the model itself lists for these goals (own).
+        goals: State interpreted goals: own (the model is first asked for them), or the path of a file or
+            folder with answers to goal interpretation.
+        subgoals: In questions for plans, also state subgoals: own (the model first lists them for these
+            goals).
     """
 
     goals: str | None = None
@@ -46,23 +50,23 @@ class _PipelineOptions(VariationOptions):
 
     @property
     def chosen_option(self) -> str:
-        """Name of the option for interpreted goals; empty if the user did not choose this option."""
+        """``pipeline.goals``, the option to state goals of a model in questions; empty if not given."""
         return "" if self.goals is None else "pipeline.goals"
 
     @property
     def results_heading(self) -> str:
-        """Heading of results that names the source of the stated goals."""
+        """Heading above the results of a run, which names the source of the goals that questions state."""
         return f"goals: {self.goals}" + ("" if self.subgoals is None else f", subgoals: {self.subgoals}")
 
-    def make_recorded_settings(self, study: str) -> None:
-        """Return None, because the stage that reads the goals records which models interpreted them."""
+    def make_recorded_settings(self, study_name: str) -> None:
+        """Return None: the stage before the questions, which finds the goals, records their models."""
 
     @property
     def changed_task_part(self) -> Literal["", "scene", "goals"]:
         """The part of a question that this study changes: the goals."""
         return "goals"
 
-    def select_abilities(self, named: Collection[Ability]) -> list[Ability]:
+    def select_abilities(self, requested: Collection[Ability]) -> list[Ability]:
         """Return the abilities whose questions state goals; if the user names abilities, only these.
 
         Raises:
@@ -70,19 +74,25 @@ class _PipelineOptions(VariationOptions):
         """
         from eai.studies.pipeline.stage_one import STAGE_TWO, require_questions_state_goals
 
-        for ability in named:
+        for ability in requested:
             require_questions_state_goals(ability)
-        chosen = [ability for ability in PAPER_ABILITIES if ability in (named or STAGE_TWO)]
+        chosen = [ability for ability in PAPER_ABILITIES if ability in (requested or STAGE_TWO)]
         if self.subgoals is None:
             return chosen
         if Ability.ACTION_SEQUENCING not in chosen:
-            raise InputError("pipeline.subgoals: only questions of action_sequencing can state subgoals")
+            raise InputError(
+                "pipeline.subgoals: only questions of action_sequencing can state subgoals; "
+                "choose --ability action_sequencing"
+            )
         return [Ability.ACTION_SEQUENCING]
 
     def make_stage_before_questions(
         self, library: PromptLibrary, task_ids_by_domain: Mapping[str, Collection[str]], ask: AskModel
     ) -> StageBeforeQuestions:
-        """Return the stage that asks for goals, or the later stage for subgoals if the user chose them."""
+        """Return the stage that finds the goals, before the questions of the run.
+
+        If the user chose subgoals, return a second stage, which asks for them after the stage for the goals.
+        """
         from eai.studies.pipeline.stage_one import ask_for_subgoals, find_interpreted_goals
 
         first = StageBeforeQuestions(
@@ -99,8 +109,8 @@ class _PipelineAnalysisOptions(Options):
     """How a pipeline is compared.
 
     Attributes:
-        goals: The answers to goal interpretation. They show which conditions are missing, and what a perfect
-            second stage would reach.
+        goals: A file or folder with the answers to goal interpretation. They show which goals are missing,
+            and which tasks a perfect planner would solve with the stated goals.
         search: If goals is given, search for plans to the stated goals (half a minute per hundred tasks).
     """
 

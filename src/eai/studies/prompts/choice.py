@@ -1,4 +1,4 @@
-"""Write the name of a run's prompts as records store it."""
+"""Make the entry of records that names the prompts of a run."""
 
 from __future__ import annotations
 

@@ -181,7 +181,9 @@ def _make_prompt_matrix(runs: Sequence[tuple[str, Sequence[Record]]], metric: st
     for prompt in prompts:
         for model in models:
             if (prompt, model) not in by_cell:
-                raise InputError(f"{model} has no run with the prompts {prompt}")
+                raise InputError(
+                    f"{model} has no run with the prompts {prompt}; add its records, or leave out the prompts"
+                )
     scored = {
         cell: {record.task_id: record for record in records if record.verdict.excluded is None}
         for cell, records in by_cell.items()
@@ -189,7 +191,7 @@ def _make_prompt_matrix(runs: Sequence[tuple[str, Sequence[Record]]], metric: st
     first = next(iter(scored.values()))
     tasks = [task for task in first if all(task in records for records in scored.values())]
     if not tasks:
-        raise InputError("expected runs on the same tasks, found no task that all of them have")
+        raise InputError("no task is in all runs; give the records of runs on the same tasks")
     shared = {cell: [records[task] for task in tasks] for cell, records in scored.items()}
     return _PromptMatrix(metric, prompts, models, shared)
 
@@ -201,7 +203,7 @@ def make_prompt_tables(
 
     Args:
         runs: pairs of a name of prompts and a run's records; each run has one model.
-        metric: name of a metric of the ability.
+        metric: name of the metric to compare, such as ``task_success``.
         reference: the prompts from which gains are measured; the first if None.
 
     Raises:
@@ -225,8 +227,8 @@ def _make_cells_table(matrix: _PromptMatrix) -> Iterator[Row]:
     """{matrix.metric} by prompt and model.
 
     {matrix.metric} in percent, of the {matrix.task_count} tasks that all runs have scored answers to;
-    `format_errors`: share of answers that cannot be read, in percent. Intervals have the names of tasks as
-    units.
+    `format_errors`: share of answers that cannot be read, in percent. The units of intervals are names of
+    tasks; similar tasks share a name.
     """
     for prompt, model in product(matrix.prompts, matrix.models):
         records = matrix.records[prompt, model]
@@ -246,8 +248,9 @@ def _make_agreement_table(matrix: _PromptMatrix, top: int, draws: int = DRAWS) -
     `tau`: Kendall's tau-b of the order of prompts in two models (1 the same, -1 the reverse); `shared_top`:
     number of prompts among the best {top} of both; `concordance`: Kendall's W of all models (0 none, 1 the
     same order). Intervals are percentiles of {draws} draws of task names. They show how far the measured
-    agreement depends on these tasks, not the agreement of the true orders, which chance hides if prompts are
-    almost equally good. Cells are empty if a model scores equally with all prompts.
+    agreement depends on these tasks. They do not show the agreement of the true orders: if prompts are
+    almost equally good, chance decides the measured order. Cells are empty if a model scores equally with all
+    prompts.
     """
     columns = {model: matrix.compute_metrics_of_model(model) for model in matrix.models}
     drawn = list(_draw_bootstrap_metrics_by_model(matrix, draws))
@@ -263,9 +266,9 @@ def _make_agreement_table(matrix: _PromptMatrix, top: int, draws: int = DRAWS) -
 
 
 def _draw_bootstrap_metrics_by_model(matrix: _PromptMatrix, draws: int) -> Iterator[dict[str, list[float]]]:
-    """Yield bootstrap samples of the matrix: values by model, for task names drawn with replacement.
+    """Yield for each bootstrap draw: model -> the metric with each prompt, for the drawn task names.
 
-    All runs use the same drawn names.
+    Task names are drawn with replacement, and all runs use the same drawn names.
     """
     sums: dict[tuple[str, str], dict[str, Rate]] = {}
     for cell in matrix.records:
@@ -286,13 +289,13 @@ def _compute_percent_of_drawn_names(rate_by_name: Mapping[str, Rate], drawn_name
     return Rate(numerator, sum(rate_by_name[name].denominator for name in drawn_names)).percent or 0.0
 
 
-def _make_bootstrap_estimate(value: float | None, again: Sequence[float | None]) -> Estimate:
+def _make_bootstrap_estimate(value: float | None, sampled_values: Sequence[float | None]) -> Estimate:
     """Return the value with an interval from percentiles of sampled values.
 
     There is no interval if a sample has no value.
     """
-    values = sorted(drawn for drawn in again if drawn is not None)
-    if value is None or len(values) < len(again):
+    values = sorted(drawn for drawn in sampled_values if drawn is not None)
+    if value is None or len(values) < len(sampled_values):
         return Estimate(value)
     low, high = (values[math.floor(share * (len(values) - 1))] for share in (0.025, 0.975))
     return Estimate(value, low, high)
@@ -315,9 +318,10 @@ def _make_variance_table(matrix: _PromptMatrix) -> Iterable[Row]:
 def _make_gains_table(matrix: _PromptMatrix, reference: str) -> Iterator[Row]:
     """Gains over {reference}.
 
-    Percentage points of {matrix.metric} against the prompts {reference}, paired by task, near copies
-    together. `p` is from a test that exchanges the two runs at random. `p_holm` is corrected for the number
-    of prompts, because the best of many prompts gains something by chance alone.
+    Difference in {matrix.metric} to the run with the prompts {reference} on the same tasks, in percentage
+    points. Tasks with the same name, which are similar, count as one unit. `p` is from a test that exchanges
+    the answers of the two runs at random. `p_holm` is corrected for the number of prompts, because the best
+    of many prompts gains something by chance alone.
     """
     others = [prompt for prompt in matrix.prompts if prompt != reference]
     for model in matrix.models:

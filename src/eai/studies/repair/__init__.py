@@ -1,1 +1,1 @@
-"""Repair: the fewest edits of steps that make failed answers right."""
+"""Repair: the fewest steps to insert, delete or replace that make a failed answer right."""

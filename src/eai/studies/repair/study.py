@@ -1,4 +1,4 @@
-"""Study the edits of steps that make failed answers right: how many, of what kind, and at which step."""
+"""Study the edits (steps to insert, delete or replace) that make failed answers right."""
 
 from __future__ import annotations
 
@@ -18,7 +18,7 @@ from eai.studies.study import Analysis, Study
 from eai.tasks.options import Options
 
 _MAX_DISTANCE = 5
-"""Number of edits from which on all distances share one row of the table."""
+"""Distances of this many edits and more share one column of the table."""
 
 
 def _analyze_repairs(records: StudyRecords, chosen: Options) -> Iterator[Analysis]:
@@ -50,7 +50,7 @@ def _list_recorded_repairs(run: Run) -> Iterator[tuple[Record, Repair]]:
 _RepairsByRun = Sequence[tuple[RunKey, list[tuple[Record, Repair]]]]
 
 
-def _estimate_share_of_counted(
+def _estimate_share_of_answers(
     answers: Sequence[tuple[Record, Repair]], is_counted: Sequence[bool]
 ) -> Estimate:
     return estimate_share([record for record, _ in answers], is_counted)
@@ -72,7 +72,7 @@ def _make_edit_distances_table(repairs: _RepairsByRun) -> Iterator[Row]:
         near = [r.at_most is not None and r.at_most - r.at_least <= 2 for _, r in bounded]
         exact = [r.distance is not None for _, r in bounded]
         single = [r.distance == 1 for _, r in bounded]
-        shares = [_estimate_share_of_counted(bounded, counted) for counted in (exact, near, single)]
+        shares = [_estimate_share_of_answers(bounded, counted) for counted in (exact, near, single)]
         yield (*key.table_cells, len(bounded), len(answers) - len(bounded), *shares)
 
 
@@ -88,7 +88,7 @@ def _make_edits_table(repairs: _RepairsByRun) -> Iterator[Row]:
     """How many edits it takes.
 
     Numbers of failed answers by their distance, the smallest number of edits that make an answer right. ties:
-    median number of single edits that make an answer right, among answers that one edit makes right.
+    for answers that a single edit makes right, the median number of different edits that do so.
     """
     for key, answers in repairs:
         bounded = _select_repairs_with_known_bounds(answers)
@@ -117,7 +117,7 @@ def _make_edit_kinds_table(repairs: _RepairsByRun) -> Iterator[Row]:
                     error,
                     kinds,
                     number,
-                    _estimate_share_of_counted(of_error, [s == kinds for s in sets]),
+                    _estimate_share_of_answers(of_error, [s == kinds for s in sets]),
                 )
 
 
@@ -125,9 +125,9 @@ def _make_edit_kinds_table(repairs: _RepairsByRun) -> Iterator[Row]:
 def _make_failure_causes_table(repairs: _RepairsByRun) -> Iterator[Row]:
     """Where the cause lies.
 
-    Numbers of answers that one edit makes right, by whether all such edits agree. step: all edits change the
-    same step. interval: all edits insert an action in the same place. several: the edits differ. earlier:
-    percentage of the answers in step whose changed step comes before the failed step.
+    Numbers of answers that a single edit makes right, by the steps that such edits of an answer change. step:
+    all change the same step. interval: all insert an action at the same place. several: the edits differ.
+    earlier: percentage of the answers in the column step whose changed step comes before the failed step.
     """
     for key, answers in repairs:
         near = [(record, repair) for record, repair in answers if repair.blame is not None]
@@ -137,7 +137,7 @@ def _make_failure_causes_table(repairs: _RepairsByRun) -> Iterator[Row]:
         times = Counter(repair.blame for _, repair in near)
         if near:
             counts = [times[blame] for blame in ("step", "interval", "several")]
-            yield (*key.table_cells, len(near), *counts, _estimate_share_of_counted(blamed, early))
+            yield (*key.table_cells, len(near), *counts, _estimate_share_of_answers(blamed, early))
 
 
 REPAIR = Study(

@@ -80,7 +80,7 @@ def write_cost_section(
     """Yield the section on cost, or no section if no record has token counts.
 
     Args:
-        runs: all runs, including experiments.
+        runs: all runs, including runs with study options.
         prices: prices of tokens, for answers without a recorded cost.
         with_paper: whether the paper's cost is added below the table.
     """
@@ -105,7 +105,7 @@ def write_cost_section(
 
 
 def format_cost_csv(runs: Sequence[RunSummary], prices: PriceList | None) -> str | None:
-    """Return the cost of all runs as CSV; None if no record has token counts."""
+    """Return the cost of all runs as CSV, without the paper's costs; None if no record has token counts."""
     rows = [_make_csv_row(key, spent) for key, spent in _sum_cost_by_run(runs, prices).items()]
     return format_rows_as_csv(rows) if rows else None
 
@@ -127,11 +127,11 @@ def _sum_cost_by_run(runs: Sequence[RunSummary], prices: PriceList | None) -> di
 
 @make_table("per_success", ("model", "suite", *_KINDS), title="")
 def _make_cost_per_success_table(runs: Sequence[RunSummary]) -> Iterator[Row]:
-    """The effort that each success takes.
+    """The cost of a success.
 
-    All that was spent, also on failures, divided by the number of successes. Units of intervals are names of
-    tasks. Without a success, the cell is ≥ with all that was spent. Seconds were spent waiting for replies in
-    episodes; dollars are those that `eai run` wrote
+    The cost of all answers, also of failures, is divided by the number of successes. Units of intervals are
+    names of tasks. Without a success, the cell is ≥ and the whole cost. Seconds are those of waiting for
+    replies in episodes; dollars are those that `eai run` wrote
     """
     for item in runs:
         amounts = (_estimate_spending_per_success(item.per_success.get(kind, ())) for kind in _KINDS)

@@ -129,7 +129,7 @@ def _draw_distributions(distributions: Sequence[_ValueDistribution], title: str,
 
 
 def group_counts_into_bins(counts: Mapping[int, int], *, by_decades: bool) -> dict[str, int]:
-    """Return the counts of bins, by labels with the bins' bounds.
+    """Return the number of items in each bin (range of values), by a label of the bin such as ``5-9``.
 
     Empty bins between other bins are included.
     """

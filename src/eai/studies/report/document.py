@@ -33,7 +33,7 @@ STRATA: Mapping[str, range] = {
     **{f"{steps[0]} to {steps[-1]} steps": steps for steps in map(range, (1, 4, 9, 17), (4, 9, 17, 33))},
     "33 steps or more": range(33, 1_000_000),
 }
-"""Ranges of lengths of annotated plans, by the label of their rows."""
+"""Ranges of the number of steps in annotated plans, by the label of the table's row."""
 
 ROUNDING_DIFFERENCE = 0.056
 """Maximum difference from the paper that rounding explains, in percentage points.
@@ -82,14 +82,14 @@ def _make_paper_agreement_row(
     }
 
 
-def _list_paper_differences(table: PaperTable, item: RunSummary) -> Iterator[tuple[float, str]]:
+def _list_paper_differences(table: PaperTable, summary: RunSummary) -> Iterator[tuple[float, str]]:
     """Yield each difference from the paper's figures, in percentage points, with a text on both numbers."""
-    model = map_files_to_paper_models()[item.key.model]
+    model = map_files_to_paper_models()[summary.key.model]
     for column in table.columns:
-        if (column.ability, column.domain) == (item.key.ability.value, item.key.domain):
-            printed, rate = table.find_printed_number(model, column), item.rates.get(column.metric)
+        if (column.ability, column.domain) == (summary.key.ability.value, summary.key.domain):
+            printed, rate = table.find_printed_number(model, column), summary.rates.get(column.metric)
             if printed is not None and rate is not None and rate.percent is not None:
-                named = f"{escape_markdown(item.key.model)}, {escape_markdown(column.metric)}"
+                named = f"{escape_markdown(summary.key.model)}, {escape_markdown(column.metric)}"
                 yield abs(rate.percent - printed), f"{named}: {rate.percent:.1f} for {printed:.1f}"
 
 
@@ -161,7 +161,7 @@ def _write_main_tables(tables: Sequence[Ranking]) -> Iterator[str]:
 def _write_tables_section(title: str, introduction: str, tables: Sequence[Ranking]) -> Iterator[str]:
     """Yield the text of a section of tables.
 
-    If tables of several protocols share a title, the title names the protocol.
+    If tables of several protocols have the same title, their headings also name the protocol.
     """
     if tables:
         yield f"## {title}\n"
@@ -196,7 +196,7 @@ def _write_section(title: str, rows: Iterable[Mapping[str, str]], *paragraphs: s
 
 def _write_epochs_section(runs: Sequence[RunSummary]) -> Iterator[str]:
     """Yield the section on runs with several answers per task: how often is one right, how often are all?"""
-    groups = group_pairs(pair for item in runs for pair in _get_epoch_cases(item))
+    groups = group_pairs(pair for item in runs for pair in _list_successes_of_epoch(item))
     if not groups:
         return
     table = make_pass_at_k_table(
@@ -207,11 +207,14 @@ def _write_epochs_section(runs: Sequence[RunSummary]) -> Iterator[str]:
     yield format_markdown_table(table)
 
 
-def _get_epoch_cases(item: RunSummary) -> Iterator[tuple[RunKey, RateCases]]:
-    """Yield the whole run's key and the successes, if the summary is of one epoch of a run; else nothing."""
-    metric, model = find_success_metric(item.key.ability), strip_epoch(item.key.model)
-    if metric is not None and model != item.key.model:
-        yield item.key._replace(model=model), item.cases.get(metric, ())
+def _list_successes_of_epoch(summary: RunSummary) -> Iterator[tuple[RunKey, RateCases]]:
+    """Yield the key of the whole run and the successes, or nothing if the summary is not of one epoch.
+
+    In each epoch of a run, all questions are asked once.
+    """
+    metric, model = find_success_metric(summary.key.ability), strip_epoch(summary.key.model)
+    if metric is not None and model != summary.key.model:
+        yield summary.key._replace(model=model), summary.cases.get(metric, ())
 
 
 def _write_protocols_section(runs: Sequence[RunSummary]) -> Iterator[str]:
@@ -241,7 +244,7 @@ def _write_protocols_section(runs: Sequence[RunSummary]) -> Iterator[str]:
 def _write_outcomes_section(runs: Sequence[RunSummary]) -> Iterator[str]:
     kinds = [kind for kind in AnswerOutcome if any(kind in item.breakdown.outcomes for item in runs)]
     rows = (
-        _make_run_cells(item)
+        _make_model_and_suite_cells(item)
         | {get_display_name(kind.value): str(item.breakdown.outcomes.get(kind, "")) for kind in kinds}
         for item in runs
     )
@@ -260,20 +263,20 @@ def _write_sections_by_plan_length_and_predicate(runs: Sequence[RunSummary]) -> 
             yield from _write_section(f"By length of plan and kind of goal: {suite}", rows, _STRATA)
 
 
-def _make_plan_length_rows(items: Sequence[RunSummary]) -> Iterator[tuple[str, list[Rate]]]:
+def _make_plan_length_rows(summaries: Sequence[RunSummary]) -> Iterator[tuple[str, list[Rate]]]:
     """Yield a row for each range of plan lengths, with the success of each run."""
     for label, steps in STRATA.items():
         shares = [
-            [case.share for n, cases in item.breakdown.by_length.items() if n in steps for case in cases]
-            for item in items
+            [case.share for n, cases in summary.breakdown.by_length.items() if n in steps for case in cases]
+            for summary in summaries
         ]
         if any(shares):
             yield f"plan of {label}", [*map(compute_rate, shares)]
 
 
-def _make_predicate_rows(items: Sequence[RunSummary]) -> Iterator[tuple[str, list[Rate]]]:
+def _make_predicate_rows(summaries: Sequence[RunSummary]) -> Iterator[tuple[str, list[Rate]]]:
     """Yield a row for each predicate, with the share of the predicate's goals that each run meets."""
-    tables = [item.breakdown.by_predicate for item in items]
+    tables = [summary.breakdown.by_predicate for summary in summaries]
     for name in sorted({name for table in tables for name in table}):
         yield f"goals on {escape_markdown(name)}", [table.get(name, NOTHING) for table in tables]
 
@@ -287,7 +290,7 @@ def _format_rate(rate: Rate) -> str:
 def _write_runs_section(runs: Sequence[RunSummary]) -> Iterator[str]:
     has_cut_answers = any(item.coverage.cut_off for item in runs)
     rows = [
-        _make_run_cells(item)
+        _make_model_and_suite_cells(item)
         | {
             "answered": str(item.coverage),
             **({"cut off": str(item.coverage.cut_off)} if has_cut_answers else {}),
@@ -311,12 +314,12 @@ def _write_runs_section(runs: Sequence[RunSummary]) -> Iterator[str]:
         yield "Excluded: " + "; ".join(escape_markdown(reason) for reason in sorted(reasons)) + ".\n"
 
 
-def _make_run_cells(item: RunSummary) -> dict[str, str]:
-    return {"model": escape_markdown(item.key.name), "suite": _format_run_suite(item)}
+def _make_model_and_suite_cells(summary: RunSummary) -> dict[str, str]:
+    return {"model": escape_markdown(summary.key.name), "suite": _format_run_suite(summary)}
 
 
-def _format_run_suite(item: RunSummary) -> str:
-    return f"{format_suite_title(item.key.domain, item.key.ability)}, {item.key.protocol.value}"
+def _format_run_suite(summary: RunSummary) -> str:
+    return f"{format_suite_title(summary.key.domain, summary.key.ability)}, {summary.key.protocol.value}"
 
 
 def _format_percent(percent: float | None) -> str:
@@ -348,7 +351,7 @@ def _make_interval_rows(runs: Sequence[RunSummary]) -> Iterator[dict[str, str]]:
             certainty = item.certainties.get(metric)
             if certainty is not None:
                 effective = certainty.effective_task_count
-                yield _make_run_cells(item) | {
+                yield _make_model_and_suite_cells(item) | {
                     "metric": get_display_name(metric),
                     "percent": _format_percent(item.rates[metric].percent),
                     "mean over names": _format_percent(compute_mean_rate_over_task_names(item.cases[metric])),

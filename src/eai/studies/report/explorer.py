@@ -1,43 +1,54 @@
-"""Make the explorer of answers: one HTML file with all data, which opens from disk without a network.
+"""Make the explorer of answers: one HTML file with all data. It opens from disk without a network.
 
-Records are compact JSON. ``explorer/data.js`` reads the JSON in the page, with equal keys. Each text, step,
-operator, scene and tile is stored once, in the lists ``texts``, ``steps``, ``operators``, ``scenes`` and
-``tiles``. Other values refer to its index in the list. Empty values are left out.
+The data are lines of base64. Each line is a chunk of compressed JSON; ``explorer/data.js`` uses equal keys.
+The last line is the index: the fields that list and filter answers. The other lines have details of answers,
+a few runs each, and the page reads a line when it shows one of its answers. Each field is a column of values,
+with null for empty values.
 """
 
 from __future__ import annotations
 
+import base64
 import json
-from collections.abc import Callable, Iterable, Mapping, Sequence
+import zlib
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from functools import cache
+from itertools import zip_longest
 from typing import TYPE_CHECKING, Literal, TypeAlias, cast
-from urllib.parse import quote
 
 from eai.abilities.explanation import Explanation, StepReport, map_missed_goals_to_similar_facts
 from eai.abilities.protocol import Ability
 from eai.abilities.repair import describe_repair
-from eai.abilities.verdict import PlanVerdict, SpanKind, Verdict
+from eai.abilities.verdict import ALL, PlanVerdict, SpanKind, Verdict
+from eai.agents.setting import ACTING
 from eai.agents.verdict import ActingVerdict
 from eai.base.files import to_file_name
 from eai.base.json_value import Json
 from eai.benchmarks.registry import get_title
 from eai.results.codec import hash_text
-from eai.results.page import build_page, encode_for_script
+from eai.results.page import build_page
 from eai.results.record import Record
-from eai.results.runs import Run, RunKey
+from eai.results.runs import Run
 from eai.results.summary import drop_later_attempts, find_answer_outcome
 
 if TYPE_CHECKING:
     from eai.abilities.goal_interpretation.verdict import GoalVerdict
     from eai.abilities.subgoal_decomposition.verdict import SubgoalVerdict
     from eai.abilities.transition_modeling.verdict import OperatorReport, OperatorVerdict
+    from eai.abilities.verdict import Confusion
 
-VERSION = 3
+VERSION = 4
 """Version of the format of the page's data."""
 
-_PACKED_KINDS = ("steps", "operators", "scenes", "tiles")
-"""Names of the lists of values that are stored once and referred to by index."""
+_INDEX_FIELDS = frozenset({"run", "t", "o", "z", "f", "m", "k", "c", "p", "a", "h", "N"})
+"""Short names of the fields by which the page lists and filters answers. All other fields are details."""
+
+_MAX_RUNS_PER_CHUNK = 4
+"""Maximum number of runs in a chunk of details. The runs of a chunk belong to one suite."""
+
+_DATA = "{{data}}"
+"""Text in the HTML page that stands for the data, which are inserted there."""
 
 _VIEWER = "http://127.0.0.1:7575/#/logs"
 """Address at which ``inspect view`` shows logs."""
@@ -47,8 +58,13 @@ Owner: TypeAlias = Literal["agent", "object", "other"]
 """Kind of the object that a tile shows: the agent, an object that the task is about, or another object."""
 
 
-_ItemIndex: TypeAlias = int
-"""Index of a stored item in the list of its kind, by which other items refer to it."""
+_Row: TypeAlias = "dict[str, Json]"
+"""JSON values by the short names that the page expects, such as the fields of an answer."""
+
+_RunNames: TypeAlias = "tuple[str, str, str, str]"
+"""Protocol, domain, ability and model of a run."""
+
+_encode_json = json.JSONEncoder(separators=(",", ":")).encode
 
 
 @dataclass(slots=True)
@@ -71,7 +87,7 @@ class ObjectTile:
 
 
 TileScenes: TypeAlias = Sequence[Sequence[ObjectTile]]
-"""Pictures of the scene at the start and after each tried step, each as tiles that lie in no other tile."""
+"""Pictures of the scene, at the start and after each tried step. Each is a list of its outermost tiles."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -99,221 +115,289 @@ def make_film_file_name(record: Record) -> str:
 
 
 class ExplorerData:
-    """Collects runs as JSON text for the explorer.
+    """Collects runs for the explorer. Only compressed data of the collected runs stay in memory.
 
     Args:
         background: function that returns the background of a domain, called once for each domain.
+        outcomes: mapping from outcomes in logs of other projects to colours; the first outcome is a success.
+            A page with such outcomes shows no rate of success.
     """
 
     def __init__(
-        self, background: Callable[[str], ExplorerDomainData] = lambda domain: ExplorerDomainData()
+        self,
+        background: Callable[[str], ExplorerDomainData] = lambda domain: ExplorerDomainData(),
+        outcomes: Mapping[str, str] | None = None,
     ) -> None:
+        self._outcomes = dict(outcomes or {})
         self._background = cache(background)
-        self._number_of_step = cache(self._pack_step)
-        self._number_of_operator = cache(self._pack_operator)
-        self._numbers: dict[str, dict[str, int]] = {name: {} for name in ("texts", *_PACKED_KINDS)}
-        self._runs: dict[RunKey, str] = {}
-        self._prompts: dict[str, dict[str, Json]] = {}
-        self._tasks: dict[str, dict[str, Json]] = {}
+        self._logged_runs: dict[_RunNames, list[_Row]] = {}
+        self._runs: list[_Row] = []
+        self._sort_keys: list[tuple[int | str, ...]] = []
+        self._suite: tuple[str, ...] = ()
+        self._rows_by_run: list[list[_Row]] = []
+        self._pictures: dict[str, dict[str, int]] = {"tiles": {}, "scenes": {}}
+        self._details: list[bytes] = []
+        self._index = zlib.compressobj(zlib.Z_BEST_COMPRESSION)
+        self._compressed_index = [self._index.compress(b'{"chunks":[')]
+        self._prompts: dict[str, dict[str, str]] = {}
+        self._tasks: dict[str, _Row] = {}
 
     def add_run(self, run: Run) -> None:
         """Add the records of a run."""
         key, background = run.key, self._background(run.key.domain)
-        packed: dict[str, Json] = {
-            "protocol": key.protocol.value,
-            "domain": key.domain,
-            "ability": key.ability.value,
-            "model": key.name,
-            "log": run.log and [*run.log, f"{_VIEWER}/{quote(run.log[0])}/samples/sample"],
-            "answers": [self._pack_answer(record) for record in run.records],
-        }
-        self._runs[key] = encode_for_script(_drop_empty_values(packed))
+        log: Json = run.log and [*run.log, _VIEWER]
+        self._begin_run((key.protocol.value, key.domain, key.ability.value, key.name), key.sort_key, log)
+        self._rows_by_run.append([self._make_answer_fields(record) for record in run.records])
         prompts = background.prompts.get(key.ability.value, {})
         stored = self._prompts.setdefault(f"{key.domain}/{key.ability.value}", {})
         tasks = self._tasks.setdefault(key.domain, {})
         for record in run.records:
             if record.task is not None and record.task_id not in tasks:
                 instruction = " ".join(background.instructions.get(record.task_id, "").split())
-                tasks[record.task_id] = [self._pack_text(record.task.name), self._pack_text(instruction)]
-            prompt = prompts.get(record.task_id)
-            if prompt and record.task_id not in stored:
-                stored[record.task_id] = self._pack_texts(prompt.split("\n"))
+                tasks[record.task_id] = [record.task.name, instruction]
+            if prompt := prompts.get(record.task_id):
+                stored[record.task_id] = prompt
 
-    def to_json(self) -> str:
-        """Return all data as one JSON text that is safe inside a script element."""
-        domains = dict.fromkeys(key.domain for key in self._runs)
-        content = {
-            "version": encode_for_script(VERSION),
-            "runs": _format_json_array(
-                self._runs[key] for key in sorted(self._runs, key=lambda key: key.sort_key)
-            ),
-            "prompts": encode_for_script({suite: lines for suite, lines in self._prompts.items() if lines}),
-            "tasks": encode_for_script({domain: tasks for domain, tasks in self._tasks.items() if tasks}),
-            "titles": encode_for_script({domain: get_title(domain) for domain in domains}),
-            "gold": encode_for_script(
-                {domain: {**gold} for domain in domains if (gold := self._background(domain).operators)}
-            ),
-            "texts": encode_for_script(list(self._numbers["texts"])),
-            **{name: _format_json_array(self._numbers[name]) for name in _PACKED_KINDS},
+    def add_logged_episode(
+        self,
+        run: tuple[str, str, str],
+        task: str,
+        outcome: str,
+        *,
+        error: tuple[str, int, str] | None,
+        lines: Iterable[str],
+        steps: Iterable[StepReport],
+    ) -> None:
+        """Add an episode in a log of another project.
+
+        Args:
+            run: domain, protocol and model, as the page shows them.
+            task: the task.
+            outcome: a key of the argument ``outcomes`` of `ExplorerData`.
+            error: kind, number of the step, and reason of the first error; None if the log shows no error.
+            lines: sentences about the outcome.
+            steps: the actions. Their outcomes can also be ``accepted`` and ``cannot_tell``.
+        """
+        domain, protocol, model = run
+        values: _Row = {
+            "t": task,
+            "o": outcome,
+            "f": error and [*error],
+            "R": [*lines],
+            "s": [_list_step_values(step) for step in steps],
         }
-        return f"{{{','.join(f'{encode_for_script(name)}:{text}' for name, text in content.items())}}}"
+        rows = self._logged_runs.setdefault((protocol, domain, ACTING.value, model), [])
+        rows.append(_drop_empty_values(values))
 
-    def _pack_answer(self, record: Record) -> Json:
-        verdict = record.verdict
-        explanation = record.explanation or Explanation()
+    def format_lines(self) -> Iterator[str]:
+        """Yield all data as lines of base64: chunks of details, chunks of prompts, and the index."""
+        for names, rows in self._logged_runs.items():
+            self._begin_run(names)
+            self._rows_by_run.append(rows)
+        self._logged_runs.clear()
+        self._finish_chunk()
+        prompts = {suite: texts for suite, texts in self._prompts.items() if texts}
+        order = sorted(range(len(self._runs)), key=self._sort_keys.__getitem__)
+        content: _Row = {
+            "version": VERSION,
+            "outcomes": self._outcomes,
+            "runs": self._runs,
+            "order": order,
+            "prompts": {suite: len(self._details) + number for number, suite in enumerate(prompts)},
+            "tasks": self._tasks,
+            "titles": {domain: get_title(domain) for domain in self._tasks},
+            "gold": {domain: {**self._background(domain).operators} for domain in self._tasks},
+        }
+        index = self._index.copy()
+        end = index.compress(f"],{_encode_json(content)[1:]}".encode()) + index.flush()
+        yield from map(_encode_line, self._details)
+        yield from map(_encode_line, map(_compress, map(_number_prompt_lines, prompts.values())))
+        yield _encode_line(b"".join([*self._compressed_index, end]))
+
+    def _begin_run(self, names: _RunNames, sort_key: tuple[int | str, ...] = (), log: Json = None) -> None:
+        """Add the names of a run. A chunk of runs that is full, or of another suite, is finished before."""
+        if names[:3] != self._suite or len(self._rows_by_run) == _MAX_RUNS_PER_CHUNK:
+            self._finish_chunk()
+        self._suite = names[:3]
+        packed = dict(zip(("protocol", "domain", "ability", "model"), names, strict=True))
+        self._runs.append(_drop_empty_values({**packed, "log": log}))
+        self._sort_keys.append(sort_key)
+
+    def _finish_chunk(self) -> None:
+        """Compress the answers of the runs since the last chunk, and begin an empty chunk.
+
+        Answers of several runs to a task are neighbors, because similar neighbors compress better.
+        """
+        if not self._rows_by_run:
+            return
+        first = len(self._runs) - len(self._rows_by_run)
+        runs = [[{"run": n, **row} for row in rows] for n, rows in enumerate(self._rows_by_run, first)]
+        rows = [row for neighbors in zip_longest(*runs) for row in neighbors if row is not None]
+        names = dict.fromkeys(name for row in rows for name in row)
+        columns = {name: [row.get(name) for row in rows] for name in names}
+        listed = {name: column for name, column in columns.items() if name in _INDEX_FIELDS}
+        details = {name: column for name, column in columns.items() if name not in _INDEX_FIELDS}
+        separator = "," if self._details else ""
+        self._compressed_index.append(self._index.compress(f"{separator}{_encode_json(listed)}".encode()))
+        pictures = {kind: [*items] for kind, items in self._pictures.items()}
+        self._details.append(_compress({"columns": details, **pictures}))
+        self._rows_by_run, self._pictures = [], {kind: {} for kind in self._pictures}
+
+    def _make_answer_fields(self, record: Record) -> _Row:
+        verdict, error = record.verdict, record.verdict.error
+        explanation, background = record.explanation or Explanation(), self._background(record.domain)
+        fields = _make_ability_fields(record)
+        # field q contains the operators, and their notes only repeat it
+        notes = () if "q" in fields else explanation.notes
         return _drop_empty_values(
             {
-                "t": self._pack_text(record.task_id),
+                "t": record.task_id,
                 "o": find_answer_outcome(record).value,
-                "x": self._pack_text(verdict.excluded) if verdict.excluded else None,
-                "u": self._pack_text(record.unanswered) if record.unanswered else None,
+                "x": verdict.excluded,
+                "u": record.unanswered,
                 "z": 1 if record.is_cut_off else None,
-                "r": self._pack_text(record.response) if record.response else None,
-                "f": self._pack_error(verdict),
+                "r": record.response,
+                "f": None if error is None else [error.kind.value, error.step, error.detail],
                 "m": list(record.all_answer_repairs),
                 "S": _list_spans_of_answer_text(verdict),
-                "R": self._pack_texts(describe_repair(verdict.repair)) if verdict.repair else [],
-                **self._pack_ability_fields(record),
-                "T": self._pack_turns(record),
-                "w": self._pack_texts(explanation.notes),
-                "s": [self._number_of_step(step) for step in explanation.steps],
-                "G": self._pack_goals(explanation),
-                "A": self._pack_attempts(record),
-                "F": film if (film := self._background(record.domain).find_film(record)) else None,
-                "P": [
-                    self._pack_scene(scene) for scene in self._background(record.domain).find_scenes(record)
-                ],
+                "R": [*describe_repair(verdict.repair)] if verdict.repair else [],
+                **fields,
+                "T": _list_turns(record),
+                "w": [*notes],
+                "s": [_list_step_values(step) for step in explanation.steps],
+                "G": _list_goals(explanation),
+                "A": self._list_attempts(record),
+                "F": background.find_film(record),
+                "P": [self._store_scene(scene) for scene in background.find_scenes(record)],
             }
         )
 
-    def _pack_goals(self, explanation: Explanation) -> list[Json]:
-        """Return the goals of a task.
-
-        Missed goals have a reason, and similar facts that the answer reached instead, as in `eai explain`.
-        """
-        near, goals = map_missed_goals_to_similar_facts(explanation), list[Json]()
-        for goal in explanation.goals:
-            got = f"got {', '.join(near[goal.goal])}" if goal.goal in near else ""
-            remarks = self._pack_texts(filter(None, (goal.why, got)))
-            goals.append([goal.kind, self._pack_text(goal.goal), int(goal.satisfied), *remarks])
-        return goals
-
-    def _pack_turns(self, record: Record) -> list[Json]:
-        """Return a list for each turn of an episode: the reached goals, and the agent's thought."""
-        turns = record.verdict.turns if isinstance(record.verdict, ActingVerdict) else ()
-        is_whole = record.response.lstrip().startswith("{") and '"turns"' in record.response
-        written = json.loads(record.response)["turns"] if turns and is_whole else [{} for _ in turns]
-        thoughts = [self._pack_text(turn["thought"]) if turn.get("thought") else None for turn in written]
-        return [[turn.goals, thought] for turn, thought in zip(turns, thoughts, strict=True)]
-
-    def _pack_attempts(self, record: Record) -> list[Json]:
+    def _list_attempts(self, record: Record) -> list[Json]:
         """Return each attempt of a record as a separate answer; an empty list for a single attempt."""
         number = len(record.attempts)
         parts = [drop_later_attempts(record, k) for k in range(1, number + 1)]
         attempts = [replace(part, attempts=(), origin=None) for part in parts]
-        return [self._pack_answer(attempt) for attempt in attempts] if number > 1 else []
+        return [self._make_answer_fields(attempt) for attempt in attempts] if number > 1 else []
 
-    def _pack_ability_fields(self, record: Record) -> dict[str, Json]:
-        if isinstance(record.verdict, PlanVerdict):
-            return self._pack_plan_fields(record.ability, record.verdict)
-        if record.ability is Ability.GOAL_INTERPRETATION:
-            goals = cast("GoalVerdict", record.verdict)
-            return {
-                "n": {kind: list(counts) for kind, counts in (goals.counts or {}).items()},
-                "h": self._pack_texts(goals.hallucinated),
-            }
-        if record.ability is Ability.TRANSITION_MODELING:
-            return self._pack_operator_fields(cast("OperatorVerdict", record.verdict))
-        return {}
+    def _store_scene(self, tiles: Sequence[ObjectTile]) -> int:
+        return self._find_picture_index("scenes", [self._store_tile(tile) for tile in tiles])
 
-    def _pack_plan_fields(self, ability: Ability, verdict: PlanVerdict) -> dict[str, Json]:
-        subgoals = ability is Ability.SUBGOAL_DECOMPOSITION
-        category = cast("SubgoalVerdict", verdict).category if subgoals else None
-        return {
-            "e": None if verdict.executable is None else int(verdict.executable),
-            "a": verdict.additional_steps,
-            "c": category and category.value,
-            "g": None if verdict.goals is None else [list(tally) for tally in verdict.goals],
-            "C": None if verdict.partial is None else list(verdict.partial),
-        }
-
-    def _pack_operator_fields(self, verdict: OperatorVerdict) -> dict[str, Json]:
-        return {
-            "n": {
-                f"{side}/{category}": list(counts)
-                for side, by_category in (verdict.counts or {}).items()
-                for category, counts in by_category.items()
-            },
-            "p": verdict.planner and verdict.planner.value,
-            "k": list(verdict.task_categories),
-            "q": [self._number_of_operator(operator) for operator in verdict.operators],
-        }
-
-    def _pack_error(self, verdict: Verdict) -> Json:
-        error = verdict.error
-        return None if error is None else [error.kind.value, error.step, self._pack_text(error.detail)]
-
-    def _pack_step(self, step: StepReport) -> _ItemIndex:
-        """Store a step, with the fields of `StepReport` in the order that the page expects.
-
-        Return its index.
-        """
-        texts = self._pack_texts((step.action, step.outcome, step.reason, step.earlier))
-        facts = self._pack_texts(step.added), self._pack_texts(step.removed)
-        return self._store_packed_item("steps", [*texts, *facts, step.hidden_changes])
-
-    def _pack_scene(self, tiles: Sequence[ObjectTile]) -> _ItemIndex:
-        return self._store_packed_item("scenes", [self._pack_tile(tile) for tile in tiles])
-
-    def _pack_tile(self, tile: ObjectTile) -> _ItemIndex:
-        """Store a tile: name, kind, marks, lines, and each zone with its tiles. Return its index."""
-        name, marks, lines = (
-            self._pack_text(tile.name),
-            self._pack_texts(tile.marks),
-            self._pack_texts(tile.lines),
-        )
+    def _store_tile(self, tile: ObjectTile) -> int:
+        """Store a tile and the tiles inside it as lists, and return the index of the tile in the chunk."""
         zones: list[Json] = [
-            [self._pack_text(label), [self._pack_tile(item) for item in within]]
-            for label, within in tile.zones.items()
+            [label, [self._store_tile(item) for item in within]] for label, within in tile.zones.items()
         ]
-        return self._store_packed_item("tiles", [name, tile.kind, marks, lines, zones])
+        return self._find_picture_index("tiles", [tile.name, tile.kind, tile.marks, tile.lines, zones])
 
-    def _pack_operator(self, operator: OperatorReport) -> _ItemIndex:
-        """Store an operator: name, status, clauses of precondition and effect, and rule violations.
-
-        Return its index.
-        """
-        sides = [
-            [self._pack_texts(parts) for parts in (side.matched, side.additional, side.missing)]
-            for side in (operator.precondition, operator.effect)
-        ]
-        offences = [
-            {"offence": offence.offence.value, "name": offence.name, "place": offence.place}
-            for offence in operator.offences
-        ]
-        return self._store_packed_item("operators", [operator.name, operator.status.value, *sides, offences])
-
-    def _pack_texts(self, texts: Iterable[str]) -> list[Json]:
-        return [self._pack_text(text) for text in texts]
-
-    def _pack_text(self, text: str) -> int:
-        return self._find_item_index("texts", text)
-
-    def _store_packed_item(self, kind: str, packed: list[Json]) -> _ItemIndex:
-        return self._find_item_index(kind, encode_for_script(packed))
-
-    def _find_item_index(self, kind: str, item: str) -> _ItemIndex:
-        """Return the index of an item in the list of its kind. A new item is added at the end."""
-        numbers = self._numbers[kind]
-        return numbers.setdefault(item, len(numbers))
+    def _find_picture_index(self, kind: str, picture: Json) -> int:
+        """Return the index of a scene or tile in the chunk's list of its kind; a new one is added."""
+        indices = self._pictures[kind]
+        return indices.setdefault(_encode_json(picture), len(indices))
 
 
-def _format_json_array(items: Iterable[str]) -> str:
-    return f"[{','.join(items)}]"
+def _compress(content: Json) -> bytes:
+    return zlib.compress(_encode_json(content).encode(), zlib.Z_BEST_COMPRESSION)
+
+
+def _encode_line(compressed: bytes) -> str:
+    return f"{base64.b64encode(compressed).decode()}\n"
+
+
+def _number_prompt_lines(prompts: Mapping[str, str]) -> Json:
+    """Return the different lines of all prompts, and the indices of the lines of each task's prompt."""
+    lines: dict[str, int] = {}
+    tasks = {
+        task: [lines.setdefault(line, len(lines)) for line in prompt.split("\n")]
+        for task, prompt in prompts.items()
+    }
+    return {"lines": [*lines], "tasks": tasks}
+
+
+def _list_goals(explanation: Explanation) -> list[Json]:
+    """Return a list for each goal of a task: its kind, its text, and 1 if it is reached, otherwise 0.
+
+    A missed goal also has a reason, and similar facts that the answer reached instead, as in `eai explain`.
+    """
+    near, goals = map_missed_goals_to_similar_facts(explanation), list[Json]()
+    for goal in explanation.goals:
+        got = f"got {', '.join(near[goal.goal])}" if goal.goal in near else ""
+        goals.append([goal.kind, goal.goal, int(goal.satisfied), *filter(None, (goal.why, got))])
+    return goals
+
+
+def _list_turns(record: Record) -> list[Json]:
+    """Return a list for each turn of an episode: the reached goals, and the agent's thought."""
+    turns = record.verdict.turns if isinstance(record.verdict, ActingVerdict) else ()
+    is_whole = record.response.lstrip().startswith("{") and '"turns"' in record.response
+    written = json.loads(record.response)["turns"] if turns and is_whole else [{} for _ in turns]
+    thoughts = [turn.get("thought") or None for turn in written]
+    return [[turn.goals, thought] for turn, thought in zip(turns, thoughts, strict=True)]
+
+
+def _make_ability_fields(record: Record) -> _Row:
+    if isinstance(record.verdict, PlanVerdict):
+        return _make_plan_fields(record.ability, record.verdict)
+    if record.ability is Ability.GOAL_INTERPRETATION:
+        goals = cast("GoalVerdict", record.verdict)
+        return {**_make_count_fields(goals.counts or {}), "h": list(goals.hallucinated)}
+    if record.ability is Ability.TRANSITION_MODELING:
+        return _make_operator_fields(cast("OperatorVerdict", record.verdict))
+    return {}
+
+
+def _make_count_fields(counts: Mapping[str, Confusion]) -> _Row:
+    """Return fields with counts of right, wrong and missed goals or clauses: by name, and their sums."""
+    wholes = [count for name, count in counts.items() if name.rpartition("/")[2] == ALL]
+    sums = [sum(numbers) for numbers in zip(*(wholes or counts.values()), strict=True)]
+    return {"n": {name: list(count) for name, count in counts.items() if any(count)}, "N": sums}
+
+
+def _make_plan_fields(ability: Ability, verdict: PlanVerdict) -> _Row:
+    subgoals = ability is Ability.SUBGOAL_DECOMPOSITION
+    category = cast("SubgoalVerdict", verdict).category if subgoals else None
+    return {
+        "e": None if verdict.executable is None else int(verdict.executable),
+        "a": verdict.additional_steps,
+        "c": category and category.value,
+        "C": None if verdict.partial is None else list(verdict.partial),
+    }
+
+
+def _make_operator_fields(verdict: OperatorVerdict) -> _Row:
+    counts = {
+        f"{side}/{category}": count
+        for side, by_category in (verdict.counts or {}).items()
+        for category, count in by_category.items()
+    }
+    return {
+        **_make_count_fields(counts),
+        "p": verdict.planner and verdict.planner.value,
+        "k": list(verdict.task_categories),
+        "q": [_list_operator_values(operator) for operator in verdict.operators],
+    }
+
+
+def _list_step_values(step: StepReport) -> Json:
+    """Return the fields of a step in the order that the page expects."""
+    facts = [*step.added], [*step.removed]
+    return [step.action, step.outcome, step.reason, step.earlier, *facts, step.hidden_changes]
+
+
+def _list_operator_values(operator: OperatorReport) -> Json:
+    """Return an operator: name, status, clauses of precondition and effect, and rule violations."""
+    sides = [
+        [[*side.matched], [*side.additional], [*side.missing]]
+        for side in (operator.precondition, operator.effect)
+    ]
+    offences = [
+        {"offence": offence.offence.value, "name": offence.name, "place": offence.place}
+        for offence in operator.offences
+    ]
+    return [operator.name, operator.status.value, *sides, offences]
 
 
 def _list_spans_of_answer_text(verdict: Verdict) -> list[Json]:
-    """Return the parts of an answer's text as lists (start, end, kind); empty if all kinds are `READ`."""
+    """Return how parts of an answer's text were treated, as (start, end, kind); empty if all were read."""
     if all(span.kind is SpanKind.READ for span in verdict.spans):
         return []
     return [[span.start, span.end, span.kind.value] for span in verdict.spans]
@@ -324,8 +408,8 @@ def _drop_empty_values(values: Mapping[str, Json]) -> dict[str, Json]:
 
 
 SCRIPTS = (
-    "data.js",
     "dom.js",
+    "data.js",
     "state.js",
     "filters.js",
     "list.js",
@@ -339,10 +423,13 @@ SCRIPTS = (
 """Names of the page's script files, in order. A script may use the scripts before it."""
 
 
-def build_explorer_page(data: str) -> str:
-    """Return the HTML page of the explorer.
+def build_explorer_page(lines: Iterable[str]) -> Iterator[str]:
+    """Yield the HTML page of the explorer in pieces.
 
     Args:
-        data: JSON text from `ExplorerData.to_json`.
+        lines: lines of data from `ExplorerData.format_lines`.
     """
-    return build_page("eai.studies.report", "explorer", SCRIPTS, data)
+    head, _, tail = build_page("eai.studies.report", "explorer", SCRIPTS, _DATA).partition(_DATA)
+    yield head
+    yield from lines
+    yield tail

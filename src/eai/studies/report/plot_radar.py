@@ -1,4 +1,4 @@
-"""Draw the radar plot of a report: the main results of models in all abilities and worlds."""
+"""Draw the radar plot of a report: the main results of models in all abilities and domains."""
 
 from __future__ import annotations
 
@@ -26,7 +26,7 @@ _MAX_MODELS_WITH_INTERVALS = 3
 """Maximum number of models in the plot for which intervals are drawn."""
 
 _HEIGHT = 3.3
-"""Height of a panel with one world's results, in inches."""
+"""Height of a panel with the results of one domain, in inches."""
 
 _LEGEND_ROW = 0.17
 
@@ -34,13 +34,13 @@ _Axis: TypeAlias = tuple[Ability, str]
 """An axis of the plot: an ability and one of the ability's main metrics."""
 
 _Results: TypeAlias = Mapping[_Axis, RunSummary]
-"""Results of a model in a world: for each axis of the plot, the run whose result the axis shows."""
+"""Results of a model in a domain: for each axis of the plot, the run whose result the axis shows."""
 
 
 def draw_radar(runs: Sequence[RunSummary]) -> Figure | None:
-    """Draw the main results of plain runs of a protocol, one panel per world.
+    """Draw the main results of the runs without study options of a protocol, one panel per domain.
 
-    Worlds with fewer than three metrics are left out; the result is None if no world remains. The nine models
+    Domains with fewer than three metrics are left out; the result is None if none remains. The nine models
     with the highest means have colours, all others are grey. If there are at most three models, bands show 95
     % intervals.
     """
@@ -65,7 +65,7 @@ def _group_by_domain(runs: Sequence[RunSummary]) -> dict[str, list[RunSummary]]:
 
 
 def _group_results_by_model(runs: Sequence[RunSummary]) -> dict[str, _Results]:
-    """Return the results in a world by model, in the order of the runs."""
+    """Return the results in a domain by model, in the order of the runs."""
     models: dict[str, dict[_Axis, RunSummary]] = {}
     for item in runs:
         for metric in get_declaration(item.key.ability).averaged_metrics:

@@ -149,29 +149,29 @@ def _draw_score_mark(
     axes: Axes, line: int, mark: tuple[Ranking, RankedModel, MetricColumn], domains: Sequence[str]
 ) -> None:
     table, row, column = mark
-    cell, number = row.cells[column], domains.index(table.domain)
-    if cell.value is None:
+    score, number = row.scores[column], domains.index(table.domain)
+    if score.value is None:
         return
     at, color = line + _APART * (number - (len(domains) - 1) / 2), _choose_color(number)
-    others = (other.cells[column].value for other in table.rows if other.source in _PAPERS)
+    others = (other.scores[column].value for other in table.rows if other.source in _PAPERS)
     for percent in (percent for percent in others if percent is not None):
         axes.plot(percent, at, "|", color=MUTED, markersize=4, markeredgewidth=0.7, alpha=0.7)
-    if cell.low is not None and cell.high is not None:
-        axes.hlines(at, cell.low, cell.high, color=color, linewidth=1.2)
-    axes.plot(cell.value, at, _choose_marker(number), color=color, markersize=4, zorder=3, clip_on=False)
-    beside, text = axes.get_yaxis_transform(), f"{cell.value:.1f}"
+    if score.low is not None and score.high is not None:
+        axes.hlines(at, score.low, score.high, color=color, linewidth=1.2)
+    axes.plot(score.value, at, _choose_marker(number), color=color, markersize=4, zorder=3, clip_on=False)
+    beside, text = axes.get_yaxis_transform(), f"{score.value:.1f}"
     axes.text(1.01 + 0.055 * number, line, text, transform=beside, fontsize=7, va="center", color=color)
 
 
-def _draw_legend(figure: Figure, domains: Sequence[str], others: str | None) -> None:
+def _draw_legend(figure: Figure, domains: Sequence[str], tick_label: str | None) -> None:
     from matplotlib.lines import Line2D
 
     handles = [
         Line2D([], [], marker=_choose_marker(number), color=_choose_color(number), markersize=4, label=domain)
         for number, domain in enumerate(domains)
     ]
-    if others is not None:
-        handles.append(Line2D([], [], marker="|", linestyle="", color=MUTED, markersize=6, label=others))
+    if tick_label is not None:
+        handles.append(Line2D([], [], marker="|", linestyle="", color=MUTED, markersize=6, label=tick_label))
     figure.legend(
         handles=handles,
         title="Bars are 95 % intervals with the tasks' names as units.",

@@ -47,12 +47,12 @@ LENGTHS_PER_BIN = 10
 """Number of plan lengths in one bin: 0-9, 10-19 and so on, as in the paper's figure."""
 
 _MAX_GOALS = 10
-"""Number of goals from which on all tasks share a bin."""
+"""Number of goals at which the last bin of tasks begins; this bin has no upper limit."""
 
 _MAX_MODELS_WITH_INTERVALS = 3
 """Maximum number of models in a panel for which intervals are drawn."""
 _PANEL = (3.5, 2.5)
-"""Width (one column of a page) and height of a panel, in inches, so that a page shows fonts unscaled."""
+"""Width and height of a panel, in inches. The width is a column of a page, so that fonts keep their size."""
 _LEGEND_ROW = 0.17
 _LEGEND_COLUMNS = {1: 1, 2: 3}
 """Number of columns of a figure's legend, by the figure's number of panels."""
@@ -62,11 +62,11 @@ _MODEL_DISTANCE = 0.09
 """Horizontal distance between the points of models with intervals, as a share of a bin's width."""
 
 Bins = Mapping[int, RateCases]
-"""Successes of one model's tasks, by index of the bin; bins without tasks are left out."""
+"""Successes of one model's tasks by index of the bin (a range of goals or plan lengths); no empty bins."""
 
 
 _Plot: TypeAlias = "tuple[str, str, Callable[[], Figure | None]]"
-"""Name of a plot's files without suffix, its caption, and the function that draws it or returns None."""
+"""Name of a plot's files without suffix, its caption, and a function that draws it, or None without data."""
 
 
 def add_plots_to_report(
@@ -80,8 +80,8 @@ def add_plots_to_report(
 
     Return the number of plots.
 
-    No plot is clipped to an area. Names of clipping areas in SVG files depend on digits that vary between
-    runs of the layout solver, and equal input must give equal files.
+    No plot is clipped to an area, because nothing in a plot leaves its axes. Names of clipping areas in SVG
+    files depend on digits that vary between runs of the layout solver, and equal input must give equal files.
 
     Args:
         folder: folder of the report.
@@ -133,7 +133,7 @@ def _make_run_plots(runs: Sequence[RunSummary]) -> Iterator[_Plot]:
                 yield f"{kind}-{ability.value}-{name}", caption, drawn
 
 
-def _draw_with_title(title: str, draw: _Draw, runs: Sequence[RunSummary]) -> Figure | None:
+def _draw_with_title(title: str, draw: _RunsPlotter, runs: Sequence[RunSummary]) -> Figure | None:
     figure = draw(runs)
     if figure is not None:
         plots.add_title(figure, title)
@@ -230,20 +230,20 @@ def draw_outcomes(runs: Sequence[RunSummary]) -> Figure | None:
     return figure
 
 
-def _draw_outcome_panel(panel: Axes, items: Sequence[RunSummary]) -> None:
-    panel.set_title(format_ability_title(items[0].key.ability))
+def _draw_outcome_panel(panel: Axes, runs: Sequence[RunSummary]) -> None:
+    panel.set_title(format_ability_title(runs[0].key.ability))
     panel.set_xlim(0, 100)
     panel.set_xticks([0, 25, 50, 75, 100], labels=["0", "25", "50", "75", "100 %"])
-    answers = [sum(_count_outcome(item, kind) for kind in AnswerOutcome) for item in items]
+    answers = [sum(_count_outcome(item, kind) for kind in AnswerOutcome) for item in runs]
     labels = [
-        f"{clip_label(item.key.name)}\u2002{number:,}" for item, number in zip(items, answers, strict=True)
+        f"{clip_label(item.key.name)}\u2002{number:,}" for item, number in zip(runs, answers, strict=True)
     ]
-    panel.set_yticks(range(len(items)), labels=labels)
+    panel.set_yticks(range(len(runs)), labels=labels)
     panel.text(-0.01, 1, "n", transform=panel.transAxes, fontsize=7.5, ha="right", va="bottom")
     panel.invert_yaxis()
     panel.tick_params(axis="y", length=0)
     panel.spines["left"].set_visible(False)
-    for number, (item, scored) in enumerate(zip(items, answers, strict=True)):
+    for number, (item, scored) in enumerate(zip(runs, answers, strict=True)):
         widths = {kind: Rate(_count_outcome(item, kind), scored).percent or 0.0 for kind in AnswerOutcome}
         shown = {kind: width for kind, width in widths.items() if width}
         starts = accumulate(shown.values(), initial=0.0)
@@ -252,8 +252,8 @@ def _draw_outcome_panel(panel: Axes, items: Sequence[RunSummary]) -> None:
         panel.broken_barh(bars, (number - 0.37, 0.74), facecolors=colors, linewidth=0)
 
 
-def _count_outcome(item: RunSummary, kind: AnswerOutcome) -> int:
-    return 0 if kind is AnswerOutcome.EXCLUDED else item.breakdown.outcomes.get(kind, 0)
+def _count_outcome(run: RunSummary, outcome: AnswerOutcome) -> int:
+    return 0 if outcome is AnswerOutcome.EXCLUDED else run.breakdown.outcomes.get(outcome, 0)
 
 
 _MAX_NAMES = 40
@@ -263,13 +263,13 @@ _F1 = "F1 of clauses, percent"
 
 
 def draw_rates_by_action(runs: Sequence[RunSummary]) -> Figure | None:
-    """Draw the share of executed steps (or F1 of clauses) by action for each model; None if unknown."""
+    """Draw the share of executed steps (or F1 of clauses) by action for each model; None without data."""
     label = {Ability.TRANSITION_MODELING: _F1}.get(runs[0].key.ability, "percent of steps executed")
     return _draw_rate_matrix_of_models({item.key.name: item.breakdown.by_action for item in runs}, label)
 
 
 def draw_rates_by_predicate(runs: Sequence[RunSummary]) -> Figure | None:
-    """Draw the share of right goals (or F1 of clauses) by predicate for each model; None if unknown."""
+    """Draw the share of right goals (or F1 of clauses) by predicate for each model; None without data."""
     labels = {Ability.TRANSITION_MODELING: _F1, Ability.GOAL_INTERPRETATION: "percent of goals found"}
     label = labels.get(runs[0].key.ability, "percent of goals reached")
     return _draw_rate_matrix_of_models({item.key.name: item.breakdown.by_predicate for item in runs}, label)
@@ -363,12 +363,12 @@ def _draw_flow_of_model(
         panel.text(left + at, top + 15, name, fontsize=5.8, ha="center", color=plots.SOFT)
 
 
-_Draw: TypeAlias = "Callable[[Sequence[RunSummary]], Figure | None]"
+_RunsPlotter: TypeAlias = "Callable[[Sequence[RunSummary]], Figure | None]"
 
-_OF_ABILITY: Sequence[tuple[str, str, _Draw]] = (
+_OF_ABILITY: Sequence[tuple[str, str, _RunsPlotter]] = (
     ("flow", "From answer to outcome", draw_answers_left_after_each_check),
     ("difficulty", _DIFFICULTY, draw_success_by_difficulty),
     ("actions", "By action (of fewer than five cases in brackets)", draw_rates_by_action),
     ("predicates", "By predicate (of fewer than five cases in brackets)", draw_rates_by_predicate),
 )
-"""Plots of one ability's runs: name, caption, and the function that draws the plot or returns None."""
+"""Plots of one ability's runs: name, caption, and a function that draws the plot, or None without data."""

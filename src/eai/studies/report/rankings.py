@@ -1,10 +1,10 @@
-"""Make rankings: tables of our models and the paper's models, with ranks, best numbers and footnotes.
+"""Make rankings: tables of our models and the paper's models, ranked, best numbers in bold, footnotes.
 
 A ranking belongs to one domain under one protocol; readers see it as a `Table`. There are rankings for the
 paper's main tables, for experiments, and for the paper's other tables. These other tables compare a few
-models, or ways to ask. They keep the paper's order, in which two compared ways to ask follow each other.
+models, or ways to ask a model. They keep the paper's order, in which compared ways follow each other.
 
-Rows are runs, the paper's models and null models. The paper's printed figures appear only beside runs under
+Rows are runs, the paper's models and null models. The paper's printed numbers appear only beside runs under
 the paper's protocol. Beside runs under another protocol, the paper's models have the scores of their
 published answers under that protocol.
 """
@@ -49,9 +49,9 @@ class RankedScore(Estimate):
     """A number of a model in a ranking.
 
     Attributes:
-        certainty: the interval and the effective number of tasks; None for the paper's figures.
-        texts: texts of the number's footnotes; the ranking gives footnotes their numbers.
-        coverage: how many tasks of the suites are answered; None for the paper's figures.
+        certainty: the interval and the effective number of tasks; None for numbers printed in the paper.
+        texts: texts of the footnotes on this score; the ranking numbers the footnotes.
+        coverage: how many tasks of the suites are answered; None for numbers printed in the paper.
     """
 
     certainty: ConfidenceIntervals | None = None
@@ -68,7 +68,7 @@ RowSource: TypeAlias = Literal["run", "paper", "published", "floor"]
 """Source of a row's numbers. Rows of equal rank are sorted by source in this order.
 
 - run: a run.
-- paper: the printed figures of the paper.
+- paper: the numbers printed in the paper.
 - published: the published answers of one of the paper's models, scored by us.
 - floor: a null model, which makes no decisions.
 """
@@ -79,8 +79,8 @@ class RankedModel:
     """A row of a ranking: the scores of one model.
 
     Attributes:
-        cells: column -> score.
-        coverage: how many tasks of the suites are answered; None for the paper's figures.
+        scores: column -> score.
+        coverage: how many tasks of the suites are answered; None for numbers printed in the paper.
         harness: name of the harness in which the model acts.
         effort: the model's reasoning effort.
         notes: texts of the footnotes on the whole row.
@@ -90,7 +90,7 @@ class RankedModel:
 
     model: str
     source: RowSource
-    cells: Mapping[MetricColumn, RankedScore]
+    scores: Mapping[MetricColumn, RankedScore]
     coverage: TaskCoverage | None = None
     notes: tuple[str, ...] = ()
     rank: int | None = None
@@ -105,26 +105,26 @@ class RankedModel:
     @property
     def all_notes(self) -> list[str]:
         """Texts of the footnotes on the row and on its numbers."""
-        return [*self.notes, *(note for cell in self.cells.values() for note in cell.texts)]
+        return [*self.notes, *(note for score in self.scores.values() for note in score.texts)]
 
     def make_table_cells(self, ranking: Ranking) -> tuple[Cell, ...]:
         """Return the cells of the row in the table: those of `_FIRST_COLUMNS`, then the row's scores."""
         origin = "" if self.source == "run" else self.source
         answered = NO_NUMBER if self.coverage is None else str(self.coverage)
         numbers = [
-            replace(cell, notes=ranking.find_footnote_numbers(cell.texts)) for cell in self.cells.values()
+            replace(score, notes=ranking.find_footnote_numbers(score.texts)) for score in self.scores.values()
         ]
         model = Label(self.model, origin=origin, notes=ranking.find_footnote_numbers(self.notes))
         return (self.rank, model, self.harness, self.effort, answered, *numbers)
 
 
-Cells = Mapping[tuple["Ability | None", str], RankedScore]
+ScoresByMetric = Mapping[tuple["Ability | None", str], RankedScore]
 """Scores of one model in one domain, by ability (None for the average) and metric."""
 
 
-def get_score(cells: Cells, column: MetricColumn) -> RankedScore:
+def get_score(scores: ScoresByMetric, column: MetricColumn) -> RankedScore:
     """Return a model's score in a column, or an empty score."""
-    return cells.get((column.ability, column.metric), RankedScore(None))
+    return scores.get((column.ability, column.metric), RankedScore(None))
 
 
 @dataclass(frozen=True, slots=True)
@@ -160,10 +160,9 @@ class Ranking:
         return f", ranked by {_make_short_heading(self.primary, groups)}"
 
     def make_table(self) -> Table:
-        """Return the table that readers see. Our numbers have intervals; the paper's figures have none.
+        """Return the table that readers see. Our numbers have intervals; numbers of the paper have none.
 
-        The table's definition is a caption without a final full stop, so that its last sentence may be
-        continued.
+        `Table.definition` is a caption without a final full stop, because writers continue its last sentence.
         """
         groups = [column.group for column in self.columns]
         columns = [
@@ -192,7 +191,7 @@ class Ranking:
     def _write_caption(self) -> str:
         """Return the caption.
 
-        It names the protocol only if some row has other numbers than the paper's figures.
+        It names the protocol unless all numbers are printed in the paper.
         """
         title = f"{self.title}, {get_title(self.domain)}"
         if all(row.source == "paper" for row in self.rows):
@@ -214,7 +213,7 @@ _AGENT_COLUMNS = ("harness", "effort")
 
 
 def _make_short_heading(column: MetricColumn, groups: Sequence[str]) -> str:
-    """Return a column's heading, with the name of its group only if the label is ambiguous without it."""
+    """Return a column's label, after the name of the column's group if the label alone is ambiguous."""
     ambiguous = len(set(groups)) > 1 and column.label in ("P", "R", "F1", "Task", "Execution", "Planner")
     is_incomplete = column.label in ("State", "Relation", "Action", "Total")
     return f"{column.group}: {column.label}" if ambiguous or is_incomplete else column.label
@@ -228,9 +227,11 @@ def choose_ranking_column(primary: Sequence[str], columns: Sequence[MetricColumn
     return next((column for name in primary for column in columns if column.metric == name), columns[0])
 
 
-def rank_rows(by: MetricColumn, rows: Sequence[RankedModel]) -> list[RankedModel]:
+def rank_rows(ranking_column: MetricColumn, rows: Sequence[RankedModel]) -> list[RankedModel]:
     """Return the rows sorted by their rank in one column, with the best number of each column marked."""
-    ranks = compute_ranks([_round_score(row.cells[by]) if row.may_be_ranked else None for row in rows])
+    ranks = compute_ranks(
+        [_round_score(row.scores[ranking_column]) if row.may_be_ranked else None for row in rows]
+    )
     marked, order = zip(mark_best(rows), ranks, strict=True), get_args(RowSource)
     return sorted(
         (replace(row, rank=rank) for row, rank in marked),
@@ -247,30 +248,32 @@ def compute_ranks(values: Sequence[float | None]) -> list[int | None]:
 def mark_best(rows: Sequence[RankedModel]) -> list[RankedModel]:
     """Return the rows with the best number of each column marked. A single number is not marked."""
     best: dict[MetricColumn, float] = {}
-    for column in dict.fromkeys(column for row in rows for column in row.cells if column.more_is_better):
+    for column in dict.fromkeys(column for row in rows for column in row.scores if column.more_is_better):
         values = [
-            number for row in rows if (number := _get_value_if_ranked(row, row.cells[column])) is not None
+            number for row in rows if (number := _get_value_if_ranked(row, row.scores[column])) is not None
         ]
         best |= {column: max(values)} if len(values) > 1 else {}
     return [
         replace(
             row,
-            cells={column: _mark_if_best(row, cell, best.get(column)) for column, cell in row.cells.items()},
+            scores={
+                column: _mark_if_best(row, score, best.get(column)) for column, score in row.scores.items()
+            },
         )
         for row in rows
     ]
 
 
-def _mark_if_best(row: RankedModel, cell: RankedScore, best: float | None) -> RankedScore:
-    return replace(cell, best=best is not None and _get_value_if_ranked(row, cell) == best)
+def _mark_if_best(row: RankedModel, score: RankedScore, best: float | None) -> RankedScore:
+    return replace(score, best=best is not None and _get_value_if_ranked(row, score) == best)
 
 
-def _get_value_if_ranked(row: RankedModel, cell: RankedScore) -> float | None:
-    return _round_score(cell) if cell.may_be_ranked and row.source != "floor" else None
+def _get_value_if_ranked(row: RankedModel, score: RankedScore) -> float | None:
+    return _round_score(score) if score.may_be_ranked and row.source != "floor" else None
 
 
-def _round_score(cell: RankedScore) -> float | None:
-    return None if cell.value is None else round(cell.value, 1)
+def _round_score(score: RankedScore) -> float | None:
+    return None if score.value is None else round(score.value, 1)
 
 
 _FLOOR = (
@@ -283,7 +286,7 @@ _OTHER_DATA = "Scored against other data than the runs: {suites}."
 def make_run_rows(
     columns: Sequence[MetricColumn],
     runs: Sequence[RunSummary],
-    scores_by_run: Mapping[str, Cells],
+    scores_by_run: Mapping[str, ScoresByMetric],
     *,
     with_paper: bool = False,
 ) -> Iterator[RankedModel]:
@@ -298,9 +301,9 @@ def make_run_rows(
     """
     abilities = {column.ability for column in columns}
     planners = {name for run in runs for name in run.planners}
-    for name, cells in scores_by_run.items():
-        row = {column: get_score(cells, column) for column in columns}
-        if any(cell.value is not None for cell in row.values()):
+    for name, scores in scores_by_run.items():
+        row = {column: get_score(scores, column) for column in columns}
+        if any(score.value is not None for score in row.values()):
             shown = [run for run in runs if run.key.name == name and run.key.ability in abilities]
             remarks = [
                 f"{format_ability_title(run.key.ability)}: {run.coverage.remark}"
@@ -323,11 +326,11 @@ def make_run_rows(
             )
 
 
-def make_scores_by_model(runs: Sequence[RunSummary]) -> dict[str, Cells]:
+def make_scores_by_model(runs: Sequence[RunSummary]) -> dict[str, ScoresByMetric]:
     """Return all scores in one protocol and domain, by the name of the run, with averages over abilities."""
-    by_name: dict[str, Cells] = {}
+    by_name: dict[str, ScoresByMetric] = {}
     for name, items in group_pairs((item.key.name, item) for item in runs).items():
-        cells: dict[tuple[Ability | None, str], RankedScore] = {
+        scores: dict[tuple[Ability | None, str], RankedScore] = {
             (item.key.ability, metric): _make_score(
                 rate.percent, item.certainties[metric], item.coverage, rate
             )
@@ -335,17 +338,17 @@ def make_scores_by_model(runs: Sequence[RunSummary]) -> dict[str, Cells]:
             for metric, rate in item.rates.items()
         }
         cases = {(item.key.ability, metric): of for item in items for metric, of in item.cases.items()}
-        cells[None, AVERAGE] = _average_scores_over_abilities(
-            cells, cases, combine_coverage(item.coverage for item in items)
+        scores[None, AVERAGE] = _average_scores_over_abilities(
+            scores, cases, combine_coverage(item.coverage for item in items)
         )
-        by_name[name] = cells
+        by_name[name] = scores
     return by_name
 
 
 def _average_scores_over_abilities(
-    cells: Cells, cases: Mapping[AbilityMetric, RateCases], coverage: TaskCoverage | None
+    scores: ScoresByMetric, cases: Mapping[AbilityMetric, RateCases], coverage: TaskCoverage | None
 ) -> RankedScore:
-    percents = _get_percents(cells)
+    percents = _get_percents(scores)
     percent = compute_average_performance(percents)
     if percent is None:
         return RankedScore(None, coverage=coverage)
@@ -364,36 +367,38 @@ def _make_score(
     return RankedScore(percent, low, high, numerator, denominator, certainty=certainty, coverage=coverage)
 
 
-def _get_percents(cells: Cells) -> dict[AbilityMetric, float | None]:
-    return {(ability, metric): cell.value for (ability, metric), cell in cells.items() if ability}
+def _get_percents(scores: ScoresByMetric) -> dict[AbilityMetric, float | None]:
+    return {(ability, metric): score.value for (ability, metric), score in scores.items() if ability}
 
 
 def make_paper_rows(
-    paper_column_by_column: Mapping[MetricColumn, PaperColumn], papers: Sequence[PaperTable]
+    paper_column_by_column: Mapping[MetricColumn, PaperColumn], printed_tables: Sequence[PaperTable]
 ) -> Iterator[RankedModel]:
     """Yield a row for each of the paper's models.
 
-    If two tables have a figure for a column, the first counts.
+    If two tables print a number for a column, the first table counts.
     """
-    for model in dict.fromkeys(model for paper in papers for model in paper.rows):
-        cells = {
-            column: _make_paper_score(model, place, papers)
+    for model in dict.fromkeys(model for printed_table in printed_tables for model in printed_table.rows):
+        scores = {
+            column: _make_paper_score(model, place, printed_tables)
             for column, place in paper_column_by_column.items()
         }
-        if any(cell.value is not None for cell in cells.values()):
-            yield RankedModel(model, "paper", cells)
+        if any(score.value is not None for score in scores.values()):
+            yield RankedModel(model, "paper", scores)
 
 
-def _make_paper_score(model: str, column: PaperColumn, papers: Sequence[PaperTable]) -> RankedScore:
-    for paper in papers:
-        figure = paper.find_printed_number(model, column)
+def _make_paper_score(model: str, column: PaperColumn, printed_tables: Sequence[PaperTable]) -> RankedScore:
+    for printed_table in printed_tables:
+        figure = printed_table.find_printed_number(model, column)
         if figure is not None:
-            return RankedScore(figure, texts=tuple(paper.notes.get((model, column), ())))
+            return RankedScore(figure, texts=tuple(printed_table.notes.get((model, column), ())))
     return RankedScore(None)
 
 
-def _find_column_notes(column: PaperColumn, papers: Sequence[PaperTable]) -> tuple[str, ...]:
-    return tuple([note for paper in papers for note in paper.notes.get(("", column), ())])
+def _find_column_notes(column: PaperColumn, printed_tables: Sequence[PaperTable]) -> tuple[str, ...]:
+    return tuple(
+        [note for printed_table in printed_tables for note in printed_table.notes.get(("", column), ())]
+    )
 
 
 def read_rows_of_packaged_scores(
@@ -421,34 +426,34 @@ def read_rows_of_packaged_scores(
     if other:
         texts.append(_OTHER_DATA.format(suites=", ".join(map(format_ability_title, dict.fromkeys(other)))))
     for model in models:
-        cells = _make_published_scores(model, suites)
-        row = {column: get_score(cells, column) for column in columns}
-        if any(cell.value is not None for cell in row.values()):
+        scores = _make_published_scores(model, suites)
+        row = {column: get_score(scores, column) for column in columns}
+        if any(score.value is not None for score in row.values()):
             covered = combine_coverage(
                 suite.find_coverage(model) for suite in suites.values() if model in suite.models
             )
             yield RankedModel(model, source, row, covered, tuple(texts))
 
 
-def _write_published_note(protocol: str, models: int) -> str:
+def _write_published_note(protocol: str, model_count: int) -> str:
     """Return the footnote on rows whose scores are those of published answers."""
     sha256 = paper_tables.hash_published_scores(protocol)
     of_paper = len({*paper_tables.map_files_to_paper_models().values()})
     return (
         f"Answers that the paper's authors published, scored by us under this protocol (table {sha256:.12}): "
-        f"those of {models} of the paper's {of_paper} models."
+        f"those of {model_count} of the paper's {of_paper} models."
     )
 
 
-def _make_published_scores(model: str, suites: Mapping[Ability, PublishedSuite]) -> Cells:
-    cells: dict[tuple[Ability | None, str], RankedScore] = {
+def _make_published_scores(model: str, suites: Mapping[Ability, PublishedSuite]) -> ScoresByMetric:
+    scores: dict[tuple[Ability | None, str], RankedScore] = {
         (ability, metric): _make_score(rate.percent, None, suite.find_coverage(model), rate)
         for ability, suite in suites.items()
         if model in suite.models
         for metric, rate in suite.find_rates(model).items()
     }
-    cells[None, AVERAGE] = RankedScore(compute_average_performance(_get_percents(cells)))
-    return cells
+    scores[None, AVERAGE] = RankedScore(compute_average_performance(_get_percents(scores)))
+    return scores
 
 
 _LEFT_OUT = (
@@ -473,7 +478,7 @@ def make_rankings(runs: Sequence[RunSummary], *, with_paper: bool) -> list[Ranki
 
 
 def make_ranking(
-    spec: TableSpec, runs: Sequence[RunSummary], numbers: Mapping[str, Cells], *, with_paper: bool
+    spec: TableSpec, runs: Sequence[RunSummary], numbers: Mapping[str, ScoresByMetric], *, with_paper: bool
 ) -> Ranking | None:
     """Return a table of the runs of one protocol and domain, or None if no run has a number in the table.
 
@@ -489,7 +494,7 @@ def make_ranking(
     columns = tuple(
         column
         for column in spec.columns
-        if any(get_score(cells, column).value is not None for cells in numbers.values())
+        if any(get_score(scores, column).value is not None for scores in numbers.values())
     )
     if not columns:
         return None
@@ -500,17 +505,20 @@ def make_ranking(
         for row in make_run_rows(columns, runs, numbers, with_paper=with_paper)
     ]
     places = {column: find_paper_column(column, domain) for column in columns}
-    papers, others = [], list[RankedModel]()
+    printed_tables, others = [], list[RankedModel]()
     if with_paper and protocol.value == paper_tables.read_paper_protocol_and_tables().protocol:
-        papers = [
+        printed_tables = [
             paper_tables.read_paper_table(name)
             for name in paper_tables.read_paper_protocol_and_tables().tables[spec.name]
         ]
     elif with_paper:
         others += read_rows_of_packaged_scores("published", columns, runs)
-    others += [*make_paper_rows(places, papers), *read_rows_of_packaged_scores("floor", columns, runs)]
-    on_columns = {column: _find_column_notes(place, papers) for column, place in places.items()}
-    notes = _merge_notes(_list_notes(ours), *on_columns.values(), _list_notes(others))
+    others += [
+        *make_paper_rows(places, printed_tables),
+        *read_rows_of_packaged_scores("floor", columns, runs),
+    ]
+    on_columns = {column: _find_column_notes(place, printed_tables) for column, place in places.items()}
+    notes = _merge_notes(_list_notes_of_rows(ours), *on_columns.values(), _list_notes_of_rows(others))
     rows = tuple(rank_rows(by, [*ours, *others]))
     return Ranking(spec.name, spec.title, protocol, domain, on_columns, rows, notes, by)
 
@@ -520,20 +528,20 @@ def _merge_notes(*notes: Iterable[str]) -> tuple[str, ...]:
     return tuple(dict.fromkeys(chain(*notes)))
 
 
-def _list_notes(rows: Iterable[RankedModel]) -> list[str]:
+def _list_notes_of_rows(rows: Iterable[RankedModel]) -> list[str]:
     return [note for row in rows for note in row.all_notes]
 
 
-def _add_note_on_missing_rank(row: RankedModel, by: MetricColumn) -> RankedModel:
-    """Return the row. It gets a footnote on missing abilities if it has no number in the ranking column."""
-    if row.cells[by].value is not None:
+def _add_note_on_missing_rank(row: RankedModel, ranking_column: MetricColumn) -> RankedModel:
+    """Return the row. If it has no number to be ranked by, a footnote names the abilities without answers."""
+    if row.scores[ranking_column].value is not None:
         return row
-    lacking = [column for column, cell in row.cells.items() if cell.value is None]
+    lacking = [column for column, score in row.scores.items() if score.value is None]
     missing = dict.fromkeys(
         [format_ability_title(column.ability).lower() for column in lacking if column.ability]
     )
     unasked = f": {', '.join(missing)} not asked" if missing else ""
-    note = f"No rank, as there is no {by.label.lower()}{unasked}."
+    note = f"No rank, as there is no {ranking_column.label.lower()}{unasked}."
     return replace(row, notes=(*row.notes, note))
 
 
@@ -550,7 +558,7 @@ def make_experiment_rankings(runs: Sequence[RunSummary]) -> list[Ranking]:
 
 
 def _make_experiment_ranking(runs: Sequence[RunSummary]) -> Ranking | None:
-    models = {item.key.model for item in runs if not item.key.is_without_study}
+    models = {item.key.model for item in runs if not item.key.has_no_study_or_rules}
     shown = [item for item in runs if item.key.model in models]
     if not shown:
         return None
@@ -564,49 +572,53 @@ def _make_experiment_ranking(runs: Sequence[RunSummary]) -> Ranking | None:
         ]
     )
     name, title = f"experiments_{spec.name}", f"Experiments: {format_ability_title(key.ability).lower()}"
-    columns, notes = dict.fromkeys(spec.columns, ()), _merge_notes(_list_notes(rows))
+    columns, notes = dict.fromkeys(spec.columns, ()), _merge_notes(_list_notes_of_rows(rows))
     return Ranking(name, title, key.protocol, key.domain, columns, rows, notes)
 
 
 def make_rankings_of_secondary_paper_tables(runs: Sequence[RunSummary]) -> list[Ranking]:
     """Return the paper's tables other than the main tables, with comparable runs above the paper's rows.
 
+    Each table has one ranking for each domain. They come in the paper's order.
+
     Args:
         runs: the runs, sorted by the order of their keys.
     """
-    papers = map(paper_tables.read_paper_table, paper_tables.read_paper_protocol_and_tables().others)
+    printed_tables = map(paper_tables.read_paper_table, paper_tables.read_paper_protocol_and_tables().others)
     return [
-        _make_ranking_of_secondary_paper_table(paper, domain, runs)
-        for paper in papers
-        for domain in dict.fromkeys(column.domain for column in paper.columns)
+        _make_ranking_of_secondary_paper_table(printed_table, domain, runs)
+        for printed_table in printed_tables
+        for domain in dict.fromkeys(column.domain for column in printed_table.columns)
     ]
 
 
 def _make_ranking_of_secondary_paper_table(
-    paper: PaperTable, domain: str, runs: Sequence[RunSummary]
+    printed_table: PaperTable, domain: str, runs: Sequence[RunSummary]
 ) -> Ranking:
     setting = paper_tables.read_paper_protocol_and_tables()
-    all_columns = get_columns(setting.others[paper.name])
-    columns = tuple(column for column in all_columns if _has_paper_numbers(paper, column, domain))
+    all_columns = get_columns(setting.others[printed_table.name])
+    columns = tuple(column for column in all_columns if _has_paper_numbers(printed_table, column, domain))
     abilities = {column.ability for column in columns}
     comparable = [item for item in runs if item.key.domain == domain and item.key.ability in abilities]
-    if paper.name in setting.other_tasks:
+    if printed_table.name in setting.other_tasks:
         comparable = []
     places = {column: find_paper_column(column, domain) for column in columns}
     ours = [item for item in comparable if item.key.protocol.value == setting.protocol]
     remarks = (_LEFT_OUT,) if len(ours) < len(comparable) else ()
-    on_columns = {column: (*remarks, *_find_column_notes(place, [paper])) for column, place in places.items()}
+    on_columns = {
+        column: (*remarks, *_find_column_notes(place, [printed_table])) for column, place in places.items()
+    }
     rows = [
         *make_run_rows(columns, ours, make_scores_by_model(ours), with_paper=True),
-        *make_paper_rows(places, [paper]),
+        *make_paper_rows(places, [printed_table]),
     ]
-    marked, notes = tuple(mark_best(rows)), _merge_notes(*on_columns.values(), _list_notes(rows))
-    name, protocol = f"paper_{paper.name}", Protocol(setting.protocol)
-    return Ranking(name, paper.title, protocol, domain, on_columns, marked, notes)
+    marked, notes = tuple(mark_best(rows)), _merge_notes(*on_columns.values(), _list_notes_of_rows(rows))
+    name, protocol = f"paper_{printed_table.name}", Protocol(setting.protocol)
+    return Ranking(name, printed_table.title, protocol, domain, on_columns, marked, notes)
 
 
-def _has_paper_numbers(paper: PaperTable, column: MetricColumn, domain: str) -> bool:
+def _has_paper_numbers(printed_table: PaperTable, column: MetricColumn, domain: str) -> bool:
     return any(
-        paper.find_printed_number(model, find_paper_column(column, domain)) is not None
-        for model in paper.rows
+        printed_table.find_printed_number(model, find_paper_column(column, domain)) is not None
+        for model in printed_table.rows
     )

@@ -54,7 +54,7 @@ class RunSummary:
 
 def select_runs_without_study_options(runs: Sequence[RunSummary]) -> list[RunSummary]:
     """Return the runs without study options, which are ranked and compared with the paper's tables."""
-    return [item for item in runs if item.key.is_without_study]
+    return [item for item in runs if item.key.has_no_study_or_rules]
 
 
 def summarize_run(run: Run) -> RunSummary:

@@ -31,7 +31,7 @@ _IN_TABLES = tuple([ability for ability in _ORDER if ability in PAPER_ABILITIES]
 
 
 def find_paper_column(column: MetricColumn, domain: str) -> PaperColumn:
-    """Return the column of the paper's tables for the metric of our column, in a domain."""
+    """Return the column of the paper's tables with the same metric as a column of ours, for a domain."""
     return PaperColumn(column.ability.value if column.ability else "", column.metric, domain)
 
 
@@ -125,7 +125,7 @@ def _make_paper_specs() -> tuple[TableSpec, ...]:
 
 
 def make_table_specs(abilities: Iterable[Ability]) -> tuple[TableSpec, ...]:
-    """Return the definitions of a report's tables: the paper's tables, and one for each other ability."""
+    """Return the definitions of a report's tables: the paper's, and one for each ability not in the paper."""
     others = sorted(set(abilities).difference(PAPER_ABILITIES), key=get_ability_sort_key)
     return (*_make_paper_specs(), *map(_make_ability_spec, others))
 

@@ -98,7 +98,9 @@ def format_tables_latex(
     }
     _check_names("--columns", wanted, headings)
     narrowed = (_select_models_and_columns(table, models, wanted) for table in tables)
-    return "\n".join(_format_latex(table, intervals=intervals) for table in narrowed if table is not None)
+    return "\n".join(
+        _format_ranking_latex(table, intervals=intervals) for table in narrowed if table is not None
+    )
 
 
 def _select_models_and_columns(
@@ -111,7 +113,7 @@ def _select_models_and_columns(
         if not wanted or wanted & _list_heading_names(column)
     }
     rows = [
-        replace(row, cells={column: row.cells[column] for column in columns})
+        replace(row, scores={column: row.scores[column] for column in columns})
         for row in table.rows
         if not models or row.model in models
     ]
@@ -134,7 +136,7 @@ def _check_names(option: str, names: Collection[str], choices: Collection[str]) 
             raise InputError(f"{option}: no table has {name!r}{did_you_mean(name, sorted(choices))}")
 
 
-def _format_latex(table: Ranking, *, intervals: bool) -> str:
+def _format_ranking_latex(table: Ranking, *, intervals: bool) -> str:
     label = ":".join((table.name, _to_latex_label(table.domain), _to_latex_label(table.protocol.value)))
     return latex.format_latex_table(table.make_table(), label=label, intervals=intervals)
 
@@ -168,19 +170,22 @@ _COLUMNS = (
 
 
 def format_rankings_csv(tables: Sequence[Ranking]) -> str:
-    """Return the numbers of all tables as CSV, one number per line, with a header line."""
+    """Return the numbers of all tables as CSV, one number per line, with a header line.
+
+    Tables without numbers give only the header line.
+    """
     lines = (
-        _make_csv_line(table, row, column, cell)
+        _make_csv_line(table, row, column, score)
         for table in tables
         for row in table.rows
-        for column, cell in row.cells.items()
-        if cell.value is not None
+        for column, score in row.scores.items()
+        if score.value is not None
     )
     return format_csv(_COLUMNS, ([line[name] for name in _COLUMNS] for line in lines))
 
 
 def _make_csv_line(
-    table: Ranking, row: RankedModel, column: MetricColumn, cell: RankedScore
+    table: Ranking, row: RankedModel, column: MetricColumn, score: RankedScore
 ) -> dict[str, Plain]:
     return {
         "table": table.name,
@@ -191,9 +196,9 @@ def _make_csv_line(
         "rank": row.rank,
         "ability": column.ability.value if column.ability else "all",
         "metric": column.metric,
-        **dict(_flatten_numbers(_list_score_numbers(cell))),
-        "answered": cell.coverage.answered if cell.coverage else None,
-        "tasks": cell.coverage.tasks if cell.coverage else None,
+        **dict(_flatten_numbers(_list_score_numbers(score))),
+        "answered": score.coverage.answered if score.coverage else None,
+        "tasks": score.coverage.tasks if score.coverage else None,
     }
 
 
@@ -208,13 +213,13 @@ def _flatten_numbers(numbers: Mapping[str, Any]) -> Iterator[tuple[str, Plain]]:
             yield name, value
 
 
-def _list_score_numbers(cell: RankedScore) -> dict[str, Any]:
+def _list_score_numbers(score: RankedScore) -> dict[str, Any]:
     """Return a mapping with the value, fraction and interval of a number; unknown values are None."""
-    sure = cell.certainty
+    sure = score.certainty
     return {
-        "percent": cell.value,
-        "numerator": cell.numerator,
-        "denominator": cell.denominator,
+        "percent": score.value,
+        "numerator": score.numerator,
+        "denominator": score.denominator,
         "interval": list(sure.interval) if sure else None,
         "interval_by_task": list(sure.by_task) if sure else None,
         "design_effect": sure.design_effect if sure else None,
@@ -233,13 +238,13 @@ def _row_to_json(table: Ranking, row: RankedModel) -> Json:
             {
                 "ability": column.ability.value if column.ability else None,
                 "metric": column.metric,
-                **_list_score_numbers(cell),
-                "best": cell.best,
+                **_list_score_numbers(score),
+                "best": score.best,
                 "notes": [
-                    *table.find_footnote_numbers(cell.texts),
+                    *table.find_footnote_numbers(score.texts),
                     *table.find_footnote_numbers(table.columns[column]),
                 ],
             }
-            for column, cell in row.cells.items()
+            for column, score in row.scores.items()
         ],
     }

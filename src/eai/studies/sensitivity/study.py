@@ -18,7 +18,7 @@ from pydantic import BeforeValidator
 
 from eai.abilities.protocol import Ability
 from eai.abilities.transition_modeling.rules import ReplacedPart
-from eai.abilities.transition_modeling.scorer import TransitionModeling
+from eai.abilities.transition_modeling.scorer import TransitionModelingScorer
 from eai.abilities.transition_modeling.verdict import OperatorVerdict
 from eai.abilities.verdict import make_share_of_one
 from eai.base.errors import InputError
@@ -56,8 +56,8 @@ class OperatorReplacementTrial(TidyTableLine):
         operator: name of the operator.
         outcome: the planner's outcome (`PlannerOutcome`), or `NOT_WRITTEN`.
         categories: categories of the task, separated by blanks.
-        errors: errors of the operator, as ``side:verdict:predicate``; the side is precondition or effect, and
-            each error is listed once, separated by blanks.
+        errors: errors of the operator, as ``side:verdict:predicate``, separated by blanks. The side is
+            precondition or effect, the verdict missing or additional. Equal errors are listed once.
     """
 
     replaced: str
@@ -73,22 +73,26 @@ def replace_gold_operators_of_records(
     replaced_parts: Sequence[ReplacedPart],
     report_done: Callable[[int], None],
 ) -> Iterator[OperatorReplacementTrial]:
-    """Yield the trials (results of planning) of all records. Equal operators are tried once."""
+    """Yield the trials (results of planning) of all records.
+
+    Each suite is opened only once, so that equal operators of several models are tried only once.
+    """
     opened = cache(partial(open_suite, ability=Ability.TRANSITION_MODELING, source=source))
     for number, record in enumerate(records, 1):
         scorer = opened(record.domain, protocol=record.protocol).scorer(record.task_id)
-        if isinstance(scorer, TransitionModeling):
-            for way in replaced_parts:
-                yield from replace_gold_operators_one_by_one(scorer, record, way)
+        if isinstance(scorer, TransitionModelingScorer):
+            for replaced in replaced_parts:
+                yield from replace_gold_operators_one_by_one(scorer, record, replaced)
         report_done(number)
 
 
 def replace_gold_operators_one_by_one(
-    scorer: TransitionModeling, record: Record, replaced: ReplacedPart = "operator"
+    scorer: TransitionModelingScorer, record: Record, replaced: ReplacedPart = "operator"
 ) -> Iterator[OperatorReplacementTrial]:
     """Yield a trial (the result of planning once) for each operator that a task asks for.
 
-    An excluded answer has no trials. A missing answer has no operators, so all of its trials fail.
+    An answer that is excluded from all rates has no trials. A missing answer has no operators, so all of its
+    trials fail.
     """
     errors = _list_operator_errors(record, replaced)
     results = scorer.plan_with_each_written_operator(record.response, replaced)
@@ -106,7 +110,7 @@ def replace_gold_operators_one_by_one(
 
 
 def _list_operator_errors(record: Record, replaced: ReplacedPart) -> dict[str, tuple[str, ...]]:
-    """Return a mapping from operators to the errors in their replaced part, as texts."""
+    """Return a mapping from the answer's operators to their errors in the part ``replaced``, as texts."""
     if not isinstance(record.verdict, OperatorVerdict):
         return {}
     sides = [side for side in ("precondition", "effect") if replaced in (side, "operator")]
@@ -137,7 +141,10 @@ def make_operator_sensitivity_tables(trials: Sequence[OperatorReplacementTrial])
 def group_cases_by_operator(
     trials: Iterable[OperatorReplacementTrial],
 ) -> dict[tuple[str, str], list[RateCase]]:
-    """Return a mapping from operator and category to the contributions of trials to success."""
+    """Return a mapping from operator and category of tasks to the successes and failures of trials.
+
+    For each operator, the category `OVERALL` comes first.
+    """
     return group_pairs(
         ((trial.operator, category), make_case(trial, make_share_of_one(trial.outcome == _SOLVED)))
         for trial in trials
@@ -148,9 +155,10 @@ def group_cases_by_operator(
 def _group_replacements(
     trials: Sequence[OperatorReplacementTrial],
 ) -> Iterator[tuple[tuple[str, ...], list[OperatorReplacementTrial], list[str]]]:
-    """Yield a key (suite, model and replaced part), the trials with this key, and the suite's operators.
+    """Group trials by suite, model and replaced part of the gold operator.
 
-    The operators are sorted by success, lowest first.
+    Yield for each group the key, the trials, and the names of all operators in trials of the suite. The names
+    are sorted by the success of the trials, lowest first.
     """
     for suite, lines in group_by_suite(trials).items():
         tried = Counter(trial.operator for trial in lines)
@@ -168,13 +176,14 @@ _KEY = (*SUITE, MODEL, "replaced")
 
 @make_table("sensitivity", (*_KEY, "operator", "category", "solved"))
 def _make_sensitivity_table(trials: Sequence[OperatorReplacementTrial]) -> Iterator[Row]:
-    """Problems solved with one operator of the model.
+    """Tasks solved with one operator of the model.
 
-    Tasks that a planner solves with this operator from the answer and all others from the data set, in
-    percent of the tasks that ask for it. The others are those that the task asks for (protocol strict), or
-    all operators of the benchmark (protocol eai-1.0.5). A missing operator solves nothing. replaced: the
-    whole operator, or only its precondition or effect, with the parameters of the data set. A task counts in
-    each of its categories. Operators that break most plans come first; units of intervals are names of tasks.
+    solved: percentage of the tasks that a planner solves with the model's operator, out of all tasks that ask
+    for this operator. All other operators come from the data set: those that the task asks for (protocol
+    strict), or all of the benchmark (protocol eai-1.0.5). A missing operator solves no task. replaced: the
+    part that comes from the model: the whole operator, or only its precondition or effect, with parameters
+    from the data set. A task counts in each of its categories. Operators that break most plans come first.
+    Intervals count all tasks of one name as one unit.
     """
     categories = (OVERALL, *(category.value for category in Category))
     for key, of_key, order in _group_replacements(trials):
@@ -207,10 +216,10 @@ def _make_outcomes_table(trials: Sequence[OperatorReplacementTrial]) -> Iterator
 def _make_errors_table(trials: Sequence[OperatorReplacementTrial]) -> Iterator[Row]:
     """Which error breaks plans.
 
-    Operators in answers that have an error: on one side, a predicate is missing or additional. unsolved_with:
-    percentage of the tasks with such an operator that are not solved. unsolved_without: this percentage for
-    operators of the same name without the error. Errors occur together, so one error may stand for another.
-    Errors with most failures come first.
+    An error is a predicate that is missing or additional (verdict) in an operator's precondition or effect
+    (side). unsolved_with: percentage of tasks that are not solved with operators that have the error.
+    unsolved_without: this percentage with operators of the same name that lack the error. Errors often occur
+    together, so an error with many failures is not always their cause. Errors with most failures come first.
     """
     for key, of_key, order in _group_replacements(
         [trial for trial in trials if trial.outcome != NOT_WRITTEN]
@@ -239,7 +248,8 @@ def _make_trials_table(trials: Sequence[OperatorReplacementTrial]) -> Iterable[R
     """Every trial.
 
     One line for each operator of an answer: how the planner ended, the categories of the task, and the errors
-    of the operator, each as side, verdict and predicate.
+    of the operator. An error is written as ``side:verdict:predicate``, where the side is precondition or
+    effect, and the verdict missing or additional.
     """
     return map(astuple, trials)
 
@@ -269,29 +279,29 @@ def _analyze_operator_sensitivity(
     runs = [run for run in records.read_runs() if run.key.ability is Ability.TRANSITION_MODELING]
     answers = [record for run in runs for record in run.records]
     if not answers:
-        raise InputError("expected records of transition modeling, found none")
-    ways = tuple(dict.fromkeys(chosen.replace))
+        raise InputError("the records have no answers to transition modeling; choose runs of this ability")
+    replaced_parts = tuple(dict.fromkeys(chosen.replace))
     source = replace(records.source, planner=chosen.planner)
     with records.progress("trying operators", len(answers)) as done:
         tables = make_operator_sensitivity_tables(
-            list(replace_gold_operators_of_records(answers, source, ways, done))
+            list(replace_gold_operators_of_records(answers, source, replaced_parts, done))
         )
-    yield Analysis(tables, _draw_operator_figures(tables, ways))
+    yield Analysis(tables, _draw_operator_figures(tables, replaced_parts))
 
 
-def _draw_operator_figures(tables: Sequence[Table], ways: Sequence[ReplacedPart]) -> Figures:
+def _draw_operator_figures(tables: Sequence[Table], replaced_parts: Sequence[ReplacedPart]) -> Figures:
     for suite, rows in group_rows_by_suite(tables[0]).items():
-        for way in ways:
-            of_way = [row for row in rows if row["replaced"] == way]
-            label = f"percent solved with the model's {way}"
-            shown = [row for row in of_way if row["category"] == OVERALL]
+        for replaced in replaced_parts:
+            of_part = [row for row in rows if row["replaced"] == replaced]
+            label = f"percent solved with the model's {replaced}"
+            shown = [row for row in of_part if row["category"] == OVERALL]
             models = draw_rate_matrix(shown, ("operator",), "solved", label, zeros=True)
-            yield add_suite_title(suite, way, models)
-            shown = [row for row in of_way if row["model"] == of_way[0]["model"]]
+            yield add_suite_title(suite, replaced, models)
+            shown = [row for row in of_part if row["model"] == of_part[0]["model"]]
             categories = draw_rate_matrix(
                 shown, ("operator",), "solved", label, across="category", zeros=True
             )
-            yield add_suite_title(suite, f"{way}-categories", categories)
+            yield add_suite_title(suite, f"{replaced}-categories", categories)
 
 
 SENSITIVITY = Study(

@@ -3,11 +3,11 @@
 const CELLS = [['differ', 'outcome differs'], ['both', 'both succeed'], ['a', 'only the first'], ['b', 'only the second'],
   ['neither', 'neither'], ['all', 'all']];
 
-const pairs = () => answers.filter((answer) => answer.run === state.pair.a)
+const pairs = () => state.pair.a.answers
   .map((left) => ({ task: left.task, left, right: answerOf(state.pair.b, left.task) })).filter((pair) => pair.right);
 
 function inCell(pair, cell) {
-  const [one, other] = [pair.left.outcome === 'success', pair.right.outcome === 'success'];
+  const [one, other] = [pair.left.outcome === SUCCESS, pair.right.outcome === SUCCESS];
   switch (cell) {
     case 'differ': return pair.left.outcome !== pair.right.outcome;
     case 'both': return one && other;

@@ -2,6 +2,9 @@
 
 function renderDetail() {
   const place = byId('detail');
+  const other = state.pair && state.selected && answerOf(state.pair.b, state.selected.task);
+  const unread = [state.selected, other].filter((answer) => answer && !answer.chunk.isRead);
+  place.setAttribute('aria-busy', String(unread.length > 0));
   place.scrollTop = 0;
   if (!state.selected) {
     place.replaceChildren(element('p', { class: 'empty welcome' }, 'Choose an answer. ',
@@ -9,8 +12,12 @@ function renderDetail() {
     return;
   }
   const back = element('button', { type: 'button', class: 'back', onclick: closeDetail }, '← Answers');
+  if (unread.length) {
+    fill(place, back, heading(state.selected));
+    Promise.all(unread.map(read)).then(() => place.getAttribute('aria-busy') === 'true' && renderDetail());
+    return;
+  }
   if (state.pair) {
-    const other = answerOf(state.pair.b, state.selected.task);
     fill(place, back, heading(state.selected),
       element('div', { class: 'columns even two' }, [state.selected, other].map((answer) => element('div', { class: 'side-run' },
         element('h3', { class: 'run-name' }, answer.run.model, element('span', {}, answer.run.protocol)), body(answer, true)))),
@@ -45,11 +52,11 @@ function verdict(answer) {
   const { row } = answer;
   const lines = [];
   if (row.z) lines.push('The answer was cut off at a length limit.');
-  if (row.x !== undefined) lines.push(`Left out of all rates: ${text(row.x)}.`);
-  if (row.u !== undefined) lines.push(`There is no answer: ${text(row.u)}.`);
+  if (row.x !== undefined) lines.push(`Left out of all rates: ${row.x}.`);
+  if (row.u !== undefined) lines.push(`There is no answer: ${row.u}.`);
   if (error) lines.push(`${title(error.kind)}${stepText(answer, error)}: ${error.detail}`);
   if (error && answer.outcome === 'success') lines.push('The goals hold all the same.');
-  lines.push(...(row.R || []).map(text));
+  lines.push(...row.R || []);
   if (row.a) lines.push(`${plural(row.a, 'step')} skipped as not needed.`);
   const ran = isActing(answer) ? ['no impossible action', 'impossible actions'] : ['executable', 'not executable'];
   const tags = [row.e !== undefined && ran[row.e ? 0 : 1], row.c && words(row.c),
@@ -95,7 +102,7 @@ const WRONG = 'wrong: ';
 function goals(answer) {
   const found = goalsOf(answer);
   const invented = notesOf(answer).filter((note) => note.startsWith(WRONG)).map((note) => note.slice(WRONG.length));
-  const hallucinated = [...new Set((answer.row.h || []).map(text))];
+  const hallucinated = [...new Set(answer.row.h || [])];
   const interpretation = answer.run.ability === 'goal_interpretation';
   if (!found.length && !invented.length && !hallucinated.length) return null;
   const met = found.filter((goal) => goal.satisfied);
@@ -136,9 +143,11 @@ function notes(answer) {
 // Where Inspect's viewer shows the sample, once it runs on its usual port.
 function logLink(answer) {
   if (!answer.run.log) return null;
-  const [file, epochs, samples] = answer.run.log;
+  const [files, epochs, viewer] = answer.run.log;
+  const file = typeof files === 'string' ? files : files[answer.task];
   const epoch = typeof epochs === 'number' ? epochs : epochs[answer.task];
-  const address = `${samples}/${encodeURIComponent(answer.task)}/${epoch}/`;
+  if (!file) return null;
+  const address = `${viewer}/${encodeURIComponent(file)}/samples/sample/${encodeURIComponent(answer.task)}/${epoch}/`;
   return element('p', { class: 'log' }, element('a', { href: address }, 'This sample in Inspect’s viewer'), ', once ',
     element('code', {}, 'inspect view --log-dir DIR'), ` runs in the folder of ${file}: sample ${answer.task}, epoch ${epoch}.`);
 }
@@ -149,6 +158,7 @@ function filmLink(answer) {
 
 function rawAnswer(answer) {
   if (isActing(answer)) {
+    if (!responseOf(answer)) return null;
     return element('details', { class: 'raw' }, element('summary', {}, 'Answer as given'), element('pre', { tabindex: '0' }, responseOf(answer)));
   }
   const kinds = [...new Set((answer.row.S || []).map(([, , kind]) => kind))];

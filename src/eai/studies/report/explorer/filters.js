@@ -6,7 +6,7 @@ function filterAnswers() {
   const counts = Object.fromEntries(FACETS.map((facet) => [facet.key, new Map()]));
   const kept = [];
   for (const answer of answers) {
-    if (query && !wholeText(answer).includes(query)) continue;
+    if (query && !answer.text.includes(query)) continue;
     const failing = active.filter((facet) => !facet.of(answer).some((value) => state.chosen[facet.key].has(value)));
     if (failing.length > 1) continue;
     if (!failing.length) kept.push(answer);
@@ -20,7 +20,9 @@ function filterAnswers() {
 }
 
 const everyValue = FACETS.map((facet) => {
-  const values = [...new Set(answers.flatMap((answer) => facet.of(answer)))];
+  const found = new Set();
+  for (const answer of answers) for (const value of facet.of(answer)) found.add(value);
+  const values = [...found];
   const place = (value) => (facet.order ? facet.order.indexOf(value) : 0);
   return values.sort((one, other) => place(one) - place(other) || one.localeCompare(other));
 });

@@ -7,7 +7,7 @@ function renderSummary() {
   const parts = countOutcomes(state.shown);
   const right = parts.find((part) => part.outcome === 'success');
   const scored = state.shown.length - (parts.find((part) => part.outcome === 'excluded') || { count: 0 }).count;
-  const share = scored ? `${Math.round((100 * (right ? right.count : 0)) / scored)} % success` : '';
+  const share = SUCCESS !== 'success' ? 'outcomes in logs of other projects' : scored ? `${Math.round((100 * (right ? right.count : 0)) / scored)} % success` : '';
   return show('summary', element('p', { class: 'tally', role: 'status' },
     element('strong', {}, plural(state.shown.length, 'answer')), share && ` · ${share}`),
   state.shown.length ? stack(parts) : null);
@@ -54,9 +54,8 @@ function answerRow(answer) {
 function reasonOf(answer, error) {
   if (answer.row.z) return ['cut off', error && error.detail].filter(Boolean).join(' · ');
   if (error) return error.detail;
-  const sums = [0, 1, 2].map((part) => Object.entries(answer.row.n || {}).reduce(
-    (sum, [name, row]) => (name === 'all' ? sum : sum + row[part]), 0));
-  return answer.row.n ? `${sums[0]} right, ${sums[1]} wrong, ${sums[2]} missed` : '';
+  const [right, wrong, missed] = answer.row.N || [];
+  return answer.row.N ? `${right} right, ${wrong} wrong, ${missed} missed` : '';
 }
 
 // The name of an answer's task, and its id where other tasks have that name too: some ids end in a scene and a date,

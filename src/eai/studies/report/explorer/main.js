@@ -1,10 +1,15 @@
 // Keys, buttons and the first picture.
 
 function renderAll() {
+  if (state.query.trim() && !textsAreRead) {
+    texts ||= readTexts();
+    texts.then(renderAll);
+    return;
+  }
   document.body.classList.toggle('pairing', Boolean(state.pair));
   const { kept, counts: found } = filterAnswers();
   const query = state.query.trim().toLowerCase();
-  const matches = (pair) => !query || wholeText(pair.left).includes(query) || wholeText(pair.right).includes(query);
+  const matches = (pair) => !query || pair.left.text.includes(query) || pair.right.text.includes(query);
   state.shown = state.pair ? pairs().filter((pair) => inCell(pair, state.pair.cell) && matches(pair)) : kept;
   state.varying = state.pair ? [] : varyingIn(kept);
   if (state.selected && placeOfSelected() < 0) state.selected = null;

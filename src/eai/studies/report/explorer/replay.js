@@ -1,13 +1,14 @@
 // A plan step by step: what was done, what changed, what failed and why, and how the world is by then.
 
-const DONE = new Set(['executed', 'planned', 'additional_step']);
+const DONE = new Set(['executed', 'planned', 'additional_step', 'accepted']);
+const KINDS = { additional_step: 'needless', accepted: 'done logged', cannot_tell: 'unknown logged' };
 
 function replay(answer) {
   const steps = stepsOf(answer);
   if (!steps.length) return null;
   const scenes = scenesOf(answer);
   const turns = turnsOf(answer);
-  const [title, noun] = turns.length ? ['Episode', 'turn'] : [steps[0].outcome === 'planned' ? 'Plan that the planner found' : 'Plan', 'step'];
+  const [title, noun] = isActing(answer) ? ['Episode', 'turn'] : [steps[0].outcome === 'planned' ? 'Plan that the planner found' : 'Plan', 'step'];
   const first = scenes.length ? -1 : 0;
   const tells = turns.length || steps.some((step) => step.added.length || step.removed.length);
   const box = element('section', { class: 'replay', 'aria-label': `${title} ${noun} by ${noun}` });
@@ -45,11 +46,11 @@ function replay(answer) {
 
 function stepItem(step, index, at, go, turn) {
   const done = DONE.has(step.outcome);
-  const kind = step.outcome === 'additional_step' ? 'needless' : done ? 'done' : 'failed';
-  const marks = { needless: '↺', done: '✓', failed: '✗' };
+  const kind = KINDS[step.outcome] || (done ? 'done' : 'failed');
+  const marks = { needless: '↺', done: '✓', failed: '✗', unknown: '?' };
   return element('li', { class: `step ${kind}${index > at ? ' later' : ''}` },
     element('button', { type: 'button', class: 'action', 'aria-current': index === at ? 'step' : null, onclick: () => go(index) },
-      element('span', { class: 'mark', 'aria-hidden': 'true' }, marks[kind]),
+      element('span', { class: 'mark', 'aria-hidden': 'true' }, marks[kind.split(' ')[0]]),
       element('code', {}, step.action),
       element('span', { class: done && kind !== 'needless' ? 'unseen' : 'verdict' }, words(step.outcome))),
     turn && turn.thought && element('details', { class: 'thought' }, element('summary', {}, 'What the agent said'), element('p', {}, turn.thought)),

@@ -12,8 +12,8 @@ function saidIn(tiles, place = '', found = new Map()) {
 // The picture after a step, with a frame around what is not as it was before; -1 is the start.
 function picture(scenes, at, caption) {
   if (!scenes.length) return null;
-  const now = scenes[at + 1].map(tileOf);
-  const [before, after] = [at < 0 ? null : saidIn(scenes[at].map(tileOf)), saidIn(now)];
+  const now = scenes[at + 1]();
+  const [before, after] = [at < 0 ? null : saidIn(scenes[at]()), saidIn(now)];
   const shown = (tile) => {
     const changed = before && before.get(tile.name) !== after.get(tile.name);
     return element('div', { class: `tile ${tile.kind}${changed ? ' changed' : ''}` },

@@ -60,6 +60,5 @@ function readAddress() {
   const run = state.pair ? state.pair.a : runOf(parts.get('run'));
   state.selected = (run && answerOf(run, parts.get('task'))) || null;
   const step = Number.parseInt(parts.get('step'), 10);
-  const first = state.selected && scenesOf(state.selected).length ? 0 : 1;
-  state.step = state.selected && step >= first && step <= stepsOf(state.selected).length ? step - 1 : null;
+  state.step = state.selected && step >= 0 ? step - 1 : null;
 }
