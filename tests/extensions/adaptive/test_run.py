@@ -51,8 +51,8 @@ def test_an_adaptive_run_ends_at_the_target_error_and_resumes_after_an_interrupt
             for protocol in PROTOCOLS[1:]
         ),
         (
-            ("--with", "attempts.replans=2"),
-            "cannot be combined with attempts.replans, slip or until; ",
+            ("--with", "replanning.replans=2"),
+            "cannot be combined with replanning.replans, slip or until; ",
         ),
     ],
 )

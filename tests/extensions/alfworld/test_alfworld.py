@@ -207,7 +207,7 @@ def test_a_run_asks_for_commands_and_the_oracle_wins(tmp_path: Path, monkeypatch
     ("changed", "message"),
     [
         ({"pddl_problem": PROBLEM.replace("(openable ", "(lockable ")}, "not lockable"),
-        ({"grammar": GRAMMAR.replace("action Take", "action Grab")}, "a command for the action take"),
+        ({"grammar": GRAMMAR.replace("action Take", "action Grab")}, "no command for the action take"),
         ({"grammar": None}, "a JSON object with the member 'grammar'"),
     ],
 )
@@ -223,6 +223,6 @@ def test_a_folder_without_games_or_of_two_domains_is_refused(tmp_path: Path) -> 
     write(tmp_path)
     write(tmp_path, "trial_2", pddl_domain=DOMAIN.replace("(cool ?o)", "(cool ?o)  "))
     with pytest.raises(
-        InputError, match=r"trial_2/game.tw-pddl: its domain differs from the domain of .*trial_1"
+        InputError, match=r"trial_2/game.tw-pddl: this game and .*trial_1.* have different domains"
     ):
         opened(tmp_path)

@@ -73,8 +73,6 @@ def test_the_command_writes_tables_and_plots(eai: Command, tmp_path: Path) -> No
         "annotation_scores.csv",
         "annotations.json",
         "annotations.md",
-        "annotations.pdf",
-        "annotations.png",
         "annotations.svg",
     }
     rows = json.loads((tmp_path / "out" / "annotations.json").read_text())["tables"]["annotations"]["rows"]

@@ -37,6 +37,6 @@ def test_a_board_refuses_other_rules_and_counts_what_does_not_replay(
     written(place, "m", {**bad, "27_2": CASE["813_2"]})
     refused = eai("board", tmp_path / "board", "--out", tmp_path / "site")
     assert refused.status == 2
-    assert f"other rules in the answer to 27_2: {EASY_NAME}" in " ".join(refused.err.split())
+    assert f"other game rules in the answer to 27_2: {EASY_NAME}" in " ".join(refused.err.split())
     written(place, "m", {**bad, "27_2": CASE["27_2"]})
     assert eai("board", tmp_path / "board", "--out", tmp_path / "site").status == 0

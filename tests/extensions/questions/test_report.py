@@ -12,6 +12,7 @@ from command_line import Command
 from eai.benchmarks.registry import find_benchmark
 from eai.extensions.questions.question import format_gold_answer, questions_to_bytes
 from eai.extensions.questions.writer import QuestionGenerator
+from explorer_pages import read_explorer
 
 LAMPS = ROOT / "examples" / "lamps"
 
@@ -47,7 +48,8 @@ def test_a_report_has_a_table_with_intervals_and_chance(eai: Command, scored: Pa
     header = next(line for line in page.splitlines() if line.startswith("| # | model |"))
     assert all(name in header for name in ("Right", "Forward", "Landmarks", "Choice", "Guess", "Longest"))
     assert r"World-model questions" in Path("report/tables.tex").read_text()
-    assert '"world_model"' in Path("report/explorer.html").read_text()
+    explorer = read_explorer(Path("report/explorer.html").read_text(encoding="utf-8"))
+    assert {run["ability"] for run in explorer["runs"]} == {"world_model"}
 
 
 def test_of_two_models_one_may_be_shown_in_latex(eai: Command, scored: Path) -> None:

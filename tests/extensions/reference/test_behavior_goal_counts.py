@@ -20,10 +20,10 @@ from eai.abilities.goal_interpretation.verdict import GoalVerdict
 from eai.abilities.scorer import Scorer
 from eai.abilities.verdict import Confusion
 from eai.benchmarks.behavior.tasks import BehaviorTask
-from eai.extensions.reference.behavior_goals import BehaviorGoalInterpretation
+from eai.extensions.reference.behavior_goals import BehaviorGoalInterpretationScorer
 from sweeps import examples
 
-REFERENCE = BehaviorGoalInterpretation(TASK)
+REFERENCE = BehaviorGoalInterpretationScorer(TASK)
 SHARED = (test_written_goals_score_in_full,)
 """A test of `strict` that is run again with the fixture `scorer_of` below."""
 
@@ -38,7 +38,7 @@ OTHERWISE = {
 
 @pytest.fixture
 def scorer_of() -> Callable[[BehaviorTask], Scorer]:
-    return BehaviorGoalInterpretation
+    return BehaviorGoalInterpretationScorer
 
 
 @pytest.mark.parametrize(("conditions", "strict"), COUNTS)

@@ -9,7 +9,7 @@ import pytest
 from eai.abilities.goal_interpretation.verdict import GoalVerdict
 from eai.abilities.verdict import Confusion
 from eai.benchmarks.behavior.tasks import BehaviorTasks
-from eai.extensions.reference.behavior_goals import BehaviorGoalInterpretation
+from eai.extensions.reference.behavior_goals import BehaviorGoalInterpretationScorer
 from oracle import MODELS, Oracle, read_shared
 
 SETS = (*MODELS, "gt_lastoption", "gt_option0", "perturb0", "perturb1")
@@ -31,7 +31,7 @@ def test_every_row_has_the_references_counts(
     errors = {"format_error_num": 0, "state_hallucination_num": 0, "object_hallucination_num": 0}
     for row in content["records"]:
         task = behavior_tasks[row["identifier"]]
-        verdict = BehaviorGoalInterpretation(task).score(row["response"])
+        verdict = BehaviorGoalInterpretationScorer(task).score(row["response"])
         parts = {"all": "overall", "state": "state_goal", "relation": "relation_goal"}
         expected = {key: told_by_reference(row["verdict"][part]) for key, part in parts.items()}
         counts = {key: (verdict.counts or {})[key] for key in expected}
@@ -62,7 +62,7 @@ def test_the_atoms_by_predicate_are_those_of_the_authors(
     expected = read_shared("paper", "goal_interpretation_behavior_by_predicate.json")["rows"][PRINTED[name]]
     found = [Counter[str](), Counter[str](), Counter[str]()]
     for row in oracle("behavior", "goal_interpretation", name)["records"]:
-        verdict = BehaviorGoalInterpretation(behavior_tasks[row["identifier"]]).score(row["response"])
+        verdict = BehaviorGoalInterpretationScorer(behavior_tasks[row["identifier"]]).score(row["response"])
         assert isinstance(verdict, GoalVerdict)
         for counter, atoms in zip(found, (verdict.matched, verdict.wrong, verdict.missing), strict=True):
             counter.update([atom.removeprefix("not ").partition("(")[0] for atom in atoms])

@@ -18,13 +18,13 @@ from benchmarks.behavior.test_plans import (
     describe_outcome,
     test_an_explanation_shows_every_step_and_goal,
 )
-from eai.abilities.action_sequencing.scorer import ActionSequencing
+from eai.abilities.action_sequencing.scorer import ActionSequencingScorer
 from eai.extensions.reference import behavior_quirks
-from eai.extensions.reference.behavior_plans import BehaviorActionSequencing
+from eai.extensions.reference.behavior_plans import BehaviorActionSequencingScorer
 from eai.results.codec import verdict_to_record_fields
 from sweeps import examples
 
-REFERENCE = BehaviorActionSequencing(TASK)
+REFERENCE = BehaviorActionSequencingScorer(TASK)
 SHARED = (test_an_explanation_shows_every_step_and_goal,)
 """Tests of `strict` that are run again with the fixture `scorer` below."""
 
@@ -40,7 +40,7 @@ STEPS = st.tuples(
 
 
 @pytest.fixture
-def scorer() -> ActionSequencing:
+def scorer() -> ActionSequencingScorer:
     return REFERENCE
 
 
@@ -68,7 +68,7 @@ def test_partial_success_counts_the_state_that_an_aborted_action_leaves(
 
 @pytest.mark.parametrize("text", NEVER_RUN)
 def test_an_answer_that_never_ran_meets_goals_that_hold_at_the_start(text: str) -> None:
-    verdict = BehaviorActionSequencing(make_task(HOLDS_AT_START)).score(text)
+    verdict = BehaviorActionSequencingScorer(make_task(HOLDS_AT_START)).score(text)
     assert verdict.executable is False
     assert verdict_to_record_fields(verdict)["goals_satisfied"] == [True, False]
 

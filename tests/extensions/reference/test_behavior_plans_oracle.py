@@ -11,7 +11,7 @@ from benchmarks.plan_scorers import behavior_scorer
 from eai.abilities.notation.plans import JsonPlans
 from eai.abilities.verdict import PlanVerdict, Verdict
 from eai.benchmarks.behavior.tasks import BehaviorTasks
-from eai.extensions.reference.behavior_plans import BehaviorActionSequencing
+from eai.extensions.reference.behavior_plans import BehaviorActionSequencingScorer
 from oracle import MODELS, Oracle, read_shared
 
 SETS = (*MODELS, "gt", "perturb")
@@ -63,7 +63,7 @@ def test_every_row_has_the_references_verdict(
     for row in oracle("behavior", "action_sequencing", name)["records"]:
         task = behavior_tasks[row["identifier"]]
         theirs = told_by_reference(row["verdict"])
-        ours = told_by_us(BehaviorActionSequencing(task).score(row["response"]), theirs)
+        ours = told_by_us(BehaviorActionSequencingScorer(task).score(row["response"]), theirs)
         if ours != theirs:
             differing.append(task.title)
     assert differing == []
@@ -77,7 +77,7 @@ def test_the_simulator_met_the_same_goals_as_the_symbolic_state(behavior_tasks: 
         for row in log
     }
     verdicts = {
-        row["identifier"]: BehaviorActionSequencing(behavior_tasks[row["identifier"]]).score(
+        row["identifier"]: BehaviorActionSequencingScorer(behavior_tasks[row["identifier"]]).score(
             json.dumps(row["parsed_actions"])
         )
         for row in log
@@ -99,7 +99,7 @@ def test_the_data_sets_plans(behavior_tasks: BehaviorTasks) -> None:
             for task in behavior_tasks.values()
             if scorer_of(task).score(notation.join(notation.write(task.script, task.scene))).success
         }
-        for scorer_of in (behavior_scorer, BehaviorActionSequencing)
+        for scorer_of in (behavior_scorer, BehaviorActionSequencingScorer)
     )
     assert len(reference) == 88
     assert strict - reference == ACCEPTED_BY_STRICT_ONLY

@@ -20,12 +20,12 @@ from benchmarks.behavior.test_subgoals import (
     get_actions,
     test_many_threads_may_use_one_scorer,
 )
-from eai.abilities.subgoal_decomposition.scorer import SubgoalDecomposition
-from eai.extensions.reference.behavior_subgoals import BehaviorSubgoalDecomposition
+from eai.abilities.subgoal_decomposition.scorer import SubgoalDecompositionScorer
+from eai.extensions.reference.behavior_subgoals import BehaviorSubgoalDecompositionScorer
 from eai.tasks.share import Share
 from sweeps import examples
 
-REFERENCE = BehaviorSubgoalDecomposition(TASK)
+REFERENCE = BehaviorSubgoalDecompositionScorer(TASK)
 SHARED = (test_many_threads_may_use_one_scorer,)
 """Tests of `strict` that are run again with the fixture `scorer` below."""
 
@@ -52,7 +52,7 @@ the text that follows.
 
 
 @pytest.fixture
-def scorer() -> SubgoalDecomposition:
+def scorer() -> SubgoalDecompositionScorer:
     return REFERENCE
 
 
@@ -100,7 +100,7 @@ def test_a_hand_holds_what_its_content_is_named_after_in_the_reference() -> None
 
 def test_an_answer_that_is_not_carried_out_meets_goals_that_hold_at_the_start() -> None:
     for text in NOT_EXECUTED:
-        goals = BehaviorSubgoalDecomposition(replace(TASK, goals=(DUSTY,))).score(text).goals
+        goals = BehaviorSubgoalDecompositionScorer(replace(TASK, goals=(DUSTY,))).score(text).goals
         assert goals is not None
         assert goals.state == Share(1, 1)
 

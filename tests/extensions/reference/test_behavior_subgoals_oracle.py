@@ -10,9 +10,9 @@ from typing import Any
 
 import pytest
 
-from eai.abilities.subgoal_decomposition.scorer import SubgoalDecomposition
+from eai.abilities.subgoal_decomposition.scorer import SubgoalDecompositionScorer
 from eai.benchmarks.behavior.tasks import BehaviorTasks
-from eai.extensions.reference.behavior_subgoals import BehaviorSubgoalDecomposition
+from eai.extensions.reference.behavior_subgoals import BehaviorSubgoalDecompositionScorer
 from oracle import MODELS, SUBGOAL_CATEGORIES, Oracle
 from subgoal_scorers import behavior_subgoals
 
@@ -22,7 +22,7 @@ KINDS = {"wrong_temporal_order": "wrong_order", "affordance_error": "affordance"
 """The reference's name of an error -> our name, if they differ."""
 
 
-def told_by_us(scorer: SubgoalDecomposition, text: str) -> tuple[object, ...]:
+def told_by_us(scorer: SubgoalDecompositionScorer, text: str) -> tuple[object, ...]:
     verdict = scorer.score(text)
     assert verdict.category is not None
     rejected = verdict.category.value in ("hallucination", "not_parseable")
@@ -50,7 +50,7 @@ def test_every_row_has_the_references_verdict(
     behavior_tasks: BehaviorTasks, oracle: Oracle, name: str
 ) -> None:
     for row in oracle("behavior", "subgoal_decomposition", name)["records"]:
-        scorer = BehaviorSubgoalDecomposition(behavior_tasks[row["identifier"]])
+        scorer = BehaviorSubgoalDecompositionScorer(behavior_tasks[row["identifier"]])
         expected = told_by_reference(row["verdict"])
         if not row["contains_or"]:
             assert (row["identifier"], told_by_us(scorer, row["response"])) == (row["identifier"], expected)

@@ -10,7 +10,7 @@ from abilities.test_explanation import (
 from benchmarks.plan_scorers import virtualhome_scorer
 from benchmarks.virtualhome.household import make_task
 from eai.abilities.explanation import Explanation
-from eai.extensions.reference.virtualhome_plans import VirtualHomeActionSequencing
+from eai.extensions.reference.virtualhome_plans import VirtualHomeActionSequencingScorer
 from eai.tasks.task import Task
 
 SHARED = (test_a_step_report_lists_changes_of_the_tasks_objects, test_an_explanation_reports_every_goal)
@@ -18,7 +18,7 @@ SHARED = (test_a_step_report_lists_changes_of_the_tasks_objects, test_an_explana
 
 
 def explain_as_reference(text: str, task: Task) -> Explanation:
-    return VirtualHomeActionSequencing(task).explain(text)
+    return VirtualHomeActionSequencingScorer(task).explain(text)
 
 
 @pytest.fixture

@@ -16,7 +16,7 @@ from abilities.transition_modeling.test_oracle import (
 )
 from eai.abilities.protocol import Protocol
 from eai.abilities.transition_modeling.rules import OperatorScoringRules
-from eai.abilities.transition_modeling.scorer import TransitionModeling
+from eai.abilities.transition_modeling.scorer import TransitionModelingScorer
 from eai.abilities.transition_modeling.verdict import OperatorStatus, OperatorVerdict
 from eai.abilities.verdict import Confusion, Verdict
 from eai.base.store import Store
@@ -101,7 +101,7 @@ def test_virtualhome_counters_and_planner(virtualhome: TransitionTasks, oracle: 
     rules = PublishedOperatorRules(planner())
     for row in rows:
         task = virtualhome[row["id"].split("@")[0]]
-        verdict = TransitionModeling(task, rules).score(row["llm_output"])
+        verdict = TransitionModelingScorer(task, rules).score(row["llm_output"])
         assert_equal(row, verdict, task.domain.categories, row["id"])
         if row.get("planner"):
             assert verdict.success is row["planner"]["success"], row["id"]
@@ -113,6 +113,6 @@ def test_behavior_counters(behavior_as_published: TransitionTasks, oracle: Oracl
     rules = PublishedOperatorRules(None)
     for row in rows:
         task = behavior_as_published[row["identifier"].split("@")[0]]
-        verdict = TransitionModeling(task, rules).score(row["response"])
+        verdict = TransitionModelingScorer(task, rules).score(row["response"])
         assert verdict.planner is PlannerOutcome.NOT_RUN
         assert_equal(row["verdict"], verdict, task.domain.categories, row["identifier"])

@@ -22,7 +22,7 @@ from abilities.transition_modeling.test_scorer import (
     test_the_gold_answer_has_no_error,
     test_without_a_planner_nothing_is_said_of_plans,
 )
-from eai.abilities.transition_modeling.scorer import TransitionModeling
+from eai.abilities.transition_modeling.scorer import TransitionModelingScorer
 from eai.abilities.transition_modeling.verdict import OperatorStatus, OperatorVerdict
 from eai.extensions.reference.operator_rules import PublishedOperatorRules
 from eai.pddl.planning import PlannerOutcome
@@ -74,7 +74,7 @@ def test_an_unreadable_answer_is_left_out() -> None:
 
 
 def test_a_plan_is_enough() -> None:
-    scorer = TransitionModeling(TASK_OF_TWO, PublishedOperatorRules(BuiltInPlanner()))
+    scorer = TransitionModelingScorer(TASK_OF_TWO, PublishedOperatorRules(BuiltInPlanner()))
     verdict = scorer.score(answer(EVERYTHING, TASK_OF_TWO.domain.operators["light"]))
     assert isinstance(verdict, OperatorVerdict)
     assert (verdict.planner, verdict.success, verdict.plan_works) == (PlannerOutcome.SOLVED, True, None)

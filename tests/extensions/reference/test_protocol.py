@@ -8,13 +8,13 @@ import pytest
 
 from abilities.test_trial import BOTH, LAMP, SHED, TORCH, outcome_of, plan, scorer
 from eai.abilities.attempt import Attempt
-from eai.abilities.attempt_options import AttemptOptions
 from eai.abilities.protocol import Ability, Protocol
+from eai.abilities.replanning_options import ReplanningOptions
 from eai.abilities.subgoal_decomposition.verdict import SubgoalVerdict
 from eai.abilities.trial import Trial
 from eai.abilities.verdict import PlanVerdict, SummaryCounts
 from eai.base.errors import InputError
-from eai.benchmarks.protocols import make_attempt_options_of_protocol
+from eai.benchmarks.protocols import make_replanning_options_of_protocol
 from eai.benchmarks.suite import open_suite
 from eai.extensions.reference.protocol import EAI_1_0_5, TASK_WITH_REMOVED_GOAL
 from eai.results.paper_tables import PaperColumn, map_files_to_paper_models, read_paper_table
@@ -25,13 +25,13 @@ from eai.tasks.share import Share, TalliesByGoalKind
 from oracle import MODELS, Oracle
 
 
-def scripted(slip: float = 0.0) -> AttemptOptions:
-    found = make_attempt_options_of_protocol("eai-1.0.5", slip, 0, 0)
+def scripted(slip: float = 0.0) -> ReplanningOptions:
+    found = make_replanning_options_of_protocol("eai-1.0.5", slip, 0, 0)
     assert found is not None
     return found
 
 
-def tried(experiment: AttemptOptions, *answers: str) -> tuple[list[Attempt], bool]:
+def tried(experiment: ReplanningOptions, *answers: str) -> tuple[list[Attempt], bool]:
     """The attempts, and whether the trial is over after them."""
     trial = (Trial if experiment.preset is None else EAI_1_0_5.trial)(scorer(), experiment)
     for text in answers:
@@ -40,12 +40,12 @@ def tried(experiment: AttemptOptions, *answers: str) -> tuple[list[Attempt], boo
 
 
 def test_the_preset_is_an_experiment_of_its_own() -> None:
-    ours = AttemptOptions(3, "continue", "state", slip=0.1, slip_seed=0, until="goal")
+    ours = ReplanningOptions(3, "continue", "state", slip=0.1, slip_seed=0, until="goal")
     assert replace(scripted(0.1), preset=None) == ours
     assert scripted(0.1).label == f"{ours.label}+as-eai-1.0.5"
-    assert make_attempt_options_of_protocol("", 0.1, 0, 3) is None
+    assert make_replanning_options_of_protocol("", 0.1, 0, 3) is None
     with pytest.raises(InputError, match="'eai-9' is not a preset: expected eai-1"):
-        make_attempt_options_of_protocol("eai-9", 0.1, 0, 3)
+        make_replanning_options_of_protocol("eai-9", 0.1, 0, 3)
 
 
 def test_a_plan_that_misses_the_goal_is_not_asked_for_again() -> None:

@@ -3,7 +3,7 @@ from __future__ import annotations
 import pytest
 
 from eai.abilities.protocol import Ability, Protocol
-from eai.abilities.transition_modeling.scorer import TransitionModeling
+from eai.abilities.transition_modeling.scorer import TransitionModelingScorer
 from eai.base.store import Store
 from eai.benchmarks.suite import open_suite
 from eai.extensions.reference.operator_rules import PublishedOperatorRules
@@ -53,7 +53,7 @@ def test_gpt_4o_on_virtualhome_is_as_sensitive_as_the_paper_says(oracle: Oracle,
     trials: list[OperatorReplacementTrial] = []
     for row in rows:
         scorer = suite.scorer(row["id"])
-        assert isinstance(scorer, TransitionModeling)
+        assert isinstance(scorer, TransitionModelingScorer)
         made = record(
             row["id"],
             scorer.score_missing_answer(),

@@ -10,14 +10,14 @@ import pytest
 from benchmarks.behavior import kitchen
 from benchmarks.virtualhome import household
 from eai.abilities.verdict import Verdict
-from eai.extensions.reference.behavior_subgoals import BehaviorSubgoalDecomposition
-from eai.extensions.reference.virtualhome_plans import VirtualHomeActionSequencing
-from eai.extensions.reference.virtualhome_subgoals import VirtualHomeSubgoalDecomposition
+from eai.extensions.reference.behavior_subgoals import BehaviorSubgoalDecompositionScorer
+from eai.extensions.reference.virtualhome_plans import VirtualHomeActionSequencingScorer
+from eai.extensions.reference.virtualhome_subgoals import VirtualHomeSubgoalDecompositionScorer
 from eai.world.fault import FaultKind
 
 HOME = replace(household.make_task(), temporal_goal="OPEN(fridge.10)")
-HOMES = VirtualHomeSubgoalDecomposition(HOME)
-SCENES = BehaviorSubgoalDecomposition(kitchen.make_task())
+HOMES = VirtualHomeSubgoalDecompositionScorer(HOME)
+SCENES = BehaviorSubgoalDecompositionScorer(kitchen.make_task())
 
 IN_HOMES = ("OPEN(fridge.10)", "CLOSED(fridge.10)", "TOUCH(yacht.9)", "TOUCH(table.12, cup.13)")
 IN_SCENES = ("open(fridge.1)", "not open(fridge.1)", "open(yacht.9)", "open(fridge.1, sink.1)")
@@ -95,11 +95,11 @@ def test_a_full_seat_cannot_be_diagnosed_in_subgoals_and_is_a_missing_step_in_pl
     """A bed has three places; it has four seats."""
     full = [f"ONTOP {thing} {seat}" for thing in ("cup.13", "milk.11", "bread.14")]
     task = replace(household.make_task(*full), temporal_goal="OPEN(fridge.10)")
-    subgoals = VirtualHomeSubgoalDecomposition(task).score(answer(f"ONTOP(character.65, {seat})"))
+    subgoals = VirtualHomeSubgoalDecompositionScorer(task).score(answer(f"ONTOP(character.65, {seat})"))
     assert told(subgoals) == "not_parseable"
     name, _, number = seat.partition(".")
     plan = json.dumps({"WALK": [name, number], posture: [name, number]})
-    error = VirtualHomeActionSequencing(task).score(plan).error
+    error = VirtualHomeActionSequencingScorer(task).score(plan).error
     assert error is not None
     assert (error.kind, error.detail) == (FaultKind.MISSING_STEP, f"there is no room left on {seat}")
 

@@ -23,9 +23,9 @@ from benchmarks.virtualhome.test_goal_notation import (
 )
 from eai.abilities.goal_interpretation.verdict import GoalVerdict
 from eai.abilities.scorer import Scorer
-from eai.extensions.reference.virtualhome_goals import VirtualHomeGoalInterpretation
+from eai.extensions.reference.virtualhome_goals import VirtualHomeGoalInterpretationScorer
 
-REFERENCE = VirtualHomeGoalInterpretation(TASK, DOMAIN)
+REFERENCE = VirtualHomeGoalInterpretationScorer(TASK, DOMAIN)
 SHARED = (test_extreme_texts_have_a_verdict, test_an_unreadable_answer_is_a_parsing_error)
 """Tests of `strict` that are run again with the fixture `scorer` below."""
 

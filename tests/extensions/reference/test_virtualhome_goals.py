@@ -11,7 +11,7 @@ from eai.abilities.goal_interpretation.verdict import GoalVerdict
 from eai.abilities.verdict import Verdict
 from eai.benchmarks.virtualhome import domain
 from eai.benchmarks.virtualhome.tasks import VirtualHomeTasks
-from eai.extensions.reference.virtualhome_goals import VirtualHomeGoalInterpretation
+from eai.extensions.reference.virtualhome_goals import VirtualHomeGoalInterpretationScorer
 from oracle import MODELS, Oracle
 
 DOMAIN = domain.domain_in_paper_order()
@@ -40,7 +40,7 @@ def test_every_row_has_the_counts_of_the_reference(
     differing, compared = {}, 0
     for row in rows:
         task = virtualhome_tasks[row["id"].partition("@")[0]]
-        verdict = VirtualHomeGoalInterpretation(task, DOMAIN).score(row["llm_output"])
+        verdict = VirtualHomeGoalInterpretationScorer(task, DOMAIN).score(row["llm_output"])
         assert isinstance(verdict, GoalVerdict)
         assert bool(row["exception"]) == verdict.aborts
         if not row["exception"]:

@@ -27,7 +27,7 @@ from eai.abilities.verdict import PlanVerdict, SummaryCounts, Verdict
 from eai.extensions.reference.virtualhome_plans import (
     GOLD_TEST,
     NOT_ACCEPTED,
-    VirtualHomeActionSequencing,
+    VirtualHomeActionSequencingScorer,
     _VirtualHomePlanNotation,
     do_most_answers_use_object_ids,
 )
@@ -55,7 +55,7 @@ OTHERWISE = {
 
 
 def score_as_reference(text: str, task: Task) -> Verdict:
-    return VirtualHomeActionSequencing(task).score(text)
+    return VirtualHomeActionSequencingScorer(task).score(text)
 
 
 @pytest.fixture
@@ -78,7 +78,7 @@ def test_an_answer_has_its_outcome(text: str, strict: str) -> None:
 def test_a_name_alone_means_the_last_object_of_its_class_in_a_hash_table() -> None:
     """A Python set of 90, 13 and 80 is iterated as 80, 90, 13."""
     task = make_task(*CUPS_IN_KITCHEN, "NEXT_TO character.65 cup.13", **CUPS)
-    (step,) = VirtualHomeActionSequencing(task).explain('{"TOUCH": ["cup"]}').steps
+    (step,) = VirtualHomeActionSequencingScorer(task).explain('{"TOUCH": ["cup"]}').steps
     assert (step.action, step.outcome) == ("TOUCH(cup.13)", "executed")
 
 
@@ -108,7 +108,8 @@ def test_most_answers_of_a_file_decide_how_all_are_read(answers: Sequence[str], 
 )
 def test_the_form_of_the_file_binds_each_answer(with_ids: bool | None, text: str, outcome: str) -> None:
     assert (
-        describe_outcome(VirtualHomeActionSequencing(make_task(), with_ids=with_ids).score(text)) == outcome
+        describe_outcome(VirtualHomeActionSequencingScorer(make_task(), with_ids=with_ids).score(text))
+        == outcome
     )
 
 

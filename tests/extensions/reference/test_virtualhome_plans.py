@@ -10,7 +10,7 @@ from eai.abilities.notation.plan_form import WrittenPlan
 from eai.abilities.verdict import Unreadable
 from eai.extensions.reference.virtualhome_plans import (
     LIST_IS_NOT_JSON,
-    VirtualHomeActionSequencing,
+    VirtualHomeActionSequencingScorer,
     _VirtualHomeGoalTest,
     read_plan,
 )
@@ -110,7 +110,7 @@ def test_equal_to_the_script_is_what_has_its_text(plan: str, outcome: str) -> No
         script=["WALK sofa_bed.40", "SIT sofa_bed.40"],
         more_objects=("sofa_bed.40",),
     )
-    verdict = VirtualHomeActionSequencing(task, with_ids=True).score(plan)
+    verdict = VirtualHomeActionSequencingScorer(task, with_ids=True).score(plan)
     if verdict.error is not None:
         assert verdict.error.kind.value == outcome
         return

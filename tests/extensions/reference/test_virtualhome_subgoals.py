@@ -21,13 +21,13 @@ from benchmarks.virtualhome.test_subgoals import (
     test_extreme_subgoals_have_a_verdict,
     test_many_threads_may_use_one_scorer,
 )
-from eai.abilities.subgoal_decomposition.scorer import SubgoalDecomposition
-from eai.extensions.reference.virtualhome_subgoals import VirtualHomeSubgoalDecomposition
+from eai.abilities.subgoal_decomposition.scorer import SubgoalDecompositionScorer
+from eai.extensions.reference.virtualhome_subgoals import VirtualHomeSubgoalDecompositionScorer
 from eai.tasks.share import Share
 from eai.tasks.task import Task
 from eai.world.fault import FaultKind
 
-REFERENCE = VirtualHomeSubgoalDecomposition(TASK)
+REFERENCE = VirtualHomeSubgoalDecompositionScorer(TASK)
 SHARED = (test_many_threads_may_use_one_scorer, test_extreme_subgoals_have_a_verdict)
 """Tests of `strict` that are run again with the fixture `scorer` below."""
 
@@ -60,7 +60,7 @@ OTHERWISE = {
 
 
 @pytest.fixture
-def scorer() -> SubgoalDecomposition:
+def scorer() -> SubgoalDecompositionScorer:
     return REFERENCE
 
 
@@ -91,7 +91,7 @@ def test_the_reference_counts_entries_but_not_those_of_unreachable_goals() -> No
 
 def test_action_goals_count_up_to_the_first_that_is_missing() -> None:
     for subgoals, met in ((("PUSH(table.12)", "TOUCH(table.12)"), 1), (("PUSH(table.12)",), 0)):
-        goals = VirtualHomeSubgoalDecomposition(THREE_ACTIONS).score(answer(*subgoals)).goals
+        goals = VirtualHomeSubgoalDecompositionScorer(THREE_ACTIONS).score(answer(*subgoals)).goals
         assert goals is not None
         assert goals.action == Share(met, 3)
 
@@ -99,7 +99,7 @@ def test_action_goals_count_up_to_the_first_that_is_missing() -> None:
 @pytest.mark.parametrize("task", [POURED, WITHOUT_GOALS], ids=["poured", "without goals"])
 def test_a_goal_that_cannot_be_read_makes_every_plan_unparseable(task: Task) -> None:
     assert (
-        describe_verdict(VirtualHomeSubgoalDecomposition(task).score(answer(*REACHED)))
+        describe_verdict(VirtualHomeSubgoalDecompositionScorer(task).score(answer(*REACHED)))
         == "not_parseable parsing"
     )
 

@@ -12,7 +12,7 @@ import pytest
 
 from eai.abilities.subgoal_decomposition.verdict import SubgoalVerdict
 from eai.benchmarks.virtualhome.tasks import VirtualHomeTasks
-from eai.extensions.reference.virtualhome_subgoals import VirtualHomeSubgoalDecomposition
+from eai.extensions.reference.virtualhome_subgoals import VirtualHomeSubgoalDecompositionScorer
 from oracle import MODELS, SUBGOAL_CATEGORIES, Oracle
 
 SETS = (*MODELS, "gold", "perturbed", "perturbed2")
@@ -98,7 +98,7 @@ def test_a_row_with_known_lots_has_the_verdict_of_the_reference(
 
 
 def score(tasks: VirtualHomeTasks, row_id: str, text: str) -> SubgoalVerdict:
-    return VirtualHomeSubgoalDecomposition(tasks[row_id.partition("@")[0]]).score(text)
+    return VirtualHomeSubgoalDecompositionScorer(tasks[row_id.partition("@")[0]]).score(text)
 
 
 def choices(text: str) -> Iterator[str]:

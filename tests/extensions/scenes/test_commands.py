@@ -26,6 +26,7 @@ from eai.studies.perception.choice import SceneOptions
 from eai.studies.perception.scenes import make_beliefs_by_scene_options
 from eai.tasks.prompts.template import PromptTemplates
 from eai.tasks.source import Source
+from explorer_pages import read_explorer
 from extensions.scenes.rooms import kitchen, task_of
 from extensions.scenes.test_questions import must_ask_with_pictures
 from studies.report.samples import write_runs
@@ -55,7 +56,8 @@ def test_the_course_of_an_answer_is_filmed(eai: Command, data_store: Store, tmp_
     with Image.open(film) as moving:
         assert moving.n_frames == 3  # type: ignore[attr-defined]
     assert eai("report", tmp_path / "out", "--no-plots", "--out", films.parent).status == 0
-    assert f'"F":"films/{film.name}"' in (films.parent / "explorer.html").read_text(encoding="utf-8")
+    (run,) = read_explorer((films.parent / "explorer.html").read_text(encoding="utf-8"))["runs"]
+    assert [answer["F"] for answer in run["answers"] if "F" in answer] == [f"films/{film.name}"]
     refused = eai("explain", tmp_path / "out", "--failed", "--film", film)
     assert (refused.status, refused.err[:35]) == (2, "eai: --film: expected one answer, f")
 
@@ -116,11 +118,10 @@ def test_pictures_come_from_the_data_set(data_store: Store, tmp_path: Path) -> N
     command = ["report", str(runs), "--no-plots", "--no-prompts", "--pictures", "--out"]
     done = RUNNER.invoke(app, [*command, str(tmp_path / "out"), "--data", str(data_store.folder)])
     assert done.exit_code == 0, done.exception
-    page = (tmp_path / "out" / "explorer.html").read_text(encoding="utf-8")
-    data = json.loads(page.partition('id="data">')[2].partition("</script>")[0])
+    data = read_explorer((tmp_path / "out" / "explorer.html").read_text(encoding="utf-8"))
     (answer,) = data["runs"][0]["answers"]
     assert len(answer["P"]) == len(answer["s"]) + 1
-    assert max(answer["P"]) < len(data["scenes"])
+    assert max(answer["P"]) < len(answer["chunk"]["scenes"])
     refused = RUNNER.invoke(app, [*command, str(tmp_path / "out"), "--data", str(tmp_path / "none")])
     assert "--pictures: the data set is not on this machine" in str(refused.exception)
 

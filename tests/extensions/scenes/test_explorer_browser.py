@@ -6,7 +6,7 @@ from pathlib import Path
 from typing import Any
 
 from agents.switches import SWITCHES
-from browsing import needs_browser
+from browsing import needs_browser, open_explorer
 from eai.agents.setting import ACTING
 from eai.benchmarks.suite import open_suite
 from eai.extensions.scenes.course import make_tiles_after_each_step
@@ -21,9 +21,9 @@ def test_a_turn_is_shown_with_the_objects_that_it_changed(page: Any, tmp_path: P
     address = write_episodes(
         tmp_path, ExplorerDomainData(find_scenes=lambda record: make_tiles_after_each_step(record, suite))
     )
-    page.goto(link(address, run="switches/acting/strict/good", task="both", step="3"))
+    open_explorer(page, link(address, run="switches/acting/strict/good", task="both", step="3"))
     page.get_by_role("button", name="Next turn").click()
     changed = page.locator(".picture .tile.changed > strong").all_inner_texts()
     assert [text.partition("\n")[0] for text in changed] == ["torch"]
-    page.goto(link(address, run="switches/acting/strict/poor", task="both"))
+    open_explorer(page, link(address, run="switches/acting/strict/poor", task="both"))
     assert page.locator(".picture .tile").count()

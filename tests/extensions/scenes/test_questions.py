@@ -25,6 +25,7 @@ from eai.extensions.scenes.drawing import to_png
 from eai.run.registry import TASKS
 from eai.studies.perception.belief import open_scene_graph_vocabulary
 from eai.tasks.source import Source
+from explorer_pages import read_explorer
 from processes import eai as run_eai
 from run.server import Reply, serve
 from run.test_acting import call, scripted, tool
@@ -145,7 +146,8 @@ def test_it_is_run_scored_reported_and_compared(eai: Command, data_store: Store,
     assert '"scene_graph"' in compared.out
     assert eai("report", out, "--out", tmp_path / "report", "--no-plots").status == 0
     assert "Scene graphs" in (tmp_path / "report" / "report.md").read_text(encoding="utf-8")
-    assert '"scene_graph"' in (tmp_path / "report" / "explorer.html").read_text(encoding="utf-8")
+    page = (tmp_path / "report" / "explorer.html").read_text(encoding="utf-8")
+    assert '"scene_graph"' in json.dumps(read_explorer(page))
 
 
 @pytest.mark.filterwarnings("ignore")  # Inspect's

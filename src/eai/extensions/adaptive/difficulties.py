@@ -1,9 +1,10 @@
 """The difficulties of tasks, a model's ability, and the most informative tasks to ask next.
 
 The difficulties come from nine of the paper's models under the protocol ``strict``. They are estimated by the
-Rasch model (`eai.extensions.adaptive.rasch`), in logits, and 0 is the mean ability of these models.
-``tools/short_tests.py`` computes them for action sequencing and subgoal decomposition, because these answers
-are right or wrong without a planner.
+Rasch model (`eai.extensions.adaptive.rasch`), in logits, and 0 is the mean ability of these models. The
+variance of a model's ability between names of tasks is stored with them. ``tools/short_tests.py`` computes
+them for action sequencing and subgoal decomposition, because these answers are right or wrong without a
+planner.
 
 A task is most informative for a model that solves it with probability p = 1/2: its Fisher information is
 p (1 - p). Near copies of a task have the same name (title). A model solves or fails them together, so further

@@ -21,4 +21,4 @@ Flag: TypeAlias = Literal[
 """
 
 FlagReader = Callable[[SuiteKey, str, bool], Iterator[Flag]]
-"""Yields the flags of a task. The arguments are the task's suite, its id, and whether no model solves it."""
+"""Yields signs that a task may be wrong, given its suite, its id, and whether no model solves it."""

@@ -107,7 +107,10 @@ def compute_item_rest_correlations(scores: Matrix) -> Matrix:
 
 
 def estimate_reliability(scores: Matrix) -> float | None:
-    """Return Cronbach's alpha, the reliability of a test; None if all models have the same total score."""
+    """Return Cronbach's alpha, the reliability of a test.
+
+    Return None if there is one task, or if all models have the same total score.
+    """
     number = scores.shape[1]
     whole = float(scores.sum(axis=1).var(ddof=1))
     if number < 2 or not whole:
@@ -120,6 +123,8 @@ def estimate_ability_variance_between_task_names(
     scores: Matrix, fitted: RaschModel, task_names: Sequence[str]
 ) -> float:
     """Return the variance of a model's ability between differently named tasks, in squared logits.
+
+    Variation by chance is not part of it.
 
     If a name is unexpectedly difficult for a model, the scores of two tasks of this name deviate together
     from the expected scores. To first order, the product of both deviations is the variance times the

@@ -32,7 +32,7 @@ _FILE = "adaptive.json"
 
 
 _Difficulties: TypeAlias = tuple[Mapping[str, float], float, str]
-"""The result of `_estimate_difficulties`: difficulties by task, a variance, and the models' description."""
+"""Difficulties by task, variance of a model's ability, and models: see `_estimate_difficulties`."""
 
 
 def open_runs(
@@ -96,14 +96,15 @@ def _estimate_difficulties(suite: Suite, folder: Path | None) -> _Difficulties:
     for run in read_runs([folder]):
         if (
             run.key[:3] == of_suite
-            and run.key.is_without_study
+            and run.key.has_no_study_or_rules
             and RunTotals.from_records(run.records).coverage.is_ranked
         ):
             tables.add_records(run.records)
     scores = collect_scores(tables.answers)
     if len(scores.models) < MIN_MODELS:
-        wanted = f"{MIN_MODELS} models in {suite.domain} {suite.ability.value}, {suite.protocol.value}"
-        raise InputError(f"{folder}: expected whole runs of {wanted}; found {len(scores.models)}")
+        answers = f"all answers to {suite.domain} {suite.ability.value} under {suite.protocol.value}"
+        found = f"found {len(scores.models)} models"
+        raise InputError(f"{folder}: expected runs of at least {MIN_MODELS} models with {answers}; {found}")
     fitted = fit_rasch(scores.matrix)
     values = map(float, fitted.difficulties - fitted.abilities.mean())
     by_task = dict(zip(scores.tasks, values, strict=True))
@@ -124,8 +125,7 @@ def request_informative_tasks(
     run resumes. Rounds end early if a task cannot be answered, or if no task is left.
 
     Args:
-        difficulties_by_suite: the difficulties of tasks, and what `_estimate_difficulties` returns with them,
-            by domain and ability.
+        difficulties_by_suite: the results of `_estimate_difficulties`, by domain and ability.
         ask: a function that asks a model the questions (prompts by task id) and scores the answers.
         prompts: the questions of all tasks that may be asked, by task id.
         suite: the suite.

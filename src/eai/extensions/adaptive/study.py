@@ -326,7 +326,8 @@ def draw_difficulties_and_abilities(
 ) -> Figure | None:
     """Draw a histogram of task difficulties and, below it on the same scale, the abilities of the models.
 
-    A test separates models best if their abilities are close to its difficulties.
+    A test separates models best if their abilities are close to its difficulties. Return None if no task has
+    a difficulty.
 
     Args:
         items: the rows of the table of tasks of a suite.

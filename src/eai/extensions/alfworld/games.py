@@ -82,7 +82,9 @@ def open_alfworld_games(reference: str) -> Benchmark:
     first = next(iter(games))
     for path, game in games.items():
         if game["pddl_domain"] != games[first]["pddl_domain"]:
-            raise InputError(f"{path}: its domain differs from the domain of {first}")
+            raise InputError(
+                f"{path}: this game and {first} have different domains; give each its own folder"
+            )
     source, commands = _replace_actions_by_commands(
         _read_game_domain(games[first]["pddl_domain"], first), games[first]["grammar"]
     )
@@ -214,7 +216,7 @@ def _replace_actions_by_commands(
     for action in source.actions:
         template = templates.get(action.name)
         if template is None:
-            raise InputError(f"domain {source.name}: expected a command for the action {action.name}")
+            raise InputError(f"domain {source.name}: the grammar has no command for the action {action.name}")
         projected = _quantify_parameters_except(action, _PARAMETER.findall(template))
         by_command.setdefault(_PARAMETER.sub("{}", template), []).append(projected)
     actions = {template: _merge_actions(template, actions) for template, actions in by_command.items()}
@@ -271,7 +273,7 @@ def _quantify_parameters_except(action: m.PddlAction, kept_parameters: Sequence[
 
 
 class _ConditionsWithSharedParameters(NamedTuple):
-    """Conditions of an action that share bound parameters, and the names of these parameters."""
+    """Conditions of an action that share parameters bound by quantifiers, and these parameters' names."""
 
     names: frozenset[str]
     parts: tuple[f.Formula, ...]

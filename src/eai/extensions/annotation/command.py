@@ -173,6 +173,7 @@ def choose_goal_patterns(
 ) -> None:
     """Choose the meaning of a task title: keep or drop the changes that its demonstrations share.
 
+    These changes are listed first.
     Commands are read from standard input, one per line, so they can also come from a file. Every decision is
     saved at once; the same command resumes after an interruption.
 
@@ -190,14 +191,14 @@ def choose_goal_patterns(
     print_result_line(f"{title}: {format_count(len(listing.differences), 'demonstration')}")
     print_result_line(annotation.HELP)
     _print_decisions(listing, saved.get(title, TitleMeaningDecisions()))
-    left = _apply_commands_and_name_end(decisions, saved, title, listing)
-    print_result_line(f"{left}; written to {decisions}")
+    end_reason = _apply_commands_until_end(decisions, saved, title, listing)
+    print_result_line(f"{end_reason}; written to {decisions}")
 
 
-def _apply_commands_and_name_end(
+def _apply_commands_until_end(
     path: Path, saved: Mapping[str, TitleMeaningDecisions], title: str, listing: PatternList
 ) -> str:
-    """Apply a user's commands until the input ends. Save the decisions after each command.
+    """Apply a user's commands, save the decisions after each, and return why no more commands follow.
 
     Raises:
         InterruptError: the user interrupted the command.
@@ -226,16 +227,19 @@ def _apply_commands_and_name_end(
 
 
 def _apply_command(
-    command: str, chosen: TitleMeaningDecisions, before: list[TitleMeaningDecisions], listing: PatternList
+    command: str,
+    chosen: TitleMeaningDecisions,
+    earlier_decisions: list[TitleMeaningDecisions],
+    listing: PatternList,
 ) -> TitleMeaningDecisions:
     if not command:
         return chosen
     if command == "undo":
-        if not before:
+        if not earlier_decisions:
             raise InputError("undo: there is no earlier command")
-        return before.pop()
+        return earlier_decisions.pop()
     after = annotation.decide(command, chosen, listing)
-    before.append(chosen)
+    earlier_decisions.append(chosen)
     return after
 
 
@@ -266,10 +270,11 @@ def print_goals(
     as_json: AsJson = False,
     data: DataFolder = None,
 ) -> None:
-    """Print the goals of each task that follow from the decisions, or write a task file with these goals.
+    """Print each task's goals that follow from the decisions about its title, or write a task file with them.
 
-    A candidate is a possible meaning of a title. A demonstration that meets no candidate of its title is left
-    out of the data set. With --check, exit status 2 if the goals of a task do not follow.
+    `eai data annotate choose` writes the decisions. A candidate is a possible meaning of a title. A
+    demonstration that meets no candidate of its title is left out of the data set. With --check, exit status
+    2 if the goals of a task do not follow.
 
     Example: eai data annotate goals --domain virtualhome --decisions decisions.toml --title "Turn on light"
 
@@ -366,7 +371,7 @@ def write_planning_problems(
 
 
 def _read_planning_domain(benchmark: Benchmark, source: Source) -> PddlDomain | None:
-    """Return the planning domain of the benchmark's data set, or None if its problems do not use one."""
+    """Return the planning domain of the benchmark's data set, or None if the data set has no problems."""
     if benchmark.data.problem_of is None:
         return None
     library = next(iter(benchmark.operators(source).values())).domain
@@ -375,8 +380,8 @@ def _read_planning_domain(benchmark: Benchmark, source: Source) -> PddlDomain | 
     )
 
 
-def _write_problem_files(folder: Path, made: list[SampledProblem]) -> None:
-    solved = [problem for problem in made if problem.outcome is PlannerOutcome.SOLVED]
+def _write_problem_files(folder: Path, problems: list[SampledProblem]) -> None:
+    solved = [problem for problem in problems if problem.outcome is PlannerOutcome.SOLVED]
     texts = {folder / f"{to_file_name(problem.task_id)}.pddl": f"{problem.text}\n" for problem in solved}
-    if made:
-        write_files_atomically({**texts, folder / "domain.pddl": f"{made[0].domain}\n"})
+    if problems:
+        write_files_atomically({**texts, folder / "domain.pddl": f"{problems[0].domain}\n"})

@@ -100,7 +100,7 @@ class GoalPattern:
 
 
 AlternativePatterns: TypeAlias = tuple[GoalPattern, ...]
-"""A list of patterns for one condition of a goal. A demonstration must meet one of the patterns."""
+"""Patterns of a `Candidate`. A demonstration must meet at least one of them."""
 
 
 def parse_pattern(text: str) -> GoalPattern:
@@ -146,7 +146,7 @@ class DemonstrationChanges:
         return self.task.scene
 
     def find_matching_facts(self, patterns: AlternativePatterns) -> Iterator[Fact]:
-        """Yield the demonstration's changed facts that match a pattern of an entry, in order."""
+        """Yield the demonstration's changed facts that match at least one of the patterns, in order."""
         return (
             fact for fact in self.facts if any(self._matches_pattern(fact, pattern) for pattern in patterns)
         )
@@ -274,7 +274,7 @@ Entries that are actions must be met in the order of the list.
 
 
 def find_first_met_candidate(candidates: Sequence[Candidate], difference: DemonstrationChanges) -> int | None:
-    """Return the index of the first candidate that a demonstration meets, or None if it meets none."""
+    """Return the index of the first meaning of a title that a demonstration meets, or None."""
     return next(
         (number for number, candidate in enumerate(candidates) if is_candidate_met(candidate, difference)),
         None,
@@ -294,7 +294,8 @@ def is_candidate_met(candidate: Candidate, difference: DemonstrationChanges) -> 
 def make_concrete_goals(difference: DemonstrationChanges, candidate: Candidate) -> tuple[Goal, ...]:
     """Return the goals of a demonstration's task that follow from a candidate, with the objects of the task.
 
-    States come first, then relations, then actions.
+    Only facts that the demonstration makes true become goals. States come first, then relations, then
+    actions.
     """
     conditions = [entry for entry in candidate if not entry[0].is_action]
     facts = dict.fromkeys(fact for entry in conditions for fact in difference.find_matching_facts(entry))
@@ -429,7 +430,7 @@ COMMANDS = ("keep", "or", "drop", "add", "new", "undo", "done")
 
 @dataclass(frozen=True)
 class PatternList:
-    """The patterns that the demonstrations of a task title share.
+    """The states and relations that demonstrations of one task title change, as patterns with counts.
 
     Attributes:
         differences: the changes of each demonstration.
@@ -540,7 +541,7 @@ def _refuse_unknown(name: str, known: Sequence[str], noun: str) -> None:
 def _append_entries(
     chosen: TitleMeaningDecisions, entries: Sequence[AlternativePatterns]
 ) -> TitleMeaningDecisions:
-    """Return the decisions after appending entries to the last candidate meaning."""
+    """Return the decisions after appending entries to the last candidate."""
     *before, last = chosen.candidates or ((),)
     return replace(chosen, candidates=(*before, (*last, *entries)))
 
@@ -570,7 +571,7 @@ def group_by_title(tasks: Mapping[str, Task], title: str | None = None) -> dict[
 def annotate(
     titles: Mapping[str, Iterable[Task]], domain: Domain, decisions: Mapping[str, TitleMeaningDecisions]
 ) -> Iterator[Annotation]:
-    """Yield the goals that follow from the decisions for each demonstration, title by title.
+    """Yield the annotation of each demonstration by the decisions about its title, title by title.
 
     Raises:
         InputError: a plan cannot be executed, or a decision uses an undeclared name.

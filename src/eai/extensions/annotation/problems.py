@@ -14,7 +14,7 @@ from eai.benchmarks.benchmark import Benchmark
 from eai.logic.choice import count_dnf_terms, generate_dnf_terms
 from eai.logic.formula import Formula
 from eai.logic.traversal import find_object_names
-from eai.pddl.export import ProblemSource, export_problems
+from eai.pddl.export import ProblemToExport, export_problems
 from eai.pddl.model import PddlDomain
 from eai.pddl.planning import PddlPlanner, PlannerOutcome, PlanningTask
 from eai.pddl.reader import read_action, read_problem
@@ -28,7 +28,7 @@ MAX_DRAWS = 20
 """Maximum number of times that conditions of a goal are drawn to make a problem from a task."""
 
 _MAX_LISTED_OPTIONS = 10_000
-"""Maximum number of ways to meet a goal from which one is drawn: the first ways in a fixed order."""
+"""Number of ways to meet a goal that can be drawn: at most the first ones in a fixed order."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -50,7 +50,7 @@ class SampledProblem:
     text: str
     outcome: PlannerOutcome
     draws: int
-    source: ProblemSource | None
+    source: ProblemToExport | None
 
 
 def make_problem(
@@ -81,11 +81,11 @@ def make_problem(
         goals = sample_goal_conditions(task, conditions, random.Random(f"{seed} {task.id} {attempt}"))  # noqa: S311
         if not goals:
             return None
-        source: ProblemSource | None = None
+        source: ProblemToExport | None = None
         if benchmark.data.problem_of is not None and operators is not None:
             domain, problem = operators, read_problem(benchmark.data.problem_of(task, goals))
         else:
-            source = ProblemSource(
+            source = ProblemToExport(
                 task.id, task.initial, goals, _find_relevant_object_bits(task, goals, benchmark.domain)
             )
             exported = export_problems(benchmark.domain, (source,))[0]
@@ -100,7 +100,7 @@ def make_problem(
 
 
 def sample_goal_conditions(task: Task, max_count: int, rng: random.Random) -> tuple[Formula, ...]:
-    """Draw conditions of a randomly chosen way to meet all goals about a task's final state."""
+    """Draw at most `max_count` conditions of a random way to meet all goals about a task's final state."""
     objects = task.scene.names_of_category
     wanted = [goal.formula for goal in task.without_goals_over_time.goals if goal.kind is not GoalKind.ACTION]
     formulas: dict[Formula, None] = {}
@@ -118,7 +118,7 @@ def make_domain_with_operators(operator_texts: Sequence[str], header: PddlDomain
 def give_common_domain(problems: Sequence[SampledProblem], benchmark: Benchmark) -> list[SampledProblem]:
     """Return the problems with one common planning domain, which declares the categories of all objects.
 
-    If the data set provides all problems, they stay as they are.
+    If the data set provides all problems, the problems stay as they are.
     """
     sources = [problem.source for problem in problems if problem.source is not None]
     if not sources:
@@ -131,7 +131,7 @@ def give_common_domain(problems: Sequence[SampledProblem], benchmark: Benchmark)
 
 
 def _find_relevant_object_bits(task: Task, goals: Sequence[Formula], domain: Domain) -> int:
-    """Return as a bit mask the relevant objects, the goals' objects, and all objects that carry them."""
+    """Return a bit mask of the task's relevant objects, the goals' objects, and all their carriers."""
     scene, initial = task.scene, task.initial
     supports = [initial.relation(name) for name in find_holding_and_location_predicates(domain)[1]]
     pending = [*task.relevant, *[scene.index[name] for goal in goals for name in find_object_names(goal)]]

@@ -18,7 +18,7 @@ from statistics import fmean, pvariance
 from typing import TYPE_CHECKING, TypeAlias, cast
 
 from eai.base.errors import InputError
-from eai.base.files import read_content
+from eai.base.files import decode_text, read_content
 from eai.base.grouping import group_pairs
 from eai.results.plots import ACCENT, INK, clip_label, make_figure
 from eai.results.table import Row, Table, make_table
@@ -96,10 +96,7 @@ def read_ratings(path: Path) -> tuple[_Rating, ...]:
     Raises:
         InputError: the file cannot be read or is malformed. The message names the line and the column.
     """
-    try:
-        text = read_content(path).decode("utf-8-sig")
-    except UnicodeDecodeError as error:
-        raise InputError(f"{path}: expected a CSV file in UTF-8") from error
+    text = decode_text(path, read_content(path))
     return tuple(_parse_ratings(path, csv.reader(io.StringIO(text, newline=""))))
 
 
@@ -176,7 +173,7 @@ _FACT_COLUMNS = ("attribute", "ratings", "tasks", "repeated", "mean", "weighted_
 def _analyze(records: StudyRecords, chosen: Options) -> Iterator[Analysis]:
     """Analyze one CSV file of ratings instead of records."""
     if len(records.paths) > 1:
-        raise InputError("expected one CSV file of ratings")
+        raise InputError(f"expected one CSV file of ratings, found {len(records.paths)} paths")
     ratings = read_ratings(records.paths[0])
     tables = [summarize_ratings(ratings), count_ratings_by_score(ratings)]
     rows = tables[0].row_dicts()

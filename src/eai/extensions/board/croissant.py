@@ -118,7 +118,10 @@ def make_operator_rows(benchmark: Benchmark, source: Source) -> Iterator[Row]:
 
 
 def make_row_id(task_id: str) -> str:
-    """Return the id of a task's row. Loaders read ids such as ``27_2`` as 272, so such ids get a prefix."""
+    """Return the id of a task's row.
+
+    Loaders read ids such as ``27_2`` as 272, so such ids get the prefix of their scene.
+    """
     return SCENE_PREFIX + task_id if task_id.replace("_", "").isdigit() else task_id
 
 

@@ -119,7 +119,7 @@ def build_page_and_count_submissions(
             continue
         name = _read_submission_name(place)
         if name in submissions:
-            raise InputError(f"{place}: another submission has the name {name}")
+            raise InputError(f"{place}: another submission has the name {name}; rename one")
         report_submission(name)
         with _unpack_checked_submission(place) as folder:
             submissions[name] = _score_submission(name, folder, opened, open_suite_of_domain)
@@ -207,8 +207,8 @@ def _read_answers(file: Path, suite: Suite) -> ResponseFile:
         made = made_by(response.text)
         if made is not None and made.rules is not None:
             raise InputError(
-                f"{file}: expected episodes by the standard rules, as no others are ranked; "
-                f"found other rules in the answer to {response.task_id}: {made.rules}"
+                f"{file}: expected episodes under the default game rules, as only these are ranked; "
+                f"found other game rules in the answer to {response.task_id}: {made.rules}"
             )
         if len(response.text) > _MAX_CHARACTERS:
             raise InputError(
@@ -306,21 +306,21 @@ def _list_row_cells(
     """Return the HTML of a row's cells, with an empty text or a dash for an unknown value."""
     submission = submissions[row.model] if row.source == "run" else None
     rank = _NO_NUMBER if row.rank is None else str(row.rank)
-    numbers = [_format_score_html(row.cells[column], table) for column in columns]
+    numbers = [_format_score_html(row.scores[column], table) for column in columns]
     answered = _NO_NUMBER if row.coverage is None else str(row.coverage)
     protocol, marks = table.protocol.value, _format_note_marks(table.find_footnote_numbers(row.notes))
     if submission is None:
         model = f"{escape(row.model)}{marks} <small>{escape(row.source)}</small>"
         return [rank, model, *numbers, answered, *[""] * 6, protocol, "", ""]
     model = f'<a href="#{escape(submission.name)}">{escape(submission.description.model)}</a>{marks}'
-    said = [
+    submission_cells = [
         escape(_read_prompt_set_name(submission.specification)),
         *_format_description_cells(submission.description),
         protocol,
         _describe_errata(submission, table),
         _format_logs_link(submission),
     ]
-    return [rank, model, *numbers, answered, *said]
+    return [rank, model, *numbers, answered, *submission_cells]
 
 
 def _format_cells_html(cells: Iterable[str], attributes: str = "") -> str:
@@ -341,17 +341,17 @@ def _format_note_marks(notes: Iterable[int]) -> str:
     return f"<sup>{listed}</sup>" if listed else ""
 
 
-def _format_description_cells(said: _SubmissionDescription) -> Sequence[str]:
+def _format_description_cells(description: _SubmissionDescription) -> Sequence[str]:
     """Return table cells with harness, effort, date, tokens and dollars, as the submission states them."""
-    tokens = "" if said.tokens is None else f"{said.tokens:,}"
-    dollars = "" if said.dollars is None else f"{said.dollars:,.2f}"
-    return [escape(said.harness), escape(said.effort), str(said.date), tokens, dollars]
+    tokens = "" if description.tokens is None else f"{description.tokens:,}"
+    dollars = "" if description.dollars is None else f"{description.dollars:,.2f}"
+    return [escape(description.harness), escape(description.effort), str(description.date), tokens, dollars]
 
 
 def _read_prompt_set_name(run_specification: str) -> str:
-    """Return the name of the prompt set in a run specification, and the name of the user's own prompts.
+    """Return the prompt set of a run specification; after a comma, the name of the user's own prompts.
 
-    The result is empty without a specification.
+    An empty specification gives an empty text.
     """
     if not run_specification:
         return ""
@@ -361,7 +361,7 @@ def _read_prompt_set_name(run_specification: str) -> str:
 
 
 def _describe_errata(submission: _ScoredSubmission, table: Ranking) -> str:
-    """Return the version of the errata, and the numbers of a table's tasks that they leave out or correct."""
+    """Return the errata's version and how many tasks of a table they leave out and correct."""
     abilities = {column.ability for column in table.columns}
     errata = [
         summary.errata

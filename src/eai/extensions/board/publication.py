@@ -35,7 +35,7 @@ _PAPER = "https://embodied-agent-interface.github.io"
 
 
 _Name = Annotated[str, Field(pattern=r"^[A-Za-z0-9][\w.-]*/[A-Za-z0-9][\w.-]*$")]
-"""Regular expression for the name of a model or data set in both collections: OWNER/NAME."""
+"""Name of a model or data set in Every Eval Ever and on the Hugging Face Hub: OWNER/NAME."""
 
 
 class _PublicationMetadata(Options):
@@ -63,22 +63,22 @@ def make_files_to_publish(metadata_file: Path, runs: Sequence[RunSummary]) -> di
     Raises:
         InputError: the file cannot be read, or is malformed.
     """
-    said = _PublicationMetadata.read_file(metadata_file)
-    plain = [run for run in runs if run.key.is_without_study and run.key.model in said.models]
+    metadata = _PublicationMetadata.read_file(metadata_file)
+    plain = [run for run in runs if run.key.has_no_study_or_rules and run.key.model in metadata.models]
     rows = group_pairs(
         ((run.key.protocol.value, run.key.name), run) for run in plain if run.coverage.is_ranked
     )
     written = {}
     for (protocol, name), suites in rows.items():
-        record = _make_eval_record(said, suites)
+        record = _make_eval_record(metadata, suites)
         model = suites[0].key.model
-        place = said.models[model]
+        place = metadata.models[model]
         written[f"every_eval_ever/data/eai/{place}/{_make_content_uuid(record)}.json"] = (
             f"{json.dumps(record, indent=2)}\n"
         )
-        if said.dataset:
+        if metadata.dataset:
             variant = _to_file_name_part(protocol + name.removeprefix(model))
-            entries = "".join(_write_hugging_face_results(said, suites))
+            entries = "".join(_write_hugging_face_results(metadata, suites))
             written[f"hugging_face/{place}/.eval_results/eai-{variant}.yaml"] = entries
     return written
 
@@ -92,32 +92,32 @@ def _make_content_uuid(record: Mapping[str, Any]) -> uuid.UUID:
     return uuid.UUID(bytes=hashlib.sha256(json.dumps(record).encode()).digest()[:16], version=4)
 
 
-def _make_eval_record(said: _PublicationMetadata, runs: Sequence[RunSummary]) -> dict[str, Any]:
+def _make_eval_record(metadata: _PublicationMetadata, runs: Sequence[RunSummary]) -> dict[str, Any]:
     key = runs[0].key
-    model = said.models[key.model]
-    seconds = int(datetime.combine(said.date, datetime.min.time(), timezone.utc).timestamp())
+    model = metadata.models[key.model]
+    seconds = int(datetime.combine(metadata.date, datetime.min.time(), timezone.utc).timestamp())
     source = {
         "source_name": "eai",
         "source_type": "evaluation_run",
-        "source_organization_name": said.by,
-        "evaluator_relationship": said.relationship,
+        "source_organization_name": metadata.by,
+        "evaluator_relationship": metadata.relationship,
     }
     return {
         "schema_version": SCHEMA,
         "evaluation_id": f"eai-{key.protocol.value}/{model}/{seconds}",
         "retrieved_timestamp": str(seconds),
-        "source_metadata": {**source, **({"source_organization_url": said.url} if said.url else {})},
+        "source_metadata": {**source, **({"source_organization_url": metadata.url} if metadata.url else {})},
         "eval_library": {"name": "eai", "version": __version__},
         "model_info": {
             "name": key.name,
             "id": model,
             "additional_details": {"deployment_type": "unknown", "model_availability": "unknown"},
         },
-        "evaluation_results": [result for run in runs for result in _make_eval_results(said, run)],
+        "evaluation_results": [result for run in runs for result in _make_eval_results(metadata, run)],
     }
 
 
-def _make_eval_results(said: _PublicationMetadata, run: RunSummary) -> Iterator[dict[str, Json]]:
+def _make_eval_results(metadata: _PublicationMetadata, run: RunSummary) -> Iterator[dict[str, Json]]:
     """Yield the main metrics of a run as JSON values, each in percent with its confidence interval."""
     key = run.key
     for metric in get_declaration(key.ability).overview_headings:
@@ -128,7 +128,7 @@ def _make_eval_results(said: _PublicationMetadata, run: RunSummary) -> Iterator[
         yield {
             "evaluation_result_id": f"{name}.{metric}",
             "evaluation_name": name,
-            "source_data": _make_data_set_json(said, run),
+            "source_data": _make_data_set_json(metadata, run),
             "metric_config": {
                 "metric_id": metric,
                 "metric_name": get_display_name(metric),

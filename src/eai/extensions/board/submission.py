@@ -1,4 +1,7 @@
-"""Submissions to the challenge: one zip with the answers to all eight suites, built from a run."""
+"""Submissions to the challenge: one zip with the answers to all eight suites.
+
+A submission is built from a run, and checked row by row.
+"""
 
 from __future__ import annotations
 

@@ -1,4 +1,7 @@
-"""Analysis of a model's conduct: safe success in tasks with hazards, and refusals of tasks without a plan."""
+"""Analysis of a model's conduct: safe success in tasks with hazards, and refusals in pairs of tasks.
+
+One task of each pair has no plan.
+"""
 
 from __future__ import annotations
 
@@ -37,7 +40,8 @@ class _SafetyAndRefusalOptions(Options):
     """Options of `eai analyze conduct`.
 
     Attributes:
-        tasks: Generated task files. They add a row for a policy that shuts everything at the end.
+        tasks: Generated task files. They add a row for a baseline: the shortest plan, then everything is shut
+            and switched off.
     """
 
     tasks: Path | None = None
@@ -66,7 +70,7 @@ def _analyze_safety_and_refusals(
 
 
 def _read_whether_shutting_last_is_safe(task_files: Path) -> Mapping[str, bool]:
-    """Return whether each task's plan stays safe if it shuts everything only at the end, by task id.
+    """Return a mapping from task id to whether the baseline `FLOOR` avoids all hazards of the task.
 
     Raises:
         InputError: The files cannot be read, or no task has this information.
@@ -84,7 +88,7 @@ _JudgedAnswers = Sequence[tuple[TaskFeatures, PlanVerdict, Record]]
 
 
 def _list_judged_plans(run: Run) -> Iterator[tuple[TaskFeatures, PlanVerdict, Record]]:
-    """Yield the task, the verdict and the record of each plan in a run, except for excluded tasks."""
+    """Yield task, verdict and record of each plan in a run, without tasks that all statistics leave out."""
     for record in run.records:
         verdict = record.verdict
         if isinstance(verdict, PlanVerdict) and verdict.excluded is None and record.task is not None:
@@ -99,8 +103,8 @@ def _select_answers_to_tasks_with_hazards(runs: Sequence[Run]) -> Iterator[tuple
             yield run, answers
 
 
-def _estimate_share(answers: _JudgedAnswers, counted: Sequence[bool]) -> Estimate:
-    return estimate_share([record for _, _, record in answers], counted)
+def _estimate_share(answers: _JudgedAnswers, is_counted: Sequence[bool]) -> Estimate:
+    return estimate_share([record for _, _, record in answers], is_counted)
 
 
 def _find_avoided_hazards(task: TaskFeatures, verdict: PlanVerdict) -> list[bool] | None:
@@ -149,7 +153,7 @@ def _make_safety_table(runs: Sequence[Run], safe_if_shut_last: Mapping[str, bool
 def _estimate_baseline_rates(
     answers: _JudgedAnswers, safe_if_shut_last: Mapping[str, bool]
 ) -> list[Estimate]:
-    """Return the rates of success, safe success and unsafe success of the baseline `FLOOR`."""
+    """Return three rates of the baseline that `FLOOR` names: success, safe success and unsafe success."""
     is_safe = [safe_if_shut_last[record.task_id] for _, _, record in answers]
     is_unsafe = [not safe for safe in is_safe]
     return [_estimate_share(answers, counted) for counted in ([True] * len(answers), is_safe, is_unsafe)]

@@ -1,10 +1,10 @@
 """Obfuscated benchmarks, in which predicates, operators and categories have swapped names.
 
 A planner needs the rules of actions, not their names. An obfuscated benchmark permutes the names of
-predicates, operators and categories of objects. Only names with equal use, such as names of operators
-with two objects, are exchanged. World, tasks and verdicts stay unchanged. Unlike plain prompts, its prompts
-define each word and state the exact rules. `open_with_rules` opens a benchmark for comparison: its prompts
-state the exact rules with the true names.
+predicates, operators and categories of objects, in the same way in all tasks. Only names with equal use, such
+as names of operators with two objects, are exchanged. World, tasks and verdicts stay unchanged. Unlike plain
+prompts, its prompts define each word and state the exact rules. `open_with_rules` opens a benchmark for
+comparison: its prompts state the exact rules with the true names.
 """
 
 from __future__ import annotations
@@ -95,7 +95,7 @@ def _replace_token(token: str, words: Mapping[str, str]) -> str:
 
 
 def _map_categories_to_name_stems(tasks: Iterable[Task]) -> Mapping[str, tuple[str, ...]]:
-    """Return each category of objects, except agents, with its objects' names without numbers."""
+    """Return a mapping from each category, except agents, to its objects' names without numbers."""
     stems_of: dict[str, dict[str, None]] = {}
     owner: dict[str, str] = {}
     agents = set()
@@ -296,6 +296,7 @@ def _make_benchmark_with_rules_in_prompts(
             plain.answer_names,
             plain.object_name,
             static=plain.static,
+            hands=plain.hands,
             unchanging=plain.unchanging,
             surroundings=plain.surroundings,
             words=word_cipher,
@@ -338,9 +339,9 @@ def _make_benchmark_with_rules_in_prompts(
             asks={
                 Ability.GOAL_INTERPRETATION: lambda task: False,
                 # prompts of ambiguous tasks give only an instruction, in which no name is swapped
-                Ability.ACTION_SEQUENCING: lambda task: task.prompts_state_goals,
+                Ability.ACTION_SEQUENCING: lambda task: task.has_goals_in_prompts,
                 Ability.SUBGOAL_DECOMPOSITION: lambda task: (
-                    task.prompts_state_goals and (asks_subgoals is None or asks_subgoals(task))
+                    task.has_goals_in_prompts and (asks_subgoals is None or asks_subgoals(task))
                 ),
             },
         ),

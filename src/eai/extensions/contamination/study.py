@@ -108,7 +108,7 @@ def make_contamination_table(pairs: Sequence[RunPair]) -> Iterator[Row]:
 
 
 def _assign_strata(records: Sequence[Record]) -> Iterator[StratifiedCase]:
-    """Yield for each task that is not excluded: its contribution to the success rate, and its stratum."""
+    """Yield each scored task's contribution to the success rate, and its stratum (group of similar tasks)."""
     for record in records:
         verdict, task = record.verdict, record.task
         if isinstance(verdict, PlanVerdict) and verdict.excluded is None and task is not None:

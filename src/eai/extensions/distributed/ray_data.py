@@ -40,7 +40,8 @@ class BatchScorer:
         """Return the batch with three more columns: record, outcome and success.
 
         A record is the line that ``records.jsonl`` would contain. All three columns are null if the data set
-        lacks the task because its scene is unpublished. Success is also null if the task is excluded.
+        lacks the task because its scene is unpublished. Success is also null if all statistics leave out
+        the task.
 
         Args:
             batch: Columns by name: ``identifier`` and ``llm_output``, as in response files, and any other
@@ -60,7 +61,7 @@ class BatchScorer:
         ]
         records = Scoring().score_records(self._suite, self._model, answers, explanations=self._explanations)
         scored = [
-            (None, None, None) if task_id is None else _make_line_outcome_and_success(next(records))
+            (None, None, None) if task_id is None else _make_record_columns(next(records))
             for task_id in task_ids
         ]
         return {
@@ -69,13 +70,16 @@ class BatchScorer:
         }
 
     def score_frames(self, frames: Iterable[Any]) -> Iterator[Any]:
-        """Yield each data frame with the columns `RECORD_COLUMNS` added, for ``mapInPandas`` of Spark."""
+        """Yield each data frame with the columns `RECORD_COLUMNS` added, for ``mapInPandas`` of Spark.
+
+        `RECORD_COLUMNS` also gives the types of the columns.
+        """
         for frame in frames:
             scored = self({column: frame[column].tolist() for column in COLUMNS})
             yield frame.assign(**{column: scored[column] for column in RECORD_COLUMNS})
 
 
-def _make_line_outcome_and_success(record: Record) -> tuple[str, str, bool | None]:
+def _make_record_columns(record: Record) -> tuple[str, str, bool | None]:
     outcome = outcome_of(record)
     excluded = record.verdict.excluded is not None
     return format_record_line(record), outcome.value, None if excluded else outcome is AnswerOutcome.SUCCESS

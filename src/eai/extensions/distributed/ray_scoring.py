@@ -105,7 +105,9 @@ def _connect_to_cluster(address: str, workers: int) -> None:
     try:
         ray.init(address, log_to_driver=False, logging_level="error", **settings)
     except (ConnectionError, ValueError) as error:
-        raise InputError(f"{address}: no Ray cluster answers ({error})") from error
+        raise InputError(
+            f"{address}: no Ray cluster answers; start one, or give {LOCAL} ({error})"
+        ) from error
 
 
 def _get_results(promise: Any) -> Sequence[Any]:

@@ -40,7 +40,7 @@ _INVALID_CHARACTERS = re.compile(r"[^A-Za-z0-9_.-]+")
 
 NO_SOLUTION = "without a verified solution"
 FREE = "in which doing nothing, or copying the question, is right"
-"""Reasons for which a task is left out and gets no folder."""
+"""Reasons to leave a task out, as phrases after the number of such tasks."""
 
 _EMPTY_ANSWERS = ("", "[]", "{}", DONE)
 """Answers of an agent that does nothing: empty texts, plans and episodes."""
@@ -102,11 +102,14 @@ def write_task_folders(
             continue
         slug = _INVALID_CHARACTERS.sub("-", f"{suite.domain}-{suite.ability}-{task_id}")
         if slug in chosen:
-            raise InputError(f"the tasks {chosen[slug]} and {task_id} have the same folder name, {slug}")
+            raise InputError(
+                f"the tasks {chosen[slug]} and {task_id} have the same folder name, {slug}: rename one"
+            )
         chosen[slug] = task_id
         _write_files(out / slug, exporter.make_task_files(slug, task_id, prompt, solution))
     if not chosen:
-        raise InputError(f"{suite.domain} {suite.ability}: all tasks are left out")
+        reasons = ", ".join([f"{count} {reason}" for reason, count in left_out.items()])
+        raise InputError(f"{suite.domain} {suite.ability}: all tasks are left out ({reasons}); choose others")
     if not is_shared:
         _write_files(out / IMAGE, exporter.make_image_files(chosen.values()))
     return len(chosen), left_out
@@ -167,7 +170,7 @@ class _HarborFolderMaker:
         return _fill_templates(groups, values) | {f"tests/{name}": content for name, content in tests.items()}
 
     def make_image_files(self, task_ids: Collection[str]) -> _Files:
-        """Return the files of the image with some tasks' worlds: their contents by relative path."""
+        """Return the files of a container image with some tasks' worlds, by relative path."""
         reference, tasks = _bundle_benchmark(self.suite.benchmark.reference, task_ids)
         return (
             _fill_templates(["image", "script"], self._make_template_values(reference)) | self.wheels | tasks

@@ -40,8 +40,9 @@ def compute_rewards(suite: Suite, task_id: str, text: str) -> dict[str, float]:
     """Return the rewards of an answer by name.
 
     ``reward`` is 1 for a right answer, else 0. Further rewards are the answer's values, from 0 to 1, of the
-    main metrics of the ability, as far as they apply. ``valid`` is 1. If an episode cannot be replayed, or
-    the scorer raises an error, ``valid`` is 0 and the other rewards are those of an empty answer.
+    main metrics of the ability. A metric to which the answer adds nothing is left out. ``valid`` is 1. If an
+    episode cannot be replayed, or the scorer raises an error, ``valid`` is 0 and the other rewards are those
+    of an empty answer.
     """
     verdict = suite.score(task_id, text)
     if verdict.excluded is not None:
@@ -64,7 +65,7 @@ def _compute_reward_and_rates(suite: Suite, verdict: Verdict) -> dict[str, float
 
 
 def read_answer(file: Path) -> str:
-    """Return the answer in a file, or an empty text if the file is missing or has too many characters."""
+    """Return the answer in a file, or an empty text if the file is missing or too long for a reward."""
     if not file.is_file():
         return ""
     with file.open(encoding="utf-8", errors="replace") as opened:

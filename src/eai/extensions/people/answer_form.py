@@ -41,7 +41,7 @@ def build_answer_form(
         source: Access to the data set.
 
     Raises:
-        InputError: The ability takes turns. A page without a server cannot execute actions.
+        InputError: Answers take several turns, between which only a page with a server can execute actions.
     """
     if get_declaration(ability).takes_turns:
         raise InputError(f"{ability}: a page without a server cannot execute actions; use eai play --page")
@@ -68,8 +68,9 @@ def build_answer_form(
 def make_goal_answer_template(benchmark: Benchmark, source: Source) -> Json:
     """Return the pattern of an answer with one goal of each kind, as a JSON value.
 
-    Placeholders stand for words. The pattern has an action goal only if a task of the benchmark has one,
-    because not all notations can write action goals.
+    `PREDICATE`, `FIRST` and `SECOND` stand where the page inserts words that the person chooses. The pattern
+    has an action goal only if a task of the benchmark has one, because not all notations can write action
+    goals.
     """
     patterns = [WrittenGoal(PREDICATE, (FIRST,)), WrittenGoal(PREDICATE, (FIRST, SECOND))]
     if any(task.get_goals_of_kind(GoalKind.ACTION) for task in benchmark.tasks(source).values()):

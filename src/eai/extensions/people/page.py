@@ -201,7 +201,9 @@ def serve_page(
     try:
         server = _PlayPageServer(port, _run_tasks(first, tasks, total, save))
     except OSError as error:
-        raise InputError(f"--page {port}: cannot be used ({error.strerror})") from error
+        raise InputError(
+            f"--page {port}: cannot be used ({error.strerror}); give another port, or 0 for any free port"
+        ) from error
     ready(f"http://{_HOST}:{server.server_port}/")
     try:
         server.serve_forever(poll_interval=0.1)

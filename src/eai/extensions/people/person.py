@@ -21,7 +21,10 @@ from eai.base.errors import InputError
 from eai.world.fault import FaultKind
 
 HARNESS, PROMPTED = "person", "person who asked what is possible"
-"""Values of `harness` in records of people: of people who did not ask what is possible, and who did."""
+"""Values of `harness` in a person's record.
+
+`PROMPTED` is for a person who asked which actions are possible, `HARNESS` for any other person.
+"""
 
 POSSIBLE, HELP = "?", "help"
 """Lines by which a person asks a question. They are not commands, so they do not count."""

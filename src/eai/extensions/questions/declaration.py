@@ -46,7 +46,7 @@ from eai.tasks.source import TaskSet
 from eai.world.fault import FaultKind
 
 MIN_DEPTHS = {"1": 1, "2-3": 2, "4-7": 4, "8+": 8}
-"""Columns for the depth of questions (number of actions to consider): heading and minimum depth."""
+"""Headings of columns of rates by depth (number of actions to consider), with the minimum depth."""
 
 GUESS_AND_SHORTCUTS = (GUESS, *SHORTCUTS)
 """Names of guessing, and of the shortcuts (rules that answer without knowledge of the world)."""
@@ -187,12 +187,12 @@ def open_question_file(path: Path) -> tuple[str, TaskSet[_AskedQuestion]] | None
     return f"{questions[0].domain}-{path.stem}", TaskSet(by_id, by_id.__getitem__, sha256)
 
 
-def _get_prompt_and_answer(world: BenchmarkParts, asked: _AskedQuestion) -> QuestionAndAnswer:
+def _get_prompt_and_answer(parts: BenchmarkParts, asked: _AskedQuestion) -> QuestionAndAnswer:
     return asked.question.prompt, format_gold_answer(asked.question)
 
 
 def _get_features(asked: _AskedQuestion) -> TaskFeatures:
-    """Return the features of a question. They name its task: questions about one task count as dependent."""
+    """Return features with the name of a question's task: analyses count its questions as dependent."""
     return TaskFeatures(asked.question.task, None, 0)
 
 
@@ -210,7 +210,7 @@ _CHANCE_COLUMNS = tuple(
 WORLD_MODEL = AbilityDeclaration(
     ability=Ability("world_model"),
     interaction=ModelInteraction(
-        lambda world: _QuestionScorer,
+        lambda parts: _QuestionScorer,
         _get_prompt_and_answer,
         open_file=open_question_file,
         features=_get_features,

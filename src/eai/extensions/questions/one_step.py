@@ -48,7 +48,10 @@ _WRONG_CHOICES = 3
 def make_question_about_facts_after_action(
     setting: QuestionSetting, rng: random.Random, number: int
 ) -> QuestionContent | None:
-    """Ask which facts hold after an action. The open form asks which facts the action changes."""
+    """Ask which facts hold after an action. The open form asks which facts the action changes.
+
+    Return None if no possible action is found, and for most drawn actions that change nothing.
+    """
     moment = _draw_transition(setting, rng)
     if moment is None:
         return None
@@ -65,7 +68,11 @@ def make_question_about_facts_after_action(
 def make_question_about_action_for_fact(
     setting: QuestionSetting, rng: random.Random, number: int
 ) -> QuestionContent | None:
-    """Ask which single action makes a false fact true or a true fact false."""
+    """Ask which single action makes a false fact true or a true fact false.
+
+    Return None if no possible action is found, the drawn action changes nothing, or there are too many
+    actions to try.
+    """
     moment = _draw_transition(setting, rng)
     if moment is None:
         return None
@@ -86,7 +93,11 @@ def make_question_about_action_for_fact(
 def make_question_about_action_of_changes(
     setting: QuestionSetting, rng: random.Random, number: int
 ) -> QuestionContent | None:
-    """Ask which single action changed exactly the facts that the question lists."""
+    """Ask which single action changed exactly the facts that the question lists.
+
+    Return None if no possible action is found, the drawn action changes nothing, or there are too many
+    actions to try.
+    """
     moment = _draw_transition(setting, rng)
     if moment is None:
         return None
@@ -106,7 +117,10 @@ def make_question_about_action_of_changes(
 def make_applicability_question(
     setting: QuestionSetting, rng: random.Random, number: int
 ) -> QuestionContent | None:
-    """Ask which of the listed actions are possible. Half of them are possible."""
+    """Ask which of the listed actions are possible. Half of them are possible.
+
+    Return None if too few possible or too few impossible actions are found.
+    """
     state = rng.choice(setting.states)
     right, wrong = _draw_possible_and_impossible(setting, rng, state, _LISTED_ACTIONS // 2)
     if len(right) < _LISTED_ACTIONS // 2 or len(wrong) < _LISTED_ACTIONS // 2:
@@ -128,7 +142,11 @@ def make_applicability_question(
 def make_why_not_question(
     setting: QuestionSetting, rng: random.Random, number: int
 ) -> QuestionContent | None:
-    """Ask which requirements of an action are not met."""
+    """Ask which requirements of an action are not met.
+
+    Return None if no operator with several requirements has enough objects for its parameters, or if no
+    drawn action has an unmet requirement.
+    """
     state = rng.choice(setting.states)
     candidates = [
         each
@@ -155,7 +173,7 @@ def make_why_not_question(
     seen = sorted({n for each in unmet.values() for n in each})
     if not seen:
         return None
-    one = rng.choice(seen)  # all requirements are equally likely, also rarely unmet ones
+    one = rng.choice(seen)  # gives requirements that are rarely unmet an equal chance
     fitting = [each for each in drawn if one in unmet[each]]
     best = min(fitting, key=lambda each: len(unmet[each]))
     action = best if rng.random() < _FEWEST_UNMET_PROBABILITY else rng.choice(fitting)
@@ -180,8 +198,8 @@ def draw_true_and_false_facts(
 ) -> tuple[list[str], list[str]]:
     """Return two lists of texts: facts that hold in the last of several states, and facts that do not.
 
-    If possible, each list has facts that had the other truth value in an earlier state. Then neither "nothing
-    changed" nor "everything changed" separates true from false statements.
+    If possible, each list has two facts that had the other truth value in an earlier state. Then neither
+    "nothing changed" nor "everything changed" separates true from false statements.
     """
     start, last = frozenset(setting.list_changeable_facts(states[0])), states[-1]
     gained = frozenset([fact for state in states[1:] for fact in setting.find_added_facts(states[0], state)])

@@ -134,7 +134,10 @@ def _find_states(setting: QuestionSetting, start: State, plan: Sequence[Action])
 def make_state_tracking_question(
     setting: QuestionSetting, rng: random.Random, number: int
 ) -> QuestionContent | None:
-    """Ask which facts hold after several actions. The open form asks for all facts about one object."""
+    """Ask which facts hold after several actions. The open form asks for all facts about one object.
+
+    Return None if the task's path (its executable actions) is empty, or if the object has too many facts.
+    """
     if not setting.path:
         return None
     first = rng.randrange(len(setting.path))
@@ -163,7 +166,11 @@ def make_state_tracking_question(
 def make_counterfactual_question(
     setting: QuestionSetting, rng: random.Random, number: int
 ) -> QuestionContent | None:
-    """Ask for the outcome of a working plan after a step is left out, added, or swapped with the next."""
+    """Ask for the outcome of a working plan after a step is left out, added, or swapped with the next.
+
+    Return None if the task's path does not reach the goals, if no drawn change has the wanted outcome, or if
+    the added step is the one that fails.
+    """
     if not setting.path_reaches_goals:
         return None
     for _ in range(_MAX_PLAN_CHANGES):
@@ -183,7 +190,10 @@ def make_counterfactual_question(
 def make_validation_question(
     setting: QuestionSetting, rng: random.Random, number: int
 ) -> QuestionContent | None:
-    """Ask whether a plan works. If it fails, ask at which step and why."""
+    """Ask whether a plan works. If it fails, ask at which step and why.
+
+    Return None if the task's path does not reach the goals, or if no drawn error has the wanted outcome.
+    """
     if not setting.path_reaches_goals:
         return None
     working_plan, states = _make_path_with_detours_and_states(setting, rng)
@@ -206,7 +216,10 @@ def make_validation_question(
 def make_justification_question(
     setting: QuestionSetting, rng: random.Random, number: int
 ) -> QuestionContent | None:
-    """Ask which single step of a plan can be left out if all other steps are kept."""
+    """Ask which single step of a plan can be left out if all other steps are kept.
+
+    Return None if the task's path does not reach the goals.
+    """
     if not setting.path_reaches_goals:
         return None
     plan, states = _make_path_with_detours_and_states(setting, rng)
@@ -352,7 +365,11 @@ def _format_goals(setting: QuestionSetting) -> str:
 def make_reachability_question(
     setting: QuestionSetting, rng: random.Random, number: int
 ) -> QuestionContent | None:
-    """Ask which facts the listed actions can make true, and which facts they never make true."""
+    """Ask which facts the listed actions can make true, and which facts they never make true.
+
+    Return None if too few actions are found, if they lead to too many states, or if one of both sets of
+    facts is empty.
+    """
     wider = _draw_cached_state_graph(setting, rng)
     if wider is None:
         return None
@@ -384,7 +401,10 @@ def make_reachability_question(
 def make_next_action_question(
     setting: QuestionSetting, rng: random.Random, number: int
 ) -> QuestionContent | None:
-    """Ask which of the listed actions begins a shortest plan for a goal."""
+    """Ask which of the listed actions begins a shortest plan for a goal.
+
+    Return None if no goal is found that needs several of the listed actions.
+    """
     goal = _draw_distant_goal(setting, rng, number)
     if goal is None:
         return None
@@ -396,7 +416,10 @@ def make_next_action_question(
 def make_landmarks_question(
     setting: QuestionSetting, rng: random.Random, number: int
 ) -> QuestionContent | None:
-    """Ask which of the listed actions every plan for a goal contains."""
+    """Ask which of the listed actions every plan for a goal contains.
+
+    Return None if no goal is found that needs several of the listed actions.
+    """
     goal = _draw_distant_goal(setting, rng, number)
     if goal is None:
         return None
@@ -448,8 +471,9 @@ def _draw_distant_goal(
 
 
 def _draw_cached_state_graph(setting: QuestionSetting, rng: random.Random) -> StateGraph | None:
-    """Draw one of a task's few sets of listed actions, and return all states that the actions lead to.
+    """Draw some actions that a question lists, and return all states that these actions lead to.
 
+    A task has at most `_MAX_STATE_GRAPHS` sets of such actions, so that questions share the computed states.
     The result is None if `_explore_states_of_drawn_actions` fails for the set.
     """
     number = rng.randrange(_MAX_STATE_GRAPHS)

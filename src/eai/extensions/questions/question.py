@@ -16,7 +16,7 @@ from typing import Annotated, Literal, TypeAlias
 from pydantic import BaseModel, ConfigDict, Field, ValidationError
 
 from eai.abilities.answer_text import AnswerFormat, contains_json_string, read_json
-from eai.abilities.reasoning import split_reasoning
+from eai.abilities.reasoning import split_answer_and_reasoning
 from eai.abilities.verdict import Confusion, Unreadable
 from eai.base.errors import InputError
 from eai.base.files import number_lines, read_content
@@ -57,7 +57,7 @@ class QuestionForm(str, Enum):
 
 
 Accept: TypeAlias = Literal["all", "any"]
-"""Whether an answer must name all gold answers, or only one."""
+"""Whether a right answer names ``all`` gold answers or ``any`` one of them."""
 
 
 class Question(BaseModel):
@@ -180,7 +180,7 @@ def _parse_items_and_repairs(
     if form is QuestionForm.OPEN:
         reading = read_json(answer, _LIST_FORM)
         return None if isinstance(reading, Unreadable) else (reading.value, reading.repairs)
-    rest = split_reasoning(answer)[0].strip()
+    rest = split_answer_and_reasoning(answer)[0].strip()
     words = {word.casefold() for word in _ANSWER_WORDS[form].findall(rest)}
     if len(words) != 1:
         return None

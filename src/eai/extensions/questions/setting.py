@@ -116,7 +116,10 @@ class QuestionSetting:
         return tuple([self.rules.evaluator.holds(goal, {}, state) for goal in self.goals])
 
     def find_added_facts(self, before: State, after: State) -> list[Fact]:
-        """Return the facts that hold only in the second state, without facts that no action can change."""
+        """Return the facts that hold only in the second state.
+
+        Facts that no action can change, or that prompts never show, are left out.
+        """
         return [
             fact
             for fact in compare_states(before, after).added
@@ -129,11 +132,11 @@ class QuestionSetting:
         return (*self.format_elements(self.find_added_facts(before, after)), *removed)
 
     def is_same_state(self, one: State, other: State) -> bool:
-        """Whether two states agree in all facts whose predicates actions can change."""
+        """Whether two states agree in all visible facts whose predicates actions can change."""
         return not self.find_added_facts(one, other) and not self.find_added_facts(other, one)
 
     def list_changeable_facts(self, state: State) -> list[Fact]:
-        """Return the facts of a state that actions can change."""
+        """Return the visible facts of a state that actions can change."""
         return [fact for fact in state.facts() if fact.predicate in self.rules.changeable_visible_predicates]
 
     def format_element(self, fact_or_action: Fact | Action) -> str:
@@ -221,7 +224,7 @@ def _restrict_to_objects_of_prompt_and_plan(task: Task) -> Task:
 def _execute_plan(task: Task, rules: DomainRules, plan: Sequence[Action]) -> tuple[Action, ...]:
     """Return the first steps of a plan, up to `_MAX_PATH_ACTIONS`.
 
-    They end before the first step that is impossible, or whose operator prompts cannot explain.
+    They end before the first step that is impossible, or whose operator has no rules in prompts.
     """
     arities = rules.domain.operator_arities
     well_formed = takewhile(lambda action: arities.get(action.operator) == len(action.arguments), plan)

@@ -1,7 +1,7 @@
 """Shortcuts: rules that answer questions without knowledge of the world, such as "take the longest choice".
 
-Choices are drawn so that no shortcut is right more often than chance. The module also measures the entropy of
-gold answers, and how often guessing and each shortcut are right.
+Choices are drawn so that each shortcut is right about as often as chance. The module also measures the
+entropy of gold answers, and how often guessing and each shortcut are right.
 """
 
 from __future__ import annotations
@@ -42,15 +42,17 @@ If each draw favours a shortcut, the question uses the draw with the smallest im
 _NAME_PATTERN = re.compile(r"\w+(?:[.-]\w+)*")
 
 _TRAIT_WEIGHT = 12
-"""Weight of a trait (a label that a shortcut relies on) in a question with one statement of this trait.
+"""Unit in which the balance of a trait (a label that a shortcut relies on) is counted.
 
-Several statements of one question that have the trait share this weight equally.
+A wrong statement lowers the balance of its trait by this number. A right statement raises it, by this number
+for each wrong choice. Statements of one question with the same trait share the number equally.
 """
 
 _TOLERATED_IMBALANCE = 6
-"""Tolerated imbalance of all traits together: the sum of their squared balances.
+"""Tolerated imbalance of the first questions: a maximum for the sum of the squared balances of all traits.
 
-A trait has balance 1 after one question whose right statement is the only statement with the trait.
+The balance of a trait tells how much more often statements with the trait were right than chance predicts.
+Here, the unit of balance is one question whose right statement is the only statement with the trait.
 """
 
 _QUESTIONS_PER_TOLERANCE = 10
@@ -156,7 +158,10 @@ class StatementTraitCounts:
         self._imbalance = 0
 
     def compute_excess_imbalance(self, question: ClosedQuestion) -> int:
-        """Return by how much the imbalance after a question would exceed the tolerance; 0 if it would not."""
+        """Return by how much the imbalance after a question would exceed the tolerated one, or 0.
+
+        The imbalance is the sum of the squared balances of all traits.
+        """
         step = self._compute_trait_imbalance_change(question)
         if step <= 0:
             return 0
@@ -270,7 +275,8 @@ def _compute_trait_balance_changes(
 ) -> dict[_Trait, int]:
     """Return the change that a question makes to the balance of each trait.
 
-    The changes are weighted so that the expected sum is 0 if the right choice is random.
+    A right statement raises the balance of its traits, and a wrong statement lowers it. If the right choice
+    is random, the expected change is 0.
     """
     weights: dict[_Trait, int] = {}
     for position, statement_traits in enumerate(traits):

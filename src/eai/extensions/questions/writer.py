@@ -74,7 +74,7 @@ _NEED_RULES = frozenset(
         (QuestionKind.VALIDATION, QuestionForm.OPEN),
     ]
 )
-"""Pairs of kind and form whose questions refer to numbered requirements, so prompts must show the rules."""
+"""Pairs of kind and form whose questions refer to requirements by their numbers in the rules of a prompt."""
 
 
 @dataclass(slots=True)
@@ -145,32 +145,34 @@ class QuestionGenerator:
         """
         order = _make_random_generator(seed, "tasks").sample(list(self._tasks), len(self._tasks))
         tasks = cycle(order) if order else iter(())
-        cells = [
+        groups = [
             _QuestionGroupProgress(kind, form, StatementTraitCounts()) for form in forms for kind in kinds
         ]
         written, seen = 0, set[str]()
         for turn in count():
-            cells = [cell for cell in cells if cell.failures < _MAX_FAILURES]
-            if not any(rules or (cell.kind, cell.form) not in _NEED_RULES for cell in cells):
+            groups = [group for group in groups if group.failures < _MAX_FAILURES]
+            if not any(rules or (group.kind, group.form) not in _NEED_RULES for group in groups):
                 return
-            for cell in cells:
+            for group in groups:
                 if written == number:
                     return
-                drafts = self._make_drafts(islice(tasks, _MAX_TASKS_PER_QUESTION), cell, turn, seed)
+                drafts = self._make_drafts(islice(tasks, _MAX_TASKS_PER_QUESTION), group, turn, seed)
                 phrased = (
-                    (draft, *self._write_question_and_prompt_without_rules(draft, cell, turn))
+                    (draft, *self._write_question_and_prompt_without_rules(draft, group, turn))
                     for draft in drafts
                 )
                 phrased_draft = next(
                     (candidate for candidate in phrased if candidate[1].prompt not in seen), None
                 )
-                cell.failures = cell.failures + 1 if phrased_draft is None else 0
+                group.failures = group.failures + 1 if phrased_draft is None else 0
                 if phrased_draft is None:
                     continue
                 draft, question, closed = phrased_draft
                 seen.add(question.prompt)
                 shortcuts = (
-                    {} if draft.closed is None else cell.ledger.add_question_and_score_shortcuts(draft.closed)
+                    {}
+                    if draft.closed is None
+                    else group.ledger.add_question_and_score_shortcuts(draft.closed)
                 )
                 prompt = question.prompt if rules else closed
                 if prompt is not None:
@@ -178,28 +180,28 @@ class QuestionGenerator:
                     yield question.model_copy(update={"prompt": prompt, "shortcuts": shortcuts})
 
     def _make_drafts(
-        self, tasks: Iterator[str], cell: _QuestionGroupProgress, number: int, seed: int
+        self, tasks: Iterator[str], group: _QuestionGroupProgress, number: int, seed: int
     ) -> Iterator[_QuestionDraft]:
         """Yield several drafts of the question with this number; each draft is about one of the tasks.
 
         Drafts that keep all shortcuts near chance come first. The other drafts follow; drafts that favour
         shortcuts least come first.
         """
-        rng = _make_random_generator(seed, cell.kind.value, cell.form.value, number)
-        order = _draw_answer_order(f"{seed} {cell.kind.value} {cell.form.value}")
+        rng = _make_random_generator(seed, group.kind.value, group.form.value, number)
+        order = _draw_answer_order(f"{seed} {group.kind.value} {group.form.value}")
         others: list[tuple[int, _QuestionDraft]] = []
         for task_id in (name for name in tasks for _ in range(_ITEMS_PER_TASK)):
             setting = self._setting(task_id, seed)
             if len(setting.scene.objects) < _MIN_OBJECTS:
                 continue
-            item = ITEM_MAKERS[cell.kind](setting, rng, number)
+            item = ITEM_MAKERS[group.kind](setting, rng, number)
             if item is None:
                 continue
             posed, excess = None, 0
-            if cell.form is not QuestionForm.OPEN:
-                question_text = _format_question_text(item, setting, cell, self._templates)
+            if group.form is not QuestionForm.OPEN:
+                question_text = _format_question_text(item, setting, group, self._templates)
                 best = draw_closed_question(
-                    item, setting, cell.form, question_text, cell.ledger, rng, order[number % len(order)]
+                    item, setting, group.form, question_text, group.ledger, rng, order[number % len(order)]
                 )
                 if best is None:
                     continue
@@ -250,19 +252,19 @@ class QuestionGenerator:
         return question, None if needs_rules else self._templates.fill_template("closed_book.txt", values)
 
     def _make_template_values(
-        self, draft: _QuestionDraft, cell: _QuestionGroupProgress, choices: str, accept: Accept
+        self, draft: _QuestionDraft, group: _QuestionGroupProgress, choices: str, accept: Accept
     ) -> Mapping[str, str]:
         setting, item, posed = draft
         operators = item.operators
         if item.are_actions and posed is not None:
             operators = {text.partition("(")[0] for text in posed.shown}
-        form = "any" if accept == "any" else cell.form.value
+        form = "any" if accept == "any" else group.form.value
         return {
             "objects": _format_objects(setting),
             "facts": _format_facts(setting, item, operators),
             "rules": setting.rules.write_rules(operators, item.formulas),
             "actions": setting.rules.write_operator_heads(operators),
-            "question": _format_question_text(item, setting, cell, self._templates, choices),
+            "question": _format_question_text(item, setting, group, self._templates, choices),
             "answer": self._templates.read(f"questions/answer.{form}.txt"),
         }
 
@@ -274,13 +276,13 @@ class QuestionGenerator:
 def _format_question_text(
     item: QuestionContent,
     setting: QuestionSetting,
-    cell: _QuestionGroupProgress,
+    group: _QuestionGroupProgress,
     templates: PromptTemplates,
     choices: str = "",
 ) -> str:
     fluents = ", ".join(sorted(setting.rules.changeable_visible_predicates))
     values = {**item.values, "statement": choices, "choices": choices, "fluents": fluents}
-    return templates.fill_template(f"questions/{cell.kind.value}.{cell.form.value}.txt", values)
+    return templates.fill_template(f"questions/{group.kind.value}.{group.form.value}.txt", values)
 
 
 def _format_objects(setting: QuestionSetting) -> str:
@@ -316,10 +318,10 @@ def _format_facts(setting: QuestionSetting, item: QuestionContent, operators: Co
 
 
 def _draw_answer_order(seed: str) -> list[int]:
-    """Return a random order of right answers as numbers from 0 to 3, which the writer repeats.
+    """Return random numbers from 0 to 3, of which each places the right answer of one question.
 
-    A number selects a letter, or yes or no. In each block of four numbers, every letter occurs once, and yes
-    and no occur twice.
+    Later questions begin again with the first number. A number stands for a letter, or for yes or no. In each
+    block of four numbers, every letter occurs once, and yes and no occur twice.
     """
     rng = random.Random(seed)  # noqa: S311 - chance, not secrets
     return [turn for _ in range(_ANSWER_BLOCKS) for turn in rng.sample(range(len(LETTERS)), len(LETTERS))]

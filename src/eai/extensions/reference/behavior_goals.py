@@ -23,7 +23,7 @@ _OBJECT = re.compile(r"{[^{}]*}")
 
 _NO_LIST = Unreadable("a section is not a list")
 _NO_CONDITION = Unreadable("a condition is empty, or not a list")
-"""Errors of answers that crash the whole run of eai-eval (the paper's package)."""
+"""Errors of answers on which eai-eval (the paper's package) crashes and ends its whole run."""
 
 Value: TypeAlias = object
 """Type of a condition in an answer: a JSON value with tuples instead of lists."""
@@ -70,11 +70,11 @@ def read_conditions(text: str) -> tuple[Value, ...] | Unreadable:
     for section in sections.values():
         if not isinstance(section, list | str):
             return _NO_LIST
-        conditions += map(_freeze, section)
+        conditions += map(_replace_lists_by_tuples, section)
     return tuple(conditions) if all(map(split_condition, conditions)) else _NO_CONDITION
 
 
-class BehaviorGoalInterpretation(Scorer):
+class BehaviorGoalInterpretationScorer(Scorer):
     """Scores goals as eai-eval does: it compares an answer's conditions with those of a task.
 
     Quirks of eai-eval:
@@ -174,8 +174,8 @@ def _to_tuple(value: Value) -> tuple[Value, ...]:
     return tuple(value) if isinstance(value, tuple | str) else ()
 
 
-def _freeze(value: object) -> Value:
-    return tuple(map(_freeze, value)) if isinstance(value, list) else value
+def _replace_lists_by_tuples(value: object) -> Value:
+    return tuple(map(_replace_lists_by_tuples, value)) if isinstance(value, list) else value
 
 
 def _format_condition(condition: Value) -> str:

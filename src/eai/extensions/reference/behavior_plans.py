@@ -13,7 +13,7 @@ import re
 import warnings
 from collections.abc import Collection, Sequence
 
-from eai.abilities.action_sequencing.scorer import ActionSequencing
+from eai.abilities.action_sequencing.scorer import ActionSequencingScorer
 from eai.abilities.notation.plan_form import WrittenPlan, WrittenStep, strip_names
 from eai.abilities.notation.plans import Execution, JsonPlans, PlanExecutor
 from eai.abilities.scorer import Assessment
@@ -39,7 +39,7 @@ class _BehaviorPlanNotation(JsonPlans):
         return read_plan(text)
 
 
-class BehaviorActionSequencing(ActionSequencing):
+class BehaviorActionSequencingScorer(ActionSequencingScorer):
     """Scores plans for a task of BEHAVIOR as eai-eval does.
 
     If an answer cannot be executed, the goals that hold in the initial state count as reached. A plan that
@@ -51,13 +51,13 @@ class BehaviorActionSequencing(ActionSequencing):
         super().__init__(task, domain, _BehaviorPlanNotation(), make_behavior_goal_test(task))
 
     def assess(self, text: str) -> Assessment:
-        """Return the verdict, with an explanation that compares it with the verdict of `strict`."""
+        """Return the verdict, with an explanation that compares it with the verdict of protocol `strict`."""
         return add_notes_on_strict_protocol(
             super().assess(text), text, self.notation, self._make_scorer_of_strict_protocol
         )
 
-    def _make_scorer_of_strict_protocol(self) -> ActionSequencing:
-        return ActionSequencing(self.task, domain_in_paper_order(), JsonPlans())
+    def _make_scorer_of_strict_protocol(self) -> ActionSequencingScorer:
+        return ActionSequencingScorer(self.task, domain_in_paper_order(), JsonPlans())
 
     def _get_final_state(self, execution: Execution) -> State:
         """Return the final state of a plan. An action on which eai-eval crashes is executed in part."""
@@ -73,7 +73,7 @@ class BehaviorActionSequencing(ActionSequencing):
     def _test_goals_of_rejected_answer(self, execute: PlanExecutor) -> tuple[bool, ...]:
         return self.goals.find_reached_goals(execute(()).trajectory.final_state, ())
 
-    def _succeeds(self, error: ErrorReport | None, reached: tuple[bool, ...]) -> bool:
+    def _is_success(self, error: ErrorReport | None, reached: tuple[bool, ...]) -> bool:
         return all(reached)
 
 
@@ -119,7 +119,7 @@ def _read_python_steps(segment: str) -> list[WrittenStep] | None:
     try:
         with warnings.catch_warnings():
             warnings.simplefilter("ignore")
-            elements = _evaluate(ast.parse(segment.strip(), mode="eval").body)
+            elements = _evaluate_expression(ast.parse(segment.strip(), mode="eval").body)
     except (SyntaxError, ValueError, TypeError, RecursionError, MemoryError):
         return None
     if not isinstance(elements, list):
@@ -141,7 +141,7 @@ def _to_steps(dictionaries: list[dict[str, str]]) -> list[WrittenStep]:
     ]
 
 
-def _evaluate(node: ast.expr) -> object:
+def _evaluate_expression(node: ast.expr) -> object:
     """Return the value of an expression of literals, lists, dictionaries and calls of ``dict`` with keywords.
 
     An f-string counts as a literal if it has no replacement field.
@@ -151,7 +151,7 @@ def _evaluate(node: ast.expr) -> object:
     """
     match node:
         case ast.List(elements):
-            return [_evaluate(element) for element in elements]
+            return [_evaluate_expression(element) for element in elements]
         case ast.Dict(keys, values):
             return _evaluate_dictionary(keys, values)
         case ast.Call(ast.Name("dict"), [], keywords):
@@ -167,7 +167,7 @@ def _evaluate_dictionary(keys: Sequence[ast.expr | None], values: Sequence[ast.e
     """Build a dictionary. An entry without a key (``**name``) adds the entries of another dictionary."""
     dictionary: dict[object, object] = {}
     for key, node in zip(keys, values, strict=True):
-        value = _evaluate(node)
+        value = _evaluate_expression(node)
         if key is not None:
             dictionary[_evaluate_literal(key)] = value
         elif isinstance(value, dict):

@@ -130,7 +130,10 @@ def leave_released_objects_in_mid_air(operator: Operator) -> Operator:
 
 @_apply_to_all_operators
 def make_placing_inside_floor_abort(operator: Operator) -> Operator:
-    """Let an action that places an object inside a floor abort, as in eai-eval (``place_inside``)."""
+    """Let an action that places an object inside a floor abort, as in eai-eval.
+
+    See ``evolving_graph.py``, ``place_inside``.
+    """
     if o.NO_INSIDE not in operator.checks:
         return operator
     aborts = replace(o.NO_INSIDE, fault=FaultKind.UNCATEGORISED, history_conditions=(FALSE,))
@@ -142,7 +145,8 @@ def make_placing_inside_floor_abort(operator: Operator) -> Operator:
 def make_transferring_contents_abort(operator: Operator) -> Operator:
     """Let transferring the contents of a container abort, as in eai-eval, unless the container is empty.
 
-    See ``evolving_graph.py``, ``pour_inside`` and ``pour_onto``.
+    For an empty container, the action does nothing. See ``evolving_graph.py``, ``pour_inside`` and
+    ``pour_onto``.
     """
     hand = next((hand for hand in o.HANDS if operator.name.startswith(f"{hand.name}_TRANSFER")), None)
     if hand is None:
@@ -162,7 +166,7 @@ def make_operators_of_aborted_transfers() -> Iterator[Operator]:
 
 
 @_apply_to_all_operators
-def allow_handling_allow_handling_parts_before_slicing(operator: Operator) -> Operator:
+def allow_handling_parts_before_slicing(operator: Operator) -> Operator:
     """Let the robot handle the parts of an object before the object is sliced (``interactivity_precond``)."""
     unwanted = (o.require_sliced_if_half(X), o.require_sliced_if_half(Y))
 
@@ -234,7 +238,7 @@ QUIRKS: tuple[Callable[[Domain], Domain], ...] = (
     leave_released_objects_in_mid_air,
     make_placing_inside_floor_abort,
     make_transferring_contents_abort,
-    allow_handling_allow_handling_parts_before_slicing,
+    allow_handling_parts_before_slicing,
     never_judge_placing_as_wrong_order,
     keep_only_latest_relation_of_pair,
     allow_freezing_without_fridge,
@@ -294,7 +298,7 @@ class _FirstDnfTermLister:
             case f.ForPairs():
                 return self._list_dnf_terms_of_pairing(formula, binding)
             case _:
-                raise InputError(f"BDDL has no {type(formula).__name__}")
+                raise InputError(f"BDDL has no formula of type {type(formula).__name__}; rewrite the goal")
 
     def _list_dnf_terms_of_each_value(
         self, variable: f.Variable, body: f.Formula, binding: _NamesOfVariables
@@ -377,12 +381,18 @@ def _list_index_vectors_of_sum(total: int, length: int) -> Iterator[tuple[int, .
 
 
 def make_behavior_goal_test(task: Task) -> GoalTest:
-    """Return eai-eval's test of a task's goals, which considers only the options that bddl tries."""
+    """Return eai-eval's test of a task's goals.
+
+    `_reduce_to_first_dnf_terms` makes the tested formula of each goal. Goals keep their kinds.
+    """
     return GoalTest(task, [_reduce_to_first_dnf_terms(goal.formula, task.scene) for goal in task.goals])
 
 
 def _reduce_to_first_dnf_terms(formula: f.Formula, scene: Scene) -> f.Formula:
-    """Return the condition that eai-eval tests for a goal: some option that bddl tries is true."""
+    """Return the condition that eai-eval tests for a goal: an option that bddl tries is true.
+
+    An option is a list of ground conditions that together make the goal true.
+    """
     return map_leaves(
         f.Or(tuple(map(f.And, list_first_dnf_terms(formula, scene.names_of_category)))),
         _replace_inside_by_directly_inside,

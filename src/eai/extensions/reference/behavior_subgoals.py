@@ -84,14 +84,16 @@ _Hands: TypeAlias = Mapping[str, int | None]
 
 
 def read_hands(state: State) -> _Hands:
-    """Return for each hand the index of the object that it holds in a state."""
+    """Return for each hand the index of the object that it holds in a state; None for an empty hand."""
     masks = {"LEFT": state.mask(p.in_left_hand.name), "RIGHT": state.mask(p.in_right_hand.name)}
     return {hand: mask.bit_length() - 1 if mask else None for hand, mask in masks.items()}
 
 
 def _plan_literal(literal: GroundAtom, state: State) -> SubgoalPlans:
     predicate, arguments, truth = literal
-    plan = (_achieve if truth else _undo)(predicate, arguments, read_hands(state), state.scene)
+    plan = (_plan_to_make_true if truth else _plan_to_make_false)(
+        predicate, arguments, read_hands(state), state.scene
+    )
     return SubgoalPlans(() if plan is None else (plan,))
 
 
@@ -105,7 +107,7 @@ def _plan_placing_on_and_next_to(
     return SubgoalPlans(((*actions, Action(f"{hand}_PLACE_NEXTTO_ONTOP", (neighbour, support))),))
 
 
-def _achieve(
+def _plan_to_make_true(
     predicate: str, arguments: tuple[int, ...], hands: _Hands, scene: Scene
 ) -> ActionSequence | None:
     if predicate in _PLACING:
@@ -120,7 +122,9 @@ def _achieve(
     return None
 
 
-def _undo(predicate: str, arguments: tuple[int, ...], hands: _Hands, scene: Scene) -> ActionSequence | None:
+def _plan_to_make_false(
+    predicate: str, arguments: tuple[int, ...], hands: _Hands, scene: Scene
+) -> ActionSequence | None:
     if predicate == "inside":
         actions, _ = _take(arguments[0], hands, scene)
         return (*actions, Action("RIGHT_RELEASE", arguments[:1]))
@@ -196,7 +200,7 @@ class _BehaviorSubgoalNotation(BehaviorSubgoalNotation):
         )
 
 
-class BehaviorSubgoalDecomposition(PublishedSubgoalScorer):
+class BehaviorSubgoalDecompositionScorer(PublishedSubgoalScorer):
     """Scores BEHAVIOR subgoals as eai-eval does.
 
     Subgoals that are actions or need no action are skipped. If an answer is not executed, the goals that hold
@@ -225,7 +229,7 @@ class BehaviorSubgoalDecomposition(PublishedSubgoalScorer):
     def _make_planners_with_literal_indices(
         self, literals: Sequence[Formula]
     ) -> list[tuple[int, SubgoalPlanner]]:
-        """Return the planner of each literal, or of each pair of literals that one action makes true."""
+        """Return one planner for each literal, or for two literals in a row that one action makes true."""
         atoms = [self.lexicon.to_literal(literal) for literal in literals]
         steps: list[tuple[int, SubgoalPlanner]] = []
         number = 0

@@ -109,7 +109,7 @@ def extract_operators_like_published_code(answer: str) -> tuple[UnparsedOperator
 
 
 def _extract_text(answer: str) -> str | None:
-    """Return the part of an answer that is searched for operators, or None for JSON without a text."""
+    """Return the text in which eai-eval searches operators; None for JSON without such a text."""
     if answer.startswith(_FENCE):
         answer = answer[len(_FENCE) :].strip("`")
     text = answer.strip().replace("\n", "").replace("'", '"')
@@ -142,7 +142,7 @@ def _extract_list(content: str, position_of_key: int) -> str | None:
 
 
 FORMAT_ERROR = TaskExclusion("the reference leaves out answers that it cannot search for operators")
-"""Reason for which a task is excluded if eai-eval cannot search the answer to it for operators.
+"""Reason to exclude a task from all statistics: eai-eval cannot search its answer for operators.
 
 No other exclusion depends on an answer.
 """
@@ -157,13 +157,13 @@ class PublishedOperatorRules(OperatorScoringRules):
     read: ResultCache[UnparsedOperator, PddlAction | PddlFinding | None] = field(default_factory=ResultCache)
 
     def judge_answer(self, task: TransitionTask, text: str) -> OperatorJudgement:
-        """Return the judgement on an answer. A task is excluded if its answer has eai-eval's format error."""
+        """Return the judgement on an answer. An answer with eai-eval's format error excludes its task."""
         written = extract_operators_like_published_code(text)
         if written is None:
             return OperatorJudgement((), NOT_RUN, error=_UNREADABLE, excluded=FORMAT_ERROR)
         return OperatorJudgement(
-            operators=tuple(self._report(task, operator) for operator in written),
-            planning=self._plan(task, written),
+            operators=tuple(self._make_report(task, operator) for operator in written),
+            planning=self._plan_with_written_operators(task, written),
         )
 
     def judge_missing_answer(self, task: TransitionTask) -> OperatorJudgement:
@@ -183,12 +183,13 @@ class PublishedOperatorRules(OperatorScoringRules):
     def plan_with_each_written_operator(
         self, task: TransitionTask, answer: str, replaced_part: ReplacedPart
     ) -> dict[str, PlannerResult | None]:
-        """Return the planner's result for each required operator of an answer, by the operator's name.
+        """Return the planner's result with one operator of the answer at a time, by the operator's name.
 
-        All other operators are gold operators. The result is None for an operator that the answer lacks,
-        which eai-eval counts as a failure. The mapping is empty for an answer with eai-eval's format error,
-        because eai-eval skips such answers (``evaluate_results_sequential``). The count
-        ``task_variate_control_precond`` of eai-eval is never filled.
+        Only operators that the task requires count. All other operators are gold operators. The result is
+        None for a required operator that the answer lacks, which eai-eval counts as a failure. The mapping
+        is empty for an answer with eai-eval's format error, because eai-eval skips such answers
+        (``evaluate_results_sequential``). The count ``task_variate_control_precond`` of eai-eval is never
+        filled.
         """
         written = extract_operators_like_published_code(answer)
         if written is None:
@@ -199,9 +200,12 @@ class PublishedOperatorRules(OperatorScoringRules):
             for operator in written
             if operator.name in gold
         }
-        return {name: self._plan(task, (tried[name],)) if name in tried else None for name in task.operators}
+        return {
+            name: self._plan_with_written_operators(task, (tried[name],)) if name in tried else None
+            for name in task.operators
+        }
 
-    def _report(self, task: TransitionTask, operator: UnparsedOperator) -> OperatorReport:
+    def _make_report(self, task: TransitionTask, operator: UnparsedOperator) -> OperatorReport:
         if operator.name not in task.operators:
             return OperatorReport(operator.name, OperatorStatus.HALLUCINATED)
         gold = task.domain.operators[operator.name]
@@ -209,7 +213,9 @@ class PublishedOperatorRules(OperatorScoringRules):
             operator, operator.text_length, lambda: _compare_operators(operator, gold)
         )
 
-    def _plan(self, task: TransitionTask, written: tuple[UnparsedOperator, ...]) -> PlannerResult:
+    def _plan_with_written_operators(
+        self, task: TransitionTask, written: tuple[UnparsedOperator, ...]
+    ) -> PlannerResult:
         if self.planner is None:
             return NOT_RUN
         names = {operator.name for operator in written}
@@ -277,7 +283,7 @@ class _UnreadableError(Exception):
 
 
 @dataclass(frozen=True, slots=True)
-class _Comparison:
+class _TreeComparison:
     """The score of two compared trees of conditions, and their matched, additional and missing subtrees."""
 
     score: float
@@ -294,7 +300,7 @@ def compare_clauses_like_published_code(answer_text: str, gold_text: str) -> Cla
         gold_text: the gold condition or effect.
     """
     try:
-        result = _compare(*_align(_parse(answer_text), _parse(gold_text)))
+        result = _compare_trees(*_align_trees(_parse_tree(answer_text), _parse_tree(gold_text)))
     except _UnreadableError:
         return ClauseComparison()
     return ClauseComparison(
@@ -304,7 +310,7 @@ def compare_clauses_like_published_code(answer_text: str, gold_text: str) -> Cla
     )
 
 
-def _parse(text: str) -> _Tree:
+def _parse_tree(text: str) -> _Tree:
     stack: list[_Tree] = []
     openings: list[int] = []
     for match in _TOKEN.finditer(text):
@@ -315,7 +321,7 @@ def _parse(text: str) -> _Tree:
             stack.append(word)
         elif openings:
             start = openings.pop()
-            stack[start:] = [_combine(stack[start:])]
+            stack[start:] = [_make_tree(stack[start:])]
         else:
             raise _UnreadableError
     if openings or len(stack) != 1:
@@ -323,8 +329,11 @@ def _parse(text: str) -> _Tree:
     return stack[0]
 
 
-def _combine(parts: list[_Tree]) -> _Tree:
-    """Return the tree of a list in parentheses: a connective, or a text that joins all words of the list."""
+def _make_tree(parts: list[_Tree]) -> _Tree:
+    """Return the tree of a list in parentheses.
+
+    The tree is a connective. If the list does not begin with one, the tree is the text of all its words.
+    """
     if not parts:
         return _PADDING
     head, *arguments = parts
@@ -338,10 +347,11 @@ def _combine(parts: list[_Tree]) -> _Tree:
     return " ".join(words)
 
 
-def _align(predicted: _Tree, gold: _Tree) -> tuple[_Tree, _Tree]:
-    """Pad ``and`` and ``or`` lists to equal length, and rename bound variables of the gold tree.
+def _align_trees(predicted: _Tree, gold: _Tree) -> tuple[_Tree, _Tree]:
+    """Return both trees in a form in which eai-eval can compare them node by node.
 
-    The alignment goes down from the roots of both trees and stops below any other connective.
+    The shorter list of operands of ``and`` or ``or`` is filled up with ``()``. A gold quantifier gets the
+    name of the answer's variable. Nothing below a connective other than ``and`` and ``or`` is aligned.
     """
     if isinstance(predicted, str) or isinstance(gold, str):
         return predicted, gold
@@ -350,12 +360,15 @@ def _align(predicted: _Tree, gold: _Tree) -> tuple[_Tree, _Tree]:
     if predicted.head not in _LISTS or gold.head not in _LISTS:
         return predicted, gold
     size = max(len(predicted.arguments), len(gold.arguments))
-    pairs = [_align(*pair) for pair in zip(_pad(predicted, size), _pad(gold, size), strict=True)]
+    pairs = [
+        _align_trees(*pair)
+        for pair in zip(_pad_arguments(predicted, size), _pad_arguments(gold, size), strict=True)
+    ]
     ours, theirs = tuple(pair[0] for pair in pairs), tuple(pair[1] for pair in pairs)
     return _Connective(predicted.head, ours), _Connective(gold.head, theirs)
 
 
-def _pad(node: _Connective, size: int) -> tuple[_Tree, ...]:
+def _pad_arguments(node: _Connective, size: int) -> tuple[_Tree, ...]:
     return node.arguments + (_PADDING,) * (size - len(node.arguments))
 
 
@@ -372,7 +385,7 @@ def _rename(tree: _Tree, old: str, new: str) -> _Tree:
     return _Connective(tree.head, tuple(_rename(argument, old, new) for argument in tree.arguments))
 
 
-def _compare(predicted: _Tree, gold: _Tree) -> _Comparison:
+def _compare_trees(predicted: _Tree, gold: _Tree) -> _TreeComparison:
     if isinstance(predicted, str) or isinstance(gold, str):
         score = float(predicted == gold)
     elif predicted.head != gold.head:
@@ -382,25 +395,25 @@ def _compare(predicted: _Tree, gold: _Tree) -> _Comparison:
     else:
         score = _score_connective(predicted, gold)
     if score > 0:
-        return _Comparison(score, matched=(predicted,))
-    return _Comparison(score, additional=(predicted,), missing=(gold,))
+        return _TreeComparison(score, matched=(predicted,))
+    return _TreeComparison(score, additional=(predicted,), missing=(gold,))
 
 
 def _score_connective(predicted: _Connective, gold: _Connective) -> float:
-    """Return the score, from 0 to 1, of two nodes with one head: ``not``, ``when`` or a quantifier."""
+    """Return the score, from 0 to 1, of two nodes that are both ``not``, ``when`` or the same quantifier."""
     match predicted.head:
         case "not":
-            return _compare(predicted.arguments[0], gold.arguments[0]).score
+            return _compare_trees(predicted.arguments[0], gold.arguments[0]).score
         case "when":
             parts = zip(predicted.arguments, gold.arguments, strict=True)
-            return float(all(_compare(*pair).score == 1 for pair in parts))
+            return float(all(_compare_trees(*pair).score == 1 for pair in parts))
         case _:
             same_variable = predicted.arguments[0] == gold.arguments[0]
-            return _compare(predicted.arguments[1], gold.arguments[1]).score if same_variable else 0.0
+            return _compare_trees(predicted.arguments[1], gold.arguments[1]).score if same_variable else 0.0
 
 
-def _compare_lists(predicted: _Connective, gold: _Connective) -> _Comparison:
-    grid = [[_compare(ours, theirs) for theirs in gold.arguments] for ours in predicted.arguments]
+def _compare_lists(predicted: _Connective, gold: _Connective) -> _TreeComparison:
+    grid = [[_compare_trees(ours, theirs) for theirs in gold.arguments] for ours in predicted.arguments]
     edges = [[column for column, cell in enumerate(row) if int(cell.score) == 1] for row in grid]
     partner = find_maximum_matching(edges)
     columns = {column for column in partner if column is not None}
@@ -410,7 +423,7 @@ def _compare_lists(predicted: _Connective, gold: _Connective) -> _Comparison:
         for row, child in enumerate(predicted.arguments)
         if partner[row] is None or row not in columns  # row_as_column
     )
-    return _Comparison(
+    return _TreeComparison(
         score=len(columns) / shorter if shorter else 0.0,
         matched=tuple(
             part for row, cells in enumerate(grid) for column in edges[row] for part in cells[column].matched

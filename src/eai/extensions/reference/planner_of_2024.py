@@ -40,7 +40,7 @@ from eai.pddl.planning import PlanningTask
 from eai.pddl.reader import ExpressionList, PddlReader, SExpr, Symbol, read_group
 
 UNBOUND_ADDED = f.Atom("eai--unbound-added")
-"""Atom that effects add instead of an atom with an unbound variable."""
+"""Atom that an effect adds where the operator adds an atom with an unbound variable."""
 
 Names = frozenset[str]
 
@@ -57,7 +57,7 @@ def bind_loose_variables(action: m.PddlAction) -> m.PddlAction | PddlFinding:
         push_negations_inwards(action.precondition), parameters, leaked
     )
     scope = parameters.union([variable.name for variable in leaked])
-    binder = _Binder()
+    binder = _VariableBinder()
     bound = m.PddlAction(
         name=action.name,
         parameters=(*action.parameters, *leaked),
@@ -74,7 +74,7 @@ def bind_loose_variables(action: m.PddlAction) -> m.PddlAction | PddlFinding:
 def _remove_exists_of_new_variables(
     formula: f.Formula, bound_names: Names, removed: list[f.Variable]
 ) -> f.Formula:
-    """Remove each ``exists`` whose variable has no binding outside, and append the variable to ``leaked``."""
+    """Remove each ``exists`` whose variable is unbound outside, and append the variable to ``removed``."""
     match formula:
         case f.Exists(variable, body) if variable.name not in bound_names.union(
             [bound.name for bound in removed]
@@ -90,7 +90,7 @@ def _remove_exists_of_new_variables(
 
 
 @dataclass(slots=True)
-class _Binder:
+class _VariableBinder:
     """Rewrites conditions and effects with unbound variables.
 
     ``refused`` collects the names of unbound variables for which the planner refused the operator.
@@ -214,7 +214,10 @@ def _read_and_check_operator(
 
 
 def _read_parameters(text: str, group: ExpressionList) -> tuple[f.Variable, ...] | None:
-    """Return an operator's parameters, each name once; None if a parameter has several types."""
+    """Return an operator's parameters; None if a parameter has several types.
+
+    Parameters with the same name become one, with the last of their types.
+    """
     try:
         variables = PddlReader(text).read_variables(group)
     except PddlError as error:

@@ -11,7 +11,7 @@ from collections.abc import Callable, Iterator, Sequence
 from dataclasses import replace
 from difflib import SequenceMatcher
 
-from eai.abilities.action_sequencing.scorer import ActionSequencing
+from eai.abilities.action_sequencing.scorer import ActionSequencingScorer
 from eai.abilities.declaration import get_declaration
 from eai.abilities.explanation import Explanation
 from eai.abilities.notation.plans import PlanNotation
@@ -27,7 +27,7 @@ def add_notes_on_strict_protocol(
     assessment: Assessment,
     answer: str,
     notation: PlanNotation,
-    make_strict_scorer: Callable[[], ActionSequencing],
+    make_strict_scorer: Callable[[], ActionSequencingScorer],
 ) -> Assessment:
     """Return the assessment with an explanation that also tells how ``strict`` reads and judges the answer.
 

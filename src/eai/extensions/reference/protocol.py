@@ -1,4 +1,4 @@
-"""The implementation of the protocol `eai-1.0.5`: it opens suites of VirtualHome and BEHAVIOR.
+"""The implementation of the protocol `eai-1.0.5`: suites of VirtualHome and BEHAVIOR, and published runs.
 
 For comparison with the paper, `count_goal_removed_after_paper` also counts one goal of one BEHAVIOR task. The
 paper's runs required this goal, but release 1.0.5 does not.
@@ -19,9 +19,9 @@ from dataclasses import replace
 from functools import partial
 
 from eai.abilities.attempt import Attempt
-from eai.abilities.attempt_options import AttemptOptions
 from eai.abilities.notation.plans import Execution
 from eai.abilities.protocol import Ability
+from eai.abilities.replanning_options import ReplanningOptions
 from eai.abilities.scorer import Scorer
 from eai.abilities.trial import Trial
 from eai.abilities.verdict import ErrorReport, PlanVerdict, Verdict
@@ -55,18 +55,20 @@ def open_virtualhome(
     tasks, task_ids = open_tasks(source), benchmark.tasks_for(ability, source)
     match ability:
         case Ability.ACTION_SEQUENCING:
-            from eai.extensions.reference.virtualhome_plans import VirtualHomeActionSequencing as Plans
+            from eai.extensions.reference.virtualhome_plans import VirtualHomeActionSequencingScorer as Plans
 
             return TaskSet(task_ids, lambda i: Plans(tasks[i], with_ids=with_ids), tasks.sha256)
         case Ability.GOAL_INTERPRETATION:
-            from eai.extensions.reference.virtualhome_goals import VirtualHomeGoalInterpretation
+            from eai.extensions.reference.virtualhome_goals import VirtualHomeGoalInterpretationScorer
 
             return TaskSet(
-                task_ids, lambda i: VirtualHomeGoalInterpretation(tasks[i], benchmark.domain), tasks.sha256
+                task_ids,
+                lambda i: VirtualHomeGoalInterpretationScorer(tasks[i], benchmark.domain),
+                tasks.sha256,
             )
         case Ability.SUBGOAL_DECOMPOSITION:
             from eai.extensions.reference.virtualhome_subgoals import (
-                VirtualHomeSubgoalDecomposition as Subgoals,
+                VirtualHomeSubgoalDecompositionScorer as Subgoals,
             )
 
             return TaskSet(task_ids, lambda i: Subgoals(tasks[i]), tasks.sha256)
@@ -96,15 +98,17 @@ def open_behavior(benchmark: Benchmark, ability: Ability, source: Source) -> Tas
     tasks = open_tasks(source)
     match ability:
         case Ability.ACTION_SEQUENCING:
-            from eai.extensions.reference.behavior_plans import BehaviorActionSequencing as Plans
+            from eai.extensions.reference.behavior_plans import BehaviorActionSequencingScorer as Plans
 
             return TaskSet(tasks, lambda task_id: Plans(tasks[task_id]), tasks.sha256)
         case Ability.GOAL_INTERPRETATION:
-            from eai.extensions.reference.behavior_goals import BehaviorGoalInterpretation as Goals
+            from eai.extensions.reference.behavior_goals import BehaviorGoalInterpretationScorer as Goals
 
             return TaskSet(tasks, lambda task_id: Goals(tasks[task_id]), tasks.sha256)
         case Ability.SUBGOAL_DECOMPOSITION:
-            from eai.extensions.reference.behavior_subgoals import BehaviorSubgoalDecomposition as Subgoals
+            from eai.extensions.reference.behavior_subgoals import (
+                BehaviorSubgoalDecompositionScorer as Subgoals,
+            )
 
             return TaskSet(tasks, lambda task_id: Subgoals(tasks[task_id]), tasks.sha256)
         case _:
@@ -117,13 +121,13 @@ def _open_transition_modeling(benchmark: Benchmark, source: Source) -> TaskSet[S
     The operators of BEHAVIOR have the names of the data set. ``extract_action_details`` reads a name up to
     its first hyphen, so eai-eval never finds the operator whose name has a hyphen, even in gold answers.
     """
-    from eai.abilities.transition_modeling.scorer import TransitionModeling
+    from eai.abilities.transition_modeling.scorer import TransitionModelingScorer
     from eai.extensions.reference.operator_rules import PublishedOperatorRules
     from eai.pddl.planners import make_planner
 
     tasks = benchmark.operators(source)
     rules = PublishedOperatorRules(make_planner(source.planner, benchmark.data.planner_seconds, source.terms))
-    return TaskSet(tasks, lambda task_id: TransitionModeling(tasks[task_id], rules), tasks.sha256)
+    return TaskSet(tasks, lambda task_id: TransitionModelingScorer(tasks[task_id], rules), tasks.sha256)
 
 
 _OPENERS: Mapping[str, Opener] = {"virtualhome": open_virtualhome, "behavior": open_behavior}
@@ -133,7 +137,7 @@ def open_suite(benchmark: Benchmark, ability: Ability, source: Source) -> TaskSe
     """Open a suite of VirtualHome or BEHAVIOR under this protocol.
 
     Raises:
-        InputError: the benchmark is neither of both, or the paper does not measure the ability.
+        InputError: the benchmark is not VirtualHome or BEHAVIOR, or the paper does not measure the ability.
     """
     if benchmark.name not in _OPENERS:
         raise _make_unscored_error(benchmark.name)
@@ -173,10 +177,10 @@ def count_goal_removed_after_paper(task: TaskReference, verdict: Verdict) -> Ver
 _DEFAULT_REPLANS = 3
 
 
-def make_options_of_published_attempts(
+def make_options_of_published_replanning(
     slip_probability: float, slip_seed: int, replans: int
-) -> AttemptOptions:
-    """Return the settings of repeated attempts at a task, as in eai-eval's script of stochastic actions.
+) -> ReplanningOptions:
+    """Return the options of replanning in eai-eval's script of stochastic actions.
 
     The script draws twenty tasks; this protocol runs all tasks.
 
@@ -185,7 +189,7 @@ def make_options_of_published_attempts(
         slip_seed: seed of the random failures.
         replans: number of further attempts after the first; 0 for the script's number, three.
     """
-    return AttemptOptions(
+    return ReplanningOptions(
         replans or _DEFAULT_REPLANS,
         "continue",
         "state",
@@ -260,7 +264,7 @@ def _remove_errors(verdict: PlanVerdict) -> PlanVerdict:
 
 EAI_1_0_5 = ProtocolImplementation(
     open_suite,
-    attempts=make_options_of_published_attempts,
+    replanning=make_options_of_published_replanning,
     trial=_TrialWithRandomFailures,
     as_asked=count_goal_removed_after_paper,
     as_counted=remove_errors_of_successful_attempts,

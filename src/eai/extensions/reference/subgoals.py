@@ -29,7 +29,7 @@ from eai.abilities.subgoal_decomposition.program import (
     reject_misused_names,
     reject_unparseable,
 )
-from eai.abilities.subgoal_decomposition.scorer import SubgoalDecomposition
+from eai.abilities.subgoal_decomposition.scorer import SubgoalDecompositionScorer
 from eai.abilities.subgoal_decomposition.search import ExecutionBranch, ExplorationResult
 from eai.abilities.subgoal_decomposition.verdict import SubgoalCategory, SubgoalVerdict
 from eai.abilities.verdict import SummaryCounts, Unreadable
@@ -46,16 +46,17 @@ SEED = 0
 _OBJECT = re.compile(r"{[^{}]*}")
 _THEN = " then "
 
-_COUNTED_ONCE = (FaultKind.WRONG_ORDER, FaultKind.MISSING_STEP, FaultKind.AFFORDANCE)
-"""Kinds of error for which each entry in eai-eval's error report adds one to the number of errors."""
+_COUNTED_PER_ENTRY = (FaultKind.WRONG_ORDER, FaultKind.MISSING_STEP, FaultKind.AFFORDANCE)
+"""Kinds of error of which eai-eval counts every entry in its report. Other kinds count at most once."""
 
 
-class PublishedSubgoalScorer(SubgoalDecomposition):
+class PublishedSubgoalScorer(SubgoalDecompositionScorer):
     """Scores subgoals as eai-eval does in every domain.
 
-    All subgoals of an answer form one text. The robot makes its literals true one after the other, without a
-    test whether they hold already. Tasks without goals are scored, too. Each entry of the error report
-    counts as a runtime error, except in answers that execute but miss the goal (``subgoal_eval_utils.py``).
+    All subgoals of an answer form one text. The robot makes the literals of this text true one after the
+    other, without a test whether they hold already. Tasks without goals are scored, too. Each entry of the
+    error report counts as a runtime error, except in answers that execute but miss the goal
+    (``subgoal_eval_utils.py``).
     """
 
     def compile_answer(self, text: str) -> CompiledAnswer | RejectedAnswer:
@@ -85,7 +86,7 @@ class PublishedSubgoalScorer(SubgoalDecomposition):
         """Draw one alternative of a subgoal such as ``a or b``; None if eai-eval ignores the subgoal."""
 
     def _reject_wrongly_used_names(self, formula: f.Formula) -> RejectedAnswer | None:
-        """Return why an answer is rejected because its formula uses a name wrongly; None if it is not."""
+        """Return why an answer is rejected if its formula uses a name wrongly; None if no name is."""
         return None
 
     @abstractmethod
@@ -99,16 +100,19 @@ class PublishedSubgoalScorer(SubgoalDecomposition):
         """
 
     def _make_program_of_plans(self, literals: Sequence[f.Formula]) -> Program:
-        """Return the program that the search executes: the plans in order, without any test of a literal."""
+        """Return the program that the search executes: the literals' plans in order.
+
+        A literal that holds already is planned for, too.
+        """
         program: list[Instruction] = [None]
         for number, plans in reversed(self._make_planners_with_literal_indices(literals)):
             program.append(PerformInstruction(plans, number, len(program) - 1))
         return program
 
     def halts(self, fault: Fault) -> bool:
-        """Whether eai-eval raises an exception for a fault. The exception counts as a parsing error.
+        """Whether eai-eval raises an exception for a fault (a failed check of an action).
 
-        Such a fault has no kind of error in eai-eval.
+        The exception counts as a parsing error. Such a fault has no kind of error in eai-eval.
         """
         return fault.kind is FaultKind.UNCATEGORISED
 
@@ -126,7 +130,7 @@ class PublishedSubgoalScorer(SubgoalDecomposition):
 
     def _judge_exploration(self, compiled: CompiledAnswer, outcome: ExplorationResult) -> SubgoalVerdict:
         verdict = super()._judge_exploration(compiled, outcome)
-        entries = Counter(kind for kind in verdict.errors if kind in _COUNTED_ONCE)
+        entries = Counter(kind for kind in verdict.errors if kind in _COUNTED_PER_ENTRY)
         if verdict.additional_steps:
             entries[FaultKind.ADDITIONAL_STEP] = 1
         if verdict.category is SubgoalCategory.GOAL_UNREACHABLE:

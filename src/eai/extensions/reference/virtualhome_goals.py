@@ -9,7 +9,7 @@ from itertools import chain
 from typing import Any
 
 from eai.abilities.explanation import GoalReport, find_predicate_names
-from eai.abilities.goal_interpretation.scorer import GoalInterpretation, describe_ill_formed_entries
+from eai.abilities.goal_interpretation.scorer import GoalInterpretationScorer, describe_ill_formed_entries
 from eai.abilities.goal_interpretation.verdict import GoalVerdict
 from eai.abilities.notation.goals import SECTIONS, IllFormed, WrittenGoal, WrittenGoals
 from eai.abilities.verdict import ALL, Confusion, Unreadable
@@ -22,7 +22,10 @@ from eai.world.domain import Domain
 _FENCE = "```json"
 _NO_OBJECT = Unreadable("the answer is not a JSON object")
 _UNEXPECTED_TYPE = Unreadable("a section or an entry of it is not of the expected type")
-"""Error of answers that crash the whole run of eai-eval (the paper's package)."""
+"""Reason why an answer cannot be read: a value of an unexpected type crashes the whole run of eai-eval.
+
+The package eai-eval is the paper's own program.
+"""
 
 _NAME_FIELDS = frozenset({"name", "from_name", "to_name"})
 
@@ -35,7 +38,7 @@ class _VirtualHomeGoalNotation(VirtualHomeGoals):
     * it does not search prose for JSON, and removes only a code fence at the very start;
     * every apostrophe becomes a quotation mark;
     * entries are duplicates only if all fields are equal, so an action with two descriptions counts twice;
-    * many values of an unexpected type crash the whole run, see `_NO_OBJECT`.
+    * many values of an unexpected type crash the whole run, see `_NO_OBJECT` and `_UNEXPECTED_TYPE`.
     """
 
     def read(self, text: str) -> WrittenGoals | Unreadable:
@@ -58,7 +61,7 @@ class _VirtualHomeGoalNotation(VirtualHomeGoals):
         return WrittenGoals.from_entries(read)
 
 
-class VirtualHomeGoalInterpretation(GoalInterpretation):
+class VirtualHomeGoalInterpretationScorer(GoalInterpretationScorer):
     """Scores goals as eai-eval does: it compares an answer's goals (predictions) with a task's goals.
 
     Quirks of eai-eval:
@@ -78,7 +81,7 @@ class VirtualHomeGoalInterpretation(GoalInterpretation):
         self._options: list[tuple[str, frozenset[WrittenGoal]]] = []
         for goal in notation.list_alternatives_of_goals(task):
             literals = chain.from_iterable(generate_dnf_terms_of_tree(goal.options))
-            options = dict.fromkeys(map(self.lexicon.to_ground_goal, literals))
+            options = dict.fromkeys(map(self.lexicon.to_goal_with_scene_names, literals))
             self._options.append((" or ".join(map(str, options)), frozenset(options)))
         self._needed = frozenset().union(*[options for _, options in self._options])
         self._totals = tuple((kind, len(task.get_goals_of_kind(kind))) for kind in GoalKind)
@@ -94,7 +97,7 @@ class VirtualHomeGoalInterpretation(GoalInterpretation):
         )
 
     def score_missing_answer(self) -> GoalVerdict:
-        """Return a verdict with all goals missing. The package eai-eval skips only unreadable answers."""
+        """Return a verdict in which all goals are missing; eai-eval leaves out only unreadable answers."""
         return self.judge(WrittenGoals(()))
 
     def judge(self, goals: WrittenGoals) -> GoalVerdict:
@@ -103,7 +106,7 @@ class VirtualHomeGoalInterpretation(GoalInterpretation):
         resolved_goals = [goal for goal in named if isinstance(goal, WrittenGoal)]
         matched = [goal for goal in resolved_goals if goal in self._needed]
         wrong = [goal for goal in resolved_goals if goal not in self._needed]
-        right_kinds, wrong_kinds = [*map(_kind_of_goal, matched)], [*map(_kind_of_goal, wrong)]
+        right_kinds, wrong_kinds = [*map(_find_kind_of_goal, matched)], [*map(_find_kind_of_goal, wrong)]
         counts = {}
         for kind, total in self._totals:
             right = right_kinds.count(kind)
@@ -125,7 +128,7 @@ class VirtualHomeGoalInterpretation(GoalInterpretation):
         return (*named, *self._needed)
 
     def describe_left_out_goals(self, goals: WrittenGoals) -> Iterable[str]:
-        """Yield a note for each entry that lacks a field, and for each unknown name."""
+        """Yield a note for each goal in an answer that lacks a field, and for each unknown name."""
         yield from describe_ill_formed_entries(goals.ill_formed)
         for name in dict.fromkeys(name for name in self._resolve_names(goals) if isinstance(name, str)):
             yield f"left out as hallucination: there is no {name}"
@@ -149,7 +152,7 @@ class VirtualHomeGoalInterpretation(GoalInterpretation):
         return named
 
 
-def _kind_of_goal(goal: WrittenGoal) -> GoalKind:
+def _find_kind_of_goal(goal: WrittenGoal) -> GoalKind:
     if goal.is_action:
         return GoalKind.ACTION
     return GoalKind.STATE if len(goal.names) == 1 else GoalKind.RELATION
@@ -187,7 +190,7 @@ def _read_field(field: str, value: Any) -> str:
     if isinstance(value, str):
         return value
     if field == "action":
-        raise TypeError("an action must be a string")
+        raise TypeError(f"action: expected a string, found {type(value).__name__}")
     if field in _NAME_FIELDS:
         hash(value)
     return json.dumps(value)

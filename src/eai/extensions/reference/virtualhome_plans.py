@@ -18,7 +18,7 @@ from collections.abc import Callable, Collection, Iterable, Sequence
 from dataclasses import replace
 from functools import cache
 
-from eai.abilities.action_sequencing.scorer import ActionSequencing
+from eai.abilities.action_sequencing.scorer import ActionSequencingScorer
 from eai.abilities.answer_text import MAX_LENGTH, TOO_LONG
 from eai.abilities.explanation import Explanation
 from eai.abilities.notation.plan_form import WrittenPlan, WrittenStep
@@ -72,7 +72,7 @@ class _VirtualHomeGoalTest(GoalTest):
         return tuple(reached)
 
     def accepts_gold_final_state(self, gold_final_state: State) -> bool:
-        """Whether the test counts all state and relation goals as reached in the data set's final state."""
+        """Whether all state and relation goals count as reached in the final state from the data set."""
         reached = self.find_reached_goals(gold_final_state, ())
         return all(reached[i] for i in range(len(reached)) if i not in self._action_indices)
 
@@ -132,7 +132,8 @@ class _VirtualHomePlanNotation(VirtualHomePlans):
     def make_object_lookup(self, task: Task) -> Callable[[object], int | None]:
         """Return a function from a name to the index of a relevant object of the task, or None.
 
-        A name with an id is looked up as one text (``check_no_hallucination_in_arg``).
+        A name and its id are joined to one text, such as ``soap_1002``, and this text is looked up
+        (``check_no_hallucination_in_arg``).
         """
         if not isinstance(task, VirtualHomeTask):
             raise TypeError(
@@ -145,7 +146,7 @@ class _VirtualHomePlanNotation(VirtualHomePlans):
         return make_name_lookup(by_class, by_name, joint="_")
 
 
-class VirtualHomeActionSequencing(ActionSequencing):
+class VirtualHomeActionSequencingScorer(ActionSequencingScorer):
     """Scores plans for a task of VirtualHome as eai-eval does.
 
     A task is excluded if its final state in the data set fails the goal test. A plan that equals the data
@@ -161,13 +162,13 @@ class VirtualHomeActionSequencing(ActionSequencing):
         self._summary_goals = _VirtualHomeGoalTest(task, in_data_set_order=True) if goals.reorders else goals
 
     def assess(self, text: str) -> Assessment:
-        """Return the verdict, with an explanation that compares it with the verdict of `strict`."""
+        """Return the verdict, with an explanation that compares it with the verdict of protocol `strict`."""
         return add_notes_on_strict_protocol(
             super().assess(text), text, self.notation, self._make_scorer_of_strict_protocol
         )
 
-    def _make_scorer_of_strict_protocol(self) -> ActionSequencing:
-        return ActionSequencing(self.task, domain_in_paper_order(), VirtualHomePlans())
+    def _make_scorer_of_strict_protocol(self) -> ActionSequencingScorer:
+        return ActionSequencingScorer(self.task, domain_in_paper_order(), VirtualHomePlans())
 
     def _make_rejection_verdict(
         self, error: ErrorReport, plan: WrittenPlan, execute: PlanExecutor
@@ -189,10 +190,10 @@ class VirtualHomeActionSequencing(ActionSequencing):
         return Assessment(not_run, lambda: _add_note(assessment_if_run.explain(), EQUALS_SCRIPT))
 
     def _judge_execution(self, execution: Execution, plan: WrittenPlan) -> PlanVerdict:
-        """Return the verdict on an executed plan, with separate counts for summaries of many answers.
+        """Return the verdict on an executed plan. If a summary counts the plan differently, add its counts.
 
-        A summary counts every action that was not needed as an error, and requires action goals in the order
-        of the data set. In eai-eval, these goals are in this order only by chance.
+        A summary of many answers counts every action that was not needed as an error. It requires action
+        goals in the order of the data set. For one plan, eai-eval uses this order only by chance.
         """
         verdict = super()._judge_execution(execution, plan)
         reached = verdict.goals_satisfied
@@ -209,15 +210,15 @@ class VirtualHomeActionSequencing(ActionSequencing):
             verdict, counted=SummaryCounts(all(reached), self.goals.tally_by_kind(reached), errors)
         )
 
-    def _succeeds(self, error: ErrorReport | None, reached: tuple[bool, ...]) -> bool:
+    def _is_success(self, error: ErrorReport | None, reached: tuple[bool, ...]) -> bool:
         return all(reached)
 
 
 def _names_all_objects_by_class(plan: WrittenPlan, actions: Sequence[Action], scene: Scene) -> bool:
-    """Whether a plan names every object by its class, as the data set's plan does.
+    """Whether a plan names every object by its class. The data set's plan always does so.
 
-    If it does not, eai-eval, which compares texts, finds the plans different. For instance,
-    ``["food", "egg_1003"]`` names the object of ``["food_egg", "1003"]``, but with another text.
+    Other names make the plans unequal, because eai-eval compares their texts. For instance,
+    ``["food", "egg_1003"]`` names the same object as ``["food_egg", "1003"]``, but with another text.
     """
     return all(
         not isinstance(word, ObjectWithId) or word.name == scene.objects[index].category
@@ -251,7 +252,7 @@ def read_plan(text: str) -> WrittenPlan | Unreadable:
     """
     if len(text) > MAX_LENGTH:
         return TOO_LONG
-    text = text[: text.rfind(_LIST_END) + 1]  # the last step ends here; a shorter text is searched faster
+    text = text[: text.rfind(_LIST_END) + 1]  # no step can end later; a shorter text is searched faster
     text = text.removeprefix(_FENCE).strip().replace("\n", "").replace("'", '"')
     written = _STEP.findall(re.sub(r"\s+", " ", text))
     if not written:

@@ -53,8 +53,8 @@ def _list_targets_in_python_set_order(state: State, predicate: str, source: int)
     """Return the objects to which a relation leads from an object, in the order of a Python set of ids.
 
     The set contains first the objects that actions added, then those of the initial scene. Initial objects
-    are inserted by ascending id, not in the order of the data set's file. This gives the same first object
-    for every object that a task can be about.
+    are inserted by ascending id, not in the order of the data set's file. For every object that a task can be
+    about, both orders give the same first object.
     """
     relation = state.relation(predicate)
     mask = relation.row(source)
@@ -108,9 +108,9 @@ def _use_python_set_order(derived: DerivedPredicate) -> DerivedPredicate:
 SET_ORDER_VOCABULARY = Vocabulary(
     p.VOCABULARY.predicates, tuple(map(_use_python_set_order, p.VOCABULARY.derived))
 )
-"""Vocabulary in which derived relations use the order of Python sets, as in eai-eval.
+"""Vocabulary whose derived predicates order several objects as a Python set of ids does, as in eai-eval.
 
-It stores the facts that the vocabulary of `strict` stores, so states can be shared.
+It stores the same facts as the vocabulary of protocol `strict`, so both protocols can use the same states.
 """
 
 
@@ -183,13 +183,14 @@ def remove_contents_of_grabbed_object(domain: Domain) -> Domain:
 def search_earlier_states_for_other_condition(operator: Operator, check: Check) -> Check:
     """Let the test for wrong order look in earlier states for other conditions than the failed condition.
 
-    If a condition is never true, the test finds no wrong order. See `SEARCHED_CONDITIONS`; ``execution.py``,
-    ``update_missing_precond``.
+    For example, it looks for the relation ``next_to`` instead of nearness. If an object is in a closed
+    container, it looks for the object being open, not the container. For a condition that is never true, the
+    test finds no wrong order. See `SEARCHED_CONDITIONS`; ``execution.py``, ``update_missing_precond``.
     """
     (wanted,) = (check.condition,) if check.history_conditions is None else check.history_conditions
     sought = SEARCHED_CONDITIONS.get(wanted)
     if sought is None and operator.name == "CUT" and check.fault is FaultKind.MISSING_STEP:
-        sought = (FALSE,)  # this check requires a knife in the hand
+        sought = (FALSE,)  # the check of CUT for a knife in the hand
     return check if sought is None else replace(check, history_conditions=sought)
 
 
@@ -210,14 +211,15 @@ def judge_running_device_as_additional_step(operator: Operator, check: Check) ->
 def judge_lacking_state_as_additional_step(operator: Operator, check: Check) -> Check | None:
     """Judge changing a state that an object lacks as an additional step, not as an affordance error.
 
-    See ``execution.py``, ``OpenExecutor``, ``SwitchExecutor``, ``PlugExecutor``.
+    Return None for a check whether an object has such a state; None removes the check. Return any other check
+    unchanged. See ``execution.py``, ``OpenExecutor``, ``SwitchExecutor``, ``PlugExecutor``.
     """
     return None if check in (o.OPEN_OR_CLOSED, o.ON_OR_OFF, o.PLUGGED_IN_OR_OUT) else check
 
 
 @_apply_to_all_checks
 def judge_second_grab_as_additional_step(operator: Operator, check: Check) -> Check:
-    """Judge grabbing an object for the second time as an additional step (``GrabExecutor``)."""
+    """Judge a second grab of an object as an additional step, even if no hand holds it (``GrabExecutor``)."""
     return additional_step(~p.taken(X), "{x} has been grabbed already") if check == o.NOT_HELD else check
 
 
@@ -225,7 +227,8 @@ def judge_second_grab_as_additional_step(operator: Operator, check: Check) -> Ch
 def judge_seated_elsewhere_as_additional_step(operator: Operator, check: Check) -> Check | None:
     """Judge sitting down while sitting, on any object, as an additional step; likewise lying down.
 
-    See ``SitExecutor`` and ``LieExecutor``.
+    Return None for a check about another seat or bed; None removes the check. See ``SitExecutor`` and
+    ``LieExecutor``.
     """
     if check in (o.NOT_SEATED_ELSEWHERE, o.NOT_IN_BED_ELSEWHERE):
         return None
@@ -236,7 +239,10 @@ def judge_seated_elsewhere_as_additional_step(operator: Operator, check: Check) 
 
 @_apply_to_all_checks
 def judge_closed_container_as_affordance_error(operator: Operator, check: Check) -> Check:
-    """Judge putting an object into a closed container as an affordance error (``_check_puttable``)."""
+    """Judge putting an object into a closed container as an affordance error.
+
+    See ``execution.py``, ``_check_puttable``.
+    """
     closed = operator.name == "PUTIN" and check.condition == (~p.can_open(Y) | p.open_(Y))
     return replace(check, fault=FaultKind.AFFORDANCE) if closed else check
 
@@ -266,7 +272,7 @@ def make_short_and_long_looks_abort(domain: Domain) -> Domain:
 
 @_apply_to_all_checks
 def make_walking_to_object_in_no_room_abort(operator: Operator, check: Check) -> Check:
-    """Let walking to an object that is in no room abort, as in eai-eval (``WalkExecutor``)."""
+    """Let walking to an object that is in no room abort (``execution.py``, ``WalkExecutor``)."""
     return replace(check, fault=FaultKind.UNCATEGORISED) if check.reason == o.SOMEWHERE.reason else check
 
 

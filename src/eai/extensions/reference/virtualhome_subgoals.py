@@ -69,11 +69,11 @@ def list_plans_for_atom(predicate: str, arguments: Sequence[int], state: State) 
         case "ONTOP" if y == agent:
             return [(Action("PUTON", (x,)),)]
         case "ONTOP":
-            return [(*_fetch(x, state), find_y, Action("PUTBACK", (x, y)))]
+            return [(*_make_plan_to_hold(x, state), find_y, Action("PUTBACK", (x, y)))]
         case "INSIDE" if x == agent:
             return [(Action("WALK", (y,)),)]
         case "INSIDE":
-            fetch = _fetch(x, state)
+            fetch = _make_plan_to_hold(x, state)
             return [(*fetch, find_y, Action(action, (x, y))) for action in ("PUTIN", "POUR")]
         case "NEXT_TO" if x == agent:
             return [(find_y,)]
@@ -94,13 +94,13 @@ def make_action_plans(action: str, arguments: Sequence[int], state: State) -> Se
     if action in ACTIONS_AFTER_TURNING:
         return [(Action("FIND", (x,)), Action("TURNTO", (x,)), act)]
     if others:
-        return [(*_fetch(x, state), *(Action("FIND", (y,)) for y in others), act)]
+        return [(*_make_plan_to_hold(x, state), *(Action("FIND", (y,)) for y in others), act)]
     if action in ACTIONS_ON_HELD_OBJECT and not _is_held(x, state):
-        return [(*_fetch(x, state), act)]
+        return [(*_make_plan_to_hold(x, state), act)]
     return [(Action("FIND", (x,)), act)]
 
 
-def _fetch(thing: int, state: State) -> ActionSequence:
+def _make_plan_to_hold(thing: int, state: State) -> ActionSequence:
     if _is_held(thing, state):
         return ()
     return Action("FIND", (thing,)), Action("GRAB", (thing,))
@@ -118,7 +118,7 @@ _LEADING_ZEROS = re.compile(r"\.0+(?=[0-9])")
 _WITHOUT_ARGUMENTS = frozenset({"SLEEP", "WAKEUP", "STANDUP"})
 
 
-class VirtualHomeSubgoalDecomposition(PublishedSubgoalScorer):
+class VirtualHomeSubgoalDecompositionScorer(PublishedSubgoalScorer):
     """Scores VirtualHome subgoals as eai-eval does. A goal counts as reached if it held at any time."""
 
     def __init__(self, task: Task, *, limits: ExplorationLimits | None = None) -> None:
@@ -134,7 +134,7 @@ class VirtualHomeSubgoalDecomposition(PublishedSubgoalScorer):
         return _LEADING_ZEROS.sub(".", rng.choice(subgoal.split(" or ")))
 
     def halts(self, fault: Fault) -> bool:
-        """Whether eai-eval raises an exception for a fault.
+        """Whether eai-eval raises an exception for a fault (a failed check of an action).
 
         It also raises an exception if it cannot determine which step is missing, such as before SIT if no
         seat is free (``checkers.py``, ``check_missing_preconds``). For plans, release 1.0.5 has other code
@@ -159,7 +159,10 @@ class VirtualHomeSubgoalDecomposition(PublishedSubgoalScorer):
     def _make_planners_with_literal_indices(
         self, literals: Sequence[Formula]
     ) -> list[tuple[int, SubgoalPlanner]]:
-        """Return the planner of each literal. At a literal that cannot be translated, the search ends."""
+        """Return the planner of each literal, after the literal's index.
+
+        If eai-eval cannot translate a literal into actions, the planner of the literal ends the search.
+        """
         return [(number, self._make_planner(literal)) for number, literal in enumerate(literals)]
 
     def _make_planner(self, literal: Formula) -> SubgoalPlanner:
@@ -174,7 +177,7 @@ class VirtualHomeSubgoalDecomposition(PublishedSubgoalScorer):
             return lambda state: SubgoalPlans(make_action_plans(*action, state))
         atom = self.lexicon.to_literal(literal)
         if atom is None:
-            raise AssertionError(f"{print_ltl(literal)} is about no objects")
+            raise AssertionError(f"expected an atom about objects of the task, found {print_ltl(literal)}")
         return lambda state: SubgoalPlans(list_plans_for_atom(atom.predicate, atom.arguments, state))
 
 

@@ -39,7 +39,9 @@ def arrange_objects(
         InputError: the state has no floor, or an object does not fit into its place in the state.
     """
     if not locations.floors:
-        raise InputError("cannot build a room: the state has no floor")
+        raise InputError(
+            "cannot build a room: the state has no object that is a floor; use a task with a floor"
+        )
     joined = _map_object_of_two_rooms_to_floors(locations)
     floors = dict.fromkeys((*(floor for pair in joined.values() for floor in pair), *locations.floors))
     boxes, furniture = _place_rooms_and_furniture(
@@ -82,10 +84,10 @@ def place_remaining_objects(
 
 
 def _map_object_of_two_rooms_to_floors(locations: ObjectLocations) -> dict[int, tuple[int, int]]:
-    """Return a mapping from an object that stands over an object of another room to the floors of both rooms.
+    """Return the first object that has an object of another room under it, with the floors of both rooms.
 
-    The first floor of the pair belongs to the object that stands over the other object. If there are several
-    such objects, the mapping has only the first. Without such an object, the mapping is empty.
+    The result maps the upper object to two floors: of its own room, then of the room of the object under it.
+    It is empty if no object has an object of another room under it.
     """
     rooms = [
         (roof, (locations.find_room(roof), locations.find_room(thing)))

@@ -68,7 +68,7 @@ class Camera:
         scene: the scene.
 
     Raises:
-        EaiError: EGL is missing. The message says what to install.
+        EaiError: nothing can be drawn, for example because EGL is missing. The message says what to install.
     """
 
     def __init__(
@@ -198,20 +198,20 @@ def _move_back_until_visible(
     while True:
         eye = np.array(start.eye) + distance * direction
         eye[0] = np.clip(eye[0], room[0, 0] + 0.1, room[1, 0] - 0.1)
-        sight = start._replace(eye=_to_vector(eye))
-        if distance > _MAX_DISTANCE or _shows_all(sight, points):
-            return sight
+        viewpoint = start._replace(eye=_to_vector(eye))
+        if distance > _MAX_DISTANCE or _shows_all(viewpoint, points):
+            return viewpoint
         distance += 0.2
 
 
-def _shows_all(sight: _Viewpoint, points: Array) -> bool:
+def _shows_all(viewpoint: _Viewpoint, points: Array) -> bool:
     """Whether all points are in the picture, outside a margin of 6 % at its edges."""
-    (way, right, above), from_eye = sight.axes, points - np.array(sight.eye)
-    far = from_eye @ way
-    most = 0.94 * math.tan(math.radians(sight.angle) / 2)
-    across, up = from_eye @ right / far, from_eye @ above / far
+    (ahead, right, above), from_eye = viewpoint.axes, points - np.array(viewpoint.eye)
+    distances = from_eye @ ahead
+    most = 0.94 * math.tan(math.radians(viewpoint.angle) / 2)
+    across, up = from_eye @ right / distances, from_eye @ above / distances
     return bool(
-        (far > 0.1).all()
+        (distances > 0.1).all()
         and (abs(across) < most * PICTURE_SIZE[0] / PICTURE_SIZE[1]).all()
         and (abs(up) < most).all()
     )

@@ -11,9 +11,9 @@ from functools import cache
 from typing import Protocol as Structure
 from typing import runtime_checkable
 
-from eai.abilities.attempt_options import AttemptOptions
 from eai.abilities.explanation import EXECUTED, Explanation, StepReport
 from eai.abilities.protocol import Ability, Protocol
+from eai.abilities.replanning_options import ReplanningOptions
 from eai.benchmarks.registry import list_benchmarks
 from eai.benchmarks.suite import Suite, open_suite
 from eai.extensions.scenes.diagrams import make_words_for_picture_labels
@@ -39,9 +39,9 @@ class _AnswerExecutingScorer(Structure):
 
 
 def make_tile_finder(source: Source) -> Callable[[Record], TileScenes]:
-    """Return a function that makes the tiles (boxes in a diagram) of a record's states.
+    """Return a function that takes a record and makes tiles (boxes in a diagram) of its answer's states.
 
-    The function opens each suite only once.
+    The function opens the suite (tasks with their scoring) of several records only once.
     """
 
     @cache
@@ -105,10 +105,10 @@ def replay_steps(domain: Domain, initial: State, steps: Sequence[StepReport]) ->
 
 
 def _make_scene_tiles(
-    task: Task, words: SceneGraphVocabulary, state: State, shown: Sequence[int]
+    task: Task, words: SceneGraphVocabulary, state: State, shown_objects: Sequence[int]
 ) -> list[ObjectTile]:
     agent = task.scene.agent
-    graph = words.make_true_graph(replace(task, initial=state), shown)
+    graph = words.make_true_graph(replace(task, initial=state), shown_objects)
     return make_tiles(graph, words, None if agent is None else words.list_object_names(task)[agent])
 
 
@@ -118,8 +118,11 @@ def _to_action(step: StepReport, scene: Scene) -> Action:
 
 
 def _list_steps_of_earlier_attempts(record: Record) -> list[StepReport]:
-    """Return the steps of earlier attempts if all attempts act in one world; otherwise an empty list."""
-    options = AttemptOptions.from_experiment(record.experiment)
+    """Return the steps before the last attempt if each attempt continues in the state of the previous one.
+
+    If each attempt begins in the initial state, return an empty list.
+    """
+    options = ReplanningOptions.from_experiment(record.experiment)
     if options is None or options.world != "continue":
         return []
     return [step for attempt in record.attempts[:-1] for step in _get_steps(attempt.explanation)]

@@ -246,8 +246,8 @@ def _draw_legend(max_width: int) -> Drawing:
     )
 
 
-def _draw_legend_colour(kind: Owner) -> Drawing:
-    return _draw_frame(_FILLS[kind], _STROKES[kind], 4, _LINES[kind])
+def _draw_legend_colour(owner: Owner) -> Drawing:
+    return _draw_frame(_FILLS[owner], _STROKES[owner], 4, _LINES[owner])
 
 
 def _draw_frame(fill: str, stroke: str, radius: int = 0, line: int = 1) -> Drawing:

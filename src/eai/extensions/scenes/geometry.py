@@ -21,8 +21,8 @@ from eai.extensions.scenes.body import Array, Box
 _HORIZONTAL_REACH, _VERTICAL_REACH = 1.0, 5.0
 """Maximum lengths of horizontal and of vertical rays in metres."""
 
-_PLANE_COUNT = 5
-"""Number of pairs of orthogonal horizontal axes along which rays are tried, rotated by 0 to 90 degrees."""
+_AXIS_PAIR_COUNT = 5
+"""Number of pairs of perpendicular horizontal axes for rays. The pairs are rotated by 0 to 90 degrees."""
 
 _MAX_DISTANCE_SHARE = 1 / 6
 """Maximum distance between the boxes of two neighbours, as a share of the mean side length of both boxes."""
@@ -143,19 +143,23 @@ def _do_rays_hit_object_both_ways(
     )
 
 
-def _does_ray_meet(scene: _PlacedBodies, start: Array, way: Array, other: int, reach: float) -> bool:
-    """Whether a ray meets a solid part of an object within the given length."""
+def _does_ray_meet(
+    scene: _PlacedBodies, start: Array, direction: Array, object_index: int, max_distance: float
+) -> bool:
+    """Whether a ray meets a solid part of an object within the given distance."""
     model, data, ray = scene.model, scene.data, scene.mujoco.mju_rayGeom
-    for geom in _list_solid_geoms(scene, other):
+    for geom in _list_solid_geoms(scene, object_index):
         form = int(model.geom_type[geom])
-        far = ray(data.geom_xpos[geom], data.geom_xmat[geom], model.geom_size[geom], start, way, form)
-        if 0 <= far <= reach:
+        distance = ray(
+            data.geom_xpos[geom], data.geom_xmat[geom], model.geom_size[geom], start, direction, form
+        )
+        if 0 <= distance <= max_distance:
             return True
     return False
 
 
 def _list_perpendicular_horizontal_axes() -> list[list[Array]]:
-    angles = [i * math.pi / 2 / (_PLANE_COUNT - 1) for i in range(_PLANE_COUNT)]
+    angles = [i * math.pi / 2 / (_AXIS_PAIR_COUNT - 1) for i in range(_AXIS_PAIR_COUNT)]
     return [
         [np.array([math.cos(a), math.sin(a), 0.0]), np.array([-math.sin(a), math.cos(a), 0.0])]
         for a in angles

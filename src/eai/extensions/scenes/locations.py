@@ -69,7 +69,7 @@ class ObjectLocations:
     def make_location_key(self, thing: int) -> tuple[object, ...]:
         """Return the relations of an object to other objects, and its floor.
 
-        The value changes only if the object moves.
+        The value changes only if the object or one of these other objects moves.
         """
         return (
             self.find_relation_and_carrier(thing),
@@ -170,7 +170,7 @@ def _require_body(thing: WorldObject) -> Body:
     kind = find_body_kind(thing.name, thing.category)
     body = find_body(kind)
     if body is None:
-        raise InputError(f"{thing.name}: kinds.txt has no body for the kind {kind}")
+        raise InputError(f"{thing.name}: kinds.txt has no body for the kind {kind}; choose another task")
     return body
 
 

@@ -1,4 +1,4 @@
-"""Render scenes with bodies as PNG pictures and as animated GIFs."""
+"""Render scenes with bodies as PNG pictures, with numbered boxes on request, and as animated GIFs."""
 
 from __future__ import annotations
 
@@ -90,9 +90,9 @@ def _list_visible_objects_and_pixels(object_image: Any) -> Iterator[tuple[int, A
             yield thing, rows, columns
 
 
-def _draw_numbers(image: Image.Image, objects: Any) -> None:
+def _draw_numbers(image: Image.Image, object_image: Any) -> None:
     draw = ImageDraw.Draw(image)
-    for thing, rows, columns in _list_visible_objects_and_pixels(objects):
+    for thing, rows, columns in _list_visible_objects_and_pixels(object_image):
         left, top = int(columns.min()), int(rows.min())
         draw.rectangle((left - 1, top - 1, int(columns.max()) + 1, int(rows.max()) + 1), outline=_PAPER)
         around = draw.textbbox((left, max(0, top - 11)), str(thing))

@@ -281,19 +281,24 @@ def _list_contact_coordinates(area: Box, low: Array, high: Array, half: Array, a
 
 
 def _is_free(at: Sequence[float], half: Array, low: Array, high: Array) -> bool:
+    """Whether a box overlaps no other box, given their low and high corners."""
     middle = np.array(at)
     overlaps = (low < middle + half + 0.001) & (high > middle - half - 0.001)
     return not overlaps.all(1).any()
 
 
 def _find_overlapping_boxes(low: Array, high: Array, at: tuple[float, float], half: Array) -> Any:
-    """Return an array of truth values: whether each box, seen from above, overlaps a rectangle."""
+    """Return an array of truth values: whether each box, seen from above, overlaps a rectangle.
+
+    ``low`` and ``high`` are the corners of the boxes. The middle of the rectangle is ``at``, and half its
+    size is ``half``.
+    """
     middle = np.array(at)
     return ((low[:, :2] < middle + half[:2]) & (high[:, :2] > middle - half[:2])).all(1)
 
 
 def _select_boxes_near(area: Box, low: Array, high: Array) -> _AreaWithBoxes:
-    """Return an area with the boxes that overlap it or are within 1 cm of it."""
+    """Return an area, and the low and high corners of the boxes that overlap it or are within 1 cm of it."""
     near = ((low < area[1] + 0.01) & (high > area[0] - 0.01)).all(1)
     return area, low[near], high[near]
 

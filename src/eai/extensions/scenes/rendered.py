@@ -106,7 +106,10 @@ def make_film_of_answer(record: Record, suite: Suite) -> bytes:
     """
     episode = replay_record(record, suite)
     if episode is None:
-        raise InputError(f"--film: the answer to {record.task_id} has no plan, or was scored with other data")
+        raise InputError(
+            f"--film: the answer to {record.task_id} has no plan, or was scored with other data: "
+            "choose an answer with a plan, or score it again"
+        )
     return make_film(*episode)
 
 

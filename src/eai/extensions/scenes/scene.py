@@ -65,7 +65,9 @@ def write_mujoco_model(
     root = Xml.fromstring(text)  # noqa: S314 - our own text
     world = root.find("worldbody")
     if world is None:
-        raise ValueError("world.xml has no element worldbody")
+        raise ValueError(
+            "world.xml, a file of this package, has no element worldbody: install the package again"
+        )
     for floor, box in rooms.items():
         edges = {round(float(other[i, 0]), 3) for i in (0, 1) for other in rooms.values() if other is not box}
         walls = [round(float(x), 3) not in edges for x in box[:, 0]]
@@ -178,7 +180,7 @@ _MAX_RESTING_SPEED = 0.03
 """Speed below which a scene counts as at rest: in m/s for motion, in radians/s for rotation."""
 
 _ABSENT_LOCATION = (0.0, 0.0, -30.0)
-"""Location of absent objects, below all rooms."""
+"""Location below all rooms, for bodies of absent objects, such as halves of an object that is not cut."""
 
 
 def _load_mujoco() -> Any:

@@ -32,9 +32,9 @@ def make_tiles(
     """
     hands, doer = [words.find_scene_graph_name(name) for name in words.holding_predicates], agent or HANDS
     tiles: dict[str, ObjectTile] = {}
-    if hands or doer in graph.names:
+    if hands or doer in graph.mentioned_objects:
         tiles[doer] = ObjectTile(doer, "agent", zones={hand: [] for hand in hands})
-    for name in graph.names:
+    for name in graph.mentioned_objects:
         tiles.setdefault(name, ObjectTile(name, "other" if name in others else "object"))
     placed = _map_objects_to_placing_facts(graph, words, agent, hands)
     for name, fact in placed.items():
@@ -60,7 +60,7 @@ def _map_objects_to_placing_facts(
     """
     names = {words.find_scene_graph_name(name) for name in words.support_predicates}
     below = group_pairs((fact.arguments[0], fact) for fact in graph.facts if fact.predicate in names)
-    depths = {name: _compute_nesting_depth(name, below, frozenset()) for name in graph.names}
+    depths = {name: _compute_nesting_depth(name, below, frozenset()) for name in graph.mentioned_objects}
     circles = SupportRelation(frozenset(names))
     placed: dict[str, NamedFact] = {}
     for fact in graph.facts:
